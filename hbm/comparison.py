@@ -25,14 +25,16 @@ from tipdamp.hbm.validation import MOST_SAMPLES
 class Comparison:
     """A periodic solution of the harmonic balance beside the integration from its orbit.
 
-    difference : of the amplitude of harmonic 1, the largest over the outputs and relative to the largest output
-    steady : Steady state of the integration; left : whether that is another orbit, told by where the balance leads from
+    difference : of the amplitude of harmonic 1, the largest over the outputs and relative to the
+    largest output steady : Steady state of the integration; left : whether that is another orbit,
+    told by where the balance leads from
         it
-    multiplier : largest modulus of the Floquet multipliers of the orbit of the solution, not of another one to which
+    multiplier : largest modulus of the Floquet multipliers of the orbit of the solution, not of
+    another one to which
         the integration left (see `floquet`); NaN where a period of the integration does not finish
     stable : whether it is at most 1, within `settings.marginal`; None where it is NaN
-    said : one sentence; hz : frequency; H : harmonics of the balance; origin, start : as in ForcedResponse
-    method : 'event-driven' or 'sampled', as in Steady
+    said : one sentence; hz : frequency; H : harmonics of the balance; origin, start : as in
+    ForcedResponse method : 'event-driven' or 'sampled', as in Steady
     """
 
     difference: float
@@ -49,39 +51,55 @@ class Comparison:
 
     @property
     def agrees(self) -> bool:
-        """Whether the integration is periodic and stayed on the orbit: then `difference` is an error."""
+        """Whether the integration is periodic and stayed on the orbit: then `difference` is an
+        error."""
         return self.steady.periodic and not self.left
 
 
-def compare(curve: ForcedResponse, problem: ContactProblem, value: float, which: int | None = None,
-            settings: IntegrationSettings | None = None, parameter: Parameter | None = None) -> Comparison:
+def compare(
+    curve: ForcedResponse,
+    problem: ContactProblem,
+    value: float,
+    which: int | None = None,
+    settings: IntegrationSettings | None = None,
+    parameter: Parameter | None = None,
+) -> Comparison:
     """A solution of a curve compared with time integration that starts on its orbit.
 
         problem, _ = contact_problem(model, pairs, law, damping_ratio=0.01)
         print(compare(curve, problem, 1250.0).said)
 
-    problem : that the curve was made with; value, parameter : as in `hbm.curve.solutions.solutions_at`
+    problem : that the curve was made with; value, parameter : as in
+    `hbm.curve.solutions.solutions_at`
     which : the place there, needed where the curve has several solutions
-    The integration starts at displacement, velocity and sliders of the solution and runs until the period map repeats.
-    Where the transient dies slowly, Newton on the period map finds where it leads; where Newton fails, up to
-    `settings.max_periods` are integrated. The largest Floquet multiplier tells stability: at the periodic orbit, or on
-    the motion of the balance where none is found beside it. Raises InputError where there is no such solution.
-    """
+    The integration starts at displacement, velocity and sliders of the solution and runs until the
+    period map repeats. Where the transient dies slowly, Newton on the period map finds where it
+    leads; where Newton fails, up to `settings.max_periods` are integrated. The largest Floquet
+    multiplier tells stability: at the periodic orbit, or on the motion of the balance where none is
+    found beside it. Raises InputError where there is no such solution."""
     balance, points = points_at(curve, problem, value, parameter)
     if which is None and len(points) > 1:
-        sizes = ", ".join(f"{np.abs(p.detail.outputs(curve.output_rows)[:, 1]).max():.3g}" for p in points)
-        raise InputError(f"compare: the curve has {len(points)} solutions at {value:g}, of amplitude {sizes} m; "
-                         f"say which = 0 to {len(points) - 1}")
+        sizes = ", ".join(
+            f"{np.abs(p.detail.outputs(curve.output_rows)[:, 1]).max():.3g}" for p in points
+        )
+        raise InputError(
+            f"compare: the curve has {len(points)} solutions at {value:g}, of amplitude {sizes} m; "
+            f"say which = 0 to {len(points) - 1}"
+        )
     if not 0 <= (which or 0) < len(points) or not points[which or 0].converged:
-        raise InputError(f"compare: which = {which}: {len(points)} solutions of the curve are known at {value:g}")
+        raise InputError(
+            f"compare: which = {which}: {len(points)} solutions of the curve are known at {value:g}"
+        )
     return compare_point(balance, points[which or 0], curve.output_rows, settings)
 
 
-def compare_point(balance: HarmonicBalance, point, rows, settings: IntegrationSettings | None = None) -> Comparison:
+def compare_point(
+    balance: HarmonicBalance, point, rows, settings: IntegrationSettings | None = None
+) -> Comparison:
     """As `compare`, of a point of a balance, for outputs rows (m, r).
 
-    Errors of the steps may keep a barely damped motion from repeating: what almost repeats is integrated once more, at
-    a hundredth of the tolerance.
+    Errors of the steps may keep a barely damped motion from repeating: what almost repeats is
+    integrated once more, at a hundredth of the tolerance.
     """
     settings = settings or IntegrationSettings()
     found = _compared(balance, point, rows, settings)
@@ -99,25 +117,50 @@ def _compared(balance, point, rows, settings) -> Comparison:
     def judged(steady):
         """(steady, its difference, whether it is on another orbit)."""
         difference = _difference(point, rows, steady)
-        return steady, difference, steady.periodic and left_orbit(balance, point, steady.motion, difference, settings)
+        return (
+            steady,
+            difference,
+            steady.periodic and left_orbit(balance, point, steady.motion, difference, settings),
+        )
 
-    found = near = judged(shooting.integrate(integrator, begin, rows, min(settings.patience, settings.max_periods)))
+    found = near = judged(
+        shooting.integrate(integrator, begin, rows, min(settings.patience, settings.max_periods))
+    )
     if found[0].finished and not _on_orbit(found):
         near = judged(shooting.shoot(integrator, begin, rows))
         if not found[0].periodic and settings.max_periods > settings.patience:
             more = settings.max_periods - found[0].periods
-            found = near if _on_orbit(near) else judged(shooting.integrate(integrator, begin, rows, more))
+            found = (
+                near
+                if _on_orbit(near)
+                else judged(shooting.integrate(integrator, begin, rows, more))
+            )
     steady, difference, left = found
-    multiplier, _ = floquet.largest_multiplier(integrator, near[0].state if _on_orbit(near) else begin)
+    multiplier, _ = floquet.largest_multiplier(
+        integrator, near[0].state if _on_orbit(near) else begin
+    )
     stable = None if np.isnan(multiplier) else multiplier <= 1 + settings.marginal
     said = _said(steady, left, difference, (multiplier, stable), settings)
     if steady.periodic and not left and difference > settings.small:
         said += _advice(balance, point, rows, steady, difference, settings)
     if steady.method == "sampled":
-        said += f"; integrated with {settings.samples} steps per period, as law {balance.problem.law.name} is not " \
-                "piecewise linear"
-    return Comparison(difference, steady, left, multiplier, stable, said, float(point.parameter) / (2 * np.pi),
-                      balance.H, steady.origin, steady.start, steady.method)
+        said += (
+            f"; integrated with {settings.samples} steps per period, as law "
+            f"{balance.problem.law.name} is not piecewise linear"
+        )
+    return Comparison(
+        difference,
+        steady,
+        left,
+        multiplier,
+        stable,
+        said,
+        float(point.parameter) / (2 * np.pi),
+        balance.H,
+        steady.origin,
+        steady.start,
+        steady.method,
+    )
 
 
 def _on_orbit(judged):
@@ -125,37 +168,48 @@ def _on_orbit(judged):
     return steady.periodic and not left
 
 
-def integrator_of(balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None) -> Integrator:
-    """The event-driven integrator where every law of the balance is piecewise linear, else the sampled one."""
+def integrator_of(
+    balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None
+) -> Integrator:
+    """The event-driven integrator where every law of the balance is piecewise linear, else the
+    sampled one."""
     piecewise = balance.problem.law.piecewise_linear(balance.problem.contacts)
     return (SampledIntegrator if piecewise is None else ExactIntegrator)(balance, w, settings)
 
 
 def _difference(point, rows, steady):
     X = point.detail.outputs(np.asarray(rows))
-    return float(np.abs(np.abs(steady.harmonics[:, 1]) - np.abs(X[:, 1])).max() / np.abs(X[:, 1]).max())
+    return float(
+        np.abs(np.abs(steady.harmonics[:, 1]) - np.abs(X[:, 1])).max() / np.abs(X[:, 1]).max()
+    )
 
 
 def left_orbit(balance, point, motion, difference, settings: IntegrationSettings) -> bool:
     """Whether an integration with harmonics motion (P nd, H+1) is on another orbit than the point.
 
-    With 2H + 1 harmonics (the next odd ones too, where even ones vanish) the balance is solved from the point and from
-    the orbit of the integration. Where both lead to one solution they are one orbit, and their difference is what H
-    harmonics leave out; where they lead to two, they are two orbits. A threshold alone cannot tell: at H = 1 an orbit
-    is missed by some per cent, and near a fold two orbits are closer than that.
+    With 2H + 1 harmonics (the next odd ones too, where even ones vanish) the balance is solved from
+    the point and from the orbit of the integration. Where both lead to one solution they are one
+    orbit, and their difference is what H harmonics leave out; where they lead to two, they are two
+    orbits. A threshold alone cannot tell: at H = 1 an orbit is missed by some per cent, and near a
+    fold two orbits are closer than that.
     """
     if difference > settings.elsewhere:
         return True
     try:
         finer = _finer(balance)
-        ends = [solve_fixed(finer.evaluate, _padded(x, finer), point.parameter, finer.weights)
-                for x in (point.x, fourier.to_real(motion).ravel())]
-    except InputError:                                           # so many harmonics do not fit into the memory
+        ends = [
+            solve_fixed(finer.evaluate, _padded(x, finer), point.parameter, finer.weights)
+            for x in (point.x, fourier.to_real(motion).ravel())
+        ]
+    except InputError:  # so many harmonics do not fit into the memory
         return bool(difference > settings.unsolved)
     if not all(end.converged for end in ends):
         return bool(difference > settings.unsolved)
     # without the mean: where every contact slides it may be anything on the same orbit
-    swings = [(finer.weights * x).reshape(finer.n_components, -1)[:, 1:] for x in (ends[1].x - ends[0].x, ends[0].x)]
+    swings = [
+        (finer.weights * x).reshape(finer.n_components, -1)[:, 1:]
+        for x in (ends[1].x - ends[0].x, ends[0].x)
+    ]
     return bool(np.linalg.norm(swings[0]) > settings.same * np.linalg.norm(swings[1]))
 
 
@@ -164,7 +218,7 @@ def _finer(balance):
     H = 2 * balance.H + 1
     samples = max(len(balance.grid[0]) - 1, balance.problem.law.default_samples(H))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")                          # of the memory that so many harmonics take
+        warnings.simplefilter("ignore")  # of the memory that so many harmonics take
         return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
 
 
@@ -172,7 +226,7 @@ def _padded(x, finer):
     """Coefficients of fewer harmonics as a guess for more."""
     full = np.zeros((finer.n_components, finer.nh))
     coefficients = x.reshape(finer.n_components, -1)
-    full[:, :coefficients.shape[1]] = coefficients
+    full[:, : coefficients.shape[1]] = coefficients
     return full.ravel()
 
 
@@ -182,12 +236,17 @@ def _said(steady, left, difference, stability, settings):
     if not steady.finished:
         said = "the integration did not finish a period: events follow each other faster and faster"
     elif not steady.periodic:
-        said = f"the integration is not periodic after {steady.periods} periods (change {steady.period_change:.1e})"
+        said = (
+            f"the integration is not periodic after {steady.periods} periods (change "
+            f"{steady.period_change:.1e})"
+        )
     elif left:
         said = f"the integration left for another orbit, {difference:.1%} of the amplitude away"
     elif stable is False:
-        said = (f"the orbit exists, {difference:.2e} of the amplitude away, but it is {verdict}: any disturbance makes "
-                "the integration leave it")
+        said = (
+            f"the orbit exists, {difference:.2e} of the amplitude away, but it is {verdict}: any "
+            "disturbance makes the integration leave it"
+        )
     else:
         said = f"the integration stays on the orbit, {difference:.2e} of the amplitude away"
         said += "" if stable is None else f", which is {verdict}"
@@ -199,10 +258,13 @@ def _said(steady, left, difference, stability, settings):
 
 
 def _advice(balance, point, rows, steady, difference, settings):
-    """Whether samples or harmonics lack: twice the samples, where they matter, take most of the difference away."""
+    """Whether samples or harmonics lack: twice the samples, where they matter, take most of the
+    difference away."""
     samples = len(balance.grid[0]) - 1
     if steady.method == "sampled" and 2 * samples <= MOST_SAMPLES:
-        finer = HarmonicBalance(balance.problem, balance.forces, balance.H, balance.given_start, 2 * samples)
+        finer = HarmonicBalance(
+            balance.problem, balance.forces, balance.H, balance.given_start, 2 * samples
+        )
         again = solve_fixed(finer.evaluate, point.x, point.parameter, finer.weights)
         if again.converged and _difference(again, rows, steady) < settings.fewer * difference:
             return f"; more samples than {samples} bring it closer"

@@ -1,9 +1,10 @@
-"""numba's njit for the kernels of this project: what it compiles is kept in files that may be lost at any time.
+"""numba's njit for the kernels of this project: what it compiles is kept in files that may be lost
+at any time.
 
-numba reads its cache as pickles without a check: a file that is cut ends in a traceback on every later run, and one of
-which a byte is another may run and be wrong. Here each file begins with its checksum, and code names the source and the
-signature that it is of; what does not fit is compiled anew and written again. Where nothing can be written, kernels
-live as long as the process.
+numba reads its cache as pickles without a check: a file that is cut ends in a traceback on every
+later run, and one of which a byte is another may run and be wrong. Here each file begins with its
+checksum, and code names the source and the signature that it is of; what does not fit is compiled
+anew and written again. Where nothing can be written, kernels live as long as the process.
 """
 
 import logging
@@ -22,10 +23,13 @@ _told: set[str] = set()
 
 
 def njit(cache: bool = False, **options: Any) -> Callable:
-    """As numba.njit(cache=..., ...), to be called; cache : whether the code is kept from run to run."""
+    """As numba.njit(cache=..., ...), to be called; cache : whether the code is kept from run to
+    run."""
+
     def compiled(function):
         kernel = numba.njit(**options)(function)
-        if cache and isinstance(kernel, CPUDispatcher):        # a plain function where numba is switched off
+        # a plain function where numba is switched off
+        if cache and isinstance(kernel, CPUDispatcher):
             kernel._cache = _cache_of(function)
         return kernel
 
@@ -37,14 +41,15 @@ class KernelCache(FunctionCache):
 
     def __init__(self, function):
         super().__init__(function)
-        self._cache_file = KernelFiles(self._cache_path, self._impl.filename_base,
-                                       self._impl.locator.get_source_stamp())
+        self._cache_file = KernelFiles(
+            self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
+        )
 
     def load_overload(self, sig, target_context):
         """The code for a signature, or None."""
         try:
             return super().load_overload(sig, target_context)
-        except Exception as error:         # whole, and yet not what these libraries can load
+        except Exception as error:  # whole, and yet not what these libraries can load
             _tell_once("stored kernels cannot be loaded and are compiled anew", error)
             return None
 
@@ -52,7 +57,7 @@ class KernelCache(FunctionCache):
         """Keep the code for a signature, where the disk allows it."""
         try:
             super().save_overload(sig, data)
-        except Exception as error:         # the disk, or a numba whose cache works otherwise
+        except Exception as error:  # the disk, or a numba whose cache works otherwise
             _tell_once("compiled kernels cannot be kept, and every run compiles them again", error)
 
 
@@ -60,8 +65,9 @@ class KernelFiles(IndexDataCacheFile):
     """Index and code of one kernel, as numba names them, each behind its checksum."""
 
     def load(self, key):
-        """The code of a key, or None; that of another key or source does not count, as two processes may have taken
-        one name at the same time, or one ended between the index and the code."""
+        """The code of a key, or None; that of another key or source does not count, as two
+        processes may have taken one name at the same time, or one ended between the index and the
+        code."""
         name = self._load_index().get(key)
         of, data = (name and self._load_data(name)) or (None, None)
         return data if of == (self._source_stamp, key) else None
@@ -92,7 +98,7 @@ class KernelFiles(IndexDataCacheFile):
 def _cache_of(function):
     try:
         return KernelCache(function)
-    except Exception as error:         # no folder that can be written to
+    except Exception as error:  # no folder that can be written to
         _tell_once("compiled kernels cannot be kept, and every run compiles them again", error)
         return NullCache()
 
@@ -103,7 +109,7 @@ def _checksum(packed: bytes) -> bytes:
 
 def _read(path):
     """What `_write` has written there, or None."""
-    if not os.path.isfile(path):           # a folder or a pipe neither
+    if not os.path.isfile(path):  # a folder or a pipe neither
         return None
     try:
         with open(path, "rb") as file:

@@ -1,7 +1,7 @@
 """ContactTable: one row per node pair. The CSV that it is stored as *is* the preload map.
 
-This file alone states the conventions of contact. In the frame of a pair (rows t1 along the damper axis, t2 across,
-n; right-handed) n points from the damper into the blade and
+This file alone states the conventions of contact. In the frame of a pair (rows t1 along the damper
+axis, t2 across, n; right-handed) n points from the damper into the blade and
 
     u = frame @ (u_damper - u_blade),     u_n > 0 closes,     N = max(0, preload + kn u_n).
 """
@@ -22,13 +22,26 @@ from tipdamp.hbm.validation import brief
 GROUND = "ground"
 
 _TEXT = ("side", "blade_body", "damper_body")
-_FORMULA = ("=", "+", "-", "@")        # with which a cell begins that a spreadsheet computes
+_FORMULA = ("=", "+", "-", "@")  # with which a cell begins that a spreadsheet computes
 _WHOLE = ("station", "row", "blade_node", "damper_node")
-_VECTOR = {"position": ("x", "y", "z"), "t1": ("t1x", "t1y", "t1z"), "t2": ("t2x", "t2y", "t2z"),
-           "n": ("nx", "ny", "nz")}
+_VECTOR = {
+    "position": ("x", "y", "z"),
+    "t1": ("t1x", "t1y", "t1z"),
+    "t2": ("t2x", "t2y", "t2z"),
+    "n": ("nx", "ny", "nz"),
+}
 _NUMBER = ("gap", "kn", "kt", "mu", "preload", "weight", "area")
-COLUMNS = (*_TEXT[:1], "station", "row", "blade_body", "blade_node", "damper_body", "damper_node",
-           *(c for names in _VECTOR.values() for c in names), *_NUMBER)
+COLUMNS = (
+    *_TEXT[:1],
+    "station",
+    "row",
+    "blade_body",
+    "blade_node",
+    "damper_body",
+    "damper_node",
+    *(c for names in _VECTOR.values() for c in names),
+    *_NUMBER,
+)
 _DEFAULT = {"row": 0, "gap": 0.0, "preload": 0.0, "weight": 1.0, "area": 0.0}
 
 
@@ -37,17 +50,18 @@ class ContactTable:
     """P node pairs between blades and damper.
 
     side : (P,) str - name of the contact side, e.g. 'left'
-    station, row : (P,) int - index along the axis from 0; index across the side, 0 = lower edge line
-    blade_body, damper_body : (P,) str - 'ground' is a fixed counterpart
+    station, row : (P,) int - index along the axis from 0; index across the side, 0 = lower edge
+    line blade_body, damper_body : (P,) str - 'ground' is a fixed counterpart
     blade_node, damper_node : (P,) int - node numbers of the user's meshes
     position : (P, 3) m
     frame : (P, 3, 3) - rows t1, t2, n, orthonormal and right-handed
     gap : (P,) m - initial gap g0 (crown, wear); 0 where the surfaces touch
-    kn, kt : (P,) N/m - nodal normal and tangential stiffness [Zucca 2016, sec. 7.1]; inf: hard contact (statics alone)
-    mu : (P,) - friction coefficient
+    kn, kt : (P,) N/m - nodal normal and tangential stiffness [Zucca 2016, sec. 7.1]; inf: hard
+    contact (statics alone) mu : (P,) - friction coefficient
     preload : (P,) N - signed static normal force; negative = open by -preload/kn
     weight : (P,) in [0, 1] - 1 carries, 0 is detached; multiplies kn and kt
-    area : (P,) m2 - of the surface that a contact point stands for; 0 for pairs of nodes, which know none
+    area : (P,) m2 - of the surface that a contact point stands for; 0 for pairs of nodes, which
+    know none
     """
 
     side: np.ndarray
@@ -75,44 +89,73 @@ class ContactTable:
             try:
                 object.__setattr__(self, name, np.asarray(given, dtype=kind))
             except (TypeError, ValueError):
-                raise InputError(f"contact table: {name} = {brief(given)}, must hold a "
-                                 f"{'text' if kind is str else 'number'} for each pair") from None
+                raise InputError(
+                    f"contact table: {name} = {brief(given)}, must hold a "
+                    f"{'text' if kind is str else 'number'} for each pair"
+                ) from None
         for name, column in vars(self).items():
             if len(column) != len(self):
-                raise InputError(f"contact table: {name} has {len(column)} rows, side has {len(self)}")
+                raise InputError(
+                    f"contact table: {name} has {len(column)} rows, side has {len(self)}"
+                )
         self._check_values()
 
     def _check_values(self):
         for name in _TEXT:
             for text in dict.fromkeys(vars(self)[name].tolist()):
                 if text[:1] in _FORMULA or not text.isprintable():
-                    raise InputError(f"contact table: {name} '{shown(text)}': must be a printable name that does not "
-                                     f"begin with {' '.join(_FORMULA)}, as the formulas of a spreadsheet do")
-        for name, low, high in (("kn", 0, np.inf), ("kt", 0, np.inf), ("mu", 0, np.inf), ("weight", 0, 1),
-                                ("area", 0, np.inf), ("gap", -np.inf, np.inf), ("preload", -np.inf, np.inf)):
+                    raise InputError(
+                        f"contact table: {name} '{shown(text)}': must be a printable name that "
+                        f"does not begin with {' '.join(_FORMULA)}, as the formulas of a "
+                        "spreadsheet do"
+                    )
+        for name, low, high in (
+            ("kn", 0, np.inf),
+            ("kt", 0, np.inf),
+            ("mu", 0, np.inf),
+            ("weight", 0, 1),
+            ("area", 0, np.inf),
+            ("gap", -np.inf, np.inf),
+            ("preload", -np.inf, np.inf),
+        ):
             values = vars(self)[name]
-            hard = (name in ("kn", "kt")) & np.isposinf(values)      # contact without a spring, in statics alone
+            # contact without a spring, in statics alone
+            hard = (name in ("kn", "kt")) & np.isposinf(values)
             bad = ~(np.isfinite(values) | hard) | (values < low) | (values > high)
             if bad.any():
                 i = int(np.flatnonzero(bad)[0])
                 allowed = "finite" if np.isinf(low) else f"finite and between {low:g} and {high:g}"
-                raise InputError(f"contact table, pair {i + 1}: {name} = {values[i]:g}, must be {allowed}")
-        off = np.abs(self.frame @ self.frame.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+                raise InputError(
+                    f"contact table, pair {i + 1}: {name} = {values[i]:g}, must be {allowed}"
+                )
+        off = np.abs(self.frame @ self.frame.transpose(0, 2, 1) - np.eye(3)).max(
+            axis=(1, 2), initial=0.0
+        )
         if not (off <= 1e-6).all():
             i = int(np.where(np.isnan(off), np.inf, off).argmax())
-            raise InputError(f"contact table, pair {i + 1}: t1, t2, n are not orthonormal (off by {off[i]:.1e})")
+            raise InputError(
+                f"contact table, pair {i + 1}: t1, t2, n are not orthonormal (off by {off[i]:.1e})"
+            )
         left = np.linalg.det(self.frame) < 0
         if left.any():
-            raise InputError(f"contact table, pair {int(left.argmax()) + 1}: t1, t2, n are left-handed, t1 x t2 must "
-                             "be n")
+            raise InputError(
+                f"contact table, pair {int(left.argmax()) + 1}: t1, t2, n are left-handed, t1 x "
+                "t2 must be n"
+            )
 
     def __len__(self) -> int:
         return len(self.side)
 
     def __repr__(self) -> str:
         sides = ", ".join(f"{side} {int((self.side == side).sum())}" for side in self.sides)
-        load = f"preload {self.preload.min():.3g} to {self.preload.max():.3g} N" if len(self) else "empty"
-        return f"<ContactTable: {len(self)} pairs ({sides}), {int(self.carrying.sum())} carry; {load}>"
+        load = (
+            f"preload {self.preload.min():.3g} to {self.preload.max():.3g} N"
+            if len(self)
+            else "empty"
+        )
+        return (
+            f"<ContactTable: {len(self)} pairs ({sides}), {int(self.carrying.sum())} carry; {load}>"
+        )
 
     @property
     def normal(self) -> np.ndarray:
@@ -145,7 +188,12 @@ class ContactTable:
     def save(self, path: str | Path) -> Path:
         """One CSV line per pair, numbers with 17 digits so that nothing is lost."""
         path = Path(path)
-        vectors = {"position": self.position, "t1": self.frame[:, 0], "t2": self.frame[:, 1], "n": self.frame[:, 2]}
+        vectors = {
+            "position": self.position,
+            "t1": self.frame[:, 0],
+            "t2": self.frame[:, 1],
+            "n": self.frame[:, 2],
+        }
         columns = {name: vars(self)[name] for name in (*_TEXT, *_WHOLE, *_NUMBER)}
         for name, labels in _VECTOR.items():
             columns.update({label: vectors[name][:, k] for k, label in enumerate(labels)})
@@ -159,9 +207,10 @@ class ContactTable:
 
     @classmethod
     def load(cls, path: str | Path) -> "ContactTable":
-        """Read a CSV with a header line; gap, preload, row, weight and area may be left out. Columns are separated by
-        commas, or by semicolons, then also with decimal commas. Raises InputError with line and column where a row does
-        not fit the header, a column is there twice or a value is none."""
+        """Read a CSV with a header line; gap, preload, row, weight and area may be left out.
+        Columns are separated by commas, or by semicolons, then also with decimal commas. Raises
+        InputError with line and column where a row does not fit the header, a column is there twice
+        or a value is none."""
         path = Path(path)
         if not path.is_file():
             raise InputError(f"contact table not found: {path}")
@@ -173,19 +222,27 @@ class ContactTable:
                 raise InputError(f"{path}: unknown column '{shown(h)}'; {nearest(h, COLUMNS)}")
         missing = [c for c in COLUMNS if c not in table.header and c not in _DEFAULT]
         if missing:
-            raise InputError(f"{path}: column '{missing[0]}' is missing; needed: {', '.join(COLUMNS)}")
+            raise InputError(
+                f"{path}: column '{missing[0]}' is missing; needed: {', '.join(COLUMNS)}"
+            )
         columns: dict = {c: [_DEFAULT[c]] * len(table.rows) for c in _DEFAULT}
         for name in table.header:
-            columns[name] = ([text.removeprefix("'") for text in table.texts(name)] if name in _TEXT else
-                             table.numbers(name, _kind(name)))
-        vectors = {name: np.column_stack([columns.pop(label) for label in labels])
-                   for name, labels in _VECTOR.items()}
+            columns[name] = (
+                [text.removeprefix("'") for text in table.texts(name)]
+                if name in _TEXT
+                else table.numbers(name, _kind(name))
+            )
+        vectors = {
+            name: np.column_stack([columns.pop(label) for label in labels])
+            for name, labels in _VECTOR.items()
+        }
         frame = np.stack([vectors["t1"], vectors["t2"], vectors["n"]], axis=1)
         return cls(position=vectors["position"], frame=frame, **columns)
 
 
 class Moves(Protocol):
-    """What `relative_motion` asks of a model: how its nodes and contact points move with its dofs."""
+    """What `relative_motion` asks of a model: how its nodes and contact points move with its
+    dofs."""
 
     @property
     def size(self) -> int:
@@ -199,39 +256,60 @@ def relative_motion(model: Moves, pairs: ContactTable) -> sp.csr_matrix:
     """B (3P, r): rows t1, t2, n of each pair in turn, u = B q = frame @ (u_damper - u_blade)."""
     P = len(pairs)
     apart = sp.csr_matrix((3 * P, model.size))
-    for bodies, numbers, sign in ((pairs.damper_body, pairs.damper_node, 1.0),
-                                  (pairs.blade_body, pairs.blade_node, -1.0)):
+    for bodies, numbers, sign in (
+        (pairs.damper_body, pairs.damper_node, 1.0),
+        (pairs.blade_body, pairs.blade_node, -1.0),
+    ):
         for body in np.unique(bodies[bodies != GROUND]):
             mine = np.flatnonzero(bodies == body)
             rows = (3 * mine[:, None] + np.arange(3)).ravel()
-            place = sp.csr_matrix((np.full(len(rows), sign), (rows, np.arange(len(rows)))), shape=(3 * P, len(rows)))
+            place = sp.csr_matrix(
+                (np.full(len(rows), sign), (rows, np.arange(len(rows)))), shape=(3 * P, len(rows))
+            )
             apart = apart + place @ model.motion_of(body, numbers[mine])
-    turn = sp.bsr_matrix((pairs.frame, np.arange(P), np.arange(P + 1)), shape=(3 * P, 3 * P)).tocsr()
+    turn = sp.bsr_matrix(
+        (pairs.frame, np.arange(P), np.arange(P + 1)), shape=(3 * P, 3 * P)
+    ).tocsr()
     B = turn @ apart
     B.sort_indices()
     return B
 
 
 def check_distinct(where: str, pairs: ContactTable) -> None:
-    """InputError where stations or rows are negative, a place of a side is there twice, or two nodes are a pair twice
-    with the same normal: its stiffness would count twice. where : 'file: key'."""
+    """InputError where stations or rows are negative, a place of a side is there twice, or two
+    nodes are a pair twice with the same normal: its stiffness would count twice. where : 'file:
+    key'."""
     low = (pairs.station < 0) | (pairs.row < 0)
     if low.any():
         i = int(low.argmax())
-        raise InputError(f"{where}, pair {i + 1}: station {pairs.station[i]}, row {pairs.row[i]}: must be 0 or more")
+        raise InputError(
+            f"{where}, pair {i + 1}: station {pairs.station[i]}, row {pairs.row[i]}: must be 0 or "
+            "more"
+        )
     sides = np.unique(pairs.side, return_inverse=True)[1]
-    _refuse_twice(where, np.column_stack([sides, pairs.station, pairs.row]), pairs, lambda i: (
-        f"side '{pairs.side[i]}', station {pairs.station[i]}, row {pairs.row[i]}"), "give each its own station or row")
+    _refuse_twice(
+        where,
+        np.column_stack([sides, pairs.station, pairs.row]),
+        pairs,
+        lambda i: f"side '{pairs.side[i]}', station {pairs.station[i]}, row {pairs.row[i]}",
+        "give each its own station or row",
+    )
     check_pairs_once(where, pairs)
 
 
 def check_pairs_once(where: str, pairs: ContactTable) -> None:
     """InputError where two nodes are a pair twice with the same normal."""
     names = np.unique([pairs.blade_body, pairs.damper_body], return_inverse=True)[1].reshape(2, -1)
-    nodes = np.column_stack([names[0], pairs.blade_node, names[1], pairs.damper_node, np.round(pairs.normal, 3) + 0.0])
-    _refuse_twice(where, nodes[pairs.carrying], pairs.select(pairs.carrying), lambda i: (
-        f"blade node {pairs.blade_node[i]} and damper node {pairs.damper_node[i]}"),
-        "its stiffness would count twice; take it off one side")
+    nodes = np.column_stack(
+        [names[0], pairs.blade_node, names[1], pairs.damper_node, np.round(pairs.normal, 3) + 0.0]
+    )
+    _refuse_twice(
+        where,
+        nodes[pairs.carrying],
+        pairs.select(pairs.carrying),
+        lambda i: f"blade node {pairs.blade_node[i]} and damper node {pairs.damper_node[i]}",
+        "its stiffness would count twice; take it off one side",
+    )
 
 
 def _refuse_twice(where, keys, pairs, named, remedy):
@@ -239,20 +317,30 @@ def _refuse_twice(where, keys, pairs, named, remedy):
     again = np.flatnonzero(first[of.ravel()] != np.arange(len(keys)))
     if len(again):
         i, j = int(first[of.ravel()[again[0]]]), int(again[0])
-        sides = "" if pairs.side[i] == pairs.side[j] else f", on the sides '{pairs.side[i]}' and '{pairs.side[j]}'"
-        raise InputError(f"{where}: {named(i)} is there twice (pairs {i + 1} and {j + 1}{sides}; {len(again)} such); "
-                         f"{remedy}")
+        sides = (
+            ""
+            if pairs.side[i] == pairs.side[j]
+            else f", on the sides '{pairs.side[i]}' and '{pairs.side[j]}'"
+        )
+        raise InputError(
+            f"{where}: {named(i)} is there twice (pairs {i + 1} and {j + 1}{sides}; {len(again)} "
+            f"such); {remedy}"
+        )
 
 
 def without_normal_motion(B: sp.spmatrix, pairs: ContactTable) -> str:
-    """A sentence on the pairs along whose normal the model has no dof; empty where there are none. B (3P, r)."""
+    """A sentence on the pairs along whose normal the model has no dof; empty where there are none.
+    B (3P, r)."""
     fixed = np.flatnonzero(abs(B[2::3]).sum(axis=1).A1 == 0)
     if not len(fixed):
         return ""
     p, more = fixed[0], f" and {len(fixed) - 1} more" * (len(fixed) > 1)
     n = ", ".join(f"{v:.2g}" for v in pairs.normal[p])
-    return (f"pair {p + 1} ({pairs.side[p]}, station {pairs.station[p]}){more}: the model has no dof along the normal "
-            f"({n}) at its nodes, so the normal load stays at the preload and nothing can lift off")
+    return (
+        f"pair {p + 1} ({pairs.side[p]}, station {pairs.station[p]}){more}: the model has no dof "
+        f"along the normal ({n}) at its nodes, so the normal load stays at the preload and "
+        "nothing can lift off"
+    )
 
 
 def _text(value) -> str:

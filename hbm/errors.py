@@ -5,13 +5,15 @@ from difflib import get_close_matches
 
 
 class InputError(ValueError):
-    """Unusable input, found before any heavy work: one line with the given value and the allowed ones."""
+    """Unusable input, found before any heavy work: one line with the given value and the allowed
+    ones."""
 
 
 def shown(name: object, most: int = 80) -> str:
-    """A name from a file as it may stand in a message: control characters escaped, cut at so many characters."""
+    """A name from a file as it may stand in a message: control characters escaped, cut at so many
+    characters."""
     text = "".join(c if c.isprintable() else repr(c)[1:-1] for c in str(name))
-    return text if len(text) <= most else f"{text[:most - 3]}..."
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def nearest(name: str, allowed: Iterable) -> str:

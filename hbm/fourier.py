@@ -4,8 +4,10 @@ A periodic x(t) with harmonics 0..H is, with tau = omega t and exp(+i omega t),
 
     x(t) = X0 + Re sum_k X_k exp(i k tau)  =  sum_j x_j e_j(tau)
 
-    real coefficients, last axis:     x = [X0, Re X1, Im X1, Re X2, Im X2, ...]         2 H + 1 numbers
-    complex coefficients, last axis:  X = [X0, X1, ..., XH], X0 real                     H + 1 numbers
+    real coefficients, last axis:     x = [X0, Re X1, Im X1, Re X2, Im X2, ...]         2 H + 1
+    numbers
+    complex coefficients, last axis:  X = [X0, X1, ..., XH], X0 real                     H + 1
+    numbers
     basis:                            e_0 = 1,  e_{2k-1} = cos k tau,  e_{2k} = -sin k tau
 """
 
@@ -38,7 +40,8 @@ def to_real(X: np.ndarray) -> np.ndarray:
 
 
 def work(f: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """(P,) J per cycle that forces f dissipate in motions u, both real coefficients (P, nd, 2H+1)."""
+    """(P,) J per cycle that forces f dissipate in motions u, both real coefficients (P, nd,
+    2H+1)."""
     F, U = to_complex(f), to_complex(u)
     return np.pi * np.sum(np.arange(F.shape[-1]) * (F * U.conj()).imag, axis=(1, 2))
 
@@ -62,7 +65,8 @@ def basis_rate(tau: np.ndarray, H: int) -> np.ndarray:
 
 
 def half_peak_to_peak(X: np.ndarray) -> np.ndarray:
-    """(...,) half of max minus min over the cycle, from complex harmonics (..., H+1); extrema found to rounding."""
+    """(...,) half of max minus min over the cycle, from complex harmonics (..., H+1); extrema found
+    to rounding."""
     H = X.shape[-1] - 1
     if H <= 1:
         return np.abs(X[..., 1]) if H else np.zeros(X.shape[:-1])
@@ -71,31 +75,41 @@ def half_peak_to_peak(X: np.ndarray) -> np.ndarray:
 
 
 def half_peak_to_peak_along(X: np.ndarray, dX: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(half_peak_to_peak, its derivative where X changes by dX), each (...,): that of the values at the extremal
-    instants."""
+    """(half_peak_to_peak, its derivative where X changes by dX), each (...,): that of the values at
+    the extremal instants."""
     H = X.shape[-1] - 1
     (high, low), tau = _extrema(X[..., 1:].reshape(-1, H))
-    up, down = (np.exp(1j * tau[..., None] * np.arange(1, H + 1)) * dX[..., 1:].reshape(-1, H)).real.sum(axis=-1)
+    up, down = (
+        np.exp(1j * tau[..., None] * np.arange(1, H + 1)) * dX[..., 1:].reshape(-1, H)
+    ).real.sum(axis=-1)
     value = 0.5 * (high - low).reshape(X.shape[:-1]) if H > 1 else np.abs(X[..., 1])
     return value, 0.5 * (up - down).reshape(X.shape[:-1])
 
 
 def _extrema(X):
-    """(highest and lowest values (2, n), their instants (2, n)) of series without a mean, X (n, H) of orders 1..H.
+    """(highest and lowest values (2, n), their instants (2, n)) of series without a mean, X (n, H)
+    of orders 1..H.
 
     Newton on the rate from the best sample; a sample stays where Newton would make it worse.
     """
     n, H = X.shape
     k, (tau, waves) = np.arange(1, H + 1), _waves(H)
     samples = (X @ waves).real
-    tau, sign = tau[np.r_[samples.argmax(axis=1), samples.argmin(axis=1)]], np.repeat([1.0, -1.0], n)
+    tau, sign = (
+        tau[np.r_[samples.argmax(axis=1), samples.argmin(axis=1)]],
+        np.repeat([1.0, -1.0], n),
+    )
     X, step, best, at = np.concatenate([X, X]), np.pi / (16 * H), np.full(2 * n, -np.inf), tau
     for _ in range(6):
         z = X * np.exp(1j * tau[:, None] * k)
-        value, rate, curvature = sign * z.real.sum(axis=1), -(z.imag @ k), -(z.real @ k**2)
+        value = sign * z.real.sum(axis=1)
+        rate = -(z.imag @ k)
+        curvature = -(z.real @ k**2)
         higher = ~(value <= best)
         best, at = np.where(higher, value, best), np.where(higher, tau, at)
-        tau = tau + np.minimum(np.maximum(-rate / np.where(curvature == 0, np.inf, curvature), -step), step)
+        tau = tau + np.minimum(
+            np.maximum(-rate / np.where(curvature == 0, np.inf, curvature), -step), step
+        )
     return (sign * best).reshape(2, n), at.reshape(2, n)
 
 
@@ -114,4 +128,8 @@ def rms(X: np.ndarray) -> np.ndarray:
 def rms_slope(X: np.ndarray, dX: np.ndarray) -> np.ndarray:
     """(...,) derivative of rms where X changes by dX."""
     size = rms(X)
-    return 0.5 * np.sum((X[..., 1:].conj() * dX[..., 1:]).real, axis=-1) / np.where(size > 0, size, 1.0)
+    return (
+        0.5
+        * np.sum((X[..., 1:].conj() * dX[..., 1:]).real, axis=-1)
+        / np.where(size > 0, size, 1.0)
+    )

@@ -1,7 +1,8 @@
-"""A reduced model for other codes: matrices and the dof table, as `hbm.io.matrices_in` reads them back.
+"""A reduced model for other codes: matrices and the dof table, as `hbm.io.matrices_in` reads them
+back.
 
-    write_model(model, "folder", "mtx")    # M.mtx, K.mtx, C.mtx, dofs.csv
-    ReducedModel.from_files(M="folder/M.mtx", K="folder/K.mtx", dofs="folder/dofs.csv")
+write_model(model, "folder", "mtx")    # M.mtx, K.mtx, C.mtx, dofs.csv
+ReducedModel.from_files(M="folder/M.mtx", K="folder/K.mtx", dofs="folder/dofs.csv")
 """
 
 import csv
@@ -19,25 +20,30 @@ KINDS = ("npz", "mat", "mtx")
 
 
 def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path]:
-    """model.npz; or model.mat with M, K (and C), or M.mtx, K.mtx (and C.mtx), and dofs.csv. Returns what was written.
+    """model.npz; or model.mat with M, K (and C), or M.mtx, K.mtx (and C.mtx), and dofs.csv. Returns
+    what was written.
 
-    model.mat holds the dof table too: body, node, direction, position, load_names and loads (r, k), group_names and
-    group_nodes. `from_files` needs dofs.csv beside Matrix Market alone.
-    The dof table has a line per row of the matrices: body, node, direction, x, y, z (m), a column `load NAME` (N) for
-    each load and a column `group NAME`, 1 on its nodes. Raises InputError for another kind, and where the model has
-    contact points, which npz alone holds.
+    model.mat holds the dof table too: body, node, direction, position, load_names and loads (r, k),
+    group_names and group_nodes. `from_files` needs dofs.csv beside Matrix Market alone.
+    The dof table has a line per row of the matrices: body, node, direction, x, y, z (m), a column
+    `load NAME` (N) for each load and a column `group NAME`, 1 on its nodes. Raises InputError for
+    another kind, and where the model has contact points, which npz alone holds.
     """
     if kind not in KINDS:
         raise InputError(f"export to '{kind}' is unknown; {nearest(kind, KINDS)}")
     if model.points and kind != "npz":
         count = sum(len(points.number) for points in model.points.values())
-        raise InputError(f"export to '{kind}': the model has {count} contact points, whose motions {kind} does not "
-                         "hold; export to 'npz'")
+        raise InputError(
+            f"export to '{kind}': the model has {count} contact points, whose motions {kind} does "
+            "not hold; export to 'npz'"
+        )
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     if kind == "npz":
         return [model.save(folder / "model.npz")]
-    matrices = {name: A for name, A in (("M", model.M), ("K", model.K), ("C", model.C)) if A is not None}
+    matrices = {
+        name: A for name, A in (("M", model.M), ("K", model.K), ("C", model.C)) if A is not None
+    }
     if kind == "mat":
         written = [folder / "model.mat"]
         scipy.io.savemat(written[0], matrices | _table(model))
@@ -49,16 +55,25 @@ def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path
 
 
 def _table(model):
-    """The dof table, loads and groups as MATLAB variables; names are cells, as they may hold any character."""
+    """The dof table, loads and groups as MATLAB variables; names are cells, as they may hold any
+    character."""
+
     def cells(values):
         out = np.empty((len(values), 1), dtype=object)
         out[:, 0] = values
         return out
 
-    table = {"body": cells(model.body.tolist()), "node": model.node[:, None], "position": model.position,
-             "direction": cells(model.direction.tolist())}
+    table = {
+        "body": cells(model.body.tolist()),
+        "node": model.node[:, None],
+        "position": model.position,
+        "direction": cells(model.direction.tolist()),
+    }
     if model.loads:
-        table |= {"load_names": cells(list(model.loads)), "loads": np.column_stack(list(model.loads.values()))}
+        table |= {
+            "load_names": cells(list(model.loads)),
+            "loads": np.column_stack(list(model.loads.values())),
+        }
     if model.groups:
         nodes = np.empty((len(model.groups), 1), dtype=object)
         for i, members in enumerate(model.groups.values()):
@@ -72,7 +87,11 @@ def _write_dofs(model, path):
     columns |= {axis: _numbers(model.position[:, k]) for k, axis in enumerate(DIRECTIONS)}
     columns |= {f"load {name}": _numbers(load) for name, load in model.loads.items()}
     for name, nodes in model.groups.items():
-        mine = (model.body == name.split("/")[0]) & (model.direction != "mode") & np.isin(model.node, nodes)
+        mine = (
+            (model.body == name.split("/")[0])
+            & (model.direction != "mode")
+            & np.isin(model.node, nodes)
+        )
         columns[f"group {name}"] = np.where(mine, "1", "")
     with open(path, "w", newline="", encoding="utf-8") as f:
         table = csv.writer(f)

@@ -6,21 +6,27 @@ from pathlib import Path
 
 from tipdamp.hbm.errors import InputError
 
-# Measured by tests/hbm/test_memory.py: at its largest a curve keeps the condensed matrix and its factors of the
-# last points, each of the square of the unknowns of the active contacts, beside the derivatives of their forces.
+# Measured by tests/hbm/test_memory.py: at its largest a curve keeps the condensed matrix and its
+# factors of the last points, each of the square of the unknowns of the active contacts, beside the
+# derivatives of their forces.
 _SQUARES, _BLOCKS = 5, 10
-_VECTORS = 12 * 100      # of all unknowns, sticking contacts included: a dozen at each of about a hundred points
-_NEXT = 2                # squares that the next matrix and its factors need, beside what the curve keeps already
-_SLIPPING = 4            # before the start one contact in so many is assumed to slip or lift, and at least one
-SMALL = 2.0**28          # bytes below which nothing is checked
+# of all unknowns, sticking contacts included: a dozen at each of about a hundred points
+_VECTORS = 12 * 100
+_NEXT = 2  # squares that the next matrix and its factors need, beside what the curve keeps already
+# before the start one contact in so many is assumed to slip or lift, and at least one
+_SLIPPING = 4
+SMALL = 2.0**28  # bytes below which nothing is checked
 
 
 def available_bytes() -> float:
-    """Bytes left on the machine, or within the limit of the container; infinite where neither is known."""
+    """Bytes left on the machine, or within the limit of the container; infinite where neither is
+    known."""
     found = []
     try:
         lines = Path("/proc/meminfo").read_text().splitlines()
-        found.append(next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable")))
+        found.append(
+            next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable"))
+        )
     except (OSError, StopIteration, ValueError):
         pass
     try:
@@ -33,20 +39,23 @@ def available_bytes() -> float:
 
 
 def newton_bytes(active: float, components: int, H: int, squares: int = _SQUARES) -> float:
-    """Bytes of Newton's method, for so many active contacts (slipping or lifting) of a law with so many components; a
-    contact of which only some components are active counts for a part."""
+    """Bytes of Newton's method, for so many active contacts (slipping or lifting) of a law with so
+    many components; a contact of which only some components are active counts for a part."""
     block = components * (2 * H + 1)
     return 8.0 * (squares * (active * block) ** 2 + _BLOCKS * active * block**2)
 
 
 def curve_bytes(active: float, contacts: int, components: int, H: int) -> float:
-    """Bytes of a whole curve with so many contacts, so many of them active: Newton's method and the points."""
-    return newton_bytes(active, components, H) + 8.0 * _VECTORS * contacts * components * (2 * H + 1)
+    """Bytes of a whole curve with so many contacts, so many of them active: Newton's method and the
+    points."""
+    return newton_bytes(active, components, H) + 8.0 * _VECTORS * contacts * components * (
+        2 * H + 1
+    )
 
 
 def check_harmonics_fit(contacts: int, components: int, H: int) -> None:
-    """Before anything heavy: InputError where not even one contact can be active, a warning where not a quarter of them
-    can at once; how many will be is not known yet."""
+    """Before anything heavy: InputError where not even one contact can be active, a warning where
+    not a quarter of them can at once; how many will be is not known yet."""
     one = partial(curve_bytes, 1, contacts, components)
     if message := _lack(one, H, "one contact that slips or lifts needs"):
         raise InputError(message)
@@ -69,5 +78,7 @@ def _lack(of_harmonics, H, what):
     if need < SMALL or need <= (there := available_bytes()):
         return None
     fits = next((h for h in range(H - 1, 0, -1) if of_harmonics(h) <= there), 0)
-    return (f"harmonics = {H}: {what} {need / 1e9:.3g} GB of memory for Newton's method, "
-            f"{there / 1e9:.3g} GB are available: at most harmonics = {fits} here, or fewer contacts")
+    return (
+        f"harmonics = {H}: {what} {need / 1e9:.3g} GB of memory for Newton's method, "
+        f"{there / 1e9:.3g} GB are available: at most harmonics = {fits} here, or fewer contacts"
+    )

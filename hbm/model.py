@@ -23,14 +23,15 @@ from tipdamp.hbm.points import ContactPoints, check_points, motion_of
 from tipdamp.hbm.validation import brief, numbers
 
 SYMMETRY_TOLERANCE = 1e-10
-NEGATIVE = 1e-10         # share of the largest eigenvalue of C that is rounding
-RESISTED = 1e-9          # share of the largest stiffness that a rigid motion may meet as rounding
-ROUNDING = 2.2e-16       # share of the largest stiffness of a displacement: another's below it is not known
-BUCKLED = 1e-8           # negative stiffness, as a share of the diagonal, that is more than rounding
-LARGEST = 1e100          # entry of a matrix whose square double precision holds
-BLOCK = 256              # rows whose transpose the cache holds
-SLOWEST = 0.1            # rad/s: where no dof alone oscillates faster, M and K are swapped
-HEAVIEST = 1e3            # kg at a dof
+NEGATIVE = 1e-10  # share of the largest eigenvalue of C that is rounding
+RESISTED = 1e-9  # share of the largest stiffness that a rigid motion may meet as rounding
+# share of the largest stiffness of a displacement: another's below it is not known
+ROUNDING = 2.2e-16
+BUCKLED = 1e-8  # negative stiffness, as a share of the diagonal, that is more than rounding
+LARGEST = 1e100  # entry of a matrix whose square double precision holds
+BLOCK = 256  # rows whose transpose the cache holds
+SLOWEST = 0.1  # rad/s: where no dof alone oscillates faster, M and K are swapped
+HEAVIEST = 1e3  # kg at a dof
 
 
 @dataclass(frozen=True)
@@ -44,11 +45,12 @@ class ReducedModel:
     direction : (r,) str - 'x', 'y', 'z', 'rx', 'ry', 'rz' (rotations, rad) or 'mode'
     position : (r, 3) m - of the node; NaN for modal dofs
     groups : {"body/group": (n,) int node numbers}
-    loads : {name: (r,) N} - static loads, for example "pull": the pull of 1 N on the damper, condensed
-    provenance : {str: str} - where the matrices came from
+    loads : {name: (r,) N} - static loads, for example "pull": the pull of 1 N on the damper,
+    condensed provenance : {str: str} - where the matrices came from
     points : {body: ContactPoints} - where the meshes of a contact differ
-    rigid : {body: (dofs of the body, 6)} - motions of a body that floats, exactly K rigid = 0: unit slides along and
-    rotations about x, y, z; (dofs, 0) for one that is supported; a body that is not named may be either
+    rigid : {body: (dofs of the body, 6)} - motions of a body that floats, exactly K rigid = 0: unit
+    slides along and rotations about x, y, z; (dofs, 0) for one that is supported; a body that is
+    not named may be either
     """
 
     M: np.ndarray
@@ -65,10 +67,14 @@ class ReducedModel:
     rigid: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        bodies = ", ".join(f"{body} {int((self.body == body).sum())}" for body in dict.fromkeys(self.body.tolist()))
-        return (f"<ReducedModel: {self.size} dofs ({bodies}), {int((self.direction == 'mode').sum())} of them modes; "
-                f"C {'given' if self.C is not None else 'none'}, groups {len(self.groups)}, "
-                f"loads {', '.join(self.loads) or 'none'}>")
+        bodies = ", ".join(
+            f"{body} {int((self.body == body).sum())}" for body in dict.fromkeys(self.body.tolist())
+        )
+        return (
+            f"<ReducedModel: {self.size} dofs ({bodies}), {int((self.direction == 'mode').sum())} "
+            f"of them modes; C {'given' if self.C is not None else 'none'}, groups "
+            f"{len(self.groups)}, loads {', '.join(self.loads) or 'none'}>"
+        )
 
     @property
     def moves(self) -> np.ndarray:
@@ -81,33 +87,54 @@ class ReducedModel:
         return self.K.shape[0]
 
     @classmethod
-    def from_matrices(cls, M: np.ndarray | sp.spmatrix, K: np.ndarray | sp.spmatrix,
-                      C: np.ndarray | sp.spmatrix | None = None, *, body: str | np.ndarray = "body",
-                      **table: Any) -> "ReducedModel":
+    def from_matrices(
+        cls,
+        M: np.ndarray | sp.spmatrix,
+        K: np.ndarray | sp.spmatrix,
+        C: np.ndarray | sp.spmatrix | None = None,
+        *,
+        body: str | np.ndarray = "body",
+        **table: Any,
+    ) -> "ReducedModel":
         """Dense or sparse matrices (r, r) from anywhere. Without a dof table every dof is modal.
 
         body : (r,) names, or one for all; table : the other fields of ReducedModel
-        Raises InputError when shapes disagree, an entry is not finite, a matrix is not symmetric to 1e-10, M is not
-        positive definite, M and K are swapped, C feeds energy in, a dof is there twice, or a group names a node
-        without a dof. Warns where K is indefinite: then only contact can restrain that motion.
+        Raises InputError when shapes disagree, an entry is not finite, a matrix is not symmetric to
+        1e-10, M is not positive definite, M and K are swapped, C feeds energy in, a dof is there
+        twice, or a group names a node without a dof. Warns where K is indefinite: then only contact
+        can restrain that motion.
         """
         M, K = symmetric("M", M), symmetric("K", K)
         C = None if C is None else symmetric("C", C)
         r = K.shape[0]
         if any(matrix is not None and matrix.shape != K.shape for matrix in (M, C)):
-            shapes = ", ".join(f"{n} is {m.shape}" for n, m in (("M", M), ("C", C), ("K", K)) if m is not None)
+            shapes = ", ".join(
+                f"{n} is {m.shape}" for n, m in (("M", M), ("C", C), ("K", K)) if m is not None
+            )
             columns = {"body": body} | {n: table.get(n) for n in ("node", "direction", "position")}
-            tables = [f"{n} has {len(c)} rows" for n, c in columns.items() if c is not None and not isinstance(c, str)]
+            tables = [
+                f"{n} has {len(c)} rows"
+                for n, c in columns.items()
+                if c is not None and not isinstance(c, str)
+            ]
             raise InputError("; ".join([shapes, *tables]) + ": all must have the same size")
-        groups = {k: np.asarray(v, dtype=np.int64) for k, v in (table.pop("groups", None) or {}).items()}
+        groups = {
+            k: np.asarray(v, dtype=np.int64) for k, v in (table.pop("groups", None) or {}).items()
+        }
         loads = {k: np.asarray(v, dtype=float) for k, v in (table.pop("loads", None) or {}).items()}
-        provenance, points = (dict(table.pop(name, None) or {}) for name in ("provenance", "points"))
+        provenance, points = (
+            dict(table.pop(name, None) or {}) for name in ("provenance", "points")
+        )
         for name, load in loads.items():
             if load.shape != (r,) or not np.isfinite(load).all():
-                raise InputError(f"load '{name}' must hold {r} finite numbers, got shape {load.shape}")
+                raise InputError(
+                    f"load '{name}' must hold {r} finite numbers, got shape {load.shape}"
+                )
         rigid = {k: np.asarray(v, dtype=float) for k, v in (table.pop("rigid", None) or {}).items()}
         owner, node, direction, position = _columns(r, body, **table)
-        model = cls(M, K, C, owner, node, direction, position, groups, loads, provenance, points, rigid)
+        model = cls(
+            M, K, C, owner, node, direction, position, groups, loads, provenance, points, rigid
+        )
         _check_rigid(model)
         _check_swapped(M, K)
         _check_definite(model)
@@ -117,8 +144,14 @@ class ReducedModel:
         return model
 
     @classmethod
-    def from_files(cls, M: str | Path, K: str | Path, C: str | Path | None = None, dofs: str | Path | None = None,
-                   **more: Any) -> "ReducedModel":
+    def from_files(
+        cls,
+        M: str | Path,
+        K: str | Path,
+        C: str | Path | None = None,
+        dofs: str | Path | None = None,
+        **more: Any,
+    ) -> "ReducedModel":
         """One file per matrix and a dof table, in the formats of `hbm.io.matrices_in`.
 
         more : body (name where the table has none), groups and loads beside those of the table
@@ -127,30 +160,41 @@ class ReducedModel:
         return cls.from_matrices(**read_model(M, K, C, dofs, **more))
 
     def dofs(self, body: str, node: int) -> np.ndarray:
-        """Rows of the x, y, z displacement of a node, (3,) int; -1 where that direction is not in the model."""
+        """Rows of the x, y, z displacement of a node, (3,) int; -1 where that direction is not in
+        the model."""
         rows = self._rows.get((str(body), int(node)))
         if rows is None and body not in self.body:
             bodies = list(dict.fromkeys(self.body.tolist()))
-            raise InputError(f"the model has no body '{shown(str(body))}' (node {node}); {nearest(str(body), bodies)}")
+            raise InputError(
+                f"the model has no body '{shown(str(body))}' (node {node}); "
+                f"{nearest(str(body), bodies)}"
+            )
         if rows is None:
-            raise InputError(f"node {node} of body '{body}' is not in the reduced model: "
-                             "make it a master node (contact, excitation or response) and reduce again")
+            raise InputError(
+                f"node {node} of body '{body}' is not in the reduced model: "
+                "make it a master node (contact, excitation or response) and reduce again"
+            )
         return rows
 
     def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
-        """(3n, r): x, y, z of nodes and contact points of a body in turn; rows of zeros where the node has no such
-        dof. Raises InputError as `dofs` does."""
-        return motion_of(numbers, lambda node: self.dofs(body, node), self.points.get(str(body)), self.size)
+        """(3n, r): x, y, z of nodes and contact points of a body in turn; rows of zeros where the
+        node has no such dof. Raises InputError as `dofs` does."""
+        return motion_of(
+            numbers, lambda node: self.dofs(body, node), self.points.get(str(body)), self.size
+        )
 
     def displacement_row(self, body: str, node: int, direction: ArrayLike) -> np.ndarray:
         """(r,) row that takes the displacement of a node along a direction (3,) out of q."""
-        row, allowed = np.zeros(self.size), "must be three numbers, for example [0, 1, 0], not all zero"
+        row = np.zeros(self.size)
+        allowed = "must be three numbers, for example [0, 1, 0], not all zero"
         along = numbers("direction", direction, allowed)
         if along.shape != (3,) or not np.isfinite(along).all() or not along.any():
             raise InputError(f"direction = {brief(direction)}: {allowed}")
         for rank, component in zip(self.dofs(body, node), along, strict=True):
             if component and rank < 0:
-                raise InputError(f"node {node} of body '{body}' has no such direction in the reduced model")
+                raise InputError(
+                    f"node {node} of body '{body}' has no such direction in the reduced model"
+                )
             if component:
                 row[rank] = component
         return row
@@ -170,39 +214,67 @@ class ReducedModel:
         """The dofs of the named bodies only."""
         for name in bodies:
             if name not in self.body:
-                raise InputError(f"the model has no body '{name}'; {nearest(name, dict.fromkeys(self.body.tolist()))}")
+                raise InputError(
+                    f"the model has no body '{name}'; "
+                    f"{nearest(name, dict.fromkeys(self.body.tolist()))}"
+                )
         rows = np.flatnonzero(np.isin(self.body, bodies))
         block = np.ix_(rows, rows)
-        return ReducedModel(self.M[block], self.K[block], None if self.C is None else self.C[block], self.body[rows],
-                            self.node[rows], self.direction[rows], self.position[rows],
-                            {k: v for k, v in self.groups.items() if k.split("/")[0] in bodies},
-                            {k: v[rows] for k, v in self.loads.items()}, self.provenance,
-                            {k: v.onto(sp.eye(self.size, format="csr")[:, rows]) for k, v in self.points.items()
-                             if k in bodies}, {k: v for k, v in self.rigid.items() if k in bodies})
+        return ReducedModel(
+            self.M[block],
+            self.K[block],
+            None if self.C is None else self.C[block],
+            self.body[rows],
+            self.node[rows],
+            self.direction[rows],
+            self.position[rows],
+            {k: v for k, v in self.groups.items() if k.split("/")[0] in bodies},
+            {k: v[rows] for k, v in self.loads.items()},
+            self.provenance,
+            {
+                k: v.onto(sp.eye(self.size, format="csr")[:, rows])
+                for k, v in self.points.items()
+                if k in bodies
+            },
+            {k: v for k, v in self.rigid.items() if k in bodies},
+        )
 
     def with_stiffness(self, K: np.ndarray) -> "ReducedModel":
-        """The same dofs with another stiffness matrix, for example with a declared roll stiffness added."""
+        """The same dofs with another stiffness matrix, for example with a declared roll stiffness
+        added."""
         return replace(self, K=symmetric("K", K), rigid={})
 
     def save(self, path: str | Path) -> Path:
         """Write one .npz without pickled objects."""
         path = Path(path)
-        arrays: dict[str, Any] = dict(M=self.M, K=self.K, body=self.body, node=self.node, direction=self.direction,
-                      position=self.position)
+        arrays: dict[str, Any] = dict(
+            M=self.M,
+            K=self.K,
+            body=self.body,
+            node=self.node,
+            direction=self.direction,
+            position=self.position,
+        )
         if self.C is not None:
             arrays["C"] = self.C
         arrays["groups"] = np.array(json.dumps({k: v.tolist() for k, v in self.groups.items()}))
         arrays.update({f"load/{k}": v for k, v in self.loads.items()})
         arrays.update({f"rigid/{k}": v for k, v in self.rigid.items()})
         arrays["provenance"] = np.array(json.dumps(self.provenance))
-        arrays.update({f"points/{body}/{k}": v for body, points in self.points.items()
-                       for k, v in points.arrays().items()})
+        arrays.update(
+            {
+                f"points/{body}/{k}": v
+                for body, points in self.points.items()
+                for k, v in points.arrays().items()
+            }
+        )
         np.savez(path, **arrays)
         return path
 
     @classmethod
     def load(cls, path: str | Path) -> "ReducedModel":
-        """Read what `save` wrote, or any .npz with M, K (and C, body, node, direction, position)."""
+        """Read what `save` wrote, or any .npz with M, K (and C, body, node, direction,
+        position)."""
         return cls.from_matrices(**read_npz(path))
 
 
@@ -212,52 +284,68 @@ def _columns(r, body, node=None, direction=None, position=None) -> tuple:
     node = np.arange(1, r + 1) if node is None else np.asarray(node, dtype=np.int64)
     direction = np.full(r, "mode") if direction is None else np.asarray(direction, dtype=str)
     position = np.full((r, 3), np.nan) if position is None else np.asarray(position, dtype=float)
-    for name, column in (("body", body), ("node", node), ("direction", direction), ("position", position)):
+    for name, column in (
+        ("body", body),
+        ("node", node),
+        ("direction", direction),
+        ("position", position),
+    ):
         if len(column) != r:
             raise InputError(f"dof table: {name} has {len(column)} rows, M and K are {(r, r)}")
     known = (*DIRECTIONS, *ROTATIONS, "mode")
     unknown = sorted(set(direction.tolist()) - set(known))
     if unknown:
-        raise InputError(f"dof table: direction '{unknown[0]}' is unknown; {nearest(unknown[0], known)}")
+        raise InputError(
+            f"dof table: direction '{unknown[0]}' is unknown; {nearest(unknown[0], known)}"
+        )
     return body, node, direction, position
 
 
 def symmetric(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
-    """The symmetric part of a matrix as a dense array; InputError where it is not real, square, finite and symmetric to
-    1e-10: what is left of rounding is large beside the small entries."""
+    """The symmetric part of a matrix as a dense array; InputError where it is not real, square,
+    finite and symmetric to 1e-10: what is left of rounding is large beside the small entries."""
     matrix = _real(name, matrix)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
         raise InputError(f"{name} must be a square matrix, got shape {matrix.shape}")
-    largest = max(matrix.max(), -matrix.min())       # NaN where an entry is
+    largest = max(matrix.max(), -matrix.min())  # NaN where an entry is
     if not np.isfinite(largest):
         i, j = np.argwhere(~np.isfinite(matrix))[0]
         raise InputError(f"{name}[{i}, {j}] is {matrix[i, j]}: every entry must be finite")
     if largest > LARGEST:
         i, j = np.unravel_index(np.abs(matrix).argmax(), matrix.shape)
-        raise InputError(f"{name}[{i}, {j}] is {matrix[i, j]:.3g}: entries up to {LARGEST:g} can be carried")
+        raise InputError(
+            f"{name}[{i}, {j}] is {matrix[i, j]:.3g}: entries up to {LARGEST:g} can be carried"
+        )
     if _mirrored(matrix):
         return matrix
     gap = np.abs(matrix - matrix.T)
     scale = np.abs(matrix).max()
     if gap.max() > SYMMETRY_TOLERANCE * scale:
         i, j = np.unravel_index(gap.argmax(), gap.shape)
-        raise InputError(f"{name} is not symmetric: |{name}[{i}, {j}] - {name}[{j}, {i}]| is "
-                         f"{gap.max() / scale:.1e} of the largest entry, allowed 1e-10")
+        raise InputError(
+            f"{name} is not symmetric: |{name}[{i}, {j}] - {name}[{j}, {i}]| is "
+            f"{gap.max() / scale:.1e} of the largest entry, allowed 1e-10"
+        )
     return 0.5 * (matrix + matrix.T)
 
 
 def _mirrored(matrix) -> bool:
     """Whether it is symmetric to the last digit, in blocks that the cache holds."""
-    return all(np.array_equal(matrix[i:i + BLOCK, i:], matrix[i:, i:i + BLOCK].T) for i in range(0, len(matrix), BLOCK))
+    return all(
+        np.array_equal(matrix[i : i + BLOCK, i:], matrix[i:, i : i + BLOCK].T)
+        for i in range(0, len(matrix), BLOCK)
+    )
 
 
 def _real(name, matrix) -> np.ndarray:
     matrix = numbers(name, matrix, "must be a square matrix of numbers", complex)
     if np.iscomplexobj(matrix) and matrix.imag.any():
         i, j = np.argwhere(matrix.imag)[0]
-        raise InputError(f"{name}[{i}, {j}] is {matrix[i, j]:g}: matrices must be real; structural damping eta, as in "
-                         "K (1 + i eta), is given as damping_ratio = eta/2 of the modes, or as viscous C = eta K/w "
-                         "about the angular frequency w of interest")
+        raise InputError(
+            f"{name}[{i}, {j}] is {matrix[i, j]:g}: matrices must be real; structural damping "
+            "eta, as in K (1 + i eta), is given as damping_ratio = eta/2 of the modes, or as "
+            "viscous C = eta K/w about the angular frequency w of interest"
+        )
     return matrix.real.astype(float)
 
 
@@ -275,8 +363,10 @@ def _check_definite(model):
     if not _positive(model.M, 0.0):
         values, shapes = np.linalg.eigh(model.M / np.sqrt(np.outer(diagonal, diagonal)))
         i = int(np.abs(shapes[:, 0]).argmax())
-        raise InputError(f"M is not positive definite: a motion mostly of {_dof(model, i)} has the mass "
-                         f"{values[0]:.1e} of its diagonal")
+        raise InputError(
+            f"M is not positive definite: a motion mostly of {_dof(model, i)} has the mass "
+            f"{values[0]:.1e} of its diagonal"
+        )
     if model.C is not None:
         check_damping(model.C, lambda i: _dof(model, i))
     stiff = np.abs(model.K.diagonal())
@@ -285,9 +375,12 @@ def _check_definite(model):
     if model.K.any() and not _positive(scaled := model.K / np.outer(size, size), BUCKLED):
         values, shapes = np.linalg.eigh(scaled)
         i = int(np.abs(shapes[:, 0]).argmax())
-        warnings.warn(f"K is indefinite: a motion mostly of {_dof(model, i)} has a negative stiffness, "
-                      f"{-values[0]:.1e} of its diagonal; a sign is wrong, or the body buckles and contact alone "
-                      "restrains it", stacklevel=4)
+        warnings.warn(
+            f"K is indefinite: a motion mostly of {_dof(model, i)} has a negative stiffness, "
+            f"{-values[0]:.1e} of its diagonal; a sign is wrong, or the body buckles and contact "
+            "alone restrains it",
+            stacklevel=4,
+        )
 
 
 def _check_rigid(model):
@@ -296,33 +389,41 @@ def _check_rigid(model):
         mine = model.body == body
         fits = motions.ndim == 2 and len(motions) == mine.sum() and motions.shape[1] % 6 == 0
         if not fits or not np.isfinite(motions).all():
-            raise InputError(f"rigid motions of body '{shown(body)}' have the shape {motions.shape}, must be "
-                             f"({mine.sum()}, 6) where it floats, 6 more for each further piece, and ({mine.sum()}, 0) "
-                             "where it does not, all finite")
+            raise InputError(
+                f"rigid motions of body '{shown(body)}' have the shape {motions.shape}, must be "
+                f"({mine.sum()}, 6) where it floats, 6 more for each further piece, and "
+                f"({mine.sum()}, 0) where it does not, all finite"
+            )
         resisted = np.abs(model.K[:, mine] @ motions).max(initial=0.0)
         if resisted > RESISTED * np.abs(model.K).max() * np.abs(motions).max(initial=0.0):
-            raise InputError(f"rigid motions of body '{shown(body)}': K resists them (by {resisted:.1e}); leave them "
-                             "out where the body does not float")
+            raise InputError(
+                f"rigid motions of body '{shown(body)}': K resists them (by {resisted:.1e}); "
+                "leave them out where the body does not float"
+            )
 
 
 def check_damping(C: np.ndarray, named: Callable[[int], str] = lambda i: f"dof {i}") -> None:
-    """InputError where a motion has negative damping: nothing bounds its response. named(i) : a dof in words."""
+    """InputError where a motion has negative damping: nothing bounds its response. named(i) : a dof
+    in words."""
     if _positive(C, NEGATIVE * np.abs(C).max()):
         return
     values, shapes = np.linalg.eigh(C)
     if values[0] < -NEGATIVE * np.abs(values).max():
         i = int(np.abs(shapes[:, 0]).argmax())
-        raise InputError(f"C feeds energy in: a motion mostly of {named(i)} has the negative damping "
-                         f"{values[0]:.3g} N s/m, must be 0 or more; check the sign of C")
+        raise InputError(
+            f"C feeds energy in: a motion mostly of {named(i)} has the negative damping "
+            f"{values[0]:.3g} N s/m, must be 0 or more; check the sign of C"
+        )
 
 
 def _positive(matrix, shift) -> bool:
-    """Whether no eigenvalue is below -shift, as Cholesky has it: a third of the work of the cheapest eigenvalue.
+    """Whether no eigenvalue is below -shift, as Cholesky has it: a third of the work of the
+    cheapest eigenvalue.
 
     Blocks along the diagonal that nothing couples, such as bodies, are taken one by one.
     """
     row = np.arange(len(matrix))
-    first = np.minimum((matrix != 0).argmax(axis=1), row)          # entry of a row, or its diagonal
+    first = np.minimum((matrix != 0).argmax(axis=1), row)  # entry of a row, or its diagonal
     edges = np.flatnonzero(np.minimum.accumulate(first[::-1])[::-1] == row)
     return all(_has_factor(matrix[i:j, i:j], shift) for i, j in pairwise([*edges, len(matrix)]))
 
@@ -334,14 +435,18 @@ def _has_factor(matrix, shift):
 
 
 def _check_swapped(M, K):
-    """InputError where M can only be the stiffness: tons at a dof, and a period of minutes for the fastest alone."""
+    """InputError where M can only be the stiffness: tons at a dof, and a period of minutes for the
+    fastest alone."""
     m, k = np.abs(M.diagonal()), np.abs(K.diagonal())
     if m.max() < HEAVIEST:
         return
     fastest = np.sqrt(np.divide(k, m, out=np.zeros(len(k)), where=m > 0).max())
     if 0 < fastest < SLOWEST:
-        raise InputError(f"M and K: no dof alone oscillates faster than {fastest:.1e} rad/s, at least {SLOWEST:g} is "
-                         "plausible; M and K seem to be swapped (M is the mass, K the stiffness)")
+        raise InputError(
+            f"M and K: no dof alone oscillates faster than {fastest:.1e} rad/s, at least "
+            f"{SLOWEST:g} is plausible; M and K seem to be swapped (M is the mass, K the "
+            "stiffness)"
+        )
 
 
 def _check_table(model):
@@ -357,5 +462,7 @@ def _check_table(model):
         body = name.split("/")[0]
         absent = [int(n) for n in members if (body, int(n)) not in present]
         if absent:
-            raise InputError(f"group '{shown(name)}': node {absent[0]} of body '{shown(body)}' has no dof in the model "
-                             "(clamped, eliminated, or of another body)")
+            raise InputError(
+                f"group '{shown(name)}': node {absent[0]} of body '{shown(body)}' has no dof in "
+                "the model (clamped, eliminated, or of another body)"
+            )

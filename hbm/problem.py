@@ -1,7 +1,7 @@
 """A nonlinear system written down piece by piece: matrices, laws where they act, forces.
 
-    duffing = Problem(M=[[1.0]], C=[[0.02]], K=[[1.0]]).add(CubicSpring(1.0), 0).force(0, 0.2)
-    curve = duffing.follow_band((0.05, 0.3), outputs={"x": 0}, harmonics=5)
+duffing = Problem(M=[[1.0]], C=[[0.02]], K=[[1.0]]).add(CubicSpring(1.0), 0).force(0, 0.2)
+curve = duffing.follow_band((0.05, 0.3), outputs={"x": 0}, harmonics=5)
 """
 
 from collections.abc import Mapping, Sequence
@@ -44,10 +44,11 @@ class Attached:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """M q'' + C q' + K q + sum of nonlinear forces = Re sum F_k exp(i k w t), put together by `add` and `force`.
+    """M q'' + C q' + K q + sum of nonlinear forces = Re sum F_k exp(i k w t), put together by `add`
+    and `force`.
 
-    M, C, K : (r, r) kg, N s/m, N/m, dense or nested lists; C may be left out where damping_ratio is given
-    damping_ratio : of the modes of the system in which every contact sticks
+    M, C, K : (r, r) kg, N s/m, N/m, dense or nested lists; C may be left out where damping_ratio is
+    given damping_ratio : of the modes of the system in which every contact sticks
     static : (r,) N - constant force
     preloaded : whether q = 0 is the state at rest (see `ContactProblem`)
     attached, forces : what `add` and `force` have collected
@@ -72,22 +73,36 @@ class Problem:
         for name in "MCK":
             given = vars(self)[name]
             if given is not None and not sp.issparse(given):
-                object.__setattr__(self, name, np.atleast_2d(numbers(name, given, "must be a real matrix")))
+                object.__setattr__(
+                    self, name, np.atleast_2d(numbers(name, given, "must be a real matrix"))
+                )
         if self.K is None:
-            raise InputError("K is missing: Problem(M, C, K), or Problem(M=..., K=..., damping_ratio=...)")
+            raise InputError(
+                "K is missing: Problem(M, C, K), or Problem(M=..., K=..., damping_ratio=...)"
+            )
 
     @property
     def size(self) -> int:
         """Number of dofs r."""
         return int(cast(np.ndarray, self.K).shape[0])
 
-    def add(self, law: ContactLaw, where: Where | Sequence[Where], *, kn: float = 0.0, kt: float = 0.0,
-            mu: float = 0.0, preload: float = 0.0) -> "Problem":
+    def add(
+        self,
+        law: ContactLaw,
+        where: Where | Sequence[Where],
+        *,
+        kn: float = 0.0,
+        kt: float = 0.0,
+        mu: float = 0.0,
+        preload: float = 0.0,
+    ) -> "Problem":
         """With a law that acts on a motion.
 
         where : for a law of one component a dof, two dofs (a, b) for q_a - q_b, or a row (r,);
-            for a law of several components a list of that many of these, in the order `law.components`
-        kn, kt, mu, preload : N/m, N/m, -, N - of a contact (negative preload: open at rest by -preload / kn);
+            for a law of several components a list of that many of these, in the order
+            `law.components`
+        kn, kt, mu, preload : N/m, N/m, -, N - of a contact (negative preload: open at rest by
+        -preload / kn);
             laws that are no contact need none
         Raises InputError where the law or the place cannot be used.
         """
@@ -123,22 +138,38 @@ class Problem:
     def contact_problem(self) -> ContactProblem:
         """The same as matrices, contacts and one law."""
         if not self.attached:
-            raise InputError("no nonlinear force: add(law, where), or linear_response for the system without one")
+            raise InputError(
+                "no nonlinear force: add(law, where), or linear_response for the system without one"
+            )
         laws = tuple(one.law for one in self.attached)
         names = ("kn", "kt", "mu", "preload")
-        settings = Contacts(*(np.concatenate([vars(one.settings)[name] for one in self.attached])
-                              for name in names))
+        settings = Contacts(
+            *(np.concatenate([vars(one.settings)[name] for one in self.attached]) for name in names)
+        )
         if len(laws) == 1:
             law, B = laws[0], self.attached[0].rows
         else:
             law = MixedLaw(laws, tuple(range(len(laws))))
             B = np.vstack([_all_components(one) for one in self.attached])
-        static = None if self.static is None else numbers("static", self.static, "must be numbers in N")
+        static = (
+            None if self.static is None else numbers("static", self.static, "must be numbers in N")
+        )
         K = cast(np.ndarray, self.K)
-        return ContactProblem(cast(np.ndarray, self.M), cast(Any, self.C), K, B, law, settings,
-                              static, self.preloaded, self.damping_ratio)
+        return ContactProblem(
+            cast(np.ndarray, self.M),
+            cast(Any, self.C),
+            K,
+            B,
+            law,
+            settings,
+            static,
+            self.preloaded,
+            self.damping_ratio,
+        )
 
-    def follow_band(self, band: Sequence[float], **options: Unpack[CurveKeywords]) -> ForcedResponse:
+    def follow_band(
+        self, band: Sequence[float], **options: Unpack[CurveKeywords]
+    ) -> ForcedResponse:
         """The forced response over a band (low, high) in Hz.
 
         options : of CurveOptions; outputs {name: a dof, two dofs (a, b), or a row (r,)}
@@ -146,9 +177,11 @@ class Problem:
         problem, options = self.contact_problem, self._with_rows(options)
         return response.follow_band(problem, self._forcing(), band, **options)
 
-    def solve_at(self, hz: float, *, guess: np.ndarray | None = None,
-                 **options: Unpack[CurveKeywords]) -> PeriodicSolution:
-        """The periodic response at one frequency in Hz; guess and options as in `hbm.response.solve_at`."""
+    def solve_at(
+        self, hz: float, *, guess: np.ndarray | None = None, **options: Unpack[CurveKeywords]
+    ) -> PeriodicSolution:
+        """The periodic response at one frequency in Hz; guess and options as in
+        `hbm.response.solve_at`."""
         problem, options = self.contact_problem, self._with_rows(options)
         return response.solve_at(problem, self._forcing(), hz, guess=guess, **options)
 
@@ -165,8 +198,10 @@ class Problem:
             return self.row(where)[None]
         wanted = ", ".join(law.components)
         if isinstance(where, int | np.integer | str) or len(where) != len(law.components):
-            raise InputError(f"where = {brief(where)}: law {law.name} moves along {wanted}: a list of "
-                             f"{len(law.components)} dofs, pairs of dofs, or rows")
+            raise InputError(
+                f"where = {brief(where)}: law {law.name} moves along {wanted}: a list of "
+                f"{len(law.components)} dofs, pairs of dofs, or rows"
+            )
         return np.array([self.row(one) for one in where])
 
     def _forcing(self) -> dict[int, np.ndarray]:

@@ -1,6 +1,8 @@
-"""The forced response of a model with friction contacts, over a frequency band or over another parameter.
+"""The forced response of a model with friction contacts, over a frequency band or over another
+parameter.
 
-    curve = forced_response(model, pairs, DryFriction2T(), F, (900, 1400), damping_ratio=0.01, outputs={"tip": row})
+    curve = forced_response(model, pairs, DryFriction2T(), F, (900, 1400), damping_ratio=0.01,
+    outputs={"tip": row})
 
 The story: the equations of the harmonic balance (`hbm.balance`), one parameter that varies in
 them (`hbm.balance.parameter`), a first solution (`hbm.curve.starts`), the branch through it
@@ -58,35 +60,54 @@ from tipdamp.hbm.validation import (
     positive,
 )
 
-Forcing = np.ndarray | Mapping[int, np.ndarray]      # (r,) N of order 1, or {order: (r,)}
+Forcing = np.ndarray | Mapping[int, np.ndarray]  # (r,) N of order 1, or {order: (r,)}
 
 
-def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, forcing: Forcing,
-                    band: Sequence[float], *, damping_ratio: ArrayLike | None = None, origin: str = "preloaded",
-                    static: np.ndarray | None = None, hold: Hold | Sequence[Hold] = (),
-                    **options: Unpack[CurveKeywords]) -> ForcedResponse:
+def forced_response(
+    model: ReducedModel,
+    pairs: ContactTable,
+    law: ContactLaw,
+    forcing: Forcing,
+    band: Sequence[float],
+    *,
+    damping_ratio: ArrayLike | None = None,
+    origin: str = "preloaded",
+    static: np.ndarray | None = None,
+    hold: Hold | Sequence[Hold] = (),
+    **options: Unpack[CurveKeywords],
+) -> ForcedResponse:
     """Curve of periodic responses over a frequency band.
 
-    model : ReducedModel; pairs : ContactTable (pairs of weight 0 are left out); law : a law of `hbm.laws`
-    forcing : (r,) real or complex amplitude F of Re F exp(i w t) in N, or {harmonic: (r,)}
+    model : ReducedModel; pairs : ContactTable (pairs of weight 0 are left out); law : a law of
+    `hbm.laws` forcing : (r,) real or complex amplitude F of Re F exp(i w t) in N, or {harmonic:
+    (r,)}
     band : (from, to) Hz; from > to runs downwards
-    damping_ratio : of the modes of the stuck system, a number or one per mode; None takes the model's C
-    origin : 'preloaded' - q = 0 is the preloaded state, N = max(0, preload + kn u_n); 'unloaded' - q = 0 is the
+    damping_ratio : of the modes of the stuck system, a number or one per mode; None takes the
+    model's C
+    origin : 'preloaded' - q = 0 is the preloaded state, N = max(0, preload + kn u_n); 'unloaded' -
+    q = 0 is the
         unloaded state, N = max(0, kn (u_n - gap)), and `static` (r,) N carries the static loads
-    hold : rigid motions that no contact resists and that are held, such as Hold("y") of the damper; the peak and the
-        mean force that this takes are solved again with ten times the stiffness, and a change of more than 1e-4 is
-        warned of (`ForcedResponse.held_change`)
+    hold : rigid motions that no contact resists and that are held, such as Hold("y") of the damper;
+    the peak and the
+        mean force that this takes are solved again with ten times the stiffness, and a change of
+        more than 1e-4 is warned of (`ForcedResponse.held_change`)
     options : of CurveOptions; `outputs` must be given
-    Raises InputError on unusable input, before anything heavy. A point that does not converge stays in the result.
-    """
+    Raises InputError on unusable input, before anything heavy. A point that does not converge stays
+    in the result."""
     if origin == "preloaded" and static is not None:
-        raise InputError("static: the preloaded state holds the static loads already; use origin = 'unloaded'")
-    problem, kept, doubts = doubted_problem(model, pairs, law, (origin, static, damping_ratio, hold))
+        raise InputError(
+            "static: the preloaded state holds the static loads already; use origin = 'unloaded'"
+        )
+    problem, kept, doubts = doubted_problem(
+        model, pairs, law, (origin, static, damping_ratio, hold)
+    )
     for doubt in doubts:
         warnings.warn(doubt, stacklevel=2)
     start = options.get("start")
     if start is not None and not isinstance(start, str):
-        start = numbers("start", start, "must be 'zero_force', 'zero_slider' or slider positions (P, 2) in m")
+        start = numbers(
+            "start", start, "must be 'zero_force', 'zero_slider' or slider positions (P, 2) in m"
+        )
         options["start"] = start[kept] if start.shape[:1] == kept.shape else start
     curve = follow_band(problem, forcing, band, **options)
     for sentence in hold_in_words(curve, problem):
@@ -94,38 +115,63 @@ def forced_response(model: ReducedModel, pairs: ContactTable, law: ContactLaw, f
     return _with_all_pairs(curve, kept)
 
 
-def follow_band(problem: ContactProblem, forcing: Forcing, band: Sequence[float],
-                **options: Unpack[CurveKeywords]) -> ForcedResponse:
-    """forced_response of a ContactProblem, for matrices without a node table; options : of CurveOptions."""
+def follow_band(
+    problem: ContactProblem,
+    forcing: Forcing,
+    band: Sequence[float],
+    **options: Unpack[CurveKeywords],
+) -> ForcedResponse:
+    """forced_response of a ContactProblem, for matrices without a node table; options : of
+    CurveOptions."""
     return _curve(problem, forcing, (Frequency(), np.nan), ("band", band), curve_options(options))
 
 
-def follow_parameter(problem: ContactProblem, forcing: Forcing, hz: float, parameter: str | Parameter,
-                     between: Sequence[float], **options: Unpack[CurveKeywords]) -> ForcedResponse:
+def follow_parameter(
+    problem: ContactProblem,
+    forcing: Forcing,
+    hz: float,
+    parameter: str | Parameter,
+    between: Sequence[float],
+    **options: Unpack[CurveKeywords],
+) -> ForcedResponse:
     """Branch of periodic responses at one frequency over another parameter.
 
-    parameter : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt' as a factor on all contacts, or a Parameter of
+    parameter : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt' as a factor on all contacts,
+    or a Parameter of
         `hbm.balance.parameter`
     between : (from, to) of the parameter; both positive
     options : of CurveOptions. Raises InputError as forced_response.
     """
     parameter = as_parameter(parameter)
     parameter.check(problem)
-    return _curve(problem, forcing, (parameter, positive("hz", hz, " Hz")), ("between", between),
-                  curve_options(options))
+    return _curve(
+        problem,
+        forcing,
+        (parameter, positive("hz", hz, " Hz")),
+        ("between", between),
+        curve_options(options),
+    )
 
 
-def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.ndarray | None = None,
-             **options: Unpack[CurveKeywords]) -> PeriodicSolution:
+def solve_at(
+    problem: ContactProblem,
+    forcing: Forcing,
+    hz: float,
+    *,
+    guess: np.ndarray | None = None,
+    **options: Unpack[CurveKeywords],
+) -> PeriodicSolution:
     """The periodic response of a ContactProblem at one frequency in Hz.
 
-    guess : (N,) unknowns of a PeriodicSolution that is near; None starts from the stuck response, then raises the force
-        from zero, then integrates in time, then comes from other frequencies. Where several solutions exist it is one
-        of them: the crossings of a curve are all (`forced_response`, `solutions_at`).
+    guess : (N,) unknowns of a PeriodicSolution that is near; None starts from the stuck response,
+    then raises the force
+        from zero, then integrates in time, then comes from other frequencies. Where several
+        solutions exist it is one of them: the crossings of a curve are all (`forced_response`,
+        `solutions_at`).
     options : outputs, harmonics, start, samples, settings of CurveOptions
-    Raises InputError on unusable input; where no solution is found, `converged` is False. Warns where rounding, as of
-    static forces 1e12 times the excitation, leaves a residual that is more than that of the points of a curve.
-    """
+    Raises InputError on unusable input; where no solution is found, `converged` is False. Warns
+    where rounding, as of static forces 1e12 times the excitation, leaves a residual that is more
+    than that of the points of a curve."""
     chosen = curve_options(options)
     case = _CheckedInput.checked(problem, forcing, chosen)
     hz = positive("hz", hz, " Hz")
@@ -143,16 +189,19 @@ def solve_at(problem: ContactProblem, forcing: Forcing, hz: float, *, guess: np.
     (residual,), (energy,), (bad,) = settle(Equation(balance, Frequency()), points, [w])
     found = points[0].converged and not bad
     if found and residual > DEFAULT.equilibrium:
-        warnings.warn(f"solve_at: the forces balance to {residual:.0e} of their scale only, by the rounding of static "
-                      "forces beside the excitation, or of the given matrices: more digits of the vibration are not "
-                      "known", stacklevel=2)
+        warnings.warn(
+            f"solve_at: the forces balance to {residual:.0e} of their scale only, by the rounding "
+            "of static forces beside the excitation, or of the given matrices: more digits of "
+            "the vibration are not known",
+            stacklevel=2,
+        )
     return _solution(replace(points[0], converged=found), balance, hz, case, float(residual))
 
 
 @dataclass(frozen=True)
 class _CheckedInput:
-    """The checked input of a curve: H, forces {harmonic: (r,)}, names and rows (m, r) of the outputs, groups of their
-    columns (`peaks`), settings."""
+    """The checked input of a curve: H, forces {harmonic: (r,)}, names and rows (m, r) of the
+    outputs, groups of their columns (`peaks`), settings."""
 
     H: int
     forces: dict
@@ -170,22 +219,31 @@ class _CheckedInput:
             check_kind("journal", options.journal, Journal, "Journal(keep, blocks)")
         names, rows = check_outputs(options.outputs, r)
         groups = check_groups(options.peaks, names)
-        return cls(H, forces, names, rows, groups, check_settings(options.settings, options.progress))
+        return cls(
+            H, forces, names, rows, groups, check_settings(options.settings, options.progress)
+        )
 
     def balance(self, problem, options, w) -> HarmonicBalance:
-        """The harmonic balance: the first thing that takes time. The derivatives of a law of one's own are checked, on
-        the stuck response at w rad/s."""
+        """The harmonic balance: the first thing that takes time. The derivatives of a law of one's
+        own are checked, on the stuck response at w rad/s."""
         start = "zero_slider" if options.start is None else options.start
         arguments = problem, self.forces, self.H, start, options.samples
-        made = RecordedBalance(options.journal, *arguments) if options.journal else HarmonicBalance(*arguments)
+        made = (
+            RecordedBalance(options.journal, *arguments)
+            if options.journal
+            else HarmonicBalance(*arguments)
+        )
         if type(problem.law) not in SHIPPED.values():
             x = made.linear(w).reshape(len(problem.contacts), made.nd, made.nh)
             check_derivatives(problem.law, problem.contacts, x, w)
         return made
 
 
-def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: CurveOptions) -> ForcedResponse:
-    """The branch between two values of a parameter, as a ForcedResponse; varied : (parameter, Hz)."""
+def _curve(
+    problem, forcing, varied: tuple[Parameter, float], between, options: CurveOptions
+) -> ForcedResponse:
+    """The branch between two values of a parameter, as a ForcedResponse; varied : (parameter,
+    Hz)."""
     began, (parameter, hz), (argument, ends) = time.perf_counter(), varied, between
     first, last = interval(argument, ends, parameter.unit)
     case = _CheckedInput.checked(problem, forcing, options)
@@ -194,25 +252,41 @@ def _curve(problem, forcing, varied: tuple[Parameter, float], between, options: 
         there, forces = parameter.rebuild(problem, case.forces, value)
         w = parameter.angular_frequency(2 * np.pi * hz, parameter.scale * value)
         check_carried(there, forces, w)
-    equation, settings = Equation(case.balance(problem, options, w), parameter, hz), case.settings
+    equation = Equation(case.balance(problem, options, w), parameter, hz)
+    settings = case.settings
     scale, peak_points = parameter.scale, np.empty((0, 0), dtype=bool)
     outputs = Outputs(case.rows)
     past = check_beyond(options.beyond, argument, (first, last), parameter.unit)
     past = None if past is None else scale * past
-    branch = trace(equation, scale * first, scale * last, settings, options.progress, outputs.along,
-                   past)
+    branch = trace(
+        equation, scale * first, scale * last, settings, options.progress, outputs.along, past
+    )
     further = further_solutions(equation, branch, scale * last, past, settings)
     for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
-        warnings.warn(f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3)
+        warnings.warn(
+            f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3
+        )
     if len(branch.points) > 2:
         peak_points = refine_largest(equation, branch, outputs, case.groups, settings)
         peak_points = refine_drawn(equation, branch, outputs, peak_points, settings)
     change = stiffer_change(equation, branch, outputs, settings)
-    residuals, energies, bad = settle(equation, branch.points, (scale * first, scale * last, *scale * at))
-    curve = record(branch, equation, (case.names, outputs), options.contact, (peak_points, change),
-                   time.perf_counter() - began)
-    curve = replace(curve, energy_error=energies, further=further,
-                    ended=f"{curve.ended}; {further}" if further else curve.ended)
+    residuals, energies, bad = settle(
+        equation, branch.points, (scale * first, scale * last, *scale * at)
+    )
+    curve = record(
+        branch,
+        equation,
+        (case.names, outputs),
+        options.contact,
+        (peak_points, change),
+        time.perf_counter() - began,
+    )
+    curve = replace(
+        curve,
+        energy_error=energies,
+        further=further,
+        ended=f"{curve.ended}; {further}" if further else curve.ended,
+    )
     return with_residuals(curve, residuals, bad, equation, branch.points)
 
 
@@ -232,19 +306,32 @@ def _with_all_pairs(curve, kept):
 def _solution(point, balance, hz, case, residual):
     """The PeriodicSolution of a point; NaN where it did not converge."""
     P, nd, orders = len(balance.problem.contacts), balance.nd, balance.H + 1
-    shapes = {"harmonics": (len(case.rows), orders),
-              "reaction": (len(balance.problem.held), orders),
-              **dict.fromkeys(("contact_force", "contact_motion"), (P, nd, orders)),
-              **dict.fromkeys(("share_stick", "share_slip", "share_open", "dissipated"), (P,))}
+    shapes = {
+        "harmonics": (len(case.rows), orders),
+        "reaction": (len(balance.problem.held), orders),
+        **dict.fromkeys(("contact_force", "contact_motion"), (P, nd, orders)),
+        **dict.fromkeys(("share_stick", "share_slip", "share_open", "dissipated"), (P,)),
+    }
     found = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
     if point.converged:
         u, forces = point.x.reshape(P, nd, balance.nh), point.detail.forces
-        found |= {"harmonics": point.detail.outputs(case.rows),
-                  "contact_force": point.detail.contact_force(balance.own.rest),
-                  "reaction": point.detail.balance.reaction_rows @ point.detail.modal,
-                  "contact_motion": fourier.to_complex(u), "dissipated": fourier.work(forces.g, u),
-                  **dict(zip(("share_stick", "share_slip", "share_open"), forces.shares.T, strict=True))}
+        found |= {
+            "harmonics": point.detail.outputs(case.rows),
+            "contact_force": point.detail.contact_force(balance.own.rest),
+            "reaction": point.detail.balance.reaction_rows @ point.detail.modal,
+            "contact_motion": fourier.to_complex(u),
+            "dissipated": fourier.work(forces.g, u),
+            **dict(zip(("share_stick", "share_slip", "share_open"), forces.shares.T, strict=True)),
+        }
     held = tuple(one.name for one in balance.problem.held)
-    return PeriodicSolution(frequency=hz, output_names=tuple(case.names), held=held, converged=point.converged,
-                            iterations=point.iterations, unknowns=point.x, force_orders=tuple(case.forces),
-                            force_residual=residual, **found)
+    return PeriodicSolution(
+        frequency=hz,
+        output_names=tuple(case.names),
+        held=held,
+        converged=point.converged,
+        iterations=point.iterations,
+        unknowns=point.x,
+        force_orders=tuple(case.forces),
+        force_residual=residual,
+        **found,
+    )

@@ -1,4 +1,5 @@
-"""ForcedResponse: a curve of periodic solutions as read-only arrays; PeriodicSolution: a single one."""
+"""ForcedResponse: a curve of periodic solutions as read-only arrays; PeriodicSolution: a single
+one."""
 
 import warnings
 from dataclasses import dataclass, field, fields
@@ -16,7 +17,7 @@ from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.validation import brief
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
-RIPPLE = 1e-3          # a local maximum that stands out less, relative to its height, is none
+RIPPLE = 1e-3  # a local maximum that stands out less, relative to its height, is none
 
 
 def _none(*shape, dtype: type = float):
@@ -25,51 +26,67 @@ def _none(*shape, dtype: type = float):
 
 @dataclass(frozen=True, eq=False)
 class ForcedResponse(ArrayRecord):
-    """A branch of periodic solutions: n points, m outputs, P contact pairs, harmonics 0..H, a model with r dofs.
+    """A branch of periodic solutions: n points, m outputs, P contact pairs, harmonics 0..H, a model
+    with r dofs.
 
-    The arrays are copies that cannot be written to; two curves are equal where all but `seconds` is.
+    The arrays are copies that cannot be written to; two curves are equal where all but `seconds`
+    is.
 
     frequency : (n,) Hz, in the order of the branch (not monotone where it folds)
     output_names : (m,) str
-    harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point failed
-    parameter_name, parameter : what varies along the branch, and its (n,) values: 'frequency' in Hz, or another
+    harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point
+    failed parameter_name, parameter : what varies along the branch, and its (n,) values:
+    'frequency' in Hz, or another
         parameter at one frequency (see `hbm.balance.parameter`)
-    share_stick, share_slip, share_open : (n, P) share of the cycle; of a law without sliders a contact that loses
+    share_stick, share_slip, share_open : (n, P) share of the cycle; of a law without sliders a
+    contact that loses
         energy slips wherever it is closed
     dissipated : (n, P) J per cycle, over all components of the law
     converged : (n,) bool; iterations : (n,) evaluations of the residual
-    ended : why the curve ends, with the remedy; complete : it covers the band without a failed point
-    further : what is known of solutions at the end of the band that the branch does not reach inside
+    ended : why the curve ends, with the remedy; complete : it covers the band without a failed
+    point
+    further : what is known of solutions at the end of the band that the branch does not reach
+    inside
         it, in words; empty where none was found (see `hbm.curve.band_end`)
     reached_end : the end of the band, perhaps past failed points; a curve that did not has no peak
     H, origin, start : harmonics; 'preloaded' or 'unloaded'; 'zero_slider', 'zero_force' or 'given'
-    force_residual : (n,) residual of the equation of motion with the contact law on the motion of each point, over the
-        force scale (see `hbm.curve.equilibrium`); at most 5e-9, or with the rounding of stiff contacts 1e-8, or that of
-        the given matrices (more, said by `ended` with what the vibration is known to), NaN where a point failed
-    energy_error : (n,) of the energies of a period, input = damping + friction, relative to the input; friction by the
+    force_residual : (n,) residual of the equation of motion with the contact law on the motion of
+    each point, over the
+        force scale (see `hbm.curve.equilibrium`); at most 5e-9, or with the rounding of stiff
+        contacts 1e-8, or that of the given matrices (more, said by `ended` with what the vibration
+        is known to), NaN where a point failed
+    energy_error : (n,) of the energies of a period, input = damping + friction, relative to the
+    input; friction by the
         slip of the contacts; NaN where a point failed
     seconds, residual_calls : cost; the calls are those of the continuation
-    restarts : (k, 2) parameters at which a branch that folds without progress was left, and at which a solution further
-        ahead was taken up; between them there may be points solved one from the other, or none; empty for one branch
-    contact_force : (n, P, nd, H+1) complex, N - force of the damper on the blade in the order of the law; empty unless
+    restarts : (k, 2) parameters at which a branch that folds without progress was left, and at
+    which a solution further
+        ahead was taken up; between them there may be points solved one from the other, or none;
+        empty for one branch
+    contact_force : (n, P, nd, H+1) complex, N - force of the damper on the blade in the order of
+    the law; empty unless
         asked for
     held : (h,) str, the rigid motions that are held
-    reaction : (n, h, H+1) complex, N or N m - force on what holds them, beside the one of the preload
-    held_change : largest relative change of the peak and the mean reactions at it when the springs that hold are ten
-        times as stiff, these as a share of the excitation where that is larger; 0 without such springs, NaN where that
-        was not solved
-    held_reaction_change : of mean reactions that follow the stiffness, as a share of themselves: near 0.9 where
+    reaction : (n, h, H+1) complex, N or N m - force on what holds them, beside the one of the
+    preload held_change : largest relative change of the peak and the mean reactions at it when the
+    springs that hold are ten
+        times as stiff, these as a share of the excitation where that is larger; 0 without such
+        springs, NaN where that was not solved
+    held_reaction_change : of mean reactions that follow the stiffness, as a share of themselves:
+    near 0.9 where
         sticking contacts carry them, else 0
-    peak_points : (n, m) bool, the points solved at the largest half peak to peak of an output; empty in other curves
+    peak_points : (n, m) bool, the points solved at the largest half peak to peak of an output;
+    empty in other curves
 
     What the functions of a curve and its problem need (`solutions_at`, `find_peaks`, `compare`):
 
-    unknowns : (n, N) m - real coefficients of the relative motion of the carrying contacts, contact by contact
-    carrying : (P,) bool, the contacts that take part
+    unknowns : (n, N) m - real coefficients of the relative motion of the carrying contacts, contact
+    by contact carrying : (P,) bool, the contacts that take part
     force_orders, forces : (k,) int and (k, r) complex, N - the forcing; output_rows : (m, r)
     orientation : (n,) of the branch at each point (see `hbm.continuation.point`)
-    jumps : (n,) bool, points to which the branch does not lead from the point before: taken up after it was left
-    slider_start : (P', nt) m, where the sliders start, if 'given'; samples : of a cycle
+    jumps : (n,) bool, points to which the branch does not lead from the point before: taken up
+    after it was left slider_start : (P', nt) m, where the sliders start, if 'given'; samples : of a
+    cycle
     """
 
     frequency: np.ndarray
@@ -119,19 +136,26 @@ class ForcedResponse(ArrayRecord):
 
     def __repr__(self) -> str:
         f, failed = self.parameter, int((~self.converged).sum())
-        over = f"{f.min():g} to {f.max():g} Hz" if self.parameter_name == "frequency" else \
-            f"{self.parameter_name} {f.min():g} to {f.max():g} at {self.frequency[0]:g} Hz"
-        return (f"<ForcedResponse: {over}, {len(f)} points ({failed} failed), outputs "
-                f"{', '.join(self.output_names)}; {self.share_slip.shape[1]} pairs, {len(self.slipping_pairs)} slip, "
-                f"H = {self.H}; {self.ended}>")
+        over = (
+            f"{f.min():g} to {f.max():g} Hz"
+            if self.parameter_name == "frequency"
+            else f"{self.parameter_name} {f.min():g} to {f.max():g} at {self.frequency[0]:g} Hz"
+        )
+        return (
+            f"<ForcedResponse: {over}, {len(f)} points ({failed} failed), outputs "
+            f"{', '.join(self.output_names)}; {self.share_slip.shape[1]} pairs, "
+            f"{len(self.slipping_pairs)} slip, H = {self.H}; {self.ended}>"
+        )
 
     def amplitude(self, kind: str = "half_peak_to_peak", order: int | None = None) -> np.ndarray:
-        """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'rms' of the vibration, or 'harmonic'.
+        """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'rms' of the vibration, or
+        'harmonic'.
 
-        order : of the harmonic |X_k|; None takes that of the force, and of a force of several orders the root of the
+        order : of the harmonic |X_k|; None takes that of the force, and of a force of several
+        orders the root of the
             sum of the squares |X_k|^2
-        Raises InputError for another kind, and for an order that is not one of 1..H or is given for another kind.
-        """
+        Raises InputError for another kind, and for an order that is not one of 1..H or is given for
+        another kind."""
         return amplitude(self.harmonics, kind, orders_of(kind, order, self.H, self.force_orders))
 
     def column(self, name: str) -> int:
@@ -141,14 +165,17 @@ class ForcedResponse(ArrayRecord):
             raise InputError(f"output '{name}' is not in this response; {nearest(name, names)}")
         return names.index(name)
 
-    def peak(self, name: str, kind: str = "half_peak_to_peak", order: int | None = None) -> tuple[float, float]:
+    def peak(
+        self, name: str, kind: str = "half_peak_to_peak", order: int | None = None
+    ) -> tuple[float, float]:
         """(Hz, m) largest amplitude of an output; over another parameter, (value of that, m).
 
         kind, order : as in `amplitude`
-        Solved to 1e-8 of the amplitude, else with a warning that says why not (`why_unsolved`): the largest amplitude
-        of the computed points then stands for it. A measured curve has the parabola through its three highest points.
-        A curve that stopped before the end of its band, or whose largest amplitude lies beside a failed point, has no
-        peak: (NaN, NaN), with a warning that gives `at_least` and the reason.
+        Solved to 1e-8 of the amplitude, else with a warning that says why not (`why_unsolved`): the
+        largest amplitude of the computed points then stands for it. A measured curve has the
+        parabola through its three highest points. A curve that stopped before the end of its band,
+        or whose largest amplitude lies beside a failed point, has no peak: (NaN, NaN), with a
+        warning that gives `at_least` and the reason.
         """
         a = self.amplitude(kind, order)[:, self.column(name)]
         reason = self._why_no_peak(a)
@@ -161,13 +188,16 @@ class ForcedResponse(ArrayRecord):
         i = int(np.nanargmax(a))
         if self.peak_points.size or not 0 < i < len(a) - 1:
             return float(self.parameter[i]), float(a[i])
-        f = self.parameter[i - 1:i + 2]
-        top, value = parabola(f - f[1], a[i - 1:i + 2])
+        f = self.parameter[i - 1 : i + 2]
+        top, value = parabola(f - f[1], a[i - 1 : i + 2])
         inside = min(f) <= f[1] + top <= max(f)
         return (float(f[1] + top), float(value)) if inside else (float(f[1]), float(a[i]))
 
-    def why_unsolved(self, name: str, kind: str = "half_peak_to_peak", order: int | None = None) -> str:
-        """Why the largest amplitude of an output is no solved maximum, in words; empty where it is one.
+    def why_unsolved(
+        self, name: str, kind: str = "half_peak_to_peak", order: int | None = None
+    ) -> str:
+        """Why the largest amplitude of an output is no solved maximum, in words; empty where it is
+        one.
 
         Half peak to peak is solved with the curve; `hbm.curve.peaks.find_peaks` solves the other
         kinds. The largest amplitude at the border of a frequency band is no resonance; over another
@@ -178,21 +208,38 @@ class ForcedResponse(ArrayRecord):
             return ""
         i = int(np.nanargmax(a))
         if self.at_border(name, kind, order):
-            return "" if self.parameter_name != "frequency" else (
-                f"its largest amplitude lies at the border of the band, {self.parameter[i]:g} Hz; the resonance may be "
-                "outside, widen the band")
-        if self.jumps[i:i + 2].any():
-            return ("its largest amplitude lies where the branch was left and taken up again: it is not solved, and "
-                    "the points left out may exceed it")
+            return (
+                ""
+                if self.parameter_name != "frequency"
+                else (
+                    f"its largest amplitude lies at the border of the band, {self.parameter[i]:g} "
+                    "Hz; the resonance may be outside, widen the band"
+                )
+            )
+        if self.jumps[i : i + 2].any():
+            return (
+                "its largest amplitude lies where the branch was left and taken up again: it is "
+                "not solved, and the points left out may exceed it"
+            )
         if kind != KINDS[0]:
-            return (f"the largest of the computed points, not solved: find_peaks(curve, problem, '{name}', '{kind}') "
-                    "solves it")
-        return "" if self.peak_points[i, j] else "the maximum is not solved, the highest point found stands for it"
+            return (
+                "the largest of the computed points, not solved: find_peaks(curve, problem, "
+                f"'{name}', '{kind}') solves it"
+            )
+        return (
+            ""
+            if self.peak_points[i, j]
+            else "the maximum is not solved, the highest point found stands for it"
+        )
 
-    def at_least(self, name: str, kind: str = "half_peak_to_peak", order: int | None = None) -> tuple[float, float]:
-        """(Hz, m) of the solved point with the largest amplitude of an output; over another parameter, (value, m).
+    def at_least(
+        self, name: str, kind: str = "half_peak_to_peak", order: int | None = None
+    ) -> tuple[float, float]:
+        """(Hz, m) of the solved point with the largest amplitude of an output; over another
+        parameter, (value, m).
 
-        A lower bound of the peak, whether the curve has one or not; (NaN, NaN) where no point is solved.
+        A lower bound of the peak, whether the curve has one or not; (NaN, NaN) where no point is
+        solved.
         """
         a = self.amplitude(kind, order)[:, self.column(name)]
         if not np.isfinite(a).any():
@@ -201,37 +248,48 @@ class ForcedResponse(ArrayRecord):
         return float(self.parameter[i]), float(a[i])
 
     def _why_no_peak(self, a):
-        """Why the largest of the amplitudes a (n,) is no peak, with what it is at least; empty where it is one."""
+        """Why the largest of the amplitudes a (n,) is no peak, with what it is at least; empty
+        where it is one."""
         if not np.isfinite(a).any():
             return f"no point is solved, {self.ended}"
         i = int(np.nanargmax(a))
-        gap = not np.isfinite(a[max(i - 1, 0):i + 2]).all()
+        gap = not np.isfinite(a[max(i - 1, 0) : i + 2]).all()
         if self.reached_end and not gap:
             return ""
-        at = f"at {self.parameter[i]:g} Hz" if self.parameter_name == "frequency" else \
-            f"at {self.parameter_name} = {self.parameter[i]:g}"
-        return f"at least {a[i]:.6g} m {at}, " + (f"beside a point that failed: {self.ended}" if self.reached_end else
-                                                 self.ended)
+        at = (
+            f"at {self.parameter[i]:g} Hz"
+            if self.parameter_name == "frequency"
+            else f"at {self.parameter_name} = {self.parameter[i]:g}"
+        )
+        return f"at least {a[i]:.6g} m {at}, " + (
+            f"beside a point that failed: {self.ended}" if self.reached_end else self.ended
+        )
 
-    def at_border(self, name: str, kind: str = "half_peak_to_peak", order: int | None = None) -> bool:
-        """Whether the largest amplitude of an output is that of an end of the curve: then `peak` is no resonance."""
+    def at_border(
+        self, name: str, kind: str = "half_peak_to_peak", order: int | None = None
+    ) -> bool:
+        """Whether the largest amplitude of an output is that of an end of the curve: then `peak` is
+        no resonance."""
         a = self.amplitude(kind, order)[:, self.column(name)]
         good = np.flatnonzero(np.isfinite(a))
         return bool(len(good) and a[good].max() > 0 and a[good].argmax() in (0, len(good) - 1))
 
     @property
     def contact_motion(self) -> np.ndarray:
-        """(n, P, nd, H+1) complex, m - relative motion of each pair; zero of pairs that do not take part."""
+        """(n, P, nd, H+1) complex, m - relative motion of each pair; zero of pairs that do not take
+        part."""
         n, P, kept = len(self.frequency), len(self.carrying), int(self.carrying.sum())
         nd = self.unknowns.shape[1] // max(kept * fourier.n_real(self.H), 1)
         motion = np.zeros((n, P, nd, self.H + 1), dtype=complex)
-        motion[:, self.carrying] = fourier.to_complex(self.unknowns.reshape(n, kept, nd, fourier.n_real(self.H)))
+        motion[:, self.carrying] = fourier.to_complex(
+            self.unknowns.reshape(n, kept, nd, fourier.n_real(self.H))
+        )
         return motion
 
     @property
     def widest_gap(self) -> float:
-        """Of the parameter, between the neighbouring solved points furthest apart where the branch was left; 0 where it
-        is one branch."""
+        """Of the parameter, between the neighbouring solved points furthest apart where the branch
+        was left; 0 where it is one branch."""
         return widest_gap(self.parameter, self.converged, self.restarts)
 
     @property
@@ -257,30 +315,40 @@ class ForcedResponse(ArrayRecord):
 
     @classmethod
     def load(cls, path: str | Path) -> "ForcedResponse":
-        """Read what `save` wrote; InputError where the file is not there or holds something else."""
+        """Read what `save` wrote; InputError where the file is not there or holds something
+        else."""
         path = Path(path)
         if not path.is_file():
             raise InputError(f"forced response not found: {path}")
         plain = {str: str, bool: bool, int: int, float: float}
         try:
             with open_npz(path) as z:
-                return cls(**{f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name] for f in fields(cls)
-                              if f.name in z})
+                return cls(
+                    **{
+                        f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name]
+                        for f in fields(cls)
+                        if f.name in z
+                    }
+                )
         except InputError:
             raise
         except (OSError, ValueError, TypeError, EOFError, BadZipFile) as error:
-            raise InputError(f"{path}: is not a forced response as ForcedResponse.save writes it ({error})") from None
+            raise InputError(
+                f"{path}: is not a forced response as ForcedResponse.save writes it ({error})"
+            ) from None
 
 
 @dataclass(frozen=True, eq=False)
 class PeriodicSolution(ArrayRecord):
-    """One periodic solution at `frequency` Hz: m outputs, P contacts, harmonics 0..H; NaN where none was found.
+    """One periodic solution at `frequency` Hz: m outputs, P contacts, harmonics 0..H; NaN where
+    none was found.
 
     The arrays are copies that cannot be written to; two solutions are equal where all fields are.
 
-    harmonics : (m, H+1) complex, m; contact_force, contact_motion : (P, nd, H+1) complex, N and m, as in ForcedResponse
-    held : names of the motions that are held; reaction : (h, H+1) complex, N or N m, as in ForcedResponse
-    share_stick, share_slip, share_open : (P,) share of the cycle; dissipated : (P,) J per cycle
+    harmonics : (m, H+1) complex, m; contact_force, contact_motion : (P, nd, H+1) complex, N and m,
+    as in ForcedResponse held : names of the motions that are held; reaction : (h, H+1) complex, N
+    or N m, as in ForcedResponse share_stick, share_slip, share_open : (P,) share of the cycle;
+    dissipated : (P,) J per cycle
     converged : whether it was found; iterations : evaluations of the residual
     unknowns : (N,) m, a `guess` for another call; force_orders : of the forcing
     force_residual : as in ForcedResponse
@@ -305,22 +373,30 @@ class PeriodicSolution(ArrayRecord):
 
     def amplitude(self, kind: str = "half_peak_to_peak", order: int | None = None) -> np.ndarray:
         """(m,) amplitude, m: as ForcedResponse.amplitude."""
-        return amplitude(self.harmonics, kind, orders_of(kind, order, self.harmonics.shape[-1] - 1, self.force_orders))
+        return amplitude(
+            self.harmonics,
+            kind,
+            orders_of(kind, order, self.harmonics.shape[-1] - 1, self.force_orders),
+        )
 
 
 def orders_of(kind: str, order: int | None, H: int, force_orders: ArrayLike) -> list[int]:
-    """The orders that count in an amplitude of a kind; InputError for an order that the kind or the curve has not."""
+    """The orders that count in an amplitude of a kind; InputError for an order that the kind or the
+    curve has not."""
     if order is None:
         return sorted(set(np.asarray(force_orders, dtype=int).tolist())) or [1]
     if kind != "harmonic":
         raise InputError(f"order = {order}: belongs to the kind 'harmonic', not to '{kind}'")
     if isinstance(order, bool) or not isinstance(order, int | np.integer) or not 1 <= order <= H:
-        raise InputError(f"order = {brief(order)}: must be a whole number from 1 to harmonics = {H}")
+        raise InputError(
+            f"order = {brief(order)}: must be a whole number from 1 to harmonics = {H}"
+        )
     return [int(order)]
 
 
 def amplitude(X: np.ndarray, kind: str, orders: list[int]) -> np.ndarray:
-    """(...) amplitude of a kind from harmonics (..., H+1); NaN where they are. orders : that count in 'harmonic'."""
+    """(...) amplitude of a kind from harmonics (..., H+1); NaN where they are. orders : that count
+    in 'harmonic'."""
     if kind == "half_peak_to_peak":
         return fourier.half_peak_to_peak(X)
     if kind == "harmonic":
@@ -330,7 +406,9 @@ def amplitude(X: np.ndarray, kind: str, orders: list[int]) -> np.ndarray:
     raise InputError(f"amplitude kind '{kind}' is unknown; {nearest(kind, KINDS)}")
 
 
-def amplitude_along(X: np.ndarray, dX: np.ndarray, kind: str, orders: list[int]) -> tuple[np.ndarray, np.ndarray]:
+def amplitude_along(
+    X: np.ndarray, dX: np.ndarray, kind: str, orders: list[int]
+) -> tuple[np.ndarray, np.ndarray]:
     """(that amplitude, its derivative), each (...), where the harmonics change by dX (..., H+1)."""
     if kind == "half_peak_to_peak":
         return fourier.half_peak_to_peak_along(X, dX)
@@ -346,31 +424,46 @@ def _chosen(X, orders):
 
 
 def local_maxima(a: ArrayLike, jumps: ArrayLike) -> list[int]:
-    """Places of the local maxima of an amplitude (n,) along a curve, both neighbours solved and ripples left out.
+    """Places of the local maxima of an amplitude (n,) along a curve, both neighbours solved and
+    ripples left out.
 
     jumps : (n,) bool, points to which the branch does not lead from the point before
     """
     a, jumps = np.asarray(a, dtype=float), np.asarray(jumps)
     higher = (a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:])
-    return [i for i in np.flatnonzero(higher & ~jumps[1:-1] & ~jumps[2:]) + 1
-            if a[i] - max(_saddle(a[i::-1]), _saddle(a[i:])) > RIPPLE * a[i]]
+    return [
+        i
+        for i in np.flatnonzero(higher & ~jumps[1:-1] & ~jumps[2:]) + 1
+        if a[i] - max(_saddle(a[i::-1]), _saddle(a[i:])) > RIPPLE * a[i]
+    ]
 
 
 def _saddle(a):
     """The least value before the first that is higher than the first one."""
     above = np.flatnonzero(a > a[0])
-    return np.nanmin(a[:above[0]] if len(above) else a)
+    return np.nanmin(a[: above[0]] if len(above) else a)
 
 
 def widest_gap(parameter: ArrayLike, converged: ArrayLike, restarts: ArrayLike) -> float:
-    """Between the neighbouring solved points furthest apart in any of the restarts (k, 2); 0 without any."""
+    """Between the neighbouring solved points furthest apart in any of the restarts (k, 2); 0
+    without any."""
     solved = np.asarray(parameter)[np.asarray(converged)]
-    return max((float(np.diff(np.unique([low, *solved[(low < solved) & (solved < high)], high])).max(initial=0.0))
-                for low, high in np.sort(np.reshape(restarts, (-1, 2)), axis=1)), default=0.0)
+    return max(
+        (
+            float(
+                np.diff(np.unique([low, *solved[(low < solved) & (solved < high)], high])).max(
+                    initial=0.0
+                )
+            )
+            for low, high in np.sort(np.reshape(restarts, (-1, 2)), axis=1)
+        ),
+        default=0.0,
+    )
 
 
 def parabola(s: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    """(place, value) of the maximum of the parabola through three points; place infinite where it has none."""
+    """(place, value) of the maximum of the parabola through three points; place infinite where it
+    has none."""
     c = np.polyfit(s / np.abs(s).max(), y, 2)
     if c[0] >= 0:
         return float("inf"), float(y[1])

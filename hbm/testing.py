@@ -1,5 +1,5 @@
-"""Conformance of a law with its contract, for laws of your own as for those shipped here: `check_law` of a contact law,
-`check_force` of a nonlinear force that is no contact."""
+"""Conformance of a law with its contract, for laws of your own as for those shipped here:
+`check_law` of a contact law, `check_force` of a nonlinear force that is no contact."""
 
 from dataclasses import replace
 from typing import Any
@@ -8,41 +8,81 @@ import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance import aft
-from tipdamp.hbm.balance.differences import differences, history, samples_of, tangents_and_differences, worst_entry
+from tipdamp.hbm.balance.differences import (
+    differences,
+    history,
+    samples_of,
+    tangents_and_differences,
+    worst_entry,
+)
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion
 from tipdamp.hbm.laws.sampled import projector
 
-__all__ = ["check_force", "check_law", "forces", "full_derivative", "history", "shifted", "total_force"]
+__all__ = [
+    "check_force",
+    "check_law",
+    "forces",
+    "full_derivative",
+    "history",
+    "shifted",
+    "total_force",
+]
 
-ORDERS = 3               # harmonics of the motions that are tried
-SHIFTED = 1, 15, 60      # harmonics of those that are shifted in time
-PERIODS = 60             # in which the state must repeat
+ORDERS = 3  # harmonics of the motions that are tried
+SHIFTED = 1, 15, 60  # harmonics of those that are shifted in time
+PERIODS = 60  # in which the state must repeat
 
 
-def check_law(law: ContactLaw, contacts: Contacts | None = None, amplitude: float = 1.0, omega: float = 2.0) -> None:
+def check_law(
+    law: ContactLaw, contacts: Contacts | None = None, amplitude: float = 1.0, omega: float = 2.0
+) -> None:
     """Raise AssertionError with the first point in which a law breaks the contract of `ContactLaw`.
 
-    contacts : those of the law; by default 12, or one for each entry of its array parameters, with kn, kt around
+    contacts : those of the law; by default 12, or one for each entry of its array parameters, with
+    kn, kt around
         1 N/m, mu around 0.5, and preloads from -0.3 to 1 N
-    amplitude : m, of the random motions that are tried; it should make contacts stick, slip and open
+    amplitude : m, of the random motions that are tried; it should make contacts stick, slip and
+    open
     omega : rad/s, of the cycles
     """
     contacts, x = _tried(law, contacts, amplitude)
-    for check in (_no_contacts, _tangents, _selection, _mirror, _cycle, _shift, _samples, _derivatives,
-                  _sums_of_derivatives, _sticking):
+    for check in (
+        _no_contacts,
+        _tangents,
+        _selection,
+        _mirror,
+        _cycle,
+        _shift,
+        _samples,
+        _derivatives,
+        _sums_of_derivatives,
+        _sticking,
+    ):
         check(law, contacts, x, omega)
 
 
-def check_force(law: ContactLaw, contacts: Contacts | None = None, amplitude: float = 1.0, omega: float = 2.0) -> None:
-    """Raise AssertionError with the first point in which a force that is no contact breaks its contract
-    (`hbm.laws.PlainForce`): it depends on the present motion alone, and may prefer a direction.
+def check_force(
+    law: ContactLaw, contacts: Contacts | None = None, amplitude: float = 1.0, omega: float = 2.0
+) -> None:
+    """Raise AssertionError with the first point in which a force that is no contact breaks its
+    contract (`hbm.laws.PlainForce`): it depends on the present motion alone, and may prefer a
+    direction.
 
     contacts, amplitude, omega : as of `check_law`
     """
     contacts, x = _tried(law, contacts, amplitude)
-    for check in (_no_contacts, _tangents, _selection, _present_motion, _cycle, _shift, _samples, _derivatives,
-                  _sums_of_derivatives):
+    for check in (
+        _no_contacts,
+        _tangents,
+        _selection,
+        _present_motion,
+        _cycle,
+        _shift,
+        _samples,
+        _derivatives,
+        _sums_of_derivatives,
+    ):
         check(law, contacts, x, omega)
 
 
@@ -58,12 +98,24 @@ def _tried(law, contacts, amplitude):
     return contacts, x
 
 
-def forces(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float = 1.0, start: Any = "zero_slider",
-           samples: int | None = None) -> ContactForces:
-    """ContactForces of a law at the relative motion x (P, nd, nh) m, with its own number of samples or with another."""
+def forces(
+    law: ContactLaw,
+    contacts: Contacts,
+    x: np.ndarray,
+    omega: float = 1.0,
+    start: Any = "zero_slider",
+    samples: int | None = None,
+) -> ContactForces:
+    """ContactForces of a law at the relative motion x (P, nd, nh) m, with its own number of samples
+    or with another."""
     H = (x.shape[2] - 1) // 2
-    return law.harmonics(contacts, np.ascontiguousarray(x), aft.slider_start(start, len(contacts), law.sliders),
-                         aft.sample_grid(H, samples or law.default_samples(H)), omega)
+    return law.harmonics(
+        contacts,
+        np.ascontiguousarray(x),
+        aft.slider_start(start, len(contacts), law.sliders),
+        aft.sample_grid(H, samples or law.default_samples(H)),
+        omega,
+    )
 
 
 def total_force(law: ContactLaw, contacts: Contacts, x: np.ndarray, f: ContactForces) -> np.ndarray:
@@ -88,7 +140,12 @@ def shifted(x: np.ndarray, phase: float) -> np.ndarray:
 
 def _random_contacts(rng, P):
     P = P if P > 1 else 12
-    return Contacts(rng.uniform(0.5, 2, P), rng.uniform(0.5, 2, P), rng.uniform(0.1, 0.8, P), rng.uniform(-0.3, 1, P))
+    return Contacts(
+        rng.uniform(0.5, 2, P),
+        rng.uniform(0.5, 2, P),
+        rng.uniform(0.1, 0.8, P),
+        rng.uniform(-0.3, 1, P),
+    )
 
 
 def _require(law, holds, what):
@@ -97,62 +154,105 @@ def _require(law, holds, what):
 
 
 def _agree(law, what, found, expected, tolerance, scale=None):
-    """AssertionError with the entry of two arrays that differs most, where that is more than a share of the largest
-    entry, or of a scale."""
+    """AssertionError with the entry of two arrays that differs most, where that is more than a
+    share of the largest entry, or of a scale."""
     allowed = tolerance * (np.abs(expected).max(initial=0.0) + 1e-300 if scale is None else scale)
-    _require(law, (np.abs(found - expected) <= allowed).all(), f"{what}: {worst_entry(found, expected)}, allowed "
-             f"difference {allowed:.1g}")
+    _require(
+        law,
+        (np.abs(found - expected) <= allowed).all(),
+        f"{what}: {worst_entry(found, expected)}, allowed difference {allowed:.1g}",
+    )
 
 
 def _no_contacts(law, contacts, x, omega):
     none = np.zeros(len(contacts), dtype=bool)
     f = forces(law.select(none), contacts.select(none), x[none], omega)
-    _require(law, f.g.shape == x[none].shape and f.shares.shape == (0, 3), f"harmonics of no contacts: g is "
-             f"{f.g.shape}, must be {x[none].shape}, shares are {f.shares.shape}, must be (0, 3)")
+    _require(
+        law,
+        f.g.shape == x[none].shape and f.shares.shape == (0, 3),
+        f"harmonics of no contacts: g is "
+        f"{f.g.shape}, must be {x[none].shape}, shares are {f.shares.shape}, must be (0, 3)",
+    )
 
 
 def _tangents(law, contacts, x, omega):
-    """Of steps near a cycle, against central differences in motion, velocity, state and length of the step."""
+    """Of steps near a cycle, against central differences in motion, velocity, state and length of
+    the step."""
     for what, found, expected, allowed in tangents_and_differences(law, contacts, x, omega):
         _agree(law, what, found, expected, allowed, 1.0)
 
 
 def _selection(law, contacts, x, omega):
     """Contacts do not know of each other, and parameters are cut with them."""
-    at = np.random.default_rng(1).permutation(len(contacts))[:len(contacts) // 2 + 1]
+    at = np.random.default_rng(1).permutation(len(contacts))[: len(contacts) // 2 + 1]
     whole = forces(law, contacts, x, omega)
     part = forces(law.select(at), contacts.select(at), x[at], omega)
     scale = np.abs(whole.g).max() + 1e-300
-    _agree(law, "harmonics of some contacts depend on the others, or select does not cut the parameters", part.g,
-           whole.g[at], 1e-10, scale)
+    _agree(
+        law,
+        "harmonics of some contacts depend on the others, or select does not cut the parameters",
+        part.g,
+        whole.g[at],
+        1e-10,
+        scale,
+    )
     force, _, _ = history(law, contacts, x, omega, samples=32)
     own, _, _ = history(law.select(at), contacts.select(at), x[at], omega, samples=32)
-    _agree(law, "step of some contacts depends on the others, at [sample, contact, component]", own, force[:, at],
-           1e-12)
+    _agree(
+        law,
+        "step of some contacts depends on the others, at [sample, contact, component]",
+        own,
+        force[:, at],
+        1e-12,
+    )
 
 
 def _mirror(law, contacts, x, omega):
     """No direction in the tangential plane is preferred to its opposite."""
     sign = np.array([-1.0 if name != "n" else 1.0 for name in law.components])[:, None]
     there, mirrored = (forces(law, contacts, a, omega) for a in (x, sign * x))
-    _agree(law, "mirrored tangential motion does not give mirrored tangential forces (a force that is no contact is "
-           "a PlainForce, for check_force)", mirrored.g, sign * there.g, 1e-10)
+    _agree(
+        law,
+        "mirrored tangential motion does not give mirrored tangential forces (a force that is no "
+        "contact is a PlainForce, for check_force)",
+        mirrored.g,
+        sign * there.g,
+        1e-10,
+    )
 
 
 def _present_motion(law, contacts, x, omega):
     """No past, no time step and no setting of a contact enters the force."""
-    _require(law, law.states == 0, f"a force that is no contact has no state, states = {law.states}; is it a contact "
-             "law, for check_law?")
+    _require(
+        law,
+        law.states == 0,
+        f"a force that is no contact has no state, states = {law.states}; is it a contact "
+        "law, for check_law?",
+    )
     u, v = (a.reshape(-1, len(law.components)) for a in samples_of(x, 32))
     every = np.tile(np.arange(len(contacts)), 32)
     law, contacts, state = law.select(every), contacts.select(every), np.zeros((len(every), 0))
     force = law.step(Motion(u, omega * v, 0.1), state, contacts)[0]
     later = law.step(Motion(u, omega * v, 0.2), state, contacts)[0]
-    _agree(law, "the force depends on the length of the step, at [sample, component]", later, force, 1e-12)
-    others = Contacts(*(2 * a + 1 for a in (contacts.kn, contacts.kt, contacts.mu, contacts.preload)))
+    _agree(
+        law,
+        "the force depends on the length of the step, at [sample, component]",
+        later,
+        force,
+        1e-12,
+    )
+    others = Contacts(
+        *(2 * a + 1 for a in (contacts.kn, contacts.kt, contacts.mu, contacts.preload))
+    )
     changed = law.step(Motion(u, omega * v, 0.1), state, others)[0]
-    _agree(law, "the force depends on kn, kt, mu or preload, at [sample, component]; is it a contact law, for "
-           "check_law?", changed, force, 1e-12)
+    _agree(
+        law,
+        "the force depends on kn, kt, mu or preload, at [sample, component]; is it a contact "
+        "law, for check_law?",
+        changed,
+        force,
+        1e-12,
+    )
 
 
 def _cycle(law, contacts, x, omega):
@@ -162,20 +262,38 @@ def _cycle(law, contacts, x, omega):
         total = total_force(law, contacts, x, f)
         size = np.abs(total).max() + 1e-300
         force, _, change = history(law, contacts, x, omega, start, periods=PERIODS)
-        _require(law, change <= 1e-3 * size, f"the force does not repeat within {PERIODS} periods: it still changes by "
-                 f"{change / size:.1e} of its size, allowed 1e-3")
+        _require(
+            law,
+            change <= 1e-3 * size,
+            f"the force does not repeat within {PERIODS} periods: it still changes by "
+            f"{change / size:.1e} of its size, allowed 1e-3",
+        )
         E = fourier.basis(2 * np.pi * np.arange(len(force)) / len(force), ORDERS)
         expected = np.tensordot(force, projector(E), (0, 0))
-        _agree(law, f"harmonics differ from those of step (start '{start}')", total, expected, 2e-3, size)
-        _agree(law, "the shares of stick, slip and open are not each at least 0, with the sum 1",
-               np.abs(f.shares).sum(axis=1), np.ones(len(x)), 1e-5)
+        _agree(
+            law,
+            f"harmonics differ from those of step (start '{start}')",
+            total,
+            expected,
+            2e-3,
+            size,
+        )
+        _agree(
+            law,
+            "the shares of stick, slip and open are not each at least 0, with the sum 1",
+            np.abs(f.shares).sum(axis=1),
+            np.ones(len(x)),
+            1e-5,
+        )
         resting = np.abs(full_derivative(f, x)[~f.active]).max(initial=0.0)
-        _require(law, resting == 0, f"a component that is not active has a derivative, {resting:.3g} N/m")
+        _require(
+            law, resting == 0, f"a component that is not active has a derivative, {resting:.3g} N/m"
+        )
 
 
 def _shift(law, contacts, x, omega):
-    """No instant is preferred, where forces do not hang on where the state starts: those of a motion that is shifted by
-    whole samples are shifted with it, and so are their derivatives."""
+    """No instant is preferred, where forces do not hang on where the state starts: those of a
+    motion that is shifted by whole samples are shifted with it, and so are their derivatives."""
     at, rng = np.arange(min(4, len(contacts))), np.random.default_rng(4)
     law, contacts, size = law.select(at), contacts.select(at), np.sqrt(np.mean(x[:, :, 0] ** 2))
     for H in SHIFTED:
@@ -185,12 +303,22 @@ def _shift(law, contacts, x, omega):
         start = [forces(law, contacts, motion, omega, start).g for start in aft.STARTS]
         scale = np.abs(start[0]).max() + 1e-300
         forgets = (np.abs(start[1] - start[0]) <= 1e-9 * scale).all(axis=(1, 2))
-        here, later = (_force_and_slope(law, contacts, a, da, omega) for a, da in (
-            (motion, along), (shifted(motion, phase), shifted(along, phase))))
-        for found, expected, allowed, of in zip(later, here, (1e-8, 1e-6), ("", "derivatives of "), strict=True):
+        here, later = (
+            _force_and_slope(law, contacts, a, da, omega)
+            for a, da in ((motion, along), (shifted(motion, phase), shifted(along, phase)))
+        )
+        for found, expected, allowed, of in zip(
+            later, here, (1e-8, 1e-6), ("", "derivatives of "), strict=True
+        ):
             expected = shifted(expected, phase)[forgets]
-            _agree(law, f"a motion shifted in time does not shift the {of}harmonics up to {H}", found[forgets],
-                   expected, allowed, max(scale, np.abs(expected).max(initial=0.0)))
+            _agree(
+                law,
+                f"a motion shifted in time does not shift the {of}harmonics up to {H}",
+                found[forgets],
+                expected,
+                allowed,
+                max(scale, np.abs(expected).max(initial=0.0)),
+            )
 
 
 def _force_and_slope(law, contacts, x, dx, omega):
@@ -200,64 +328,130 @@ def _force_and_slope(law, contacts, x, dx, omega):
 
 
 def _samples(law, contacts, x, omega):
-    """Forces of an event-driven law do not depend on the samples; its table gives the force of its step."""
+    """Forces of an event-driven law do not depend on the samples; its table gives the force of its
+    step."""
     table = law.piecewise_linear(contacts)
     if table is None:
         return
     coarse, fine = (forces(law, contacts, x, omega, samples=n).g for n in (64, 1024))
-    _agree(law, "event-driven harmonics depend on the number of samples, 64 or 1024", coarse, fine, 1e-12)
+    _agree(
+        law,
+        "event-driven harmonics depend on the number of samples, 64 or 1024",
+        coarse,
+        fine,
+        1e-12,
+    )
     n = 1024
     force, states, change = history(law, contacts, x, omega, samples=n, periods=3)
     size = np.abs(force).max() + 1e-300
-    _require(law, change <= 1e-12 * size, f"sliders do not repeat after the first cycle: the force changes by "
-             f"{change / size:.1e} of its size, allowed 1e-12")
+    _require(
+        law,
+        change <= 1e-12 * size,
+        f"sliders do not repeat after the first cycle: the force changes by "
+        f"{change / size:.1e} of its size, allowed 1e-12",
+    )
     u, v = samples_of(x, n)
-    memory, state, at = states[0][:, :table.follows.shape[1]], table.initial, np.arange(len(contacts))
+    memory = states[0][:, : table.follows.shape[1]]
+    state = table.initial
+    at = np.arange(len(contacts))
     found = np.empty(force.shape)
     for i in [*range(1, n), 0]:
         state, memory = table.settled(u[i], omega * v[i], state, memory)
-        found[i] = (np.einsum("pij,pj->pi", table.stiffness[at, state], u[i]) + table.offset[at, state]
-                    + np.einsum("pim,pm->pi", table.by_memory[at, state], memory))
-    _agree(law, "the piecewise-linear table gives another force than step, at [sample, contact, component]", found,
-           force, 2e-2, size)
+        found[i] = (
+            np.einsum("pij,pj->pi", table.stiffness[at, state], u[i])
+            + table.offset[at, state]
+            + np.einsum("pim,pm->pi", table.by_memory[at, state], memory)
+        )
+    _agree(
+        law,
+        "the piecewise-linear table gives another force than step, at [sample, contact, component]",
+        found,
+        force,
+        2e-2,
+        size,
+    )
 
 
 def _derivatives(law, contacts, x, omega):
-    """Of the harmonics by those of the motion, by omega, by the preload and by mu, against central differences."""
+    """Of the harmonics by those of the motion, by omega, by the preload and by mu, against central
+    differences."""
     dx = np.abs(x).max() * np.random.default_rng(2).normal(size=x.shape)
     for start in aft.STARTS:
         f = forces(law, contacts, x, omega, start)
-        along, scale = np.einsum("pijkl,pkl->pij", full_derivative(f, x), dx), np.abs(f.D).max(initial=1e-3)
-        expected = differences(along, lambda s, start=start: forces(law, contacts, x + s * dx, omega, start).g)
-        _agree(law, f"derivatives of harmonics by the motion differ from differences (start '{start}')", along,
-               expected, 5e-7, scale * np.abs(dx).max())
+        along = np.einsum("pijkl,pkl->pij", full_derivative(f, x), dx)
+        scale = np.abs(f.D).max(initial=1e-3)
+        expected = differences(
+            along, lambda s, start=start: forces(law, contacts, x + s * dx, omega, start).g
+        )
+        _agree(
+            law,
+            f"derivatives of harmonics by the motion differ from differences (start '{start}')",
+            along,
+            expected,
+            5e-7,
+            scale * np.abs(dx).max(),
+        )
         by = np.zeros(x.shape) if f.by_omega is None else f.by_omega
-        expected = differences(by, lambda s, start=start: forces(law, contacts, x, omega + s, start).g)
-        _agree(law, f"derivatives of harmonics by omega differ from differences (start '{start}')", by, expected, 1e-6,
-               max(np.abs(by).max(), 1e-3 * scale * np.abs(x).max()))
+        expected = differences(
+            by, lambda s, start=start: forces(law, contacts, x, omega + s, start).g
+        )
+        _agree(
+            law,
+            f"derivatives of harmonics by omega differ from differences (start '{start}')",
+            by,
+            expected,
+            1e-6,
+            max(np.abs(by).max(), 1e-3 * scale * np.abs(x).max()),
+        )
         if f.by_preload is not None:
-            expected = differences(f.by_preload, lambda s, start=start: forces(
-                law, replace(contacts, preload=contacts.preload + s), x, omega, start).g)
-            _agree(law, f"derivatives of harmonics by the preload differ from differences (start '{start}')",
-                   f.by_preload, expected, 1e-6, 1.0)
+            expected = differences(
+                f.by_preload,
+                lambda s, start=start: (
+                    forces(law, replace(contacts, preload=contacts.preload + s), x, omega, start).g
+                ),
+            )
+            _agree(
+                law,
+                "derivatives of harmonics by the preload differ from differences (start "
+                f"'{start}')",
+                f.by_preload,
+                expected,
+                1e-6,
+                1.0,
+            )
         by_friction = law.by_friction(contacts, x, f)
         if by_friction is not None:
-            expected = differences(by_friction, lambda s, start=start: forces(
-                law, replace(contacts, mu=(1 + s) * contacts.mu), x, omega, start).g)
-            _agree(law, f"derivatives of harmonics by mu differ from differences (start '{start}')",
-                   by_friction, expected, 1e-6, 1.0)
+            expected = differences(
+                by_friction,
+                lambda s, start=start: (
+                    forces(law, replace(contacts, mu=(1 + s) * contacts.mu), x, omega, start).g
+                ),
+            )
+            _agree(
+                law,
+                f"derivatives of harmonics by mu differ from differences (start '{start}')",
+                by_friction,
+                expected,
+                1e-6,
+                1.0,
+            )
 
 
 def _sums_of_derivatives(law, contacts, x, omega):
-    """Summed along a path from rest to slip and lift-off they give the change of the force: no jump is missed."""
+    """Summed along a path from rest to slip and lift-off they give the change of the force: no jump
+    is missed."""
     six = np.arange(min(6, len(contacts)))
     n, law, contacts, x = 600, law.select(six), contacts.select(six), x[six][:, :, :5]
     change = np.zeros(x.shape)
     for s in (np.arange(n) + 0.5) / n:
         D = full_derivative(forces(law, contacts, s * x, omega, samples=64), s * x)
         change += np.einsum("pijkl,pkl->pij", D, x) / n
-    expected = forces(law, contacts, x, omega, samples=64).g - forces(law, contacts, 0 * x, omega, samples=64).g
-    # a sampled slider that only just slips goes to rest as a square root of the amplitude: steep, and hard to sum
+    expected = (
+        forces(law, contacts, x, omega, samples=64).g
+        - forces(law, contacts, 0 * x, omega, samples=64).g
+    )
+    # a sampled slider that only just slips goes to rest as a square root of the amplitude: steep,
+    # and hard to sum
     tolerance = 5e-3 if law.piecewise_linear(contacts) is None else 2e-3
     _agree(law, "the force jumps where its derivative does not tell", change, expected, tolerance)
 
@@ -268,8 +462,15 @@ def _sticking(law, contacts, x, omega):
         amplitude = scale * np.abs(x).sum(axis=2)
         sure = law.sticks_surely(contacts, amplitude)
         f = forces(law, contacts, scale * x, omega)
-        _require(law, sure.shape == (len(contacts),), f"sticks_surely has the shape {sure.shape}, must be "
-                 f"({len(contacts)},)")
+        _require(
+            law,
+            sure.shape == (len(contacts),),
+            f"sticks_surely has the shape {sure.shape}, must be ({len(contacts)},)",
+        )
         slips = np.flatnonzero(sure & (f.active.any(axis=1) | f.g.any(axis=(1, 2))))
-        _require(law, not len(slips), f"a contact that sticks_surely does not stick: contact {slips[:1]} within "
-                 f"{amplitude[slips[:1]]} m")
+        _require(
+            law,
+            not len(slips),
+            f"a contact that sticks_surely does not stick: contact {slips[:1]} within "
+            f"{amplitude[slips[:1]]} m",
+        )

@@ -13,15 +13,17 @@ from tipdamp.hbm.errors import InputError, nearest, shown
 
 MOST_HARMONICS = 200
 MOST_SAMPLES = 2**16
-LEAST, MOST = 1e-120, 1e100     # of forces in N, settings of contacts and parameters
-CLOSEST = 1e-12                 # share by which the ends of an interval differ
-MAY_BE_ZERO = ("outside", "max_restarts", "max_gaps")      # of the settings
+LEAST, MOST = 1e-120, 1e100  # of forces in N, settings of contacts and parameters
+CLOSEST = 1e-12  # share by which the ends of an interval differ
+MAY_BE_ZERO = ("outside", "max_restarts", "max_gaps")  # of the settings
 
 
 def check_harmonics(H: Any) -> int:
     """The highest harmonic; InputError where it is no whole number, or too large."""
     if isinstance(H, bool) or not isinstance(H, int | np.integer) or not 0 <= H <= MOST_HARMONICS:
-        raise InputError(f"harmonics = {H!r}: must be a whole number between 0 and {MOST_HARMONICS}")
+        raise InputError(
+            f"harmonics = {H!r}: must be a whole number between 0 and {MOST_HARMONICS}"
+        )
     return int(H)
 
 
@@ -35,7 +37,9 @@ def check_whole(name: str, value: Any, least: int) -> int:
 def positive(name: str, value: Any, unit: str = "") -> float:
     """One finite number above zero."""
     if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) < np.inf:
-        raise InputError(f"{name} = {value!r}: must be one positive number{' in' * bool(unit)}{unit}")
+        raise InputError(
+            f"{name} = {value!r}: must be one positive number{' in' * bool(unit)}{unit}"
+        )
     return float(value)
 
 
@@ -47,10 +51,18 @@ def interval(name: str, ends: Any, unit: str = "") -> tuple[float, float]:
         what = f"frequencies in{unit}" if unit else "values"
         raise InputError(f"{name} = {ends!r}: must be two {what}, (from, to)") from None
     if not (np.isfinite(first) and np.isfinite(last) and first > 0 and last > 0) or first == last:
-        raise InputError(f"{name} = ({first:g}, {last:g}){unit}: both must be positive, and different")
-    if min(first, last) < LEAST or max(first, last) > MOST or abs(last - first) < CLOSEST * max(first, last):
-        raise InputError(f"{name} = ({first!r}, {last!r}){unit}: both must lie between {LEAST:g} and {MOST:g} and "
-                         f"differ by {CLOSEST:g} of their size, which double precision can carry")
+        raise InputError(
+            f"{name} = ({first:g}, {last:g}){unit}: both must be positive, and different"
+        )
+    if (
+        min(first, last) < LEAST
+        or max(first, last) > MOST
+        or abs(last - first) < CLOSEST * max(first, last)
+    ):
+        raise InputError(
+            f"{name} = ({first!r}, {last!r}){unit}: both must lie between {LEAST:g} and {MOST:g} "
+            f"and differ by {CLOSEST:g} of their size, which double precision can carry"
+        )
     return first, last
 
 
@@ -61,8 +73,10 @@ def check_beyond(beyond: Any, name: str, ends: tuple[float, float], unit: str = 
     first, last = ends
     value = float(positive("beyond", beyond, unit))
     if (value - last) * (last - first) <= 0:
-        raise InputError(f"beyond = {value:g}{unit}: must lie past the end of {name} = "
-                         f"({first:g}, {last:g}){unit}")
+        raise InputError(
+            f"beyond = {value:g}{unit}: must lie past the end of {name} = "
+            f"({first:g}, {last:g}){unit}"
+        )
     interval(f"({name}[0], beyond)", (first, value), unit)
     return value
 
@@ -72,17 +86,23 @@ def check_samples(samples: Any, H: int) -> int | None:
     least = max(8, 4 * H)
     whole = isinstance(samples, int | np.integer) and not isinstance(samples, bool)
     if samples is not None and not (whole and least <= samples <= MOST_SAMPLES):
-        raise InputError(f"samples = {samples!r}: must be a whole number, at least {least} for harmonics = {H}, and at "
-                         f"most {MOST_SAMPLES}")
+        raise InputError(
+            f"samples = {samples!r}: must be a whole number, at least {least} for harmonics = "
+            f"{H}, and at most {MOST_SAMPLES}"
+        )
     return samples
 
 
 def check_values(at: Any, name: str, first: float, last: float, unit: str = "") -> np.ndarray:
     """(k,) numbers of `at`, all inside the interval `name` = (first, last)."""
-    values = np.atleast_1d(numbers("at", at, "must be frequencies in Hz" if unit else "must be numbers")).ravel()
+    values = np.atleast_1d(
+        numbers("at", at, "must be frequencies in Hz" if unit else "must be numbers")
+    ).ravel()
     inside = (min(first, last) <= values) & (values <= max(first, last))
     if not inside.all():
-        raise InputError(f"at = {values[~inside][0]:g}{unit}: lies outside {name} = ({first:g}, {last:g}){unit}")
+        raise InputError(
+            f"at = {values[~inside][0]:g}{unit}: lies outside {name} = ({first:g}, {last:g}){unit}"
+        )
     return values
 
 
@@ -91,17 +111,26 @@ def check_forcing(forcing: Any, r: int, H: int) -> dict[int, np.ndarray]:
     forces = forcing if isinstance(forcing, dict) else {1: forcing}
     checked = {}
     for k, F in forces.items():
-        F = numbers(f"forcing of harmonic {k!r}", F, f"must be {r} numbers in N, real or complex", complex)
+        F = numbers(
+            f"forcing of harmonic {k!r}", F, f"must be {r} numbers in N, real or complex", complex
+        )
         if isinstance(k, bool) or not isinstance(k, int | np.integer) or not 0 < k:
-            raise InputError(f"forcing of harmonic {k!r}: harmonics count from 1; constant loads go into `static`")
+            raise InputError(
+                f"forcing of harmonic {k!r}: harmonics count from 1; constant loads go into "
+                "`static`"
+            )
         if k > H:
             raise InputError(f"forcing of harmonic {k}: harmonics = {H} keeps orders 0..{H} only")
         if F.shape != (r,) or not np.isfinite(F).all():
-            raise InputError(f"forcing of harmonic {k}: must be finite with shape ({r},), got shape {F.shape}")
+            raise InputError(
+                f"forcing of harmonic {k}: must be finite with shape ({r},), got shape {F.shape}"
+            )
         largest = np.abs(F).max(initial=0.0)
         if largest and not LEAST <= largest <= MOST:
-            raise InputError(f"forcing of harmonic {k}: its largest entry is {largest:.3g} N, must be between "
-                             f"{LEAST:g} and {MOST:g} N, which double precision can carry, or zero")
+            raise InputError(
+                f"forcing of harmonic {k}: its largest entry is {largest:.3g} N, must be between "
+                f"{LEAST:g} and {MOST:g} N, which double precision can carry, or zero"
+            )
         checked[int(k)] = F
     return checked
 
@@ -117,17 +146,26 @@ def check_outputs(outputs: Any, r: int) -> tuple[list[str], np.ndarray]:
         row = numbers(f"output '{shown(name)}'", row, f"must be a row of {r} real numbers", float)
         row = row.ravel() if row.size == r else row
         if row.shape != (r,) or not np.isfinite(row).all():
-            raise InputError(f"output '{name}': must be a finite row of length {r}, got shape {row.shape}")
+            raise InputError(
+                f"output '{name}': must be a finite row of length {r}, got shape {row.shape}"
+            )
         rows.append(row)
     return list(outputs), np.array(rows)
 
 
 def check_groups(groups: Any, names: list[str]) -> list[list[int]]:
-    """Columns of the outputs in each group of `peaks`; each output on its own where groups is None."""
+    """Columns of the outputs in each group of `peaks`; each output on its own where groups is
+    None."""
     if groups is None:
         return [[j] for j in range(len(names))]
-    if isinstance(groups, str) or not isinstance(groups, Iterable) or any(isinstance(g, str) for g in groups):
-        raise InputError(f"peaks = {brief(groups)}: must be groups of names of outputs, [[name, name, ...], ...]")
+    if (
+        isinstance(groups, str)
+        or not isinstance(groups, Iterable)
+        or any(isinstance(g, str) for g in groups)
+    ):
+        raise InputError(
+            f"peaks = {brief(groups)}: must be groups of names of outputs, [[name, name, ...], ...]"
+        )
     for name in (name for group in groups for name in group):
         if name not in names:
             raise InputError(f"peaks: output '{name}' is unknown; {nearest(str(name), names)}")
@@ -142,25 +180,39 @@ def check_kind(name: str, value: Any, kind: type, made_by: str) -> Any:
 
 
 def check_settings(settings: Settings | None, progress: Callable | None = None) -> Settings:
-    """The numbers of the continuation, by default its own; InputError too where progress cannot be called."""
+    """The numbers of the continuation, by default its own; InputError too where progress cannot be
+    called."""
     if progress is not None and not callable(progress):
-        raise InputError(f"progress = {brief(progress)}: must be a function (value, step, calls), or None")
+        raise InputError(
+            f"progress = {brief(progress)}: must be a function (value, step, calls), or None"
+        )
     settings = DEFAULT if settings is None else settings
-    check_kind("settings", settings, Settings, "replace(hbm.continuation.settings.DEFAULT, max_calls=500)")
+    check_kind(
+        "settings", settings, Settings, "replace(hbm.continuation.settings.DEFAULT, max_calls=500)"
+    )
     check_numbers(settings, MAY_BE_ZERO)
     return settings
 
 
-def check_numbers(settings: Any, may_be_zero: Iterable[str] = (), may_be_infinite: Iterable[str] = ()) -> None:
-    """InputError where a number of a record of settings is not above zero, or not whole where its default is."""
+def check_numbers(
+    settings: Any, may_be_zero: Iterable[str] = (), may_be_infinite: Iterable[str] = ()
+) -> None:
+    """InputError where a number of a record of settings is not above zero, or not whole where its
+    default is."""
     for one in (field for field in fields(settings) if isinstance(field.default, Real)):
         value, whole = vars(settings)[one.name], isinstance(one.default, int)
         least = 0 if one.name in may_be_zero else 1 if whole else np.finfo(float).tiny
         below = np.nextafter(np.inf, 0) if one.name not in may_be_infinite else np.inf
-        if isinstance(value, bool) or not isinstance(value, Integral if whole else Real) \
-                or not least <= float(value) <= below:
-            raise InputError(f"settings: {one.name} = {brief(value)}: must be a {'whole ' if whole else ''}number, "
-                             + (f"{least} or more" if whole or not least else "above 0"))
+        if (
+            isinstance(value, bool)
+            or not isinstance(value, Integral if whole else Real)
+            or not least <= float(value) <= below
+        ):
+            raise InputError(
+                f"settings: {one.name} = {brief(value)}: must be a "
+                f"{'whole ' if whole else ''}number, "
+                + (f"{least} or more" if whole or not least else "above 0")
+            )
 
 
 def brief(value: Any) -> str:
@@ -172,7 +224,12 @@ def numbers(name: str, value: Any, allowed: str, kind: type = float) -> np.ndarr
     """The value as an array of real (float) or complex numbers; InputError where it is none."""
     try:
         array = np.asarray(value.toarray() if sp.issparse(value) else value)
-        if array.dtype.kind not in "iufc" or kind is float and np.iscomplexobj(array) and array.imag.any():
+        if (
+            array.dtype.kind not in "iufc"
+            or kind is float
+            and np.iscomplexobj(array)
+            and array.imag.any()
+        ):
             raise TypeError
     except (TypeError, ValueError):
         raise InputError(f"{name} = {brief(value)}: {allowed}") from None

@@ -1,4 +1,5 @@
-"""What a mesh of the rig must satisfy before anything is computed with it. Every failure is one line."""
+"""What a mesh of the rig must satisfy before anything is computed with it. Every failure is one
+line."""
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -14,7 +15,8 @@ class MeshError(ValueError):
 
 
 def check(rig: Rig, damper: str, rows: int, blades: HexMesh, solid: HexMesh) -> dict[str, float]:
-    """All checks on the pair of meshes `blades` and `solid` (the damper); returns {body: volume in m3}."""
+    """All checks on the pair of meshes `blades` and `solid` (the damper); returns {body: volume in
+    m3}."""
     found = contact(rig, damper, rows)
     volumes = {}
     for mesh, expected, tolerance in (
@@ -26,7 +28,9 @@ def check(rig: Rig, damper: str, rows: int, blades: HexMesh, solid: HexMesh) -> 
         if abs(volume - expected) > tolerance * expected:
             raise MeshError(f"{mesh.name}: volume {volume:.6e} m3, expected {expected:.6e}")
     _check_groups(rig, found, blades, solid)
-    left, right = (blades.nodes[np.unique(blades.surfaces[f"cover_{s}"])][:, 0] for s in ("left", "right"))
+    left, right = (
+        blades.nodes[np.unique(blades.surfaces[f"cover_{s}"])][:, 0] for s in ("left", "right")
+    )
     gap = right.min() - left.max()
     if not gap > 0:
         raise MeshError(f"blades: the covers overlap in the mid-plane (gap {gap:.3e} m)")
@@ -34,7 +38,8 @@ def check(rig: Rig, damper: str, rows: int, blades: HexMesh, solid: HexMesh) -> 
 
 
 def check_solid(mesh: HexMesh) -> None:
-    """No node unused, doubled or not finite; no inverted cell; one closed surface and no crack inside."""
+    """No node unused, doubled or not finite; no inverted cell; one closed surface and no crack
+    inside."""
     if not np.isfinite(mesh.nodes).all():
         raise MeshError(f"{mesh.name}: a node's position is not a number")
     unused = len(mesh.nodes) - len(np.unique(mesh.cells))
@@ -42,10 +47,15 @@ def check_solid(mesh: HexMesh) -> None:
         raise MeshError(f"{mesh.name}: {unused} nodes belong to no cell")
     pairs = cKDTree(mesh.nodes).query_pairs(SAME_NODE)
     if pairs:
-        raise MeshError(f"{mesh.name}: {len(pairs)} pairs of nodes lie on each other, first {min(pairs)}")
+        raise MeshError(
+            f"{mesh.name}: {len(pairs)} pairs of nodes lie on each other, first {min(pairs)}"
+        )
     worst = jacobians(mesh).min(axis=1)
     if not worst.min() > 0:
-        raise MeshError(f"{mesh.name}: cell {worst.argmin()} is inverted (smallest Jacobian {worst.min():.3e} m3)")
+        raise MeshError(
+            f"{mesh.name}: cell {worst.argmin()} is inverted (smallest Jacobian {worst.min():.3e} "
+            "m3)"
+        )
     _check_surface(mesh)
 
 
@@ -56,15 +66,22 @@ def _check_surface(mesh):
     edges = np.sort(outside[:, [[0, 1], [1, 2], [2, 3], [3, 0]]].reshape(-1, 2), axis=1)
     edges, count = np.unique(edges, axis=0, return_counts=True)
     if (count != 2).any():
-        raise MeshError(f"{mesh.name}: the boundary is not closed at {np.count_nonzero(count != 2)} edges")
+        raise MeshError(
+            f"{mesh.name}: the boundary is not closed at {np.count_nonzero(count != 2)} edges"
+        )
     euler = len(np.unique(outside[:, :4])) - len(edges) + len(outside)
-    if euler != 2:  # a sphere; cells that meet without sharing their face leave a second surface inside
-        raise MeshError(f"{mesh.name}: not conforming, its boundary has Euler characteristic {euler} instead of 2")
+    # a sphere; cells that meet without sharing their face leave a second surface inside
+    if euler != 2:
+        raise MeshError(
+            f"{mesh.name}: not conforming, its boundary has Euler characteristic {euler} instead "
+            "of 2"
+        )
 
 
 def _shape_gradients(points):
     """Gradients (p, 27, 3) of the 27 shape functions at points (p, 3) of [-1, 1]^3."""
-    value = np.stack([points * (points - 1) / 2, 1 - points**2, points * (points + 1) / 2])  # (3, p, 3)
+    # (3, p, 3)
+    value = np.stack([points * (points - 1) / 2, 1 - points**2, points * (points + 1) / 2])
     slope = np.stack([points - 0.5, -2 * points, points + 0.5])
     parts = []
     for axis in range(3):
@@ -74,9 +91,12 @@ def _shape_gradients(points):
 
 
 def jacobians(mesh: HexMesh, points: np.ndarray | None = None) -> np.ndarray:
-    """Jacobian determinants (m, p), m3; by default at the 27 nodes of each cell, corners included."""
+    """Jacobian determinants (m, p), m3; by default at the 27 nodes of each cell, corners
+    included."""
     points = HEX27 - 1.0 if points is None else points
-    gradients = np.einsum("pia,mib->mpab", _shape_gradients(points), mesh.nodes[mesh.cells], optimize=True)
+    gradients = np.einsum(
+        "pia,mib->mpab", _shape_gradients(points), mesh.nodes[mesh.cells], optimize=True
+    )
     return np.linalg.det(gradients)
 
 
@@ -96,9 +116,10 @@ def damper_volume(rig: Rig, found: Contact) -> float:
 
 
 def blades_volume(rig: Rig, found: Contact) -> float:
-    """Closed form: fixture block, the cubic thickness integrated, and the covers between blade and face."""
+    """Closed form: fixture block, the cubic thickness integrated, and the covers between blade and
+    face."""
     q = Polynomial([0.0, 1.0 / rig.height])
-    thickness = (rig.root_thickness + (rig.tip_thickness - rig.root_thickness) * q)
+    thickness = rig.root_thickness + (rig.tip_thickness - rig.root_thickness) * q
     thickness = thickness * (1 + 4 * (rig.mid_thickness_factor - 1) * q * (1 - q))
     area = (rig.pitch + rig.root_thickness + 2 * rig.fixture_overhang) * rig.fixture_height
     area += 2 * thickness.integ()(rig.height)
@@ -117,7 +138,9 @@ def _check_groups(rig, found, blades, solid):
     for mesh in (blades, solid):
         for name, nodes in mesh.node_sets.items():
             if len(nodes) != expected[name] or len(np.unique(nodes)) != len(nodes):
-                raise MeshError(f"{mesh.name}/{name}: {len(np.unique(nodes))} nodes, expected {expected[name]}")
+                raise MeshError(
+                    f"{mesh.name}/{name}: {len(np.unique(nodes))} nodes, expected {expected[name]}"
+                )
         for name, faces in mesh.surfaces.items():
             if not len(faces):
                 raise MeshError(f"{mesh.name}/{name}: no faces")

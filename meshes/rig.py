@@ -1,8 +1,8 @@
 """The two-blade rig as numbers: its lengths, the contact lines, and how many cells a mesh has.
 
-x runs across the two blades, y along the damper axis from 0 to `length`, z up; the blade root is at z = 0, the fixture
-below it. The paper publishes no geometry: the lengths were fitted to its five frequencies (see meshes/README.md).
-"""
+x runs across the two blades, y along the damper axis from 0 to `length`, z up; the blade root is at
+z = 0, the fixture below it. The paper publishes no geometry: the lengths were fitted to its five
+frequencies (see meshes/README.md)."""
 
 import tomllib
 from dataclasses import asdict, dataclass, fields
@@ -19,24 +19,27 @@ DAMPERS = {  # shape of the left and of the right side (paper, figure 1b)
     "cylindrical": ("round", "round"),
     "wedge": ("flat", "flat"),
 }
-RIGS = ("asymmetric", "twin")       # lengths of rig_<name>.toml
+RIGS = ("asymmetric", "twin")  # lengths of rig_<name>.toml
 DEFAULTS = Path(__file__).with_name("rig_asymmetric.toml")
 _DEFAULT = tomllib.loads(DEFAULTS.read_text())
 
 
 @dataclass(frozen=True)
 class Rig:
-    """Lengths in m, angle in degrees, area in m2; the defaults are the fitted values of rig_asymmetric.toml."""
+    """Lengths in m, angle in degrees, area in m2; the defaults are the fitted values of
+    rig_asymmetric.toml."""
 
     height: float = _DEFAULT["height"]  # blade, root to tip
     root_thickness: float = _DEFAULT["root_thickness"]
     tip_thickness: float = _DEFAULT["tip_thickness"]
-    mid_thickness_factor: float = _DEFAULT["mid_thickness_factor"]  # thickness at half height over the linear taper's
+    # thickness at half height over the linear taper's
+    mid_thickness_factor: float = _DEFAULT["mid_thickness_factor"]
     pitch: float = _DEFAULT["pitch"]  # between the blades' mid-planes
     length: float = _DEFAULT["length"]  # of everything along y
     fixture_height: float = _DEFAULT["fixture_height"]
     fixture_overhang: float = _DEFAULT["fixture_overhang"]  # beyond the outer side of the roots
-    free_span: float = _DEFAULT["free_span"]  # the fixture's bottom is clamped for |x| >= free_span / 2
+    # the fixture's bottom is clamped for |x| >= free_span / 2
+    free_span: float = _DEFAULT["free_span"]
     damper_radius: float = _DEFAULT["damper_radius"]
     flat_width: float = _DEFAULT["flat_width"]
     contact_angle: float = _DEFAULT["contact_angle"]  # of the contact normals to the x axis
@@ -54,8 +57,13 @@ class Rig:
             value = vars(self)[f.name]
             if not (isinstance(value, int | float) and np.isfinite(value) and value > 0):
                 raise InputError(f"{f.name} = {value}: a positive number is needed")
-        inner, outer = (self.pitch - self.root_thickness) / 2, (self.pitch + self.root_thickness) / 2
-        widest = 2 * self.damper_radius * np.sin(np.radians(min(self.contact_angle, 90.0 - self.contact_angle)))
+        inner = (self.pitch - self.root_thickness) / 2
+        outer = (self.pitch + self.root_thickness) / 2
+        widest = (
+            2
+            * self.damper_radius
+            * np.sin(np.radians(min(self.contact_angle, 90.0 - self.contact_angle)))
+        )
         for name, low, high, why in (
             ("root_thickness", 0.0, self.pitch, "pitch: the roots stand apart"),
             ("free_span", 2 * inner, 2 * outer, "the clamp edge lies under the roots"),
@@ -65,7 +73,9 @@ class Rig:
         ):
             if not low < vars(self)[name] < high:
                 value = vars(self)[name]
-                raise InputError(f"{name} = {value:.6g}: must lie between {low:.6g} and {high:.6g} ({why})")
+                raise InputError(
+                    f"{name} = {value:.6g}: must lie between {low:.6g} and {high:.6g} ({why})"
+                )
 
     def thickness(self, z: np.ndarray | float) -> np.ndarray:
         """Blade thickness at height z (m), cubic in z."""
@@ -80,7 +90,8 @@ class Rig:
 
     @property
     def cover_height(self) -> float:
-        """Measured with the flat's edges for all three dampers, so that the covers keep their height."""
+        """Measured with the flat's edges for all three dampers, so that the covers keep their
+        height."""
         beta = np.radians(self.contact_angle)
         return self.flat_width * np.cos(beta) + self.cover_margin_below + self.cover_margin_above
 
@@ -97,7 +108,8 @@ class Rig:
 
 @dataclass(frozen=True)
 class Contact:
-    """Cross-section of the contact between a damper and the covers, (x, z) in m; sides are 'left' and 'right'."""
+    """Cross-section of the contact between a damper and the covers, (x, z) in m; sides are 'left'
+    and 'right'."""
 
     centre: np.ndarray  # (2,) damper axis
     shape: dict  # side -> 'round' or 'flat'
@@ -107,13 +119,15 @@ class Contact:
     turn: dict  # side -> z at which the cover's face turns vertical
 
     def face_x(self, side: str, z: np.ndarray | float) -> np.ndarray:
-        """x of the cover's contact face at height z: in the contact plane, vertical above `turn`."""
+        """x of the cover's contact face at height z: in the contact plane, vertical above
+        `turn`."""
         n, z = self.normal[side], np.minimum(z, self.turn[side])
         return self.centre[0] + (self.distance[side] - n[1] * (z - self.centre[1])) / n[0]
 
 
 def contact(rig: Rig, damper: str, rows: int = 2) -> Contact:
-    """Where the named damper touches the covers; `rows` lines of pairs on a flat side, one on a round side."""
+    """Where the named damper touches the covers; `rows` lines of pairs on a flat side, one on a
+    round side."""
     if damper not in DAMPERS:
         raise InputError(f"damper '{damper}' is unknown; {nearest(damper, DAMPERS)}")
     if not (isinstance(rows, int) and 2 <= rows <= 9):
@@ -121,14 +135,21 @@ def contact(rig: Rig, damper: str, rows: int = 2) -> Contact:
     beta = np.radians(rig.contact_angle)
     shape = dict(zip(SIDES, DAMPERS[damper], strict=True))
     distance = {s: rig.damper_radius if shape[s] == "round" else rig.flat_distance for s in SIDES}
-    upper_edge = rig.flat_distance * np.sin(beta) + rig.flat_width / 2 * np.cos(beta)  # above the centre
-    centre = np.array([(distance["left"] - distance["right"]) / (2 * np.cos(beta)),
-                       rig.height - rig.cover_margin_above - upper_edge])
+    # above the centre
+    upper_edge = rig.flat_distance * np.sin(beta) + rig.flat_width / 2 * np.cos(beta)
+    centre = np.array(
+        [
+            (distance["left"] - distance["right"]) / (2 * np.cos(beta)),
+            rig.height - rig.cover_margin_above - upper_edge,
+        ]
+    )
     normal, lines, turn = {}, {}, {}
     for side, sign in zip(SIDES, (-1.0, 1.0), strict=True):
         n = normal[side] = np.array([sign * np.cos(beta), np.sin(beta)])
         along = np.array([-sign * np.sin(beta), np.cos(beta)])  # up the face
-        offsets = np.linspace(-0.5, 0.5, rows) * rig.flat_width if shape[side] == "flat" else np.zeros(1)
+        offsets = (
+            np.linspace(-0.5, 0.5, rows) * rig.flat_width if shape[side] == "flat" else np.zeros(1)
+        )
         lines[side] = centre + distance[side] * n + offsets[:, None] * along
         top = lines[side][-1, 1]
         turn[side] = top if shape[side] == "flat" else (top + rig.height) / 2
@@ -140,13 +161,19 @@ def contact(rig: Rig, damper: str, rows: int = 2) -> Contact:
 def _check_covers(rig, found):
     gap = found.face_x("right", rig.height) - found.face_x("left", rig.height)
     if not gap > 0:
-        raise InputError(f"the covers touch in the mid-plane (gap {gap:.3g} m): lower cover_margin_above or raise "
-                         "damper_radius")
+        raise InputError(
+            f"the covers touch in the mid-plane (gap {gap:.3g} m): lower cover_margin_above or "
+            "raise damper_radius"
+        )
     bottom = rig.height - rig.cover_height
-    room = (rig.pitch - rig.thickness(bottom)) / 2 - max(abs(found.face_x(s, bottom)) for s in SIDES)
+    room = (rig.pitch - rig.thickness(bottom)) / 2 - max(
+        abs(found.face_x(s, bottom)) for s in SIDES
+    )
     if not room > 0:
-        raise InputError(f"pitch = {rig.pitch:.6g}: no room for the covers between the blades, raise it by more than "
-                         f"{-2 * room:.3g}")
+        raise InputError(
+            f"pitch = {rig.pitch:.6g}: no room for the covers between the blades, raise it by "
+            f"more than {-2 * room:.3g}"
+        )
 
 
 @dataclass(frozen=True)
@@ -168,7 +195,8 @@ class Cells:
 
     @classmethod
     def of_size(cls, size: float) -> "Cells":
-        """`size` is a density along each edge: 1 the default mesh, 0.25 the coarsest, 2 half the cell length."""
+        """`size` is a density along each edge: 1 the default mesh, 0.25 the coarsest, 2 half the
+        cell length."""
         if not (isinstance(size, int | float) and 0.25 <= size <= 2.0):
             raise InputError(f"size = {size}: must lie between 0.25 and 2")
         scaled = {name: max(1, round(number * size)) for name, number in asdict(cls()).items()}

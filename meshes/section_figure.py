@@ -1,4 +1,5 @@
-"""Picture of the rig's cross-section: python -m tipdamp.meshes.section_figure [--damper asymmetric] --out FILE.png"""
+"""Picture of the rig's cross-section: python -m tipdamp.meshes.section_figure [--damper asymmetric]
+--out FILE.png"""
 
 import argparse
 from pathlib import Path
@@ -12,7 +13,8 @@ _OUTLINE = ((0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2), (0, 1), (0, 
 
 
 def draw(rig: Rig, damper: str, size: float, path: str | Path, rows: int = 2) -> None:
-    """Writes the picture: the whole section on the left, the damper in its V on the right; lengths in mm."""
+    """Writes the picture: the whole section on the left, the damper in its V on the right; lengths
+    in mm."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -34,12 +36,17 @@ def draw(rig: Rig, damper: str, size: float, path: str | Path, rows: int = 2) ->
     for sign in (-1, 1):
         z = np.linspace(upper - rig.patch_height, upper, 9)
         axes[0].plot(1e3 * sign * (rig.pitch + rig.thickness(z)) / 2, 1e3 * z, "tab:green", lw=2.5)
-        edge = np.array([rig.free_span / 2, (rig.pitch + rig.root_thickness) / 2 + rig.fixture_overhang])
+        edge = np.array(
+            [rig.free_span / 2, (rig.pitch + rig.root_thickness) / 2 + rig.fixture_overhang]
+        )
         axes[0].plot(1e3 * sign * edge, [-1e3 * rig.fixture_height] * 2, "tab:red", lw=2.5)
     axes[0].plot(-500 * (rig.pitch + rig.tip_thickness), 1e3 * rig.height, "rv", ms=6)
     reach = 5.0
     centre = 1e3 * found.centre
-    axes[1].set(xlim=(centre[0] - 2 * reach, centre[0] + 2 * reach), ylim=(centre[1] - reach, centre[1] + reach))
+    axes[1].set(
+        xlim=(centre[0] - 2 * reach, centre[0] + 2 * reach),
+        ylim=(centre[1] - reach, centre[1] + reach),
+    )
     axes[0].set_title("green: patches, red: clamp, excitation", fontsize=9)
     axes[1].set_title(f"{damper} damper, dots: contact lines", fontsize=9)
     figure.savefig(path, dpi=110)

@@ -6,8 +6,11 @@ from tipdamp.meshes.rig import Cells, Contact, Rig
 from tipdamp.meshes.structured import join, ruled, subdivide
 
 
-def blades_section(rig: Rig, found: Contact, cells: Cells, rows: int) -> tuple[np.ndarray, np.ndarray]:
-    """Fixture, two blades and their covers in one piece -> points (n, 2), quadrilaterals (m, 3, 3)."""
+def blades_section(
+    rig: Rig, found: Contact, cells: Cells, rows: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Fixture, two blades and their covers in one piece -> points (n, 2), quadrilaterals (m, 3,
+    3)."""
     blocks = _fixture(rig, cells)
     for side in ("left", "right"):
         blocks += _blade(rig, found, side, cells, rows)
@@ -15,7 +18,8 @@ def blades_section(rig: Rig, found: Contact, cells: Cells, rows: int) -> tuple[n
 
 
 def _fixture(rig, cells):
-    inner, outer = (rig.pitch - rig.root_thickness) / 2, (rig.pitch + rig.root_thickness) / 2
+    inner = (rig.pitch - rig.root_thickness) / 2
+    outer = (rig.pitch + rig.root_thickness) / 2
     half = np.array([inner, rig.free_span / 2, outer, outer + rig.fixture_overhang])
     counts = [cells.thickness, cells.thickness, cells.overhang]
     x = subdivide(np.concatenate([-half[::-1], half]), counts[::-1] + [cells.span] + counts)
@@ -24,11 +28,17 @@ def _fixture(rig, cells):
 
 
 def _blade(rig, found, side, cells, rows):
-    """Blade in two halves, parted by a line from the clamp edge's x at the root to the middle at the tip; its cover."""
+    """Blade in two halves, parted by a line from the clamp edge's x at the root to the middle at
+    the tip; its cover."""
     sign = -1.0 if side == "left" else 1.0
     bottom = rig.height - rig.cover_height
     cover_z = _cover_heights(rig, found, side, cells, rows)
-    z = np.concatenate([subdivide([0.0, bottom - rig.patch_height, bottom], [cells.height, cells.patch])[:-1], cover_z])
+    z = np.concatenate(
+        [
+            subdivide([0.0, bottom - rig.patch_height, bottom], [cells.height, cells.patch])[:-1],
+            cover_z,
+        ]
+    )
     thickness = rig.thickness(z)
     at_root = (rig.free_span - rig.pitch + rig.root_thickness) / (2 * rig.root_thickness)
     part = at_root + (0.5 - at_root) * np.minimum(z / bottom, 1.0)
@@ -52,19 +62,24 @@ def _cover_heights(rig, found, side, cells, rows):
 
 
 def flat_cells(cells: Cells, rows: int) -> int:
-    """Cells across a flat: at least those asked for, and a whole number between neighbouring rows of pairs."""
+    """Cells across a flat: at least those asked for, and a whole number between neighbouring rows
+    of pairs."""
     return (rows - 1) * -(-cells.flat // (rows - 1))
 
 
-def damper_section(rig: Rig, found: Contact, cells: Cells, rows: int) -> tuple[np.ndarray, np.ndarray]:
+def damper_section(
+    rig: Rig, found: Contact, cells: Cells, rows: int
+) -> tuple[np.ndarray, np.ndarray]:
     """The damper: a core of straight lines through the axis, and a ring around it."""
     r, centre = rig.damper_radius, found.centre
-    beta, half = np.radians(rig.contact_angle), np.arcsin(rig.flat_width / (2 * rig.damper_radius))
+    beta = np.radians(rig.contact_angle)
+    half = np.arcsin(rig.flat_width / (2 * rig.damper_radius))
     low, high = beta - half, beta + half
     counts = {"flat": flat_cells(cells, rows), "round": 2 * -(-cells.flat // 2)}
     right, left = counts[found.shape["right"]], counts[found.shape["left"]]
     ends = [low, high, np.pi - high, np.pi - low]
-    over = subdivide(ends, [right, cells.gap, left])  # angles over the top, from the right to the left
+    # angles over the top, from the right to the left
+    over = subdivide(ends, [right, cells.gap, left])
     under = np.linspace(-low, -np.pi + low, len(over))
     beside = np.linspace(-low, low, 2 * cells.gap + 1)
 
@@ -76,10 +91,13 @@ def damper_section(rig: Rig, found: Contact, cells: Cells, rows: int) -> tuple[n
         if found.shape[side] == "flat":
             first, last = top[inside][[0, -1]]
             top[inside] = first + (last - first) * np.linspace(0, 1, inside.sum())[:, None]
-    corner = arc(np.array([low]))[0] * [0.667, 0.4]  # of the core; keeps the angles at the corners below 150 degrees
+    # of the core; keeps the angles at the corners below 150 degrees
+    corner = arc(np.array([low]))[0] * [0.667, 0.4]
     x, z = np.linspace(corner[0], -corner[0], len(over)), np.full(len(over), corner[1])
     core_top, core_under = np.column_stack([x, z]), np.column_stack([x, -z])
-    core_right = np.column_stack([np.full(len(beside), corner[0]), np.linspace(-corner[1], corner[1], len(beside))])
+    core_right = np.column_stack(
+        [np.full(len(beside), corner[0]), np.linspace(-corner[1], corner[1], len(beside))]
+    )
     blocks = [
         ruled(core_under, core_top, cells.gap),
         ruled(core_top, top, cells.ring),

@@ -1,10 +1,11 @@
-"""The two-blade rig as a mesher leaves it: unstructured tetrahedra in the blades, hexahedra in the damper, and
-contact faces that do not match. Same geometry as meshes/two_blade_rig.py, whose section is extruded.
+"""The two-blade rig as a mesher leaves it: unstructured tetrahedra in the blades, hexahedra in the
+damper, and contact faces that do not match. Same geometry as meshes/two_blade_rig.py, whose section
+is extruded.
 
     python -m tipdamp.meshes.tetrahedra --damper wedge --edge 0.004 --size 0.5 --out FOLDER
 
-writes FOLDER/tet_blades.msh and FOLDER/tet_damper.msh, and both bodies as FOLDER/tet_rig.inp (Abaqus), metres.
-"""
+writes FOLDER/tet_blades.msh and FOLDER/tet_damper.msh, and both bodies as FOLDER/tet_rig.inp
+(Abaqus), metres."""
 
 import argparse
 import sys
@@ -21,51 +22,69 @@ from tipdamp.meshes.sections import blades_section
 from tipdamp.meshes.structured import HexMesh, find_nodes
 from tipdamp.meshes.two_blade_rig import ON_SURFACE, blade_node_sets, build, contact_points
 
-CORNER = 3.0         # degrees; the blades' curved sides turn by less from place to place
+CORNER = 3.0  # degrees; the blades' curved sides turn by less from place to place
 
 
 def blades(rig: Rig, found: Contact, edge: float, contact_edge: float, axial: int = 0) -> HexMesh:
-    """The blades in tetrahedra with edges of about `edge` m, and `contact_edge` m on the covers' faces; groups as in
-    two_blade_rig, contact nodes with `axial` alone: so many cells of the damper, which end in `found.rows` across its
-    flats, have their nodes in the covers too."""
-    points, quads = blades_section(rig, found, replace(Cells.of_size(0.5), height=8), 2)    # places on its curved sides
+    """The blades in tetrahedra with edges of about `edge` m, and `contact_edge` m on the covers'
+    faces; groups as in two_blade_rig, contact nodes with `axial` alone: so many cells of the
+    damper, which end in `found.rows` across its flats, have their nodes in the covers too."""
+    # places on its curved sides
+    points, quads = blades_section(rig, found, replace(Cells.of_size(0.5), height=8), 2)
     loop = _polygon(rig, found, points[outline(quads)], bool(axial))
     named = np.concatenate(list(blade_node_sets(rig).values()))[:, [0, 2]]
-    clamp = np.array([[-1, 1], [1, 1]]) * [rig.free_span / 2, -rig.fixture_height]           # its edges
+    clamp = np.array([[-1, 1], [1, 1]]) * [rig.free_span / 2, -rig.fixture_height]  # its edges
     held = cKDTree(np.vstack([named, clamp, *found.rows.values()])).query(loop)[0] < ON_SURFACE
     sharp = np.flatnonzero(_sharp(loop) | held)
     corners = loop[sharp]
     on_face = np.logical_or.reduce([_on_face(rig, found, side, *corners.T) for side in SIDES])
-    pieces = (STATIONS // 2) * (cKDTree(named).query(corners)[0] < ON_SURFACE)              # a node at each station
+    # a node at each station
+    pieces = (STATIONS // 2) * (cKDTree(named).query(corners)[0] < ON_SURFACE)
     if axial:
         pieces[cKDTree(np.vstack(list(found.rows.values()))).query(corners)[0] < ON_SURFACE] = axial
     ruled = _on_flat(found, (corners + np.roll(corners, -1, axis=0)) / 2) & bool(axial)
     nodes, cells, faces = mesh_file.extruded_tetrahedra(
-        loop, sharp, rig.length, np.where(on_face, contact_edge, edge), pieces, ruled)
+        loop, sharp, rig.length, np.where(on_face, contact_edge, edge), pieces, ruled
+    )
     sets = {name: find_nodes(nodes, at) for name, at in blade_node_sets(rig).items()}
     if axial:
-        sets |= {f"contact_{side}": find_nodes(nodes, contact_points(rig, found.rows[side])) for side in SIDES}
-    return HexMesh("blades", nodes, cells, {name: faces[its] for name, its in _surfaces(rig, found, nodes[faces])}, sets)
+        sets |= {
+            f"contact_{side}": find_nodes(nodes, contact_points(rig, found.rows[side]))
+            for side in SIDES
+        }
+    return HexMesh(
+        "blades",
+        nodes,
+        cells,
+        {name: faces[its] for name, its in _surfaces(rig, found, nodes[faces])},
+        sets,
+    )
 
 
 def _polygon(rig, found, loop, matching):
-    """The loop with one straight side from the lower to the upper end of each contact face; where the meshes match, the
-    rows of the damper's flats are corners of it."""
+    """The loop with one straight side from the lower to the upper end of each contact face; where
+    the meshes match, the rows of the damper's flats are corners of it."""
     for side in SIDES:
         rows, z = found.rows[side], loop[:, 1]
-        between = (z > rig.height - rig.cover_height + ON_SURFACE) & (z < found.turn[side] - ON_SURFACE)
+        between = (z > rig.height - rig.cover_height + ON_SURFACE) & (
+            z < found.turn[side] - ON_SURFACE
+        )
         loop = loop[~(_on_face(rig, found, side, *loop.T) & between)]
         if matching:
             top = int(np.linalg.norm(loop - rows[-1], axis=1).argmin())
             upward = _on_face(rig, found, side, *loop[top - 1])
-            loop = np.insert(loop, top if upward else top + 1, rows[:-1] if upward else rows[-2::-1], axis=0)
+            loop = np.insert(
+                loop, top if upward else top + 1, rows[:-1] if upward else rows[-2::-1], axis=0
+            )
     return loop
 
 
 def _sharp(loop):
     """(n,) bool: where the border of a section turns by more than the places along a curve do."""
     before, after = loop - np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0) - loop
-    turn = np.arctan2(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1))
+    turn = np.arctan2(
+        before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], (before * after).sum(axis=1)
+    )
     return np.abs(turn) > np.radians(CORNER)
 
 
@@ -78,8 +97,13 @@ def _on_face(rig, found, side, x, z):
 def _on_flat(found, places):
     """(m,) bool: which places (m, 2) lie where one of the damper's flats does."""
     ends = [found.rows[side][[0, -1]] for side in SIDES]
-    return np.logical_or.reduce([np.linalg.norm(places - low, axis=1) + np.linalg.norm(places - high, axis=1)
-                                 < np.linalg.norm(high - low) + ON_SURFACE for low, high in ends])
+    return np.logical_or.reduce(
+        [
+            np.linalg.norm(places - low, axis=1) + np.linalg.norm(places - high, axis=1)
+            < np.linalg.norm(high - low) + ON_SURFACE
+            for low, high in ends
+        ]
+    )
 
 
 def _surfaces(rig, found, place):
@@ -94,7 +118,9 @@ def _surfaces(rig, found, place):
 def outline(quads: np.ndarray) -> np.ndarray:
     """Nodes of the border of 9-node quadrilaterals (m, 3, 3), in turn, middles included."""
     edges = np.concatenate([quads[:, 0], quads[:, -1], quads[:, :, 0], quads[:, :, -1]])
-    _, first, count = np.unique(np.sort(edges[:, [0, 2]], axis=1), axis=0, return_index=True, return_counts=True)
+    _, first, count = np.unique(
+        np.sort(edges[:, [0, 2]], axis=1), axis=0, return_index=True, return_counts=True
+    )
     border = edges[first[count == 1]]
     ways: dict[int, list[tuple[int, int]]] = {}
     for a, middle, b in border.tolist():
@@ -109,21 +135,34 @@ def outline(quads: np.ndarray) -> np.ndarray:
     return np.array(loop)
 
 
-def generate(rig: Rig, damper: str, folder: str | Path, *, edge: float = 6e-3, contact_edge: float = 1.5e-3,
-             cells: tuple[int, int] = (30, 2), matching: bool = False) -> dict[str, Path]:
+def generate(
+    rig: Rig,
+    damper: str,
+    folder: str | Path,
+    *,
+    edge: float = 6e-3,
+    contact_edge: float = 1.5e-3,
+    cells: tuple[int, int] = (30, 2),
+    matching: bool = False,
+) -> dict[str, Path]:
     """Both files and the one with both bodies -> {'blades', 'damper', 'both': path}.
 
-    edge, contact_edge - m, of the tetrahedra in the blades and on the covers' faces; cells - of the damper along its
-    axis, a multiple of 15, and across a flat; matching - the covers have the damper's nodes on its flats
+    edge, contact_edge - m, of the tetrahedra in the blades and on the covers' faces; cells - of the
+    damper along its axis, a multiple of 15, and across a flat; matching - the covers have the
+    damper's nodes on its flats
     """
     (axial, across), folder = cells, Path(folder)
     found = contact(rig, damper, across + 1)
     if matching and set(found.shape.values()) != {"flat"}:
-        raise InputError(f"damper = '{damper}': matching nodes are those of flat sides; damper 'wedge' has two")
+        raise InputError(
+            f"damper = '{damper}': matching nodes are those of flat sides; damper 'wedge' has two"
+        )
     folder.mkdir(parents=True, exist_ok=True)
     counts = replace(Cells.of_size(0.5), axial=axial, flat=across)
-    both = (blades(rig, found, edge, contact_edge, axial if matching else 0),
-            build(rig, damper, rows=across + 1, cells=counts)[1])
+    both = (
+        blades(rig, found, edge, contact_edge, axial if matching else 0),
+        build(rig, damper, rows=across + 1, cells=counts)[1],
+    )
     paths = {mesh.name: folder / f"tet_{mesh.name}.msh" for mesh in both}
     for mesh in both:
         mesh_file.write(paths[mesh.name], mesh)
@@ -133,19 +172,28 @@ def generate(rig: Rig, damper: str, folder: str | Path, *, edge: float = 6e-3, c
 
 def main(arguments: list[str] | None = None) -> int | None:
     """Command line: write the meshes; 2 after an error."""
-    parser = argparse.ArgumentParser(prog="python -m tipdamp.meshes.tetrahedra",
-                                     description="The rig with unlike meshes.")
+    parser = argparse.ArgumentParser(
+        prog="python -m tipdamp.meshes.tetrahedra", description="The rig with unlike meshes."
+    )
     parser.add_argument("--damper", choices=DAMPERS, default="wedge")
     parser.add_argument("--edge", type=float, default=6e-3, help="m, edges of the tetrahedra")
-    parser.add_argument("--contact-edge", type=float, default=1.5e-3, help="m, those on the covers' faces")
-    parser.add_argument("--axial", type=int, default=30, help="cells of the damper along its axis, a multiple of 15")
+    parser.add_argument(
+        "--contact-edge", type=float, default=1.5e-3, help="m, those on the covers' faces"
+    )
+    parser.add_argument(
+        "--axial", type=int, default=30, help="cells of the damper along its axis, a multiple of 15"
+    )
     parser.add_argument("--across", type=int, default=2, help="cells of the damper across a flat")
-    parser.add_argument("--matching", action="store_true", help="the covers have the damper's nodes on its flats")
+    parser.add_argument(
+        "--matching", action="store_true", help="the covers have the damper's nodes on its flats"
+    )
     parser.add_argument("--out", default=".", help="folder for the three files")
     given = vars(parser.parse_args(arguments))
     try:
         cells = given.pop("axial"), given.pop("across")
-        paths = generate(Rig.named("asymmetric"), given.pop("damper"), given.pop("out"), cells=cells, **given)
+        paths = generate(
+            Rig.named("asymmetric"), given.pop("damper"), given.pop("out"), cells=cells, **given
+        )
     except (InputError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2

@@ -1,9 +1,11 @@
 """Meshes of the two-blade rig with an asymmetric, cylindrical or wedge damper.
 
-    python -m tipdamp.meshes.two_blade_rig --damper asymmetric --size 1.0 --out FOLDER [--rows 2] [--height 0.0735 ...]
+    python -m tipdamp.meshes.two_blade_rig --damper asymmetric --size 1.0 --out FOLDER [--rows 2]
+    [--height 0.0735 ...]
 
-writes FOLDER/<damper>_blades.msh and FOLDER/<damper>_damper.msh: MSH 4.1, metres, 27-node hexahedra, matching nodes at
-the contacts. Groups, geometry and the origin of the lengths: meshes/README.md.
+writes FOLDER/<damper>_blades.msh and FOLDER/<damper>_damper.msh: MSH 4.1, metres, 27-node
+hexahedra, matching nodes at the contacts. Groups, geometry and the origin of the lengths:
+meshes/README.md.
 """
 
 import argparse
@@ -24,20 +26,35 @@ __all__ = ["Rig", "build", "check", "generate"]
 ON_SURFACE = 1e-9  # m
 
 
-def build(rig: Rig, damper: str, size: float = 1.0, rows: int = 2, cells: Cells | None = None) -> tuple[HexMesh, HexMesh]:
-    """The two bodies as `HexMesh` records (blades, damper), unchecked; `cells` overrides what `size` implies."""
+def build(
+    rig: Rig, damper: str, size: float = 1.0, rows: int = 2, cells: Cells | None = None
+) -> tuple[HexMesh, HexMesh]:
+    """The two bodies as `HexMesh` records (blades, damper), unchecked; `cells` overrides what
+    `size` implies."""
     cells = cells or Cells.of_size(size)
     if cells.axial % 15:
-        raise InputError(f"axial = {cells.axial} cells: must be a multiple of 15, for a node at each of 31 stations")
+        raise InputError(
+            f"axial = {cells.axial} cells: must be a multiple of 15, for a node at each of 31 "
+            "stations"
+        )
     found = contact(rig, damper, rows)
     y = np.arange(2 * cells.axial + 1) * (rig.length / (2 * cells.axial))
-    return (_blades(rig, found, *extrude(*blades_section(rig, found, cells, rows), y)),
-            _damper(rig, found, *extrude(*damper_section(rig, found, cells, rows), y)))
+    return (
+        _blades(rig, found, *extrude(*blades_section(rig, found, cells, rows), y)),
+        _damper(rig, found, *extrude(*damper_section(rig, found, cells, rows), y)),
+    )
 
 
-def generate(rig: Rig, damper: str, size: float = 1.0, folder: str | Path = ".", rows: int = 2,
-             prefix: str = "") -> dict[str, Path]:
-    """Builds both bodies, writes and reads them back, checks what was read -> {'blades': path, 'damper': path}.
+def generate(
+    rig: Rig,
+    damper: str,
+    size: float = 1.0,
+    folder: str | Path = ".",
+    rows: int = 2,
+    prefix: str = "",
+) -> dict[str, Path]:
+    """Builds both bodies, writes and reads them back, checks what was read -> {'blades': path,
+    'damper': path}.
 
     prefix : of the names of the files, in place of the damper's
     """
@@ -67,7 +84,9 @@ def _blades(rig, found, nodes, cells):
     for side in SIDES:
         face = np.abs(x - found.face_x(side, z)) < ON_SURFACE
         above = z > rig.height - rig.cover_height - ON_SURFACE
-        surfaces[f"cover_{side}"] = select(outside, face & above & (z < found.turn[side] + ON_SURFACE))
+        surfaces[f"cover_{side}"] = select(
+            outside, face & above & (z < found.turn[side] + ON_SURFACE)
+        )
         sets[f"contact_{side}"] = find_nodes(nodes, contact_points(rig, found.rows[side]))
     sets |= {name: find_nodes(nodes, at) for name, at in blade_node_sets(rig).items()}
     return HexMesh("blades", nodes, cells, surfaces, sets)
@@ -75,14 +94,15 @@ def _blades(rig, found, nodes, cells):
 
 def blade_node_sets(rig: Rig) -> dict[str, np.ndarray]:
     """{group: (k, 3) m} of the excited node and of the patches."""
-    # The outer edge of blade 1's tip at mid-length: most of the first bending, none of the torsion, and the free side,
-    # where a stinger reaches it.
+    # The outer edge of blade 1's tip at mid-length: most of the first bending, none of the torsion,
+    # and the free side, where a stinger reaches it.
     tip = np.array([[-(rig.pitch + rig.tip_thickness) / 2, rig.length / 2, rig.height]])
     return {"excitation": tip, "patch_1": _patch(rig, -1.0), "patch_2": _patch(rig, 1.0)}
 
 
 def _patch(rig, sign):
-    """Four corners in turn and the centre of the accelerometer's patch, on the outer side right below the cover."""
+    """Four corners in turn and the centre of the accelerometer's patch, on the outer side right
+    below the cover."""
     upper, half = rig.height - rig.cover_height, rig.patch_half_length
     lower = upper - rig.patch_height
     z = np.array([lower, lower, upper, upper, (lower + upper) / 2])
@@ -112,14 +132,25 @@ def _damper(rig, found, nodes, cells):
 
 def main(arguments: list[str] | None = None) -> int | None:
     """Command line: write the meshes; 2 after an error."""
-    parser = argparse.ArgumentParser(prog="python -m tipdamp.meshes.two_blade_rig",
-                                     description="Meshes of the two-blade rig.")
+    parser = argparse.ArgumentParser(
+        prog="python -m tipdamp.meshes.two_blade_rig", description="Meshes of the two-blade rig."
+    )
     parser.add_argument("--damper", choices=DAMPERS, default="asymmetric")
-    parser.add_argument("--size", type=float, default=1.0, help="cells along each edge, relative to the default mesh")
+    parser.add_argument(
+        "--size",
+        type=float,
+        default=1.0,
+        help="cells along each edge, relative to the default mesh",
+    )
     parser.add_argument("--rows", type=int, default=2, help="lines of contact pairs on a flat side")
     parser.add_argument("--out", default=".", help="folder for the two files")
-    parser.add_argument("--rig", choices=RIGS, default=RIGS[0], help="lengths of meshes/rig_<name>.toml; those of the "
-                        "twin are written as twin_blades.msh and twin_damper.msh")
+    parser.add_argument(
+        "--rig",
+        choices=RIGS,
+        default=RIGS[0],
+        help="lengths of meshes/rig_<name>.toml; those of the "
+        "twin are written as twin_blades.msh and twin_damper.msh",
+    )
     for f in fields(Rig):
         parser.add_argument(f"--{f.name.replace('_', '-')}", type=float, metavar=f"{f.default:.6g}")
     given = parser.parse_args(arguments)

@@ -24,11 +24,12 @@ from tipdamp.modal.matrix_checks import (
 @dataclass(frozen=True)
 class Body:
     """name; node : (n,) int - the user's node numbers; position : (n, 3) m
-    dof_node : (d,) int - index into `node` of each free dof; dof_direction : (d,) int - 0, 1, 2 for x, y, z
-    K, M : (d, d) CSR, N/m and kg - symmetric; groups : {name: node numbers}; free : declared to float freely
-    loads : {name: (d,) N}; provenance : {str: str}
-    M_clamped : (d, c) CSR kg or None - coupling to the clamped dofs (node by node, x, y, z): body forces near a clamp
-    points : ContactPoints or None - where a contact meets an unlike mesh
+    dof_node : (d,) int - index into `node` of each free dof; dof_direction : (d,) int - 0, 1, 2 for
+    x, y, z
+    K, M : (d, d) CSR, N/m and kg - symmetric; groups : {name: node numbers}; free : declared to
+    float freely loads : {name: (d,) N}; provenance : {str: str}
+    M_clamped : (d, c) CSR kg or None - coupling to the clamped dofs (node by node, x, y, z): body
+    forces near a clamp points : ContactPoints or None - where a contact meets an unlike mesh
     piece_of_node : (n,) int or None - connected piece of each node; None: a whole K tells (`parts`)
     """
 
@@ -48,23 +49,40 @@ class Body:
     piece_of_node: np.ndarray | None = None
 
     @classmethod
-    def from_matrices(cls, name: str, K: sp.spmatrix | np.ndarray, M: sp.spmatrix | np.ndarray, node: ArrayLike,
-                      position: ArrayLike, dof_node: ArrayLike, dof_direction: ArrayLike, **rest: Any) -> "Body":
+    def from_matrices(
+        cls,
+        name: str,
+        K: sp.spmatrix | np.ndarray,
+        M: sp.spmatrix | np.ndarray,
+        node: ArrayLike,
+        position: ArrayLike,
+        dof_node: ArrayLike,
+        dof_direction: ArrayLike,
+        **rest: Any,
+    ) -> "Body":
         """K, M from any code, with a dof table.
 
-        Raises InputError when shapes disagree, an entry or a position is not finite, a matrix is complex or not
-        symmetric to 1e-10, M is not positive definite or not the same along x, y and z, a node or a dof stands there
-        twice, or the dof table names a node that is not there.
+        Raises InputError when shapes disagree, an entry or a position is not finite, a matrix is
+        complex or not symmetric to 1e-10, M is not positive definite or not the same along x, y and
+        z, a node or a dof stands there twice, or the dof table names a node that is not there.
         """
         K, M = sparse(name, "K", K), sparse(name, "M", M)
         dof_node, dof_direction = np.asarray(dof_node), np.asarray(dof_direction)
         node, position = np.asarray(node), np.asarray(position, float)
-        if K.shape != M.shape or K.shape[0] != K.shape[1] or not K.shape[0] == len(dof_node) == len(dof_direction):
-            raise InputError(f"body '{name}': K is {K.shape}, M is {M.shape}, the dof table has {len(dof_node)} nodes "
-                             f"and {len(dof_direction)} directions: they must agree")
+        if (
+            K.shape != M.shape
+            or K.shape[0] != K.shape[1]
+            or not K.shape[0] == len(dof_node) == len(dof_direction)
+        ):
+            raise InputError(
+                f"body '{name}': K is {K.shape}, M is {M.shape}, the dof table has "
+                f"{len(dof_node)} nodes and {len(dof_direction)} directions: they must agree"
+            )
         if position.shape != (len(node), 3):
-            raise InputError(f"body '{name}': {len(node)} nodes, positions are {position.shape}: must be "
-                             f"({len(node)}, 3)")
+            raise InputError(
+                f"body '{name}': {len(node)} nodes, positions are {position.shape}: must be "
+                f"({len(node)}, 3)"
+            )
         body = cls(name, node, position, dof_node, dof_direction, K, M, **rest)
         check_nodes(body)
         check_table(body)
@@ -82,7 +100,9 @@ class Body:
     def group(self, name: str) -> np.ndarray:
         """Node numbers of a group; raises InputError with the groups that exist."""
         if name not in self.groups:
-            raise InputError(f"body '{self.name}': no group '{name}'; {nearest(name, sorted(self.groups))}")
+            raise InputError(
+                f"body '{self.name}': no group '{name}'; {nearest(name, sorted(self.groups))}"
+            )
         return self.groups[name]
 
     def node_dofs(self, numbers: Iterable[int]) -> np.ndarray:
@@ -93,8 +113,8 @@ class Body:
         return rows[np.lexsort((self.dof_direction[rows], rank[rows]))]
 
     def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
-        """(3n, d): x, y, z of nodes and contact points in turn, zero where a node is clamped; raises InputError for a
-        node that is not there, or another body."""
+        """(3n, d): x, y, z of nodes and contact points in turn, zero where a node is clamped;
+        raises InputError for a node that is not there, or another body."""
         if body != self.name:
             raise InputError(f"body '{self.name}' is not '{body}'")
         order = np.argsort(self.node)
@@ -110,17 +130,19 @@ class Body:
         return motion_of(numbers, dofs, self.points, self.dofs)
 
     def rigid_motions(self) -> np.ndarray:
-        """(d, 6 p) of each of the p pieces that share no node: translation along x, y, z and rotation about x, y, z
-        through the centre of its nodes."""
+        """(d, 6 p) of each of the p pieces that share no node: translation along x, y, z and
+        rotation about x, y, z through the centre of its nodes."""
         label, unit = parts(self), np.eye(3)[self.dof_direction]
         motions = np.zeros((self.dofs, 6 * (label.max(initial=0) + 1)))
         for i in range(motions.shape[1] // 6):
             mine = label == i
             place, way = self.position[self.dof_node[mine]], unit[mine]
             arm = place - self.position[np.unique(self.dof_node[mine])].mean(axis=0)
-            motions[mine, 6 * i:6 * i + 3] = way
+            motions[mine, 6 * i : 6 * i + 3] = way
             for k in range(3):
-                motions[mine, 6 * i + 3 + k] = np.einsum("ij,ij->i", np.cross(np.eye(3)[k], arm), way)
+                motions[mine, 6 * i + 3 + k] = np.einsum(
+                    "ij,ij->i", np.cross(np.eye(3)[k], arm), way
+                )
         return motions
 
     def mass(self) -> np.ndarray:
@@ -130,7 +152,8 @@ class Body:
 
 
 def rigid_modes(body: Body) -> int:
-    """Number of independent rigid motions that the stiffness does not resist: 0 when fixed, 6 of each piece when free.
+    """Number of independent rigid motions that the stiffness does not resist: 0 when fixed, 6 of
+    each piece when free.
 
     Raises InputError where one of them meets negative stiffness.
     """
@@ -144,20 +167,26 @@ def _rigid_modes(body):
     motions = motions[:, scale > 0] / scale[scale > 0]
     resisted = motions.T @ (body.K @ motions)
     rate, way = np.linalg.eigh((resisted + resisted.T) / 2)
-    # against the stiffness-to-mass ratio of the body's own diagonal, a free motion is zero to rounding
+    # against the stiffness-to-mass ratio of the body's own diagonal, a free motion is zero to
+    # rounding
     reference = np.median(np.abs(body.K.diagonal()) / body.M.diagonal())
     if rate[0] < -SETTINGS.floating * reference:
         lead = np.flatnonzero(scale > 0)[np.abs(way[:, 0]).argmax()]
-        raise negative_stiffness(body, f"a rigid motion meets it, mostly a {'turn' if lead > 2 else 'slide'} "
-                                       f"{'about' if lead > 2 else 'along'} {'xyz'[lead % 3]}")
+        raise negative_stiffness(
+            body,
+            f"a rigid motion meets it, mostly a {'turn' if lead > 2 else 'slide'} "
+            f"{'about' if lead > 2 else 'along'} {'xyz'[lead % 3]}",
+        )
     return int((rate < SETTINGS.floating * reference).sum())
 
 
 def parts(body: Body) -> np.ndarray:
-    """(d,) int - connected piece of each dof: K couples no two pieces, directly or through a third."""
+    """(d,) int - connected piece of each dof: K couples no two pieces, directly or through a
+    third."""
     if body.piece_of_node is not None:
         return np.unique(body.piece_of_node[body.dof_node], return_inverse=True)[1].ravel()
-    if sp.csgraph.connected_components(body.K, connection="strong")[0] == 1:  # K is symmetric: no need to turn it over
+    # K is symmetric: no need to turn it over
+    if sp.csgraph.connected_components(body.K, connection="strong")[0] == 1:
         return np.zeros(body.dofs, dtype=int)
     count = len(body.node)
     K = body.K.tocoo()
@@ -170,9 +199,17 @@ def parts(body: Body) -> np.ndarray:
 def piece(body: Body, dofs: np.ndarray) -> Body:
     """The body restricted to some of its dofs."""
     used = np.unique(body.dof_node[dofs])
-    return replace(body, node=body.node[used], position=body.position[used], K=body.K[dofs][:, dofs].tocsr(),
-                   M=body.M[dofs][:, dofs].tocsr(), dof_node=np.searchsorted(used, body.dof_node[dofs]),
-                   dof_direction=body.dof_direction[dofs], loads={}, piece_of_node=np.zeros(len(used), dtype=int))
+    return replace(
+        body,
+        node=body.node[used],
+        position=body.position[used],
+        K=body.K[dofs][:, dofs].tocsr(),
+        M=body.M[dofs][:, dofs].tocsr(),
+        dof_node=np.searchsorted(used, body.dof_node[dofs]),
+        dof_direction=body.dof_direction[dofs],
+        loads={},
+        piece_of_node=np.zeros(len(used), dtype=int),
+    )
 
 
 def pieces(body: Body) -> list[Body]:
@@ -184,13 +221,16 @@ def pieces(body: Body) -> list[Body]:
 
 def piece_in_words(one: Body) -> str:
     """'the one of 27 nodes around [0.005, 0.005, 0.005] m (node 28)'"""
-    return (f"the one of {len(one.node)} nodes around {np.round(one.position.mean(axis=0), 4).tolist()} m (node "
-            f"{one.node[0]})")
+    return (
+        f"the one of {len(one.node)} nodes around "
+        f"{np.round(one.position.mean(axis=0), 4).tolist()} m (node {one.node[0]})"
+    )
 
 
 def check_support(body: Body) -> int:
-    """Number of rigid modes; raises InputError when the body or a piece of it floats undeclared, or is declared free
-    and is held, and when a dof or a rigid motion meets negative stiffness, or a dof none."""
+    """Number of rigid modes; raises InputError when the body or a piece of it floats undeclared, or
+    is declared free and is held, and when a dof or a rigid motion meets negative stiffness, or a
+    dof none."""
     check_stiffness_diagonal(body)
     own = [(one, _rigid_modes(one)) for one in pieces(body)]
     for one, loose in own:
@@ -198,12 +238,19 @@ def check_support(body: Body) -> int:
             continue
         which = f"{piece_in_words(one)}: " * (len(own) > 1)
         if body.free:
-            raise InputError(f"body '{body.name}': {which}declared free but {6 - loose} of its 6 rigid motions are "
-                             "held")
+            raise InputError(
+                f"body '{body.name}': {which}declared free but {6 - loose} of its 6 rigid motions "
+                "are held"
+            )
         if len(own) > 1:
-            raise InputError(f"body '{body.name}' consists of {len(own)} pieces that share no node, and nothing holds "
-                             f"{which}{loose} rigid motions are free; clamp it, or join the meshes")
+            raise InputError(
+                f"body '{body.name}' consists of {len(own)} pieces that share no node, and "
+                f"nothing holds {which}{loose} rigid motions are free; clamp it, or join the "
+                "meshes"
+            )
         support = "nothing holds it" if loose == 6 else "it is not fully supported"
-        raise InputError(f"body '{body.name}': {support}, {loose} rigid motions are free; name a clamp group whose "
-                         "nodes fix it")
+        raise InputError(
+            f"body '{body.name}': {support}, {loose} rigid motions are free; name a clamp group "
+            "whose nodes fix it"
+        )
     return sum(loose for _, loose in own)

@@ -1,16 +1,19 @@
-"""Contact shapes: static shapes of unit forces on contact points, which make the relative motion exact in statics.
+"""Contact shapes: static shapes of unit forces on contact points, which make the relative motion
+exact in statics.
 
-With the masters fixed and the modes Phi kept, the shapes of the forces W' (rows of W: motions of the contact points)
+With the masters fixed and the modes Phi kept, the shapes of the forces W' (rows of W: motions of
+the contact points)
 
     Z = K^-1 W' - Phi Lambda^-1 Phi' W'        [residual attachment modes: MacNeal 1971, Rubin 1975]
 
-are K-orthogonal to the modes. K^-1 W' lies in the basis, so that W K^-1 f is exact for any load f. What is left out, x,
-is K-orthogonal to all shapes and moves no contact point: W x = (K^-1 W')' K x = 0. Springs on contact points do not
-reach it, and the bound of `modal.truncation` holds as for springs on masters.
+are K-orthogonal to the modes. K^-1 W' lies in the basis, so that W K^-1 f is exact for any load f.
+What is left out, x, is K-orthogonal to all shapes and moves no contact point: W x = (K^-1 W')' K x
+= 0. Springs on contact points do not reach it, and the bound of `modal.truncation` holds as for
+springs on masters.
 
-Of thousands of points the forces are tractions, uniform over a cell of the contact each: T' W in the place of W, T the
-shares of the points. What is left out then has no mean motion in a cell, yet it moves points: stuck frequencies come
-out too high by a little, and the bound does not hold.
+Of thousands of points the forces are tractions, uniform over a cell of the contact each: T' W in
+the place of W, T the shares of the points. What is left out then has no mean motion in a cell, yet
+it moves points: stuck frequencies come out too high by a little, and the bound does not hold.
 """
 
 from collections.abc import Callable
@@ -28,24 +31,34 @@ from tipdamp.modal.body import Body, pieces
 class ShapeSettings:
     """Of the static shapes."""
 
-    weight: float = 1e-12       # of the largest: a force of less follows from the others, to the rounding of weights
-    energy: float = 1e-12       # of a force's own: less is a shape that the modes have
-    rounding: float = 10.0      # of the asymmetry of these energies, which are symmetric but for rounding: as little
-    mass: float = 1e-15         # of the largest: less is rounding, and counts as much
-    columns: int = 256          # forces that are dense at once, which bounds the memory
-    square: float = 1e-6        # of the larger moment of a cell: nearer ones are those of a square
+    # of the largest: a force of less follows from the others, to the rounding of weights
+    weight: float = 1e-12
+    energy: float = 1e-12  # of a force's own: less is a shape that the modes have
+    # of the asymmetry of these energies, which are symmetric but for rounding: as little
+    rounding: float = 10.0
+    mass: float = 1e-15  # of the largest: less is rounding, and counts as much
+    columns: int = 256  # forces that are dense at once, which bounds the memory
+    square: float = 1e-6  # of the larger moment of a cell: nearer ones are those of a square
 
 
 SETTINGS = ShapeSettings()
 
 
-def contact_shapes(solve: Callable, M: sp.csr_matrix, W: sp.csr_matrix, omega: np.ndarray, Phi: np.ndarray,
-                   settings: ShapeSettings = SETTINGS) -> tuple[np.ndarray, np.ndarray]:
-    """(c,) rad/s and (d, c): shapes of unit forces on the rows of W (n, d) beside the modes omega (m,), Phi (d, m).
+def contact_shapes(
+    solve: Callable,
+    M: sp.csr_matrix,
+    W: sp.csr_matrix,
+    omega: np.ndarray,
+    Phi: np.ndarray,
+    settings: ShapeSettings = SETTINGS,
+) -> tuple[np.ndarray, np.ndarray]:
+    """(c,) rad/s and (d, c): shapes of unit forces on the rows of W (n, d) beside the modes omega
+    (m,), Phi (d, m).
 
-    solve : K^-1 of (d, k). The shapes are orthogonal to the modes and to each other in K and M, and mass-normalised.
-    Forces that follow from others, as many on a coarse face do, are dropped by their weights: energies, which go with
-    the square of these, would tell dependence to 1e-6 at best.
+    solve : K^-1 of (d, k). The shapes are orthogonal to the modes and to each other in K and M, and
+    mass-normalised. Forces that follow from others, as many on a coarse face do, are dropped by
+    their weights: energies, which go with the square of these, would tell dependence to 1e-6 at
+    best.
     """
     W = independent(W, settings)
     Z = np.empty((W.shape[1], W.shape[0]), order="F")
@@ -58,7 +71,8 @@ def contact_shapes(solve: Callable, M: sp.csr_matrix, W: sp.csr_matrix, omega: n
     value, U = np.linalg.eigh((energy + energy.T) / 2)
     good = value > max(settings.energy, settings.rounding * np.linalg.norm(energy - energy.T))
     Z = Z @ (U[:, good] / np.sqrt(value[good]) / size[:, None])
-    mass = Z.T @ (M @ Z)        # of the shapes as they are: none is negative, whatever they lost by cancellation
+    # of the shapes as they are: none is negative, whatever they lost by cancellation
+    mass = Z.T @ (M @ Z)
     compliance, V = np.linalg.eigh((mass + mass.T) / 2)
     compliance = np.maximum(compliance, settings.mass * compliance.max(initial=0.0))
     return 1 / np.sqrt(compliance), Z @ (V / np.sqrt(compliance))
@@ -67,28 +81,37 @@ def contact_shapes(solve: Callable, M: sp.csr_matrix, W: sp.csr_matrix, omega: n
 def independent(W: sp.csr_matrix, settings: ShapeSettings = SETTINGS) -> sp.csr_matrix:
     """(c, d) forces at right angles to one another that span the rows of W (n, d), c its rank.
 
-    One row after the other, less what those before it have of it: as local as the rows are. Singular vectors would
-    push all of a side at once, of which a slender body's displacement is large and its residual too.
+    One row after the other, less what those before it have of it: as local as the rows are.
+    Singular vectors would push all of a side at once, of which a slender body's displacement is
+    large and its residual too.
     """
     used = np.unique(W.indices)
-    forces, left, _ = sl.qr(W[:, used].T.toarray(), mode="economic", pivoting=True, check_finite=False)
+    forces, left, _ = sl.qr(
+        W[:, used].T.toarray(), mode="economic", pivoting=True, check_finite=False
+    )
     weight = np.abs(left.diagonal())
     rank = int((weight > settings.weight * weight.max(initial=0.0)).sum())
-    place = sp.csr_matrix((np.ones(len(used)), (np.arange(len(used)), used)), (len(used), W.shape[1]))
+    place = sp.csr_matrix(
+        (np.ones(len(used)), (np.arange(len(used)), used)), (len(used), W.shape[1])
+    )
     return sp.csr_matrix(forces[:, :rank].T) @ place
 
 
 def spread(motion: sp.csr_matrix, tractions: sp.csr_matrix | None) -> sp.csr_matrix:
-    """(3c, d) mean motion of the cells of contact points that move by (3n, d), for tractions (n, c); None: of each
-    point."""
+    """(3c, d) mean motion of the cells of contact points that move by (3n, d), for tractions (n,
+    c); None: of each point."""
     return motion if tractions is None else (sp.kron(tractions.T, sp.identity(3)) @ motion).tocsr()
 
 
-def traction_cells(position: np.ndarray, weight: np.ndarray, side: np.ndarray, most: int) -> sp.csr_matrix:
-    """(n, c) share of each point in a unit force that is spread over its cell, c <= `most`, one for each side at least.
+def traction_cells(
+    position: np.ndarray, weight: np.ndarray, side: np.ndarray, most: int
+) -> sp.csr_matrix:
+    """(n, c) share of each point in a unit force that is spread over its cell, c <= `most`, one for
+    each side at least.
 
-    position (n, 3) m; weight (n,) > 0 - area of a point; side (n,) - points of a cell have the same. The cell of the
-    largest weight is halved across its longest principal axis until there are enough.
+    position (n, 3) m; weight (n,) > 0 - area of a point; side (n,) - points of a cell have the
+    same. The cell of the largest weight is halved across its longest principal axis until there are
+    enough.
     """
     cells = [np.flatnonzero(side == one) for one in np.unique(side)]
     size = [_divisible(weight, own) for own in cells]
@@ -122,8 +145,8 @@ def _halves(position, weight, own):
 
 
 def _longest(moment):
-    """(3,) principal axis of the largest of the moments (3, 3); where they are equal, as of a square, the one that is
-    nearest to a coordinate axis."""
+    """(3,) principal axis of the largest of the moments (3, 3); where they are equal, as of a
+    square, the one that is nearest to a coordinate axis."""
     moments, axes = np.linalg.eigh(moment)
     equal = axes[:, moments > moments[-1] * (1 - SETTINGS.square)]
     along = equal @ equal.T
@@ -131,8 +154,8 @@ def _longest(moment):
 
 
 def holding_nodes(body: Body) -> np.ndarray:
-    """(3 p,) node numbers that hold the p pieces of a free body, three far apart from each other of each: masters of a
-    body that else has none."""
+    """(3 p,) node numbers that hold the p pieces of a free body, three far apart from each other of
+    each: masters of a body that else has none."""
     return np.concatenate([_holding_nodes(one) for one in (pieces(body) if body.free else [body])])
 
 

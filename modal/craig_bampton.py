@@ -1,12 +1,15 @@
-"""Craig-Bampton reduction: a Body and its master nodes become a ReducedModel, and back to the full mesh.
+"""Craig-Bampton reduction: a Body and its master nodes become a ReducedModel, and back to the full
+mesh.
 
     q_B = master dofs,  q_I = Psi q_B + Phi eta,   Psi = -K_II^-1 K_IB   (constraint modes)
-    S = K_BB + K_BI Psi   (the Schur stiffness, exact in statics)                       [Craig and Bampton 1968]
+    S = K_BB + K_BI Psi   (the Schur stiffness, exact in statics)                       [Craig and
+    Bampton 1968]
 
-Contact points whose nodes are no masters bring contact shapes, which make their motions exact in statics as well
-(modal/contact_shapes.py). One factorisation of K_II serves Psi, the fixed-interface modes Phi, contact shapes, interior
-loads and the error bound of the truncation. A free body needs no springs to ground: K_II is positive definite because
-its boundary is fixed, and S keeps the six rigid motions.
+Contact points whose nodes are no masters bring contact shapes, which make their motions exact in
+statics as well (modal/contact_shapes.py). One factorisation of K_II serves Psi, the fixed-interface
+modes Phi, contact shapes, interior loads and the error bound of the truncation. A free body needs
+no springs to ground: K_II is positive definite because its boundary is fixed, and S keeps the six
+rigid motions.
 """
 
 import logging
@@ -34,38 +37,57 @@ from tipdamp.modal.truncation import Truncation
 class ReductionSettings:
     """Of the reduction of a body."""
 
-    rigid: float = 1e-9         # stiffness, of the largest entry: more is an error, a free body must float
-    equal: float = 1e-4         # of a frequency: modes nearer to each other are a cluster, which is not parted
+    rigid: float = 1e-9  # stiffness, of the largest entry: more is an error, a free body must float
+    # of a frequency: modes nearer to each other are a cluster, which is not parted
+    equal: float = 1e-4
 
 
 SETTINGS = ReductionSettings()
 
 
-def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, *, below_hz: float | None = None,
-                  loads: Sequence = (), bound: bool = True, tractions: sp.csr_matrix | None = None) -> Reduction:
-    """Reduce a body onto its master nodes (numbers of the user's mesh) and its lowest fixed-interface modes.
+def craig_bampton(
+    body: Body,
+    masters: Iterable[int],
+    modes: int | None = None,
+    *,
+    below_hz: float | None = None,
+    loads: Sequence = (),
+    bound: bool = True,
+    tractions: sp.csr_matrix | None = None,
+) -> Reduction:
+    """Reduce a body onto its master nodes (numbers of the user's mesh) and its lowest
+    fixed-interface modes.
 
-    masters - any nodes that are not clamped; all of them gives the body itself, with no modes. A free body with contact
-    points needs none: nodes that hold it are added.
-    modes - how many, 0 is Guyan's static reduction; or all below_hz, Hz; counted by inertia, so that none is missed.
-    Modes of the same frequency are kept together: more than asked for, which the log "modal" says.
-    loads : [(node numbers, (n, 3) forces) or (d,) N on the free dofs], of which the static shape is kept beside the
-    modes: the quasi-static response to them is then exact on the whole mesh, not only on the masters.
-    bound : whether `truncation` is made, for which one mode more is sought, and a back-solve a master dof. Without it
-    (truncation None) and with 0 modes the cost is one factorisation and the static shapes: what a preload needs.
-    tractions (n, c): of `contact_shapes.traction_cells`, instead of contact shapes of every point: statics is not exact
-    then, and `truncation` bounds no frequency.
-    Raises InputError when a master does not exist or is clamped, when the body's support is not as declared, and when
-    a motion meets negative stiffness, as above the critical speed of a rotating body.
+    masters - any nodes that are not clamped; all of them gives the body itself, with no modes. A
+    free body with contact points needs none: nodes that hold it are added.
+    modes - how many, 0 is Guyan's static reduction; or all below_hz, Hz; counted by inertia, so
+    that none is missed. Modes of the same frequency are kept together: more than asked for, which
+    the log "modal" says.
+    loads : [(node numbers, (n, 3) forces) or (d,) N on the free dofs], of which the static shape is
+    kept beside the modes: the quasi-static response to them is then exact on the whole mesh, not
+    only on the masters.
+    bound : whether `truncation` is made, for which one mode more is sought, and a back-solve a
+    master dof. Without it (truncation None) and with 0 modes the cost is one factorisation and the
+    static shapes: what a preload needs. tractions (n, c): of `contact_shapes.traction_cells`,
+    instead of contact shapes of every point: statics is not exact then, and `truncation` bounds no
+    frequency.
+    Raises InputError when a master does not exist or is clamped, when the body's support is not as
+    declared, and when a motion meets negative stiffness, as above the critical speed of a rotating
+    body.
     """
     _check_modes(body, modes, below_hz)
     boundary, interior, rigid = _partition(body, masters)
     _check_count(body, modes, len(interior))
-    K, M = _Blocks.of(body.K, boundary, interior), _Blocks.of(body.M, boundary, interior)
+    K = _Blocks.of(body.K, boundary, interior)
+    M = _Blocks.of(body.M, boundary, interior)
     factor = definite_factor(body, interior, K.II, M.II)
     statics = modes == 0 and not bound
     # the modes first: their count makes a second factor for a while
-    found = _no_modes(len(interior)) if statics else _whole_clusters(body, factor, M.II, modes, below_hz)
+    found = (
+        _no_modes(len(interior))
+        if statics
+        else _whole_clusters(body, factor, M.II, modes, below_hz)
+    )
     Psi = factor.solve((-K.IB).toarray(order="F"))
     if rigid:
         _keep_rigid(body, boundary, interior, K, Psi)
@@ -74,21 +96,45 @@ def craig_bampton(body: Body, masters: Iterable[int], modes: int | None = None, 
     G = _left_out(factor, M.II, M_Psi, found, shapes) if bound else None
     omega, Phi = with_load_modes(body, interior, factor, M.II, found, loads)
 
-    model = _reduced_model(body, boundary, K.BB.toarray() + K.IB.T @ Psi,
-                           M.BB.toarray() + M.IB.T @ Psi + Psi.T @ M_Psi, M_Psi.T @ Phi, omega)
+    model = _reduced_model(
+        body,
+        boundary,
+        K.BB.toarray() + K.IB.T @ Psi,
+        M.BB.toarray() + M.IB.T @ Psi + Psi.T @ M_Psi,
+        M_Psi.T @ Phi,
+        omega,
+    )
     model = replace(model, points=points_on(body, boundary, interior, Psi, Phi))
-    truncation = None if G is None else Truncation(np.array([body.name]), np.array([model.size]),
-                                                   np.array([found.free_to]), (G,))
-    return Reduction(body, model, boundary, interior, Psi, Phi, omega, rigid, shapes, len(omega) - len(found.omega),
-                     truncation, tractions)
+    truncation = (
+        None
+        if G is None
+        else Truncation(
+            np.array([body.name]), np.array([model.size]), np.array([found.free_to]), (G,)
+        )
+    )
+    return Reduction(
+        body,
+        model,
+        boundary,
+        interior,
+        Psi,
+        Phi,
+        omega,
+        rigid,
+        shapes,
+        len(omega) - len(found.omega),
+        truncation,
+        tractions,
+    )
 
 
 def _reduced_model(body, boundary, S, M_BB, M_BM, omega):
-    """From the Schur stiffness and the mass of the boundary, their coupling M_BM with the modes, and omega of these."""
+    """From the Schur stiffness and the mass of the boundary, their coupling M_BM with the modes,
+    and omega of these."""
     S = (S + S.T) / 2
     if len(boundary):
         check_condensed(body, boundary, S)
-    if body.free:       # rounding of S along rigid motions would hold, or push, what floats
+    if body.free:  # rounding of S along rigid motions would hold, or push, what floats
         Q = np.linalg.qr(body.rigid_motions()[boundary])[0]
         SQ = S @ Q
         half = Q @ (SQ - Q @ (Q.T @ SQ) / 2).T
@@ -113,11 +159,16 @@ class _Blocks(NamedTuple):
 def _check_modes(body, modes, below_hz):
     """One of the two, and a number that means something."""
     if (modes is None) == (below_hz is None):
-        raise InputError(f"body '{body.name}': give either a number of modes or the frequency below which all are kept")
+        raise InputError(
+            f"body '{body.name}': give either a number of modes or the frequency below which all "
+            "are kept"
+        )
     if modes is not None and (isinstance(modes, bool) or not isinstance(modes, Integral)):
         raise InputError(f"body '{body.name}': modes = {modes!r} must be a whole number")
     if below_hz is not None and not 0 <= below_hz < np.inf:
-        raise InputError(f"body '{body.name}': below_hz = {below_hz:g} must be finite and not negative")
+        raise InputError(
+            f"body '{body.name}': below_hz = {below_hz:g} must be finite and not negative"
+        )
 
 
 def _partition(body, masters):
@@ -125,14 +176,18 @@ def _partition(body, masters):
     masters = np.unique(np.asarray(masters, dtype=np.int64))
     absent = np.setdiff1d(masters, body.node[body.dof_node])
     if len(absent):
-        raise InputError(f"body '{body.name}': master node {absent[0]} does not exist or is clamped")
+        raise InputError(
+            f"body '{body.name}': master node {absent[0]} does not exist or is clamped"
+        )
     rigid = check_support(body)
     boundary = body.node_dofs(masters)
     if rigid and body.points is not None and not _held(body, boundary, rigid):
         boundary = body.node_dofs(np.union1d(masters, holding_nodes(body)))
     if rigid and not _held(body, boundary, rigid):
-        raise InputError(f"body '{body.name}': it is free and its master nodes do not hold it; name at least three "
-                         "that are not on one line")
+        raise InputError(
+            f"body '{body.name}': it is free and its master nodes do not hold it; name at least "
+            "three that are not on one line"
+        )
     return boundary, np.setdiff1d(np.arange(body.dofs), boundary), rigid
 
 
@@ -141,23 +196,33 @@ def _held(body, boundary, rigid):
 
 
 def _whole_clusters(body, factor, M_II, modes, below_hz):
-    """The modes asked for, and those equal to the highest of them, as two equal blades have them: which part of a
-    cluster a solver finds depends on the numbering of the mesh."""
+    """The modes asked for, and those equal to the highest of them, as two equal blades have them:
+    which part of a cluster a solver finds depends on the numbering of the mesh."""
     found = factor.modes(M_II, modes, below_hz)
     count = len(found.omega)
-    while 0 < len(found.omega) < len(M_II.indptr) - 1 and found.free_to <= (1 + SETTINGS.equal) * found.omega[-1]:
+    while (
+        0 < len(found.omega) < len(M_II.indptr) - 1
+        and found.free_to <= (1 + SETTINGS.equal) * found.omega[-1]
+    ):
         found = factor.modes(M_II, len(found.omega) + 1)
     if len(found.omega) > count:
         hz = found.omega[-1] / (2 * np.pi)
-        logging.getLogger("modal").info("body '%s': %d modes in place of %d, since their frequencies are the same near "
-                                        "%.6g Hz", body.name, len(found.omega), count, hz)
+        logging.getLogger("modal").info(
+            "body '%s': %d modes in place of %d, since their frequencies are the same near %.6g Hz",
+            body.name,
+            len(found.omega),
+            count,
+            hz,
+        )
     return found
 
 
 def _check_count(body, modes, size):
     if modes is not None and not 0 <= modes <= size:
-        raise InputError(f"body '{body.name}': {modes} modes asked for: must be between 0 and the {size} dofs that the "
-                         "masters leave")
+        raise InputError(
+            f"body '{body.name}': {modes} modes asked for: must be between 0 and the {size} dofs "
+            "that the masters leave"
+        )
 
 
 def _no_modes(size):
@@ -165,14 +230,16 @@ def _no_modes(size):
 
 
 def _inertia(M, Psi):
-    """(i, b) kg: forces on the interior by unit accelerations of the boundary, the interior following."""
+    """(i, b) kg: forces on the interior by unit accelerations of the boundary, the interior
+    following."""
     forces, direct = M.II @ Psi, M.IB.tocoo()
     forces[direct.row, direct.col] += direct.data
     return forces
 
 
 def _with_contact_shapes(body, interior, factor, M_II, found, tractions):
-    """The modes behind the contact shapes of forces on interior dofs, and the number of these shapes."""
+    """The modes behind the contact shapes of forces on interior dofs, and the number of these
+    shapes."""
     if body.points is None or not (W := body.points.motion[:, interior]).nnz:
         return found, 0
     omega, Z = contact_shapes(factor.solve, M_II, spread(W, tractions), found.omega, found.phi)
@@ -180,8 +247,8 @@ def _with_contact_shapes(body, interior, factor, M_II, found, tractions):
 
 
 def _left_out(factor, M_II, M_Psi, found, shapes):
-    """G of `truncation`: compliance of the inertia forces of Psi and of the contact shapes, the first of the modes
-    found, that neither these nor the modes represent."""
+    """G of `truncation`: compliance of the inertia forces of Psi and of the contact shapes, the
+    first of the modes found, that neither these nor the modes represent."""
     Z, Phi = found.phi[:, :shapes], found.phi[:, shapes:]
     if len(Z) == found.phi.shape[1]:
         return np.zeros((M_Psi.shape[1] + shapes,) * 2)
@@ -197,11 +264,13 @@ def _left_out(factor, M_II, M_Psi, found, shapes):
 
 
 def _keep_rigid(body, boundary, interior, K, Psi):
-    """Corrects the constraint modes of a free body, in place: its rigid motions are among them to the last digit.
-    RuntimeError where K and the modes resist them by more than rounding."""
+    """Corrects the constraint modes of a free body, in place: its rigid motions are among them to
+    the last digit. RuntimeError where K and the modes resist them by more than rounding."""
     R = body.rigid_motions()
     inside = Psi @ R[boundary]
-    lost = np.abs(K.BB @ R[boundary] + K.IB.T @ inside).max() / (abs(K.BB).max() * np.abs(R[boundary]).max())
+    lost = np.abs(K.BB @ R[boundary] + K.IB.T @ inside).max() / (
+        abs(K.BB).max() * np.abs(R[boundary]).max()
+    )
     if lost > SETTINGS.rigid:
         raise RuntimeError(f"body '{body.name}': its rigid motions meet a stiffness of {lost:.1e}")
     Q, T = np.linalg.qr(R[boundary])
@@ -218,18 +287,28 @@ def assemble(*models: ReducedModel) -> ReducedModel:
         C = sl.block_diag(*(np.zeros_like(m.K) if m.C is None else m.C for m in models))
     join = np.concatenate
     return ReducedModel.from_matrices(
-        sl.block_diag(*(m.M for m in models)), sl.block_diag(*(m.K for m in models)), C,
-        body=join([m.body for m in models]), node=join([m.node for m in models]),
-        direction=join([m.direction for m in models]), position=join([m.position for m in models]),
-        groups={k: v for m in models for k, v in m.groups.items()}, loads=side_by_side(models),
-        provenance={k: v for m in models for k, v in m.provenance.items()}, points=_points_side_by_side(models),
-        rigid={k: v for m in models for k, v in m.rigid.items()})
+        sl.block_diag(*(m.M for m in models)),
+        sl.block_diag(*(m.K for m in models)),
+        C,
+        body=join([m.body for m in models]),
+        node=join([m.node for m in models]),
+        direction=join([m.direction for m in models]),
+        position=join([m.position for m in models]),
+        groups={k: v for m in models for k, v in m.groups.items()},
+        loads=side_by_side(models),
+        provenance={k: v for m in models for k, v in m.provenance.items()},
+        points=_points_side_by_side(models),
+        rigid={k: v for m in models for k, v in m.rigid.items()},
+    )
 
 
 def _points_side_by_side(models):
     starts = np.cumsum([0, *(m.size for m in models)])
-    return {name: points.among(int(start), int(starts[-1])) for m, start in zip(models, starts, strict=False)
-            for name, points in m.points.items()}
+    return {
+        name: points.among(int(start), int(starts[-1]))
+        for m, start in zip(models, starts, strict=False)
+        for name, points in m.points.items()
+    }
 
 
 def side_by_side(parts: Sequence[ReducedModel | Body]) -> dict[str, np.ndarray]:

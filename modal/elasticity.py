@@ -1,7 +1,8 @@
 """Linear elasticity: a Mesh and its materials become a Body.
 
-dolfinx assembles the cell types that it supports, isoparametric.py the others (20-node hexahedra, wedges), and all
-where dolfinx is not installed. Displacements belong to the nodes of the mesh for every cell type, so the
+dolfinx assembles the cell types that it supports, isoparametric.py the others (20-node hexahedra,
+wedges), and all where dolfinx is not installed. Displacements belong to the nodes of the mesh for
+every cell type, so the
 blocks add by node.
 """
 
@@ -30,7 +31,9 @@ class Material:
     def __post_init__(self):
         for name, low, high in (("E", 0, np.inf), ("nu", -1, 0.5), ("density", 0, np.inf)):
             if not low < vars(self)[name] < high:
-                raise InputError(f"material: {name} = {vars(self)[name]:g}, must lie between {low} and {high}")
+                raise InputError(
+                    f"material: {name} = {vars(self)[name]:g}, must lie between {low} and {high}"
+                )
 
     @property
     def lame(self) -> float:
@@ -43,12 +46,21 @@ class Material:
         return self.E / (2 * (1 + self.nu))
 
 
-def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp: str | Sequence[str] | None = None,
-                 free: bool = False, other_materials: dict[str, Material] | None = None) -> Body:
-    """Assemble K and M over the free dofs; nodes of the groups `clamp` (a name or several) are fixed in x, y, z.
+def elastic_body(
+    mesh: Mesh,
+    material: Material,
+    name: str,
+    *,
+    clamp: str | Sequence[str] | None = None,
+    free: bool = False,
+    other_materials: dict[str, Material] | None = None,
+) -> Body:
+    """Assemble K and M over the free dofs; nodes of the groups `clamp` (a name or several) are
+    fixed in x, y, z.
 
-    other_materials {cell group: Material}: what those cells are made of instead. Raises InputError for an absent or
-    empty group, a cell that two materials claim, and a mesh that the memory will not hold.
+    other_materials {cell group: Material}: what those cells are made of instead. Raises InputError
+    for an absent or empty group, a cell that two materials claim, and a mesh that the memory will
+    not hold.
     """
     check_memory((len(mesh.node), 0, mesh.source))
     clamps = [clamp] if isinstance(clamp, str) else list(clamp or ())
@@ -62,14 +74,27 @@ def elastic_body(mesh: Mesh, material: Material, name: str, *, clamp: str | Sequ
         k, m = assemble(mesh.position, kind, cells, of.lame, of.shear, of.density)
         K, M = (k, m) if K is None else (K + k, M + m)
     keep, clamped = (np.flatnonzero(np.repeat(m, 3)) for m in (~fixed, fixed))
-    return Body(name=name, node=mesh.node, position=mesh.position, dof_node=keep // 3, dof_direction=keep % 3,
-                K=K[keep][:, keep].tocsr(), M=M[keep][:, keep].tocsr(), groups=dict(mesh.groups), free=free,
-                M_clamped=M[keep][:, clamped].tocsr(),
-                provenance={"mesh": mesh.source, "cells": ", ".join(f"{len(c)} {k}" for k, c in mesh.cells.items())})
+    return Body(
+        name=name,
+        node=mesh.node,
+        position=mesh.position,
+        dof_node=keep // 3,
+        dof_direction=keep % 3,
+        K=K[keep][:, keep].tocsr(),
+        M=M[keep][:, keep].tocsr(),
+        groups=dict(mesh.groups),
+        free=free,
+        M_clamped=M[keep][:, clamped].tocsr(),
+        provenance={
+            "mesh": mesh.source,
+            "cells": ", ".join(f"{len(c)} {k}" for k, c in mesh.cells.items()),
+        },
+    )
 
 
-def blocks(mesh: Mesh, material: Material, others: dict[str, Material]
-           ) -> Iterator[tuple[str, np.ndarray, Material]]:
+def blocks(
+    mesh: Mesh, material: Material, others: dict[str, Material]
+) -> Iterator[tuple[str, np.ndarray, Material]]:
     """(cell type, cells, material) of every block of cells that are alike."""
     owner = {kind: np.zeros(len(cells), dtype=int) for kind, cells in mesh.cells.items()}
     materials, names = [material, *others.values()], list(others)
@@ -77,9 +102,11 @@ def blocks(mesh: Mesh, material: Material, others: dict[str, Material]
         for kind, mine in mesh.members(group).items():
             twice = mine & (owner[kind] > 0)
             if twice.any():
-                raise InputError(f"{mesh.source}: {int(twice.sum())} {kind} cells are in the groups '{group}' and "
-                                 f"'{names[owner[kind][twice][0] - 1]}', which have different materials (first: "
-                                 f"element {mesh.number[kind][twice][0]})")
+                raise InputError(
+                    f"{mesh.source}: {int(twice.sum())} {kind} cells are in the groups '{group}' "
+                    f"and '{names[owner[kind][twice][0] - 1]}', which have different materials "
+                    f"(first: element {mesh.number[kind][twice][0]})"
+                )
             owner[kind][mine] = i
     for kind, cells in mesh.cells.items():
         for i in np.unique(owner[kind]):
@@ -87,7 +114,8 @@ def blocks(mesh: Mesh, material: Material, others: dict[str, Material]
 
 
 def _dolfinx(position, kind, cells, lame, shear, density):
-    """K, M of one block of cells over all dofs of the mesh (3 i + k for node i), zero rows where it has no cell."""
+    """K, M of one block of cells over all dofs of the mesh (3 i + k for node i), zero rows where it
+    has no cell."""
     block = dolfinx_compat.CellBlock.of(position, kind, cells)
     import ufl
 

@@ -1,7 +1,7 @@
 """Static loads on a body as consistent nodal forces: groups of nodes, faces, gravity and rotation.
 
-Every function returns forces (d,) N on the free dofs of a Body; `Reduction.condense_dofs` takes them to the reduced
-model, exactly in statics.
+Every function returns forces (d,) N on the free dofs of a Body; `Reduction.condense_dofs` takes
+them to the reduced model, exactly in statics.
 """
 
 from collections.abc import Iterable
@@ -30,7 +30,10 @@ class Rotation:
             if value.shape != (3,) or not np.isfinite(value).all():
                 raise InputError(f"rotation: {name} must be three finite numbers, got {given}")
         if not np.isfinite(self.speed) or np.linalg.norm(self.axis) == 0:
-            raise InputError(f"rotation: speed = {self.speed:g} rad/s must be finite and the axis must not be zero")
+            raise InputError(
+                f"rotation: speed = {self.speed:g} rad/s must be finite and the axis must not be "
+                "zero"
+            )
 
     @property
     def across(self) -> np.ndarray:
@@ -40,13 +43,14 @@ class Rotation:
 
 
 def on_dofs(body: Body, nodal: np.ndarray) -> np.ndarray:
-    """Nodal forces (n, 3) N, in the order of body.node, on the free dofs; what acts on clamped nodes goes to ground."""
+    """Nodal forces (n, 3) N, in the order of body.node, on the free dofs; what acts on clamped
+    nodes goes to ground."""
     return np.asarray(nodal, dtype=float)[body.dof_node, body.dof_direction]
 
 
 def nodal_load(body: Body, numbers: Iterable[int], forces: np.ndarray) -> np.ndarray:
-    """Nodal forces (m, 3) N on the nodes of these numbers (m,), added where one stands there twice, on the free dofs.
-    """
+    """Nodal forces (m, 3) N on the nodes of these numbers (m,), added where one stands there twice,
+    on the free dofs."""
     nodal = np.zeros((len(body.node), 3))
     index = {int(n): i for i, n in enumerate(body.node)}
     for number, force in zip(numbers, forces, strict=True):
@@ -61,7 +65,8 @@ def point_force(body: Body, group: str, force: ArrayLike) -> np.ndarray:
 
 
 def pressure(body: Body, mesh: Mesh, group: str, value: float) -> np.ndarray:
-    """A pressure in Pa on the faces of a group (`faces.group_faces`); positive presses on the body."""
+    """A pressure in Pa on the faces of a group (`faces.group_faces`); positive presses on the
+    body."""
     value = _finite("pressure", value)
     return on_dofs(body, _on_faces(mesh, group, lambda area: -value * area))
 
@@ -69,7 +74,10 @@ def pressure(body: Body, mesh: Mesh, group: str, value: float) -> np.ndarray:
 def traction(body: Body, mesh: Mesh, group: str, value: ArrayLike) -> np.ndarray:
     """A traction (3,) Pa, of fixed direction, on the faces of a group."""
     value = _finite("traction", value, 3)
-    return on_dofs(body, _on_faces(mesh, group, lambda area: np.linalg.norm(area, axis=-1, keepdims=True) * value))
+    return on_dofs(
+        body,
+        _on_faces(mesh, group, lambda area: np.linalg.norm(area, axis=-1, keepdims=True) * value),
+    )
 
 
 def gravity(body: Body, acceleration: ArrayLike) -> np.ndarray:
@@ -78,7 +86,8 @@ def gravity(body: Body, acceleration: ArrayLike) -> np.ndarray:
 
 
 def centrifugal(body: Body, rotation: Rotation) -> np.ndarray:
-    """Body force M (speed^2 r), r the arm of each point from the axis: exact, since r is linear over an element."""
+    """Body force M (speed^2 r), r the arm of each point from the axis: exact, since r is linear
+    over an element."""
     arm = (body.position - np.asarray(rotation.point, dtype=float)) @ rotation.across
     return _inertia(body, rotation.speed**2 * arm)
 
@@ -86,7 +95,9 @@ def centrifugal(body: Body, rotation: Rotation) -> np.ndarray:
 def _finite(name, value, *shape):
     array = np.asarray(value, dtype=float)
     if array.shape != shape or not np.isfinite(array).all():
-        raise InputError(f"{name} = {value} must be {'three finite numbers' if shape else 'a finite number'}")
+        raise InputError(
+            f"{name} = {value} must be {'three finite numbers' if shape else 'a finite number'}"
+        )
     return array
 
 
@@ -102,8 +113,9 @@ def _inertia(body, acceleration):
 
 
 def _on_faces(mesh, group, density):
-    """(n, 3) N: integral of N_i times the force per face, density(area vectors (f, 3) at a Gauss point)."""
-    mesh.group(group)                          # refused where it is not there, or empty
+    """(n, 3) N: integral of N_i times the force per face, density(area vectors (f, 3) at a Gauss
+    point)."""
+    mesh.group(group)  # refused where it is not there, or empty
     nodal, count = np.zeros((len(mesh.node), 3)), 0
     for faces in group_faces(mesh, group):
         count += len(faces)
@@ -113,6 +125,8 @@ def _on_faces(mesh, group, density):
             for i, column in enumerate(faces.T):
                 np.add.at(nodal, column, shape[i] * force)
     if not count:
-        raise InputError(f"{mesh.source}: the nodes of group '{group}' make up no face of the surface; "
-                         "a pressure or traction needs a surface group")
+        raise InputError(
+            f"{mesh.source}: the nodes of group '{group}' make up no face of the surface; "
+            "a pressure or traction needs a surface group"
+        )
     return nodal

@@ -15,12 +15,13 @@ DIMENSION = ("nodes", "a curve", "a surface", "a volume")
 
 @dataclass(frozen=True)
 class Mesh:
-    """node : (n,) int - the user's node numbers; position : (n, 3) m; cells : {type of cells.CELLS: (c, k) int} -
-    indices into `node`, in gmsh's order; groups : {name: (g,) int node numbers}; unused : what the file holds and
-    this record does not; number : {type: (c,) int} - the user's element numbers; cell_groups : {name: element
-    numbers}; dimension : {group: 0 nodes, 1 curve, 2 surface, 3 volume} where known; warnings : what was repaired or
-    looks wrong; format : of the file; face_groups : {name: (f, 4) int} - the faces of a surface as the file lists them:
-    node numbers of the corners, sorted, -1 in front of triangles (`faces.group_faces`)."""
+    """node : (n,) int - the user's node numbers; position : (n, 3) m; cells : {type of cells.CELLS:
+    (c, k) int} - indices into `node`, in gmsh's order; groups : {name: (g,) int node numbers};
+    unused : what the file holds and this record does not; number : {type: (c,) int} - the user's
+    element numbers; cell_groups : {name: element numbers}; dimension : {group: 0 nodes, 1 curve, 2
+    surface, 3 volume} where known; warnings : what was repaired or looks wrong; format : of the
+    file; face_groups : {name: (f, 4) int} - the faces of a surface as the file lists them: node
+    numbers of the corners, sorted, -1 in front of triangles (`faces.group_faces`)."""
 
     node: np.ndarray
     position: np.ndarray
@@ -46,22 +47,33 @@ class Mesh:
         return found
 
     def group(self, name: str, dimensions: tuple[int, ...] = (0, 1, 2, 3)) -> np.ndarray:
-        """Node numbers of a group; raises InputError with the groups that exist, or with what the group holds when it
-        is empty or not of the allowed dimensions."""
+        """Node numbers of a group; raises InputError with the groups that exist, or with what the
+        group holds when it is empty or not of the allowed dimensions."""
         if name not in self.groups:
-            raise InputError(f"{self.source}: no group '{shown(name)}'; {nearest(name, sorted(self.groups))}")
+            raise InputError(
+                f"{self.source}: no group '{shown(name)}'; {nearest(name, sorted(self.groups))}"
+            )
         has, count = self.dimension.get(name, 0), len(self.groups[name])
         holds = f"{DIMENSION[has]} (dimension {has}) with {count} nodes"
         if not count:
-            raise InputError(f"{self.source}: group '{shown(name)}' is empty: it holds {holds} of solid cells")
+            raise InputError(
+                f"{self.source}: group '{shown(name)}' is empty: it holds {holds} of solid cells"
+            )
         if has not in dimensions:
-            raise InputError(f"{self.source}: group '{shown(name)}' holds {holds}; "
-                             f"wanted: {' or '.join(DIMENSION[d] for d in dimensions)}")
+            raise InputError(
+                f"{self.source}: group '{shown(name)}' holds {holds}; "
+                f"wanted: {' or '.join(DIMENSION[d] for d in dimensions)}"
+            )
         return self.groups[name]
 
     def members(self, name: str) -> dict:
-        """{type: (c,) bool} - which cells belong to a cell group; raises InputError with the groups that exist."""
+        """{type: (c,) bool} - which cells belong to a cell group; raises InputError with the groups
+        that exist."""
         if name not in self.cell_groups:
-            raise InputError(f"{self.source}: no group of cells '{shown(name)}'; "
-                             f"{nearest(name, sorted(self.cell_groups))}")
-        return {kind: np.isin(number, self.cell_groups[name]) for kind, number in self.number.items()}
+            raise InputError(
+                f"{self.source}: no group of cells '{shown(name)}'; "
+                f"{nearest(name, sorted(self.cell_groups))}"
+            )
+        return {
+            kind: np.isin(number, self.cell_groups[name]) for kind, number in self.number.items()
+        }

@@ -1,4 +1,5 @@
-"""What a mesh must fulfil before anything is computed with it; what can be repaired is, with a warning."""
+"""What a mesh must fulfil before anything is computed with it; what can be repaired is, with a
+warning."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,14 +16,18 @@ FLAT = 1e-12  # of the cube of the cell's longest side: below it a Jacobian is r
 
 
 def checked(mesh: Mesh) -> Mesh:
-    """The mesh with inside-out cells turned around and cells given twice dropped, both named in its warnings.
+    """The mesh with inside-out cells turned around and cells given twice dropped, both named in its
+    warnings.
 
-    Raises InputError for coordinates that are not finite, cells that repeat a node, folded and flat cells.
+    Raises InputError for coordinates that are not finite, cells that repeat a node, folded and flat
+    cells.
     """
     bad = ~np.isfinite(mesh.position).all(axis=1)
     if bad.any():
-        raise InputError(f"{mesh.source}: node {mesh.node[bad][0]} has a coordinate that is not a finite number "
-                         f"({int(bad.sum())} such nodes)")
+        raise InputError(
+            f"{mesh.source}: node {mesh.node[bad][0]} has a coordinate that is not a finite number "
+            f"({int(bad.sum())} such nodes)"
+        )
     cells, number, warnings = {}, {}, list(mesh.warnings)
     for kind, block in mesh.cells.items():
         own = mesh.number.get(kind, np.arange(1, len(block) + 1))
@@ -38,37 +43,47 @@ def _no_repeated_node(mesh, kind, block, number):
     ordered = np.sort(block, axis=1)
     twice = (ordered[:, 1:] == ordered[:, :-1]).any(axis=1)
     if twice.any():
-        raise InputError(f"{mesh.source}: {int(twice.sum())} {kind} cells name a node twice and have no volume there "
-                         f"(smallest Jacobian 0): elements {some(number[twice])}")
+        raise InputError(
+            f"{mesh.source}: {int(twice.sum())} {kind} cells name a node twice and have no volume "
+            f"there (smallest Jacobian 0): elements {some(number[twice])}"
+        )
 
 
 def _once(kind, block, number, warnings):
-    """Without cells that have the same nodes as an earlier one: they would count twice in K and M."""
+    """Without cells that have the same nodes as an earlier one: they would count twice in K and
+    M."""
     _, first = np.unique(np.sort(block, axis=1), axis=0, return_index=True)
     if len(first) == len(block):
         return block, number
     first = np.sort(first)
-    warnings.append(f"{len(block) - len(first)} {kind} cells are in the file twice (same nodes); each is taken once")
+    warnings.append(
+        f"{len(block) - len(first)} {kind} cells are in the file twice (same nodes); each is "
+        "taken once"
+    )
     return block[first], number[first]
 
 
 def _upright(mesh, kind, block, number, warnings):
-    corners = mesh.position[block[:, :CELLS[kind].corners]]
+    corners = mesh.position[block[:, : CELLS[kind].corners]]
     with np.errstate(over="ignore"):  # a damaged coordinate may be as large as a number can be
         size = np.linalg.norm(np.ptp(corners, axis=1), axis=1) ** 3
     low, high = smallest_jacobians(kind, mesh.position, block).T
-    turned = (high < -FLAT * size)
+    turned = high < -FLAT * size
     if turned.any():
         block = block.copy()
         block[turned] = block[turned][:, CELLS[kind].mirrored()]
         low = np.where(turned, -high, low)
-        warnings.append(f"{int(turned.sum())} {kind} cells were numbered inside out (negative volume) and turned "
-                        f"around: elements {some(number[turned])}")
+        warnings.append(
+            f"{int(turned.sum())} {kind} cells were numbered inside out (negative volume) and "
+            f"turned around: elements {some(number[turned])}"
+        )
     bad = low <= FLAT * size
     if bad.any():
-        raise InputError(f"{mesh.source}: {int(bad.sum())} {kind} cells are inverted or flat (smallest Jacobian "
-                         f"{low.min():.2e} m3): elements {some(number[bad])}, first at node "
-                         f"{mesh.node[block[bad][0, 0]]}")
+        raise InputError(
+            f"{mesh.source}: {int(bad.sum())} {kind} cells are inverted or flat (smallest Jacobian "
+            f"{low.min():.2e} m3): elements {some(number[bad])}, first at node "
+            f"{mesh.node[block[bad][0, 0]]}"
+        )
     return block
 
 
@@ -79,7 +94,8 @@ def some(numbers: Sequence, limit: int = 5) -> str:
 
 
 def _seams(mesh):
-    """Faces at which neighbours do not fit: linear beside quadratic, or two triangles on one four-sided face."""
+    """Faces at which neighbours do not fit: linear beside quadratic, or two triangles on one
+    four-sided face."""
     if len(mesh.cells) < 2:
         return []
     blocks = face_blocks(mesh)
@@ -93,20 +109,28 @@ def _seams(mesh):
     found = []
     unlike = int((low != high).sum())
     if unlike:
-        found.append(f"{unlike} faces are shared by cells with different numbers of nodes on them (linear beside "
-                     "quadratic, or 20-node beside 27-node): the displacement has gaps there")
+        found.append(
+            f"{unlike} faces are shared by cells with different numbers of nodes on them (linear "
+            "beside quadratic, or 20-node beside 27-node): the displacement has gaps there"
+        )
     single = unique[count == 1]
     halves = _halved(single[single[:, 0] >= 0], single[single[:, 0] < 0][:, 1:])
     if halves:
-        found.append(f"{halves} four-sided faces meet two triangles each, with no pyramid between: the displacement "
-                     "has gaps there")
+        found.append(
+            f"{halves} four-sided faces meet two triangles each, with no pyramid between: the "
+            "displacement has gaps there"
+        )
     return found
 
 
 def _halved(quads, triangles):
     """How many four-sided faces have a triangle of three of their corners as neighbour."""
     known = {tuple(t) for t in triangles.tolist()}
-    return sum(any(tuple(q[:i] + q[i + 1:]) in known for i in range(4)) for q in quads.tolist()) if known else 0
+    return (
+        sum(any(tuple(q[:i] + q[i + 1 :]) in known for i in range(4)) for q in quads.tolist())
+        if known
+        else 0
+    )
 
 
 def parts(mesh: Mesh) -> tuple[int, np.ndarray]:

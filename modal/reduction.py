@@ -23,10 +23,11 @@ from tipdamp.modal.truncation import Truncation
 @dataclass(frozen=True)
 class Reduction:
     """model - the body's ReducedModel; boundary, interior : (b,), (i,) int - dofs of the body
-    Psi : (i, b); Phi : (i, m); omega : (m,) rad/s - contact shapes, fixed-interface modes and static shapes of interior
-    loads in this order; contact_shapes, load_modes - how many of those; rigid - number of rigid modes; truncation -
-    what was left out, None where it was not asked for; tractions (n, c) - of which the contact shapes are, None where
-    they are of forces on every contact point."""
+    Psi : (i, b); Phi : (i, m); omega : (m,) rad/s - contact shapes, fixed-interface modes and
+    static shapes of interior loads in this order; contact_shapes, load_modes - how many of those;
+    rigid - number of rigid modes; truncation - what was left out, None where it was not asked for;
+    tractions (n, c) - of which the contact shapes are, None where they are of forces on every
+    contact point."""
 
     body: Body
     model: ReducedModel
@@ -49,11 +50,15 @@ class Reduction:
         return self.condense_dofs(nodal_load(self.body, numbers, forces))
 
     def condense_dofs(self, f: np.ndarray) -> np.ndarray:
-        """Forces (d,) N on the free dofs of the body as a load on the reduced dofs, (b + m,); exact as above."""
-        return np.concatenate([f[self.boundary] + self.Psi.T @ f[self.interior], self.Phi.T @ f[self.interior]])
+        """Forces (d,) N on the free dofs of the body as a load on the reduced dofs, (b + m,); exact
+        as above."""
+        return np.concatenate(
+            [f[self.boundary] + self.Psi.T @ f[self.interior], self.Phi.T @ f[self.interior]]
+        )
 
     def recover(self, q: np.ndarray) -> np.ndarray:
-        """Displacement of every node of the mesh, (n, 3) m, from this body's part of the reduced vector, (b + m,)."""
+        """Displacement of every node of the mesh, (n, 3) m, from this body's part of the reduced
+        vector, (b + m,)."""
         b = len(self.boundary)
         full = np.zeros(self.body.dofs, dtype=np.asarray(q).dtype)
         full[self.boundary] = q[:b]
@@ -62,32 +67,50 @@ class Reduction:
         out[self.body.dof_node, self.body.dof_direction] = full
         return out
 
-    def stress(self, q: np.ndarray, mesh: Mesh, material: Material, other_materials: dict[str, Material] | None = None
-               ) -> np.ndarray:
-        """Stress at every node of the mesh that the body was made of, (n, 6) Pa as in `modal.stress`, from (b + m,)."""
+    def stress(
+        self,
+        q: np.ndarray,
+        mesh: Mesh,
+        material: Material,
+        other_materials: dict[str, Material] | None = None,
+    ) -> np.ndarray:
+        """Stress at every node of the mesh that the body was made of, (n, 6) Pa as in
+        `modal.stress`, from (b + m,)."""
         if not np.array_equal(mesh.node, self.body.node):
-            raise InputError(f"body '{self.body.name}': the mesh {mesh.source} is not the one that it was made of")
+            raise InputError(
+                f"body '{self.body.name}': the mesh {mesh.source} is not the one that it was made "
+                "of"
+            )
         return nodal_stress(mesh, material, self.recover(q), other_materials)
 
     @property
     def mode_omega(self) -> np.ndarray:
         """rad/s of the fixed-interface modes."""
-        return self.omega[self.contact_shapes:len(self.omega) - self.load_modes]
+        return self.omega[self.contact_shapes : len(self.omega) - self.load_modes]
 
     def whole_cluster(self, count: int, equal: float = 1e-4) -> int:
-        """Number of modes, at least `count`, that does not part modes whose frequencies differ by less than `equal`."""
+        """Number of modes, at least `count`, that does not part modes whose frequencies differ by
+        less than `equal`."""
         omega = self.mode_omega
         while 0 < count < len(omega) and omega[count] <= (1 + equal) * omega[count - 1]:
             count += 1
         return count
 
     def fewer(self, count: int) -> "Reduction":
-        """The same reduction with only its `count` lowest fixed-interface modes; contact shapes and load modes stay."""
+        """The same reduction with only its `count` lowest fixed-interface modes; contact shapes and
+        load modes stay."""
         cut, c, b = self.cut(count), self.contact_shapes, len(self.boundary)
-        rest = np.r_[np.arange(c + count), np.arange(len(self.omega) - self.load_modes, len(self.omega))]
-        return replace(self, model=self.in_basis(cut), omega=cut.omega, truncation=cut.truncation,
-                       Phi=self.Phi @ cut.X[b:, b:] if c else self.Phi[:, rest],
-                       contact_shapes=len(cut.omega) - count - self.load_modes)
+        rest = np.r_[
+            np.arange(c + count), np.arange(len(self.omega) - self.load_modes, len(self.omega))
+        ]
+        return replace(
+            self,
+            model=self.in_basis(cut),
+            omega=cut.omega,
+            truncation=cut.truncation,
+            Phi=self.Phi @ cut.X[b:, b:] if c else self.Phi[:, rest],
+            contact_shapes=len(cut.omega) - count - self.load_modes,
+        )
 
     def cut(self, count: int) -> "Cut":
         """The basis of `fewer` in that of this reduction."""
@@ -95,17 +118,23 @@ class Reduction:
         if not 0 <= count <= true:
             raise InputError(f"{count} modes asked for: the reduction holds {true}")
         if self.truncation is None:
-            raise InputError(f"body '{self.body.name}': it was reduced without the bound that fewer modes need; "
-                             "reduce with bound = True")
+            raise InputError(
+                f"body '{self.body.name}': it was reduced without the bound that fewer modes need; "
+                "reduce with bound = True"
+            )
         b, c, M = len(self.boundary), self.contact_shapes, self.model.M
         drop = np.arange(c + count, c + true)
         part = np.r_[np.arange(c), drop]
         rest = np.setdiff1d(np.arange(len(self.omega)), part)
         w, omega, T = self.omega[part], np.empty(0), np.empty((len(part), 0))
-        if c:       # made again: they were orthogonal to the modes that are dropped
-            W = spread(sp.csr_matrix(self.model.points[self.body.name].motion[:, b + part]), self.tractions)
+        if c:  # made again: they were orthogonal to the modes that are dropped
+            W = spread(
+                sp.csr_matrix(self.model.points[self.body.name].motion[:, b + part]), self.tractions
+            )
             # on coordinates of unit stiffness, where weights go with energies
-            omega, T = contact_shapes(lambda f: f, sp.diags(1 / w**2), W @ sp.diags(1 / w), np.empty(0), T)
+            omega, T = contact_shapes(
+                lambda f: f, sp.diags(1 / w**2), W @ sp.diags(1 / w), np.empty(0), T
+            )
             T /= w[:, None]
         # what is dropped beside the shapes, by its coupling with masters and shapes
         left = np.vstack([M[:b, b + part], T.T]) / w
@@ -116,48 +145,75 @@ class Reduction:
             turn = sl.block_diag(np.eye(b), T[:c])
             G = turn.T @ G @ turn
         unit = sp.identity(len(M), format="csr")
-        X = sp.hstack([unit[:, :b], sp.csr_matrix(unit[:, b + part] @ T), unit[:, b + rest]], format="csr")
+        X = sp.hstack(
+            [unit[:, :b], sp.csr_matrix(unit[:, b + part] @ T), unit[:, b + rest]], format="csr"
+        )
         free_to = self.omega[drop[:1]] if len(drop) else self.truncation.omega
-        return Cut(X, np.r_[omega, self.omega[rest]], Truncation(
-            self.truncation.body, np.array([X.shape[1]]), free_to, (G + left @ left.T,)))
+        return Cut(
+            X,
+            np.r_[omega, self.omega[rest]],
+            Truncation(self.truncation.body, np.array([X.shape[1]]), free_to, (G + left @ left.T,)),
+        )
 
     def in_basis(self, cut: "Cut") -> ReducedModel:
         """The model of `fewer`."""
-        M, K = (np.ascontiguousarray(cut.X.T @ matrix @ cut.X) for matrix in (self.model.M, self.model.K))
+        M, K = (
+            np.ascontiguousarray(cut.X.T @ matrix @ cut.X)
+            for matrix in (self.model.M, self.model.K)
+        )
         points = {name: points.onto(cut.X) for name, points in self.model.points.items()}
-        return replace(labelled(self.body, self.boundary, (M + M.T) / 2, (K + K.T) / 2, len(cut.omega)), points=points)
+        return replace(
+            labelled(self.body, self.boundary, (M + M.T) / 2, (K + K.T) / 2, len(cut.omega)),
+            points=points,
+        )
 
 
 @dataclass(frozen=True)
 class Cut:
-    """Fewer modes: X (r, new r) basis in the dofs of the reduction; omega : (new m,) rad/s; truncation - what is left
-    out then."""
+    """Fewer modes: X (r, new r) basis in the dofs of the reduction; omega : (new m,) rad/s;
+    truncation - what is left out then."""
 
     X: sp.csr_matrix
     omega: np.ndarray
     truncation: Truncation
 
 
-def labelled(body: Body, boundary: np.ndarray, M: np.ndarray, K: np.ndarray, modes: int) -> ReducedModel:
+def labelled(
+    body: Body, boundary: np.ndarray, M: np.ndarray, K: np.ndarray, modes: int
+) -> ReducedModel:
     """M, K on the boundary dofs of a body and so many modal ones."""
     node = np.concatenate([body.node[body.dof_node[boundary]], np.arange(1, modes + 1)])
-    direction = np.concatenate([np.array(DIRECTIONS)[body.dof_direction[boundary]], np.full(modes, "mode")])
+    direction = np.concatenate(
+        [np.array(DIRECTIONS)[body.dof_direction[boundary]], np.full(modes, "mode")]
+    )
     position = np.vstack([body.position[body.dof_node[boundary]], np.full((modes, 3), np.nan)])
-    present = set(node[:len(boundary)].tolist())
+    present = set(node[: len(boundary)].tolist())
     groups = {f"{body.name}/{k}": v for k, v in body.groups.items() if set(v.tolist()) <= present}
     motions = body.rigid_motions()[boundary] if body.free else np.zeros((len(boundary), 0))
     rigid = np.vstack([motions, np.zeros((modes, motions.shape[1]))])
-    return ReducedModel.from_matrices(M, K, body=body.name, node=node, direction=direction, position=position,
-                                      groups=groups, provenance={body.name: body.provenance.get("mesh", "matrices")},
-                                      rigid={body.name: rigid})
+    return ReducedModel.from_matrices(
+        M,
+        K,
+        body=body.name,
+        node=node,
+        direction=direction,
+        position=position,
+        groups=groups,
+        provenance={body.name: body.provenance.get("mesh", "matrices")},
+        rigid={body.name: rigid},
+    )
 
 
-def points_on(body: Body, boundary: np.ndarray, interior: np.ndarray, Psi: np.ndarray, Phi: np.ndarray
-              ) -> dict[str, ContactPoints]:
-    """The contact points of the body on its masters and modes: of no interior dof where all their nodes are masters."""
+def points_on(
+    body: Body, boundary: np.ndarray, interior: np.ndarray, Psi: np.ndarray, Phi: np.ndarray
+) -> dict[str, ContactPoints]:
+    """The contact points of the body on its masters and modes: of no interior dof where all their
+    nodes are masters."""
     if body.points is None:
         return {}
     motion = body.points.motion
     inside = motion[:, interior]
-    onto = sp.hstack([motion[:, boundary] + sp.csr_matrix(inside @ Psi), sp.csr_matrix(inside @ Phi)])
+    onto = sp.hstack(
+        [motion[:, boundary] + sp.csr_matrix(inside @ Psi), sp.csr_matrix(inside @ Phi)]
+    )
     return {body.name: replace(body.points, motion=onto.tocsr())}

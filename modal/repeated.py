@@ -1,8 +1,9 @@
-"""Modes of one frequency: any mixture of their shapes is a mode too, and which one a solver returns is rounding.
+"""Modes of one frequency: any mixture of their shapes is a mode too, and which one a solver returns
+is rounding.
 
-What moves along a row b of the motion in such a set is the same for every mixture: the shapes are turned so that the
-first of the set has all of it, the others none [Golub and Van Loan, Matrix Computations, sec. 5.1, Householder].
-"""
+What moves along a row b of the motion in such a set is the same for every mixture: the shapes are
+turned so that the first of the set has all of it, the others none [Golub and Van Loan, Matrix
+Computations, sec. 5.1, Householder]."""
 
 from dataclasses import dataclass
 
@@ -13,16 +14,19 @@ import numpy as np
 class RepeatedSettings:
     """Of modes that cannot be told apart."""
 
-    equal: float = 1e-7     # of a frequency: nearer ones have no shapes of their own, by the digits of K
-    alike: float = 1e-6     # of a MAC or a share of a motion: of equal ones the lowest mode is taken
+    # of a frequency: nearer ones have no shapes of their own, by the digits of K
+    equal: float = 1e-7
+    alike: float = 1e-6  # of a MAC or a share of a motion: of equal ones the lowest mode is taken
 
 
 SETTINGS = RepeatedSettings()
 
 
-def turned(hz: np.ndarray, shapes: np.ndarray, row: np.ndarray, settings: RepeatedSettings = SETTINGS) -> np.ndarray:
-    """(r, m) shapes of the modes hz (m,), ascending, of each set of equal ones the first with all of the motion along
-    the row (r,) that the set has, which is positive."""
+def turned(
+    hz: np.ndarray, shapes: np.ndarray, row: np.ndarray, settings: RepeatedSettings = SETTINGS
+) -> np.ndarray:
+    """(r, m) shapes of the modes hz (m,), ascending, of each set of equal ones the first with all
+    of the motion along the row (r,) that the set has, which is positive."""
     found = shapes.copy()
     apart = np.flatnonzero(np.diff(hz) > settings.equal * hz[1:]) + 1
     for own in np.split(np.arange(len(hz)), apart):

@@ -1,6 +1,8 @@
-"""Error bound of reduced frequencies: how far they lie above those of the full model, which is not solved.
+"""Error bound of reduced frequencies: how far they lie above those of the full model, which is not
+solved.
 
-In the coordinates (q_B, eta, eta_t), eta_t the fixed-interface modes that were left out, the full model is
+In the coordinates (q_B, eta, eta_t), eta_t the fixed-interface modes that were left out, the full
+model is
 
     K_r q - lambda (M_r q + M_rt eta_t) = 0,      (Lambda_t - lambda) eta_t = lambda M_tr q.
 
@@ -14,9 +16,9 @@ K_r - lambda (M_r + a G). Its k-th frequency therefore lies between the k-th roo
 
     K_r q = nu (M_r + a(lambda_k) G) q
 
-and the reduced lambda_k [Rayleigh-Ritz], for any springs on the master dofs. No mode that was left out is needed:
-with R the part of M_II Psi + M_IB that the kept modes do not carry, G = R' K_II^-1 R, one back-solve per master dof.
-"""
+and the reduced lambda_k [Rayleigh-Ritz], for any springs on the master dofs. No mode that was left
+out is needed: with R the part of M_II Psi + M_IB that the kept modes do not carry, G = R' K_II^-1
+R, one back-solve per master dof."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,64 +46,95 @@ class Truncation:
 
     def save(self, path: str | Path) -> Path:
         """Write a .npz file."""
-        np.savez(path, body=self.body, size=self.size, omega=self.omega, **{f"G{i}": g for i, g in enumerate(self.G)})
+        np.savez(
+            path,
+            body=self.body,
+            size=self.size,
+            omega=self.omega,
+            **{f"G{i}": g for i, g in enumerate(self.G)},
+        )
         return Path(path)
 
     @classmethod
     def load(cls, path: str | Path) -> "Truncation":
         """Read what `save` has written."""
         with open_npz(path) as z:
-            return cls(z["body"], z["size"], z["omega"], tuple(z[f"G{i}"] for i in range(len(z["body"]))))
+            return cls(
+                z["body"], z["size"], z["omega"], tuple(z[f"G{i}"] for i in range(len(z["body"])))
+            )
 
     def mass(self, lam: float) -> np.ndarray | None:
-        """a(lam) G over all dofs, (r, r) kg; None at and beyond the lowest mode that was left out."""
+        """a(lam) G over all dofs, (r, r) kg; None at and beyond the lowest mode that was left
+        out."""
         if (lam >= self.omega**2).any():
             return None
         blocks = []
         for size, omega, G in zip(self.size, self.omega, self.G, strict=True):
             block = np.zeros((size, size))
-            block[:len(G), :len(G)] = lam / (1 - lam / omega**2) * G
+            block[: len(G), : len(G)] = lam / (1 - lam / omega**2) * G
             blocks.append(block)
         return sl.block_diag(*blocks)
 
 
 def join(*parts: Truncation) -> Truncation:
     """Bodies side by side, as `craig_bampton.assemble` joins their models."""
-    return Truncation(np.concatenate([p.body for p in parts]), np.concatenate([p.size for p in parts]),
-                      np.concatenate([p.omega for p in parts]), sum((p.G for p in parts), ()))
+    return Truncation(
+        np.concatenate([p.body for p in parts]),
+        np.concatenate([p.size for p in parts]),
+        np.concatenate([p.omega for p in parts]),
+        sum((p.G for p in parts), ()),
+    )
 
 
-def lowest_possible(K: np.ndarray, M: np.ndarray, truncation: Truncation, omega: np.ndarray) -> np.ndarray:
-    """For the lowest reduced frequencies omega (n,) rad/s of (K, M) the bound below which the full one cannot lie.
+def lowest_possible(
+    K: np.ndarray, M: np.ndarray, truncation: Truncation, omega: np.ndarray
+) -> np.ndarray:
+    """For the lowest reduced frequencies omega (n,) rad/s of (K, M) the bound below which the full
+    one cannot lie.
 
-    K, M (r, r): reduced model with any springs on master dofs. NaN where the reduced frequency reaches a mode that
-    was left out: nothing can be said of it. A rigid motion (0) stays 0.
+    K, M (r, r): reduced model with any springs on master dofs. NaN where the reduced frequency
+    reaches a mode that was left out: nothing can be said of it. A rigid motion (0) stays 0.
     """
     if truncation.size.sum() != len(K):
-        raise InputError(f"the truncation is of {truncation.size.sum()} dofs, the model has {len(K)}")
+        raise InputError(
+            f"the truncation is of {truncation.size.sum()} dofs, the model has {len(K)}"
+        )
     out = np.full(len(omega), np.nan)
     for k, value in enumerate(omega):
         left_out = truncation.mass(value**2)
         if left_out is not None:
-            out[k] = np.sqrt(max(0.0, sl.eigh(K, M + left_out, subset_by_index=(k, k), eigvals_only=True)[0]))
+            out[k] = np.sqrt(
+                max(0.0, sl.eigh(K, M + left_out, subset_by_index=(k, k), eigvals_only=True)[0])
+            )
     return out
 
 
 def rounding(K: np.ndarray, M: np.ndarray, omega: np.ndarray) -> np.ndarray:
-    """(n,) relative error that rounding leaves in the frequencies omega (n,) rad/s of (K, M): eps cond / 2, where cond
-    is the highest omega^2 of the pencil over the frequency's own. A dense solver of symmetric pencils errs by eps times
-    the highest in every omega^2 [LAPACK Users' Guide, 1999, sec. 4.9, with its p(n) taken as 1, as it advises]."""
+    """(n,) relative error that rounding leaves in the frequencies omega (n,) rad/s of (K, M): eps
+    cond / 2, where cond is the highest omega^2 of the pencil over the frequency's own. A dense
+    solver of symmetric pencils errs by eps times the highest in every omega^2 [LAPACK Users' Guide,
+    1999, sec. 4.9, with its p(n) taken as 1, as it advises]."""
     n = len(K)
     highest = sl.eigh(K, M, subset_by_index=(n - 1, n - 1), eigvals_only=True)[0]
     squared = np.asarray(omega, dtype=float) ** 2
-    return np.finfo(float).eps / 2 * np.divide(highest, squared, out=np.ones(len(squared)), where=squared > 0)
+    return (
+        np.finfo(float).eps
+        / 2
+        * np.divide(highest, squared, out=np.ones(len(squared)), where=squared > 0)
+    )
 
 
-def error_bound(K: np.ndarray, M: np.ndarray, truncation: Truncation, omega: np.ndarray) -> np.ndarray:
-    """(n,) largest possible omega / omega_full - 1 of the lowest reduced frequencies, with what rounding adds to it;
-    inf where nothing can be said, 0 of rigid motions."""
+def error_bound(
+    K: np.ndarray, M: np.ndarray, truncation: Truncation, omega: np.ndarray
+) -> np.ndarray:
+    """(n,) largest possible omega / omega_full - 1 of the lowest reduced frequencies, with what
+    rounding adds to it; inf where nothing can be said, 0 of rigid motions."""
     low = lowest_possible(K, M, truncation, omega)
     rigid = np.asarray(omega) <= 1e-6 * np.max(omega, initial=0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         bound = np.asarray(omega) / low - 1
-    return np.where(rigid, 0.0, np.where(np.isfinite(bound), np.maximum(bound, 0.0) + rounding(K, M, omega), np.inf))
+    return np.where(
+        rigid,
+        0.0,
+        np.where(np.isfinite(bound), np.maximum(bound, 0.0) + rounding(K, M, omega), np.inf),
+    )

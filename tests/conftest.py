@@ -4,9 +4,10 @@ import os
 
 import pytest
 
-os.environ.setdefault("TIPDAMP_JOBS", "1")       # tests of several processes say so
-if "TIPDAMP_ROUNDING" in os.environ:             # before anything imports eigh by its name
+os.environ.setdefault("TIPDAMP_JOBS", "1")  # tests of several processes say so
+if "TIPDAMP_ROUNDING" in os.environ:  # before anything imports eigh by its name
     from tests import rounding
+
     rounding.install(int(os.environ["TIPDAMP_ROUNDING"]))
 
 STUDY = """
@@ -84,7 +85,8 @@ def rig_results(rig):
 
 
 def pytest_collection_modifyitems(items):
-    """What needs the results of the rig is slow, as the first test that asks for them waits for the whole study."""
+    """What needs the results of the rig is slow, as the first test that asks for them waits for the
+    whole study."""
     for item in items:
         if "rig_results" in item.fixturenames:
             item.add_marker(pytest.mark.slow)

@@ -19,18 +19,30 @@ def _text(page):
 
 def _names(source):
     """Names in a module, those of a lazy package that stand as text among them."""
-    fields = {ast.Name: "id", ast.Attribute: "attr", ast.FunctionDef: "name", ast.ClassDef: "name", ast.alias: "name",
-              ast.Constant: "value", ast.arg: "arg"}
-    return {getattr(node, fields[type(node)]) for node in ast.walk(ast.parse(source)) if type(node) in fields}
+    fields = {
+        ast.Name: "id",
+        ast.Attribute: "attr",
+        ast.FunctionDef: "name",
+        ast.ClassDef: "name",
+        ast.alias: "name",
+        ast.Constant: "value",
+        ast.arg: "arg",
+    }
+    return {
+        getattr(node, fields[type(node)])
+        for node in ast.walk(ast.parse(source))
+        if type(node) in fields
+    }
 
 
 def _missing(dotted):
-    """Of `hbm.testing.check_law` what is not there: a module is a file, what follows a name in it (or its package)."""
+    """Of `hbm.testing.check_law` what is not there: a module is a file, what follows a name in it
+    (or its package)."""
     place, names = ROOT, dotted.split(".")
     while names and (place / names[0]).is_dir():
         place /= names.pop(0)
     if names and names[-1] in ("md", "py", "toml"):
-        return []                                           # a file, see below
+        return []  # a file, see below
     if names and (place / f"{names[0]}.py").exists():
         place /= f"{names.pop(0)}.py"
     source = place if place.is_file() else place / "__init__.py"
@@ -40,25 +52,33 @@ def _missing(dotted):
 
 @each_page
 def test_modules_and_their_names(page):
-    for dotted in re.findall(rf"(?<![\w./-])(?:{'|'.join(PACKAGES)})(?:\.[A-Za-z_]\w*)+", _text(page)):
+    for dotted in re.findall(
+        rf"(?<![\w./-])(?:{'|'.join(PACKAGES)})(?:\.[A-Za-z_]\w*)+", _text(page)
+    ):
         assert _missing(dotted) == [], dotted
 
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_modules_named_in_the_sources(package):
-    named = {(source.relative_to(ROOT).as_posix(), dotted) for source in (ROOT / package).rglob("*.py")
-             for dotted in re.findall(rf"`((?:{'|'.join(PACKAGES)})(?:\.[A-Za-z_]\w*)+)", _text(source))}
+    named = {
+        (source.relative_to(ROOT).as_posix(), dotted)
+        for source in (ROOT / package).rglob("*.py")
+        for dotted in re.findall(rf"`((?:{'|'.join(PACKAGES)})(?:\.[A-Za-z_]\w*)+)", _text(source))
+    }
     assert [(source, dotted) for source, dotted in sorted(named) if _missing(dotted)] == []
 
 
 @each_page
 def test_files_and_folders(page):
-    """A path from the root or beside the page; a bare name of a Python file is one of the repository."""
+    """A path from the root or beside the page; a bare name of a Python file is one of the
+    repository."""
     text = _text(page)
     for path in re.findall(rf"(?<![\w./-])(?:{'|'.join(FOLDERS)})/[\w./-]*\w", text):
         assert (ROOT / path).exists() or (page.parent / path).exists(), path
     for name in re.findall(r"(?<![\w.-])([\w/]+\.py)\b", text):
-        assert (ROOT / name).exists() or any(found for folder in FOLDERS for found in (ROOT / folder).rglob(name)), name
+        assert (ROOT / name).exists() or any(
+            found for folder in FOLDERS for found in (ROOT / folder).rglob(name)
+        ), name
 
 
 @each_page

@@ -37,14 +37,18 @@ def test_public_names_are_there(name):
 def test_checkers_read_the_same_names_from_the_same_places():
     tree = ast.parse(Path(tipdamp.__file__).read_text(encoding="utf-8"))
     (choice,) = (node for node in tree.body if isinstance(node, ast.If))
-    seen = {alias.asname: node.module for node in choice.body if isinstance(node, ast.ImportFrom)
-            for alias in node.names}
+    seen = {
+        alias.asname: node.module
+        for node in choice.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
     assert seen == {name: f"tipdamp.{home}" for name, home in tipdamp._HOME.items()}
 
 
 def test_unknown_names_are_refused():
     with pytest.raises(AttributeError, match="module 'tipdamp' has no attribute 'forced_respons'"):
-        tipdamp.forced_respons       # noqa: B018
+        tipdamp.forced_respons  # noqa: B018
 
 
 def test_nothing_heavy_is_loaded():
@@ -58,11 +62,21 @@ def test_nothing_heavy_is_loaded():
 def test_a_checker_sees_wrong_use_in_a_script(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
-    asked = [sys.executable, "-m", "mypy", "--strict", "--no-error-summary", "--config-file",
-             str(ROOT / "pyproject.toml"), str(script)]
+    asked = [
+        sys.executable,
+        "-m",
+        "mypy",
+        "--strict",
+        "--no-error-summary",
+        "--config-file",
+        str(ROOT / "pyproject.toml"),
+        str(script),
+    ]
     told = subprocess.run(asked, cwd=ROOT, capture_output=True, text=True).stdout
-    lines = {line: [text for text in told.splitlines() if f"script.py:{line}: error" in text]
-             for line in range(1, SCRIPT.count("\n") + 1)}
+    lines = {
+        line: [text for text in told.splitlines() if f"script.py:{line}: error" in text]
+        for line in range(1, SCRIPT.count("\n") + 1)
+    }
     assert 'Revealed type is "tipdamp.hbm.result.ForcedResponse"' in told
     assert {line for line, found in lines.items() if found} == set(WRONG), told
     assert all(text in lines[line][0] for line, text in WRONG.items()), told

@@ -1,9 +1,11 @@
-"""Who may import whom: read from the source of every file, and tried where the finite-element stack is absent.
+"""Who may import whom: read from the source of every file, and tried where the finite-element stack
+is absent.
 
-    tipdamp -> static_contact -> modal -> hbm          meshes stands aside: it may use all, none uses it
+    tipdamp -> static_contact -> modal -> hbm          meshes stands aside: it may use all, none
+    uses it
 
-All are imported below the one name tipdamp: `tipdamp.hbm` is the folder hbm. Rooms are the folders directly inside a
-package, and its files; within a package each may use those that stand before it.
+All are imported below the one name tipdamp: `tipdamp.hbm` is the folder hbm. Rooms are the folders
+directly inside a package, and its files; within a package each may use those that stand before it.
 """
 
 import ast
@@ -24,19 +26,63 @@ MAY_USE = {
 }
 LINKED = set(MAY_USE) - {"tipdamp"}
 ROOMS = {
-    "hbm": ["errors", "fourier", "ties", "compiled", "continuation", "memory", "points", "validation", "io", "contact",
-            "laws", "model", "contact_doubts", "matrices_out", "result", "hold", "balance", "interface", "testing",
-            "time", "curve", "comparison", "response", "problem"],
+    "hbm": [
+        "errors",
+        "fourier",
+        "ties",
+        "compiled",
+        "continuation",
+        "memory",
+        "points",
+        "validation",
+        "io",
+        "contact",
+        "laws",
+        "model",
+        "contact_doubts",
+        "matrices_out",
+        "result",
+        "hold",
+        "balance",
+        "interface",
+        "testing",
+        "time",
+        "curve",
+        "comparison",
+        "response",
+        "problem",
+    ],
     "static_contact": ["stiffness", "normal", "bodies", "surfaces", "contact", "tuning", "full"],
-    "tipdamp": ["__init__", "readers", "study", "engine", "fields", "results", "bodies", "statics",
-                "measured", "checks", "report", "stages", "proposal", "doctor", "cli", "__main__"],
+    "tipdamp": [
+        "__init__",
+        "readers",
+        "study",
+        "engine",
+        "fields",
+        "results",
+        "bodies",
+        "statics",
+        "measured",
+        "checks",
+        "report",
+        "stages",
+        "proposal",
+        "doctor",
+        "cli",
+        "__main__",
+    ],
 }
 KERNEL = {"numpy", "scipy", "numba"}  # all that hbm may ask of a machine
 DOLFINX = {"dolfinx", "ufl", "basix", "ffcx"}
-HEAVY = DOLFINX | {"petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio"}  # only inside the function that needs it
+# only inside the function that needs it
+HEAVY = DOLFINX | {"petsc4py", "slepc4py", "mpi4py", "gmsh", "meshio"}
 COMPAT = "modal/elements/dolfinx_compat.py"
-DOLFINX_HOME = {"dolfinx": {COMPAT}, "basix": {COMPAT}, "ffcx": set(),
-                "ufl": {COMPAT, "modal/elasticity.py", "modal/stiffening.py"}}
+DOLFINX_HOME = {
+    "dolfinx": {COMPAT},
+    "basix": {COMPAT},
+    "ffcx": set(),
+    "ufl": {COMPAT, "modal/elasticity.py", "modal/stiffening.py"},
+}
 
 FILES = sorted(path for package in MAY_USE for path in (ROOT / package).rglob("*.py"))
 NAMES = [path.relative_to(ROOT).as_posix() for path in FILES]
@@ -44,13 +90,14 @@ each_file = pytest.mark.parametrize("path", FILES, ids=NAMES)
 
 
 def imports(path):
-    """[(absolute dotted name, whether it happens when the file itself is imported)] of a source file."""
+    """[(absolute dotted name, whether it happens when the file itself is imported)] of a source
+    file."""
     package = path.relative_to(ROOT).parent.parts
     found = []
 
     def visit(node, at_import):
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
-            return                                      # for type checkers alone
+            return  # for type checkers alone
         if isinstance(node, ast.Import):
             found.extend((alias.name, at_import) for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -80,11 +127,17 @@ def test_reader_of_imports(tmp_path, monkeypatch):
     monkeypatch.setitem(globals(), "ROOT", tmp_path)
     path = tmp_path / "tipdamp" / "report" / "page.py"
     path.parent.mkdir(parents=True)
-    path.write_text("import numpy as np\nfrom .. import study\nfrom . import figures\n"
-                    "from ..stages import run\ndef draw():\n    import gmsh\n    from tipdamp.modal.body import Body\n")
+    path.write_text(
+        "import numpy as np\nfrom .. import study\nfrom . import figures\nfrom ..stages import "
+        "run\ndef draw():\n    import gmsh\n    from tipdamp.modal.body import Body\n"
+    )
     assert imports(path) == [
-        ("numpy", True), ("tipdamp.study", True), ("tipdamp.report.figures", True), ("tipdamp.stages.run", True),
-        ("gmsh", False), ("modal.body.Body", False),
+        ("numpy", True),
+        ("tipdamp.study", True),
+        ("tipdamp.report.figures", True),
+        ("tipdamp.stages.run", True),
+        ("gmsh", False),
+        ("modal.body.Body", False),
     ]
 
 
@@ -100,7 +153,9 @@ def test_hbm_needs_numpy_scipy_numba_alone(path):
     assert tops(path) - {"hbm"} - KERNEL <= sys.stdlib_module_names
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "hbm" / "continuation").glob("*.py")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", sorted((ROOT / "hbm" / "continuation").glob("*.py")), ids=lambda path: path.stem
+)
 def test_continuation_knows_nothing_of_vibration(path):
     """Its files import each other and nothing else of ours."""
     ours = {module for module, _ in imports(path) if module.split(".")[0] in MAY_USE}
@@ -108,9 +163,16 @@ def test_continuation_knows_nothing_of_vibration(path):
 
 
 def circles(files):
-    """[names of modules that import each other in a circle, or lie between two such], imports in functions included."""
-    module = {path: path.relative_to(ROOT).with_suffix("").as_posix().replace("/", ".").removesuffix(".__init__")
-              for path in files}
+    """[names of modules that import each other in a circle, or lie between two such], imports in
+    functions included."""
+    module = {
+        path: path.relative_to(ROOT)
+        .with_suffix("")
+        .as_posix()
+        .replace("/", ".")
+        .removesuffix(".__init__")
+        for path in files
+    }
     uses = {module[path]: set() for path in files}
     for path, name in module.items():
         for found, _ in imports(path):
@@ -129,7 +191,8 @@ def test_no_circle_of_imports(package):
 
 
 def room_of(name, package):
-    """The folder or file directly inside the package that a module belongs to; the package itself is `__init__`."""
+    """The folder or file directly inside the package that a module belongs to; the package itself
+    is `__init__`."""
     inside = name.split(".")[1:]
     return inside[0] if inside and inside[0] in ROOMS[package] else "__init__"
 
@@ -141,16 +204,23 @@ def test_rooms_use_those_before_them(package):
         mine = path.relative_to(ROOT).parts[1].removesuffix(".py")
         if mine == "__init__" and package != "tipdamp":
             continue
-        used = {room_of(name, package) for name, _ in imports(path) if name.split(".")[0] == package}
-        above = {room for room in used - {mine, "__init__"} if order.index(room) > order.index(mine)}
+        used = {
+            room_of(name, package) for name, _ in imports(path) if name.split(".")[0] == package
+        }
+        above = {
+            room for room in used - {mine, "__init__"} if order.index(room) > order.index(mine)
+        }
         wrong += [(path.name, mine, room) for room in above]
     assert wrong == []
 
 
 @pytest.mark.parametrize("package", ROOMS)
 def test_every_room_has_its_place(package):
-    there = {path.relative_to(ROOT).parts[1].removesuffix(".py") for path in FILES
-             if path.relative_to(ROOT).parts[0] == package}
+    there = {
+        path.relative_to(ROOT).parts[1].removesuffix(".py")
+        for path in FILES
+        if path.relative_to(ROOT).parts[0] == package
+    }
     assert there - {"__init__"} == set(ROOMS[package]) - {"__init__"}
 
 
@@ -182,14 +252,18 @@ def test_heavy_imports_wait_inside_functions(path):
     assert not early, f"import inside the function that needs it: {early}"
 
 
-@pytest.mark.parametrize("path", [p for p in FILES if p.name == "__init__.py"], ids=lambda path: path.parent.name)
+@pytest.mark.parametrize(
+    "path", [p for p in FILES if p.name == "__init__.py"], ids=lambda path: path.parent.name
+)
 def test_package_init_imports_nothing_heavy(path):
     assert tops(path) <= sys.stdlib_module_names
 
 
 def test_every_package_is_declared():
     """A folder that is not named in pyproject.toml would be missing from an installed copy."""
-    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
+    declared = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
+        "setuptools"
+    ]["packages"]
     folders = {path.parent.relative_to(ROOT).as_posix().replace("/", ".") for path in FILES}
     present = {f"tipdamp.{name}" if name.split(".")[0] in LINKED else name for name in folders}
     assert sorted(declared) == sorted(present)
@@ -197,10 +271,13 @@ def test_every_package_is_declared():
 
 @pytest.mark.parametrize("package", sorted(LINKED))
 def test_one_name(package, tmp_path):
-    """A second copy of a package, and of its classes, cannot be had beside the one below tipdamp."""
+    """A second copy of a package, and of its classes, cannot be had beside the one below
+    tipdamp."""
     assert (ROOT / "tipdamp" / package).resolve() == ROOT / package
     program = f"import tipdamp.{package}; import {package}"
-    child = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True)
+    child = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True
+    )
     assert f"ImportError: {package} is a part of tipdamp: import tipdamp.{package}" in child.stderr
 
 
@@ -210,7 +287,8 @@ import importlib, sys, traceback
 class Blocker:
     def find_spec(self, name, path=None, target=None):
         if name.split(".")[0] in BLOCKED:
-            raise ModuleNotFoundError(f"No module named {name!r} (taken away by the test)", name=name)
+            text = f"No module named {name!r} (taken away by the test)"
+            raise ModuleNotFoundError(text, name=name)
 
 BLOCKED = set(sys.argv[1].split(","))
 sys.meta_path.insert(0, Blocker())
@@ -229,7 +307,11 @@ def test_imports_where_finite_elements_are_absent(package):
     modules = [name[:-3].replace("/", ".") for name in NAMES if name.startswith(f"{package}/")]
     modules = [name.removesuffix(".__init__") for name in modules if not name.endswith("__main__")]
     modules = [f"tipdamp.{name}" if package in LINKED else name for name in modules]
-    child = subprocess.run([sys.executable, "-c", WITHOUT_FINITE_ELEMENTS, ",".join(sorted(HEAVY)), *modules],
-                           cwd=ROOT, capture_output=True, text=True)
+    child = subprocess.run(
+        [sys.executable, "-c", WITHOUT_FINITE_ELEMENTS, ",".join(sorted(HEAVY)), *modules],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
     assert child.returncode == 0, child.stderr
     assert child.stdout == ""

@@ -1,4 +1,5 @@
-"""What is said of machines and versions in pyproject.toml, constraints/, ./dev and the documents agrees."""
+"""What is said of machines and versions in pyproject.toml, constraints/, ./dev and the documents
+agrees."""
 
 import os
 import re
@@ -31,8 +32,11 @@ def _pins(path):
 def _lower_bounds():
     project = PROJECT["project"]
     extras = project["optional-dependencies"].values()
-    for requirement in (*project["dependencies"], *(r for extra in extras for r in extra),
-                        *PROJECT["build-system"]["requires"]):
+    for requirement in (
+        *project["dependencies"],
+        *(r for extra in extras for r in extra),
+        *PROJECT["build-system"]["requires"],
+    ):
         name, _, bound = requirement.partition(">=")
         yield name.lower(), bound
 
@@ -57,11 +61,18 @@ def test_the_bare_machines_of_dev_are_those_with_constraints():
     workflow = (ROOT / ".github" / "workflows" / "ci.yml").read_text()
     assert f"debian: [{', '.join(sorted(found.values()))}]" in workflow
     assert f"release: [{', '.join(sorted(found))}]" in workflow
-    assert f"On Debian {' or '.join(sorted(found.values()))}, as root" in (ROOT / "README.md").read_text()
+    assert (
+        f"On Debian {' or '.join(sorted(found.values()))}, as root"
+        in (ROOT / "README.md").read_text()
+    )
 
 
 def test_the_pythons_of_the_metadata_are_tried():
-    told = [line.rpartition(" ")[2] for line in PROJECT["project"]["classifiers"] if " Python :: 3." in line]
+    told = [
+        line.rpartition(" ")[2]
+        for line in PROJECT["project"]["classifiers"]
+        if " Python :: 3." in line
+    ]
     workflow = (ROOT / ".github" / "workflows" / "ci.yml").read_text()
     assert re.findall(r'python: "([\d.]+)"', workflow) == told
     lowest = re.search(r'with: "(numpy==[^"]+)"', workflow)[1].split()
@@ -78,18 +89,34 @@ def test_a_release_is_told_alike():
     assert f"\ndate-released: {heading[2]}\n" in citation
 
 
-@pytest.mark.parametrize("refused, why", [("debootstrap", "has no way to make a bare trixie"),
-                                          ("mount", "allows no mount of /proc"), ("id", "needs root")])
+@pytest.mark.parametrize(
+    "refused, why",
+    [
+        ("debootstrap", "has no way to make a bare trixie"),
+        ("mount", "allows no mount of /proc"),
+        ("id", "needs root"),
+    ],
+)
 def test_a_machine_that_allows_no_bare_debian_says_why(tmp_path, refused, why):
     """Exit code 4, and nothing is left behind."""
-    programs = {"id": "echo 0", "df": "echo Avail; echo 9000000", "mount": "true",
-                "debootstrap": f'mkdir -p "$4/proc"; echo "$4" >{tmp_path}/made'}
-    for name, text in (programs | {refused: {"id": "echo 1000"}.get(refused, f"{programs[refused]}; exit 32")}).items():
+    programs = {
+        "id": "echo 0",
+        "df": "echo Avail; echo 9000000",
+        "mount": "true",
+        "debootstrap": f'mkdir -p "$4/proc"; echo "$4" >{tmp_path}/made',
+    }
+    for name, text in (
+        programs | {refused: {"id": "echo 1000"}.get(refused, f"{programs[refused]}; exit 32")}
+    ).items():
         (tmp_path / name).write_text(f"#!/bin/bash\n{text}\n")
         (tmp_path / name).chmod(0o755)
     shutil.copy(ROOT / "dev", tmp_path)
-    done = subprocess.run([tmp_path / "dev", "fresh", "trixie"], capture_output=True, text=True,
-                          env=os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"})
+    done = subprocess.run(
+        [tmp_path / "dev", "fresh", "trixie"],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"},
+    )
     assert done.returncode == 4 and why in done.stderr.splitlines()[-1]
     assert refused == "id" or not Path((tmp_path / "made").read_text().strip()).exists()
 

@@ -1,4 +1,5 @@
-"""What users import has a docstring and type hints; mypy (./dev lint) then holds the bodies to the hints."""
+"""What users import has a docstring and type hints; mypy (./dev lint) then holds the bodies to the
+hints."""
 
 import ast
 import tomllib
@@ -8,23 +9,47 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 PUBLIC = (
-    "hbm/contact.py", "hbm/errors.py", "hbm/model.py", "hbm/curve/peaks.py", "hbm/response.py", "hbm/result.py",
-    "hbm/curve/solutions.py", "hbm/testing.py", "hbm/io/*.py", "hbm/laws/base.py",
-    "modal/body.py", "modal/craig_bampton.py", "modal/damping.py", "modal/eigen.py", "modal/elasticity.py",
-    "modal/loads.py", "modal/mesh.py", "modal/stress.py", "modal/truncation.py",
-    "static_contact/bodies/rigid_motions.py", "static_contact/contact/equilibrium.py",
-    "static_contact/contact/friction.py", "static_contact/surfaces/pairing.py",
-    "static_contact/contact/preload.py", "static_contact/contact/pull.py",
-    "static_contact/normal/complementarity.py", "static_contact/tuning/detachment.py",
+    "hbm/contact.py",
+    "hbm/errors.py",
+    "hbm/model.py",
+    "hbm/curve/peaks.py",
+    "hbm/response.py",
+    "hbm/result.py",
+    "hbm/curve/solutions.py",
+    "hbm/testing.py",
+    "hbm/io/*.py",
+    "hbm/laws/base.py",
+    "modal/body.py",
+    "modal/craig_bampton.py",
+    "modal/damping.py",
+    "modal/eigen.py",
+    "modal/elasticity.py",
+    "modal/loads.py",
+    "modal/mesh.py",
+    "modal/stress.py",
+    "modal/truncation.py",
+    "static_contact/bodies/rigid_motions.py",
+    "static_contact/contact/equilibrium.py",
+    "static_contact/contact/friction.py",
+    "static_contact/surfaces/pairing.py",
+    "static_contact/contact/preload.py",
+    "static_contact/contact/pull.py",
+    "static_contact/normal/complementarity.py",
+    "static_contact/tuning/detachment.py",
     "static_contact/tuning/redistribution.py",
-    "tipdamp/cli.py", "tipdamp/doctor.py", "tipdamp/engine/store.py", "tipdamp/readers/*.py", "tipdamp/stages/run.py",
+    "tipdamp/cli.py",
+    "tipdamp/doctor.py",
+    "tipdamp/engine/store.py",
+    "tipdamp/readers/*.py",
+    "tipdamp/stages/run.py",
     "tipdamp/study/*.py",
 )
 FILES = sorted(path for pattern in PUBLIC for path in ROOT.glob(pattern))
 
 
 def public(tree):
-    """Functions and classes of a module, and methods of its classes, that start without underscore."""
+    """Functions and classes of a module, and methods of its classes, that start without
+    underscore."""
     for node in tree.body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and not node.name.startswith("_"):
             yield node
@@ -41,7 +66,11 @@ def without_hints(function):
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_public_functions_have_hints(path):
-    functions = [n for n in public(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(n, ast.FunctionDef)]
+    functions = [
+        n
+        for n in public(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(n, ast.FunctionDef)
+    ]
     assert {f.name: without_hints(f) for f in functions if without_hints(f)} == {}
 
 
@@ -57,8 +86,11 @@ def test_the_list_names_files_that_exist():
 
 @pytest.mark.parametrize("package", ["hbm", "modal", "static_contact", "tipdamp"])
 def test_packages_ship_their_types_and_data(package):
-    """Files beside the code are data of a package that pyproject.toml names; documents and images stay behind."""
-    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    """Files beside the code are data of a package that pyproject.toml names; documents and images
+    stay behind."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"][
+        "setuptools"
+    ]
     name = package if package == "tipdamp" else f"tipdamp.{package}"
     inside = [found for found in settings["packages"] if f"{found}.".startswith(f"{name}.")]
     folders = [ROOT / found.replace(".", "/") for found in inside]

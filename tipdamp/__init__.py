@@ -2,8 +2,8 @@
 
     from tipdamp import ContactTable, DryFriction2T, ReducedModel, forced_response
 
-The names that a script needs. Each is loaded when it is first asked for, so that matrices need no finite elements;
-type checkers and editors read the imports below, a test holds both lists together.
+The names that a script needs. Each is loaded when it is first asked for, so that matrices need no
+finite elements; type checkers and editors read the imports below, a test holds both lists together.
 """
 
 from typing import TYPE_CHECKING
@@ -157,7 +157,15 @@ else:  # a module __getattr__ would let type checkers accept any name
         **dict.fromkeys(("HeldMotion", "Hold", "held_motions"), "hbm.hold.spring"),
         **dict.fromkeys(("linear_response", "natural_frequencies"), "hbm.balance.receptance"),
         **dict.fromkeys(
-            ("ContactSetting", "Damping", "ForceParameter", "Frequency", "Level", "ModelParameter", "Parameter"),
+            (
+                "ContactSetting",
+                "Damping",
+                "ForceParameter",
+                "Frequency",
+                "Level",
+                "ModelParameter",
+                "Parameter",
+            ),
             "hbm.balance.parameter",
         ),
         **dict.fromkeys(

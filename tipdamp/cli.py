@@ -1,8 +1,8 @@
 """Command line: `tipdamp VERB STUDY`. The only place that prints results and sets exit codes.
 
-0 done; 2 the input cannot be used; 3 a solver gave up, or a curve is incomplete; 4 this machine does not allow it:
-memory, disk or a package is short, or another run uses the results folder; 130 interrupted (Ctrl-C), 143 terminated
-(SIGTERM).
+0 done; 2 the input cannot be used; 3 a solver gave up, or a curve is incomplete; 4 this machine
+does not allow it: memory, disk or a package is short, or another run uses the results folder; 130
+interrupted (Ctrl-C), 143 terminated (SIGTERM).
 """
 
 import argparse
@@ -24,9 +24,12 @@ from tipdamp.hbm.errors import InputError, shown
 from tipdamp.report.libraries import MissingLibrary
 from tipdamp.results import STAGES
 
-LEAST_ADDRESSES = 1_000_000_000     # bytes of address space, into which the libraries fit
-LONGEST_LINE = 4000              # letters of a message
-KEPT = "finished stages and curves are kept, and what running curves have; run the same command to continue"
+LEAST_ADDRESSES = 1_000_000_000  # bytes of address space, into which the libraries fit
+LONGEST_LINE = 4000  # letters of a message
+KEPT = (
+    "finished stages and curves are kept, and what running curves have; run the same command to "
+    "continue"
+)
 
 
 class Terminated(KeyboardInterrupt):
@@ -36,8 +39,8 @@ class Terminated(KeyboardInterrupt):
 def command() -> None:
     """The installed command: `main`, then exit. Never returns.
 
-    A signal that comes while the interpreter is taken down finds the work done: it must not turn it into a failure.
-    """
+    A signal that comes while the interpreter is taken down finds the work done: it must not turn it
+    into a failure."""
     code = main()
     for late in (signal.SIGINT, signal.SIGTERM):
         signal.signal(late, signal.SIG_IGN)
@@ -59,10 +62,15 @@ def _terminate(*_):
 
 def _main(argv):
     if 0 <= (limit := resource.getrlimit(resource.RLIMIT_AS)[0]) < LEAST_ADDRESSES:
-        return _complain(f"not enough memory: the address space of this shell is limited to {limit / 1e6:.0f} MB, the "
-                         f"libraries alone need {LEAST_ADDRESSES / 1e6:.0f} MB; run: ulimit -v unlimited", 4)
+        return _complain(
+            f"not enough memory: the address space of this shell is limited to {limit / 1e6:.0f} "
+            f"MB, the libraries alone need {LEAST_ADDRESSES / 1e6:.0f} MB; run: ulimit -v "
+            "unlimited",
+            4,
+        )
     choose_kernel_cache()
-    from numpy.linalg import LinAlgError  # numpy after the check of the memory and the choice of the cache
+    # numpy after the check of the memory and the choice of the cache
+    from numpy.linalg import LinAlgError
 
     parser = _parser()
     if not (sys.argv[1:] if argv is None else argv):
@@ -75,19 +83,24 @@ def _main(argv):
     logging.basicConfig()  # before the libraries that put their names in front
     for handler in logging.getLogger().handlers:
         handler.setFormatter(_OneLine())
-    logging.getLogger().setLevel(logging.WARNING)  # compilers of forms and kernels log on the root logger
+    # compilers of forms and kernels log on the root logger
+    logging.getLogger().setLevel(logging.WARNING)
     try:
         with warnings.catch_warnings():
-            warnings.showwarning = lambda message, *_, **__: logging.getLogger("tipdamp").warning("%s", message)
+            warnings.showwarning = lambda message, *_, **__: logging.getLogger("tipdamp").warning(
+                "%s", message
+            )
             return _interruptible(arguments)
     except MissingLibrary as error:
         return _complain(str(error), 4)
     except InputError as error:
         return _complain(" ".join(str(error).split()), 2)
-    except BlockingIOError as error:                    # raised by the lock of the results folder
+    except BlockingIOError as error:  # raised by the lock of the results folder
         return _complain(str(error), 4)
     except ModuleNotFoundError as error:
-        return _complain(f"{error.name} is not installed, and this job needs it; run: tipdamp doctor", 4)
+        return _complain(
+            f"{error.name} is not installed, and this job needs it; run: tipdamp doctor", 4
+        )
     except (OSError, ImportError) as error:
         return _complain(_of_the_machine(error), 4)
     except (RuntimeError, ArithmeticError, LinAlgError) as error:
@@ -101,7 +114,8 @@ def _main(argv):
 
 
 def _interruptible(arguments) -> int:
-    """Run the verb. An interrupt in the midst of compiled code comes as an error of that code: it is made one again."""
+    """Run the verb. An interrupt in the midst of compiled code comes as an error of that code: it
+    is made one again."""
     try:
         return arguments.run(arguments)
     except Exception as error:
@@ -114,26 +128,40 @@ def _interruptible(arguments) -> int:
 
 
 def _of_the_machine(error: OSError | ImportError) -> str:
-    """What the operating system refused; a library that finds no room for itself says so in other words."""
-    if isinstance(error, ImportError) or "shared object" in str(error) or error.errno == errno.ENOMEM:
+    """What the operating system refused; a library that finds no room for itself says so in other
+    words."""
+    if (
+        isinstance(error, ImportError)
+        or "shared object" in str(error)
+        or error.errno == errno.ENOMEM
+    ):
         room = "failed to map" in str(error) or "allocate memory" in str(error) or _limit()
-        return (f"not enough memory: {error}{_limit()}" if room else
-                f"a library could not be loaded: {error}; run: tipdamp doctor")
+        return (
+            f"not enough memory: {error}{_limit()}"
+            if room
+            else f"a library could not be loaded: {error}; run: tipdamp doctor"
+        )
     return ": ".join(shown(part, 400) for part in (error.filename, error.strerror or error) if part)
 
 
 def _limit() -> str:
     """The limit of the address space, where there is one."""
     limit = resource.getrlimit(resource.RLIMIT_AS)[0]
-    return f" (the address space is limited to {limit / 1e6:.0f} MB: ulimit -v)" if limit >= 0 else ""
+    return (
+        f" (the address space is limited to {limit / 1e6:.0f} MB: ulimit -v)" if limit >= 0 else ""
+    )
 
 
 def _alone(arguments) -> int:
     """Under mpirun, of a verb that is the work of one process."""
     if ranks.number():
         return 0
-    return _complain(f"{arguments.verb} is the work of one process, and mpirun started {ranks.count()}: run it without "
-                     "mpirun (--jobs computes curves side by side); over ranks there is tipdamp preload --full", 2)
+    return _complain(
+        f"{arguments.verb} is the work of one process, and mpirun started {ranks.count()}: run it "
+        "without mpirun (--jobs computes curves side by side); over ranks there is tipdamp "
+        "preload --full",
+        2,
+    )
 
 
 def _beside(arguments) -> int:
@@ -159,8 +187,11 @@ class _OneLine(logging.Formatter):
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="tipdamp", description="Friction pin dampers between turbine blade tips: "
-                                     "preload map, detachment tuning, forced response.")
+    parser = argparse.ArgumentParser(
+        prog="tipdamp",
+        description="Friction pin dampers between turbine blade tips: "
+        "preload map, detachment tuning, forced response.",
+    )
     parser.add_argument("--version", action="version", version=f"tipdamp {tipdamp.__version__}")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
 
@@ -168,31 +199,72 @@ def _parser() -> argparse.ArgumentParser:
         added = verbs.add_parser(name, help=text, description=text)
         added.set_defaults(run=run)
         if on_study:
-            added.add_argument("study", nargs="+" if name == "inspect" else None, help="study file (.toml)" + (
-                ", or mesh files without a study, for which one is proposed" if name == "inspect" else ""))
-            added.add_argument("--out", help="results folder (default: results/<study name> beside the study)")
-            added.add_argument("--allow-outside", action="store_true", help="let the study's key `results` lead out of "
-                               "its folder")
+            added.add_argument(
+                "study",
+                nargs="+" if name == "inspect" else None,
+                help="study file (.toml)"
+                + (
+                    ", or mesh files without a study, for which one is proposed"
+                    if name == "inspect"
+                    else ""
+                ),
+            )
+            added.add_argument(
+                "--out", help="results folder (default: results/<study name> beside the study)"
+            )
+            added.add_argument(
+                "--allow-outside",
+                action="store_true",
+                help="let the study's key `results` lead out of its folder",
+            )
         return added
 
-    for name, text, run in [*((name, text, _inspect if name == "inspect" else _one_stage)
-                              for name, text in STAGES.items()),
-                            ("run", "all stages, from the meshes to the report", _all_stages)]:
+    for name, text, run in [
+        *(
+            (name, text, _inspect if name == "inspect" else _one_stage)
+            for name, text in STAGES.items()
+        ),
+        ("run", "all stages, from the meshes to the report", _all_stages),
+    ]:
         stage = verb(name, text, run)
         stage.add_argument("--force", action="store_true", help="run even when nothing has changed")
         stage.add_argument("--quiet", action="store_true", help="no progress")
         if name == "preload":
-            stage.add_argument("--full", action="store_true", help="also by Newton's method on the unreduced bodies, "
-                               "for comparison; with mpirun -n N over N processes, after a preload "
-                               "without it")
+            stage.add_argument(
+                "--full",
+                action="store_true",
+                help="also by Newton's method on the unreduced bodies, "
+                "for comparison; with mpirun -n N over N processes, after a preload "
+                "without it",
+            )
         if name in ("respond", "run"):
-            stage.add_argument("--jobs", type=int, metavar="N", help="curves that are computed side by side, with one "
-                               "BLAS thread each (default: TIPDAMP_JOBS, or all cores); 1: in this process")
-    export = verb("export", "the reduced model of a study (reduced before) as .npz, .mat or Matrix Market", _export)
+            stage.add_argument(
+                "--jobs",
+                type=int,
+                metavar="N",
+                help="curves that are computed side by side, with one "
+                "BLAS thread each (default: TIPDAMP_JOBS, or all cores); 1: in this process",
+            )
+    export = verb(
+        "export",
+        "the reduced model of a study (reduced before) as .npz, .mat or Matrix Market",
+        _export,
+    )
     export.add_argument("--format", default="mtx", help="npz, mat or mtx (default)")
-    verb("doctor", "what is missing or wrong on this machine, with the repair", _doctor, on_study=False)
-    keys = verb("keys", "every key of a study file: unit, default, range and meaning", _keys, on_study=False)
-    keys.add_argument("--json-schema", action="store_true", help="as JSON schema, for editors that complete a study")
+    verb(
+        "doctor",
+        "what is missing or wrong on this machine, with the repair",
+        _doctor,
+        on_study=False,
+    )
+    keys = verb(
+        "keys", "every key of a study file: unit, default, range and meaning", _keys, on_study=False
+    )
+    keys.add_argument(
+        "--json-schema",
+        action="store_true",
+        help="as JSON schema, for editors that complete a study",
+    )
     return parser
 
 
@@ -201,7 +273,9 @@ def _keys(arguments) -> int:
 
     from tipdamp.study.keys import json_schema, reference
 
-    print(json.dumps(json_schema(), indent=1) + "\n" if arguments.json_schema else reference(), end="")
+    print(
+        json.dumps(json_schema(), indent=1) + "\n" if arguments.json_schema else reference(), end=""
+    )
     return 0
 
 
@@ -211,10 +285,14 @@ def _export(arguments) -> int:
 
     _, store = _opened(arguments)
     if not store.path("model.npz").is_file():
-        raise InputError(f"{arguments.study}: nothing to export yet; run: tipdamp reduce {arguments.study}")
+        raise InputError(
+            f"{arguments.study}: nothing to export yet; run: tipdamp reduce {arguments.study}"
+        )
     for planted in store.path("export").glob("*"):
         store.path(f"export/{planted.name}")  # a link that leads out would be written through
-    for path in write_model(ReducedModel.load(store.path("model.npz")), store.path("export"), arguments.format):
+    for path in write_model(
+        ReducedModel.load(store.path("model.npz")), store.path("export"), arguments.format
+    ):
         print(path)
     return 0
 
@@ -235,7 +313,9 @@ def _opened(arguments):
     study = load_study(arguments.study)
     for key, path in study.inputs().items():
         if path.is_file() and not study.holds(path):
-            logging.getLogger("tipdamp").warning("%s is read from outside the study's folder: %s", key, path.resolve())
+            logging.getLogger("tipdamp").warning(
+                "%s is read from outside the study's folder: %s", key, path.resolve()
+            )
     return study, results_folder(study, arguments.out, arguments.allow_outside)
 
 
@@ -295,7 +375,8 @@ def _workers(arguments):
 
 
 def _compile_beside(workers, study, store):
-    """Before the first forced response, its kernels are compiled or loaded while the work before it is done."""
+    """Before the first forced response, its kernels are compiled or loaded while the work before it
+    is done."""
     from tipdamp.engine.curves import compile_kernels
 
     if workers.jobs > 1 and "respond" in study and store.record("respond") is None:
@@ -309,8 +390,15 @@ def _run(arguments, name, study, store, workers):
     before = run.changed(name, study, store)
     if not arguments.quiet and (arguments.force or before or store.record(name) is None):
         _expect(name, study, store, workers.jobs)
-    how = run.run_stage(name, study, store, force=arguments.force, quiet=arguments.quiet, workers=workers,
-                        locked=arguments.verb == "run")
+    how = run.run_stage(
+        name,
+        study,
+        store,
+        force=arguments.force,
+        quiet=arguments.quiet,
+        workers=workers,
+        locked=arguments.verb == "run",
+    )
     record = store.record(name)
     when = "up to date" if how == "skipped" or record is None else f"{record.seconds:.1f} s"
     print(f"{name:8s} {when:>10s}  {run.stage_of(name).line(store)}", flush=True)
@@ -341,7 +429,10 @@ def _forecast(study, store, jobs):
     from tipdamp.results.static_results import InspectResult
 
     size, costs = estimate(study, InspectResult.load(store), jobs)
-    print(f"{'':21s}estimate: {'; '.join(f'{stage} {cost.text}' for stage, cost in costs.items())}", flush=True)
+    print(
+        f"{'':21s}estimate: {'; '.join(f'{stage} {cost.text}' for stage, cost in costs.items())}",
+        flush=True,
+    )
     for warning in advice(size, costs):
         print(f"warning: {warning}", flush=True)
 
@@ -357,6 +448,10 @@ def _partial(store) -> int:
     (partial, curves), peakless = incomplete(found), without_peak(found)
     if partial:
         missing = f", {peakless} of them without a peak" if peakless else ""
-        missing += f", {nothing} without a solved point" if (nothing := solved_nothing(found)) else ""
-        return _complain(f"{partial} of {curves} curves are incomplete{missing}, see the warnings", 3)
+        missing += (
+            f", {nothing} without a solved point" if (nothing := solved_nothing(found)) else ""
+        )
+        return _complain(
+            f"{partial} of {curves} curves are incomplete{missing}, see the warnings", 3
+        )
     return 0

@@ -1,7 +1,8 @@
 """What is missing or wrong on this machine, which jobs still work, and the command that repairs it.
 
-`look()` gathers the facts, the small check functions judge them, `report()` writes them up. Imports that may abort the
-process (mixed HDF5 or numpy builds do) happen in a child process, so that the doctor outlives its patients.
+`look()` gathers the facts, the small check functions judge them, `report()` writes them up. Imports
+that may abort the process (mixed HDF5 or numpy builds do) happen in a child process, so that the
+doctor outlives its patients.
 """
 
 import importlib.util
@@ -17,13 +18,19 @@ from pathlib import Path
 
 OURS = "tipdamp"
 DEBIAN = "/usr/lib/python3/dist-packages"
-# In this order: what each job needs first, and h5py after dolfinx, the order in which a foreign HDF5 aborts.
+# In this order: what each job needs first, and h5py after dolfinx, the order in which a foreign
+# HDF5 aborts.
 STUDY = ("pydantic", "rich", "filelock", "jinja2", "plotly", "matplotlib")  # the extra `study`
 MODULES = ("numpy", "scipy", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "h5py", *STUDY)
 AFRESH = "rm -rf .venv && ./dev setup"
 FROM_MATRICES = "statics, tuning and forced responses from matrices ([model]); not meshes"
-OWN_CELLS = "meshes too, more slowly: tipdamp assembles all cells by itself; and everything from matrices"
-OWN_FACTORS = "meshes too, more slowly, with SciPy's factors; not Newton on the full model; everything from matrices"
+OWN_CELLS = (
+    "meshes too, more slowly: tipdamp assembles all cells by itself; and everything from matrices"
+)
+OWN_FACTORS = (
+    "meshes too, more slowly, with SciPy's factors; not Newton on the full model; everything "
+    "from matrices"
+)
 NO_SHARED_MODES = "everything but modes of the full model that several processes share (mpirun)"
 NO_RIG = "everything but making the meshes of the two-blade rig; .msh files are read without it"
 NO_PAGE = "everything up to the forced responses; not the report, nor the page of inspect"
@@ -33,7 +40,8 @@ NO_STUDY = "hbm, modal and static_contact from Python; not the stages of a study
 
 @dataclass(frozen=True)
 class Check:
-    """One finding: `status` is ok, warn (some jobs still work) or fail (none does, or results cannot be trusted)."""
+    """One finding: `status` is ok, warn (some jobs still work) or fail (none does, or results
+    cannot be trusted)."""
 
     name: str
     status: str
@@ -76,21 +84,36 @@ def checks(facts: Facts | None = None) -> list[Check]:
         age,
         *(_needed(facts, name) for name in ("numpy", "scipy", "numba")),
         _blas(facts),
-        *(_optional(facts, name, debian, _works_without(facts, name))
-          for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh")),
+        *(
+            _optional(facts, name, debian, _works_without(facts, name))
+            for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh")
+        ),
         _scalar(facts),
         _h5py(facts),
-        *(_optional(facts, name, _pip(f"install {name}"),
-                    {"jinja2": NO_PAGE, "plotly": NO_PAGE, "matplotlib": NO_REPORT}.get(name, NO_STUDY))
-          for name in STUDY),
+        *(
+            _optional(
+                facts,
+                name,
+                _pip(f"install {name}"),
+                {"jinja2": NO_PAGE, "plotly": NO_PAGE, "matplotlib": NO_REPORT}.get(name, NO_STUDY),
+            )
+            for name in STUDY
+        ),
         _own_package(facts),
         _jobs(facts),
     ]
     if age.status == "ok":
         return found
     # a numpy of the wrong age explains whatever else is found but does not import
-    present = {name for name, module in facts.modules.items() if not module.error.startswith("ModuleNotFound")}
-    return [replace(c, repair=age.repair) if c.status != "ok" and c.name in present else c for c in found]
+    present = {
+        name
+        for name, module in facts.modules.items()
+        if not module.error.startswith("ModuleNotFound")
+    }
+    return [
+        replace(c, repair=age.repair) if c.status != "ok" and c.name in present else c
+        for c in found
+    ]
 
 
 def report(found: list[Check]) -> str:
@@ -105,10 +128,12 @@ def report(found: list[Check]) -> str:
     counts = {status: sum(check.status == status for check in found) for status in ("fail", "warn")}
     if not any(counts.values()):
         return "\n".join([*lines, "everything is in place"])
-    return "\n".join([*lines, f"{counts['fail']} failed, {counts['warn']} warned, {len(found)} looked at"])
+    return "\n".join(
+        [*lines, f"{counts['fail']} failed, {counts['warn']} warned, {len(found)} looked at"]
+    )
 
 
-# ---- judging -----------------------------------------------------------------------------------------------------
+# ---- judging -------------------------------------------------------------------------------------
 
 
 def _pip(command: str) -> str:
@@ -130,10 +155,22 @@ def _numpy_age(facts: Facts) -> Check:
     numpy = facts.modules["numpy"]
     name, debian = "numpy's age", facts.debian_numpy
     if numpy.error or not debian or _minor(numpy.version) <= _minor(debian):
-        return Check(name, "ok", f"not newer than Debian's {debian}" if debian else "no Debian packages to agree with")
-    what = f"numpy {numpy.version} hides Debian's {debian}, for which scipy, petsc4py and dolfinx were compiled"
+        return Check(
+            name,
+            "ok",
+            f"not newer than Debian's {debian}" if debian else "no Debian packages to agree with",
+        )
+    what = (
+        f"numpy {numpy.version} hides Debian's {debian}, for which scipy, petsc4py and dolfinx "
+        "were compiled"
+    )
     in_home = numpy.file.startswith(site.getusersitepackages())
-    return Check(name, "fail", what, "export PYTHONNOUSERSITE=1" if in_home else _pip("uninstall numpy scipy"))
+    return Check(
+        name,
+        "fail",
+        what,
+        "export PYTHONNOUSERSITE=1" if in_home else _pip("uninstall numpy scipy"),
+    )
 
 
 def _minor(version: str) -> tuple[int, ...]:
@@ -153,11 +190,15 @@ def _blas(facts: Facts) -> Check:
 
 def _optional(facts: Facts, name: str, repair: str, works: str) -> Check:
     module = facts.modules[name]
-    return Check(name, "warn", module.error, repair, works) if module.error else _present(name, module)
+    return (
+        Check(name, "warn", module.error, repair, works) if module.error else _present(name, module)
+    )
 
 
 def _works_without(facts: Facts, name: str) -> str:
-    """What is left; a module that is there and does not import is in the way of the meshes, an absent one is not."""
+    """What is left; a module that is there and does not import is in the way of the meshes, an
+    absent one is not."""
+
     def absent(module):
         return facts.modules[module].error.startswith("ModuleNotFoundError")
 
@@ -172,8 +213,13 @@ def _works_without(facts: Facts, name: str) -> str:
 
 def _scalar(facts: Facts) -> Check:
     if facts.scalar.startswith("complex"):
-        return Check("PETSc's scalars", "fail", "complex: the meshes need the real build", "unset PETSC_DIR SLEPC_DIR",
-                     FROM_MATRICES)
+        return Check(
+            "PETSc's scalars",
+            "fail",
+            "complex: the meshes need the real build",
+            "unset PETSC_DIR SLEPC_DIR",
+            FROM_MATRICES,
+        )
     return Check("PETSc's scalars", "ok", facts.scalar or "no PETSc")
 
 
@@ -184,8 +230,7 @@ def _h5py(facts: Facts) -> Check:
     if module.error.startswith("ModuleNotFoundError"):
         return Check("h5py", "ok", "not found, and not needed: no mesh is read from HDF5")
     what = module.error or f"{module.version} from {Path(module.file).parent} aborts beside dolfinx"
-    return Check("h5py", "fail", what, f"{_pip('uninstall h5py')}; ./dev setup",
-                 FROM_MATRICES)
+    return Check("h5py", "fail", what, f"{_pip('uninstall h5py')}; ./dev setup", FROM_MATRICES)
 
 
 def _own_package(facts: Facts) -> Check:
@@ -206,11 +251,21 @@ def _own_package(facts: Facts) -> Check:
 
 def _jobs(facts: Facts) -> Check:
     if facts.no_jobs:
-        return Check("jobs", "warn", facts.no_jobs, "export TIPDAMP_JOBS=1", "everything, one curve after the other")
-    return Check("jobs", "ok", f"{facts.jobs} curve{'s' * (facts.jobs > 1)} side by side (TIPDAMP_JOBS, --jobs)")
+        return Check(
+            "jobs",
+            "warn",
+            facts.no_jobs,
+            "export TIPDAMP_JOBS=1",
+            "everything, one curve after the other",
+        )
+    return Check(
+        "jobs",
+        "ok",
+        f"{facts.jobs} curve{'s' * (facts.jobs > 1)} side by side (TIPDAMP_JOBS, --jobs)",
+    )
 
 
-# ---- looking -----------------------------------------------------------------------------------------------------
+# ---- looking -------------------------------------------------------------------------------------
 
 _CHILD = r"""
 import importlib, json, re, sys
@@ -234,7 +289,8 @@ for name in sys.argv[1:]:
         row["error"] = f"{type(error).__name__}: {error}".splitlines()[0]
     with open("/proc/self/maps") as maps:
         paths = {line.split()[-1] for line in maps if "/" in line}
-    row["blas"] = sorted(p for p in paths if re.match("lib.*(blas|mkl_rt|blis)", p.rsplit("/", 1)[-1]))
+    blas = re.compile("lib.*(blas|mkl_rt|blis)")
+    row["blas"] = sorted(p for p in paths if blas.match(p.rsplit("/", 1)[-1]))
     print("\n!" + json.dumps(row), flush=True)
 """
 
@@ -244,9 +300,22 @@ def look() -> Facts:
     rows = _import_all(list(MODULES))
     jobs, no_jobs = _try_jobs(rows)
     return Facts(
-        jobs=jobs, no_jobs=no_jobs,
-        modules={n: Module(r.get("version", ""), r.get("file", ""), r.get("error", "")) for n, r in rows.items()},
-        blas=tuple(sorted({path for row in rows.values() for path in row.get("blas", ()) if "gslcblas" not in path})),
+        jobs=jobs,
+        no_jobs=no_jobs,
+        modules={
+            n: Module(r.get("version", ""), r.get("file", ""), r.get("error", ""))
+            for n, r in rows.items()
+        },
+        blas=tuple(
+            sorted(
+                {
+                    path
+                    for row in rows.values()
+                    for path in row.get("blas", ())
+                    if "gslcblas" not in path
+                }
+            )
+        ),
         scalar=rows["petsc4py"].get("scalar", ""),
         debian_numpy=debian_numpy(sys.path),
         origin=_origin(OURS),
@@ -275,14 +344,19 @@ def _try_jobs(rows: dict[str, dict]) -> tuple[int, str]:
 
 
 def _import_all(names: list[str]) -> dict[str, dict]:
-    """{module: row of the child}; a module that takes the child down is noted, and a new child goes on behind it."""
+    """{module: row of the child}; a module that takes the child down is noted, and a new child goes
+    on behind it."""
     rows = {}
     while names:
         try:
-            child = subprocess.run([sys.executable, "-c", _CHILD, *names], capture_output=True, text=True, timeout=120)
-            output, end = child.stdout, f"the import ended the process (exit status {child.returncode})"
+            child = subprocess.run(
+                [sys.executable, "-c", _CHILD, *names], capture_output=True, text=True, timeout=120
+            )
+            output = child.stdout
+            end = f"the import ended the process (exit status {child.returncode})"
         except subprocess.TimeoutExpired as late:
-            output, end = (late.stdout or b"").decode(), "the import did not end within 120 s"
+            output = (late.stdout or b"").decode()
+            end = "the import did not end within 120 s"
         for line in output.splitlines():
             if line[:1] in "?!" and line[1:2] == "{":
                 row = json.loads(line[1:])

@@ -1,7 +1,8 @@
-"""What can slip or lift off under a force, before a curve is followed: Newton's system grows with it.
+"""What can slip or lift off under a force, before a curve is followed: Newton's system grows with
+it.
 
-Taken are the contact forces at the response with every contact stuck. What slips takes energy out, so that a curve is
-lower at its resonances: hardly ever do more contacts move on it than counted.
+Taken are the contact forces at the response with every contact stuck. What slips takes energy out,
+so that a curve is lower at its resonances: hardly ever do more contacts move on it than counted.
 """
 
 from dataclasses import dataclass
@@ -18,11 +19,12 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 class ActivitySettings:
     """Where the stuck response is looked at."""
 
-    grid: int = 41              # frequencies of the band, beside its resonances
+    grid: int = 41  # frequencies of the band, beside its resonances
 
 
 class Activity(NamedTuple):
-    """Numbers of contacts, and of components of their motion, on which forces that are not those of springs act."""
+    """Numbers of contacts, and of components of their motion, on which forces that are not those of
+    springs act."""
 
     contacts: int
     components: int
@@ -31,19 +33,30 @@ class Activity(NamedTuple):
 SETTINGS = ActivitySettings()
 
 
-def activity(problem: ContactProblem, force: np.ndarray, band: tuple[float, float], start: str | np.ndarray,
-             settings: ActivitySettings = SETTINGS) -> Activity:
-    """What acts anywhere in a band (Hz) under force (r,) N of harmonic 1 and the problem's static load; start : of the
-    sliders. Where one resonance is near another, what acts at either may act at once."""
+def activity(
+    problem: ContactProblem,
+    force: np.ndarray,
+    band: tuple[float, float],
+    start: str | np.ndarray,
+    settings: ActivitySettings = SETTINGS,
+) -> Activity:
+    """What acts anywhere in a band (Hz) under force (r,) N of harmonic 1 and the problem's static
+    load; start : of the sliders. Where one resonance is near another, what acts at either may act
+    at once."""
     balance, P = HarmonicBalance(problem, {1: force}, 1, start), len(problem.contacts)
     modes = balance
-    if problem.reducible:           # those up to the end of the band are enough
+    if problem.reducible:  # those up to the end of the band are enough
         modes = balance.covering(np.r_[2 * np.pi * max(band), np.zeros(P)])
     own = modes.receptance.frequencies
     acts = np.zeros((P, balance.nd), dtype=bool)
-    for hz in (*np.linspace(min(band), max(band), settings.grid), *own[(own > min(band)) & (own < max(band))]):
+    for hz in (
+        *np.linspace(min(band), max(band), settings.grid),
+        *own[(own > min(band)) & (own < max(band))],
+    ):
         w = 2 * np.pi * hz
         factors = modes.receptance.factors(w * np.arange(2))[0]
-        u = fourier.to_real(modes.shapes @ (factors * modes.force_at(1.0))).reshape(P, balance.nd, balance.nh)
+        u = fourier.to_real(modes.shapes @ (factors * modes.force_at(1.0))).reshape(
+            P, balance.nd, balance.nh
+        )
         acts |= balance.contact_forces(u, w).active
     return Activity(int(acts.any(axis=1).sum()), int(acts.sum()))

@@ -1,4 +1,5 @@
-"""Alternating frequency-time: the samples of a cycle, where its sliders start, and the contact forces over it."""
+"""Alternating frequency-time: the samples of a cycle, where its sliders start, and the contact
+forces over it."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -25,19 +26,26 @@ def sample_grid(H: int, samples: int):
 
 
 def slider_start(start, P: int, sliders: int) -> SliderStart:
-    """'zero_force', 'zero_slider' or positions (P, sliders) in m; InputError where it is none of these."""
+    """'zero_force', 'zero_slider' or positions (P, sliders) in m; InputError where it is none of
+    these."""
     if isinstance(start, str):
         if start not in STARTS:
-            raise InputError(f"start = '{start}': must be 'zero_force', 'zero_slider' or slider positions "
-                             f"({P}, {sliders}) in m")
+            raise InputError(
+                f"start = '{start}': must be 'zero_force', 'zero_slider' or slider positions "
+                f"({P}, {sliders}) in m"
+            )
         return SliderStart(np.zeros((P, sliders)), start == "zero_force")
     try:
         w = np.asarray(start, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(f"start = {brief(start)}: must be 'zero_force', 'zero_slider' or slider positions "
-                         f"({P}, {sliders}) in m") from None
+        raise InputError(
+            f"start = {brief(start)}: must be 'zero_force', 'zero_slider' or slider positions "
+            f"({P}, {sliders}) in m"
+        ) from None
     if w.shape != (P, sliders) or not np.isfinite(w).all():
-        raise InputError(f"start: slider positions must be finite with shape ({P}, {sliders}), got {w.shape}")
+        raise InputError(
+            f"start: slider positions must be finite with shape ({P}, {sliders}), got {w.shape}"
+        )
     return SliderStart(w, False)
 
 
@@ -68,37 +76,52 @@ class Cycle:
 
     @cached_property
     def further_springs(self) -> np.ndarray | None:
-        """(P, nd) N/m: what the settings have beyond the springs of the linear system; None where they are these."""
+        """(P, nd) N/m: what the settings have beyond the springs of the linear system; None where
+        they are these."""
         further = self.law.stuck_stiffness(self.contacts) - self.springs
         return further if further.any() else None
 
     def forces(self, u: np.ndarray, omega: float) -> ContactForces:
-        """Contact forces at the relative motion u (P, nd, nh) m and omega rad/s, as the deviation from the force at
-        rest and the springs."""
+        """Contact forces at the relative motion u (P, nd, nh) m and omega rad/s, as the deviation
+        from the force at rest and the springs."""
         forces = evaluate(self.law, self.contacts, u, self.start, self.grid, omega)
         if not self.counts_from_zero:
             forces.g[:, :, 0] += self.beyond_rest
             # open at rest and through the cycle: nothing cancels, however wide the gap
             away = (forces.shares[:, 2] >= 1 - EPS) & ~self.rest.any(axis=1)
             forces.g[away] = -self.law.stuck_stiffness(self.contacts)[away, :, None] * u[away]
-        return forces if self.further_springs is None else forces.with_springs(self.further_springs, u)
+        return (
+            forces if self.further_springs is None else forces.with_springs(self.further_springs, u)
+        )
 
     def repeated(self, contacts: list[Contacts], rest: list[np.ndarray]) -> "Cycle":
-        """These contacts several times over, each time with settings and forces at rest of their own."""
+        """These contacts several times over, each time with settings and forces at rest of their
+        own."""
         n, at = len(contacts), np.tile(np.arange(len(self.contacts)), len(contacts))
-        settings = (np.concatenate(columns) for columns in zip(*(vars(one).values() for one in contacts), strict=True))
+        settings = (
+            np.concatenate(columns)
+            for columns in zip(*(vars(one).values() for one in contacts), strict=True)
+        )
         positions = np.tile(self.start.positions, (n, 1))
-        return replace(self, law=self.law.select(at), contacts=Contacts(*settings), rest=np.concatenate(rest),
-                       springs=np.tile(self.springs, (n, 1)), start=SliderStart(positions, self.start.from_position))
+        return replace(
+            self,
+            law=self.law.select(at),
+            contacts=Contacts(*settings),
+            rest=np.concatenate(rest),
+            springs=np.tile(self.springs, (n, 1)),
+            start=SliderStart(positions, self.start.from_position),
+        )
 
 
 def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: float) -> ContactForces:
-    """Contact forces of a law at the relative motion x (P, nd, nh) m and omega rad/s; grid from `sample_grid`.
+    """Contact forces of a law at the relative motion x (P, nd, nh) m and omega rad/s; grid from
+    `sample_grid`.
 
-    Of many contacts those that stick surely are passed over: they are springs, by their largest distance from where the
-    sliders start.
+    Of many contacts those that stick surely are passed over: they are springs, by their largest
+    distance from where the sliders start.
     """
-    x = np.require(x, requirements=("C", "W"))       # read-only, as of a curve: kernels would be compiled once more
+    # read-only, as of a curve: kernels would be compiled once more
+    x = np.require(x, requirements=("C", "W"))
     P = len(contacts)
     if P <= DEFAULT.few_contacts or start.from_position or start.positions.any():
         return law.harmonics(contacts, x, start, grid, omega)
@@ -106,12 +129,20 @@ def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: floa
     moves[:1] |= not moves.any()
     if moves.all():
         return law.harmonics(contacts, x, start, grid, omega)
-    some = law.select(moves).harmonics(contacts.select(moves), x[moves], SliderStart(start.positions[moves], False),
-                                       grid, omega)
+    some = law.select(moves).harmonics(
+        contacts.select(moves), x[moves], SliderStart(start.positions[moves], False), grid, omega
+    )
     sticks = np.tile([1.0, 0.0, 0.0], (P, 1))
     sticks[moves] = some.shares
-    return ContactForces(_among(moves, some.g), _among(moves, some.active), some.D, _among(moves, some.by_preload),
-                         _among(moves, some.by_omega), sticks, _among(moves, some.work))
+    return ContactForces(
+        _among(moves, some.g),
+        _among(moves, some.active),
+        some.D,
+        _among(moves, some.by_preload),
+        _among(moves, some.by_omega),
+        sticks,
+        _among(moves, some.work),
+    )
 
 
 def _among(moves, part):

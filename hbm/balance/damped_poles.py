@@ -7,18 +7,25 @@ from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.errors import InputError
 
 
-def state_space_modes(shapes: np.ndarray, period2: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes (r, n) and poles (n,) of s^2 diag(period2) + s C + I, scaled so that the receptance is sum z z'/(i w - s).
+def state_space_modes(
+    shapes: np.ndarray, period2: np.ndarray, C: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shapes (r, n) and poles (n,) of s^2 diag(period2) + s C + I, scaled so that the receptance is
+    sum z z'/(i w - s).
 
-    With the state (y, sqrt(period2) y') that is a standard eigenvalue problem for -1/s. Motions without mass have poles
-    of first order; those without damping either follow statically, and no others then act on them (C is not negative).
-    Where two poles meet they have one mode: there it is the mean of the receptances for a little more and a little less
-    damping, where they are apart.
+    With the state (y, sqrt(period2) y') that is a standard eigenvalue problem for -1/s. Motions
+    without mass have poles of first order; those without damping either follow statically, and no
+    others then act on them (C is not negative). Where two poles meet they have one mode: there it
+    is the mean of the receptances for a little more and a little less damping, where they are
+    apart.
     """
     shapes, period2, C, still = _without_mass(shapes, period2, C)
-    growth = 1 / np.sqrt(period2.max())         # exp(growth t): no resonance is near, however light the damping
+    # exp(growth t): no resonance is near, however light the damping
+    growth = 1 / np.sqrt(period2.max())
     system = np.diag(1 + period2 * growth**2) + growth * C
-    for changes, allowed in zip(((0.0,), (DEFAULT.apart, -DEFAULT.apart)), DEFAULT.defect, strict=True):
+    for changes, allowed in zip(
+        ((0.0,), (DEFAULT.apart, -DEFAULT.apart)), DEFAULT.defect, strict=True
+    ):
         parts = [_poles(period2, (1 + change) * C) for change in changes]
         poles, Z = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
         Z = Z / np.sqrt(len(parts))
@@ -26,8 +33,10 @@ def state_space_modes(shapes: np.ndarray, period2: np.ndarray, C: np.ndarray) ->
         if error < allowed:
             break
     else:
-        raise InputError(f"the damping matrix has no full set of modes (defect {error:.1e}): "
-                         "change it a little, or give damping_ratio instead")
+        raise InputError(
+            f"the damping matrix has no full set of modes (defect {error:.1e}): "
+            "change it a little, or give damping_ratio instead"
+        )
     static = np.full(still.shape[1], -DEFAULT.static_pole / np.sqrt(period2.max()))
     return np.hstack([shapes @ Z, still * np.sqrt(np.abs(static))]), np.r_[poles, static]
 
@@ -35,14 +44,17 @@ def state_space_modes(shapes: np.ndarray, period2: np.ndarray, C: np.ndarray) ->
 def _poles(period2, C):
     """(n,) poles and (m, n) scaled shapes; of no use where poles meet that have one mode.
 
-    Left modes are the right ones with -v: products Y'Y - V'V are diagonal, as the receptance takes them to be. Those of
-    close poles are mixed by rounding over their distance, and made so.
+    Left modes are the right ones with -v: products Y'Y - V'V are diagonal, as the receptance takes
+    them to be. Those of close poles are mixed by rounding over their distance, and made so.
     """
     m, heavy = len(period2), np.flatnonzero(period2)
     coupling = np.zeros((m, len(heavy)))
     coupling[heavy, np.arange(len(heavy))] = np.sqrt(period2[heavy])
-    inverse, state = la.eig(np.block([[C, coupling], [-coupling.T, np.zeros((len(heavy),) * 2)]]), overwrite_a=True,
-                            check_finite=False)
+    inverse, state = la.eig(
+        np.block([[C, coupling], [-coupling.T, np.zeros((len(heavy),) * 2)]]),
+        overwrite_a=True,
+        check_finite=False,
+    )
     state = _separated(state, np.r_[np.ones(m), -np.ones(len(heavy))][:, None])
     y, v = state[:m], state[m:]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -69,7 +81,8 @@ def _separated(state, signs):
 
 
 def _without_mass(shapes, period2, C):
-    """shapes, period2 (0 where there is no mass) and C of the motions with mass or damping; shapes of the others."""
+    """shapes, period2 (0 where there is no mass) and C of the motions with mass or damping; shapes
+    of the others."""
     light = period2 <= 1e-14 * period2.max()
     if not light.any():
         return shapes, period2, C, shapes[:, :0]
@@ -79,4 +92,9 @@ def _without_mass(shapes, period2, C):
     damped = np.ones(len(period2), dtype=bool)
     damped[light] = damping > 1e-12 * np.abs(C).max()
     shapes, C = shapes @ T, T.T @ C @ T
-    return shapes[:, damped], np.where(light, 0.0, period2)[damped], C[np.ix_(damped, damped)], shapes[:, ~damped]
+    return (
+        shapes[:, damped],
+        np.where(light, 0.0, period2)[damped],
+        C[np.ix_(damped, damped)],
+        shapes[:, ~damped],
+    )

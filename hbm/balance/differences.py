@@ -1,4 +1,5 @@
-"""Derivatives of a contact law beside differences: in the tests of a law, and before a curve of a law of one's own."""
+"""Derivatives of a contact law beside differences: in the tests of a law, and before a curve of a
+law of one's own."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -13,26 +14,36 @@ from tipdamp.hbm.laws.records import Contacts, Motion
 
 
 def check_derivatives(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
-    """InputError where the tangents of a law are not the derivatives of its step, in steps of the cycles x (P, nd, nh).
+    """InputError where the tangents of a law are not the derivatives of its step, in steps of the
+    cycles x (P, nd, nh).
 
-    For the start of a curve: of a few contacts; kinks, which differences cannot pass, may be in a quarter of the steps.
-    """
+    For the start of a curve: of a few contacts; kinks, which differences cannot pass, may be in a
+    quarter of the steps."""
     at = np.argsort(-np.abs(x).sum(axis=(1, 2)))[:8]
-    for what, found, expected, allowed in tangents_and_differences(law.select(at), contacts.select(at), x[at], omega):
+    for what, found, expected, allowed in tangents_and_differences(
+        law.select(at), contacts.select(at), x[at], omega
+    ):
         if (~(np.abs(found - expected) <= 100 * allowed)).any(axis=1).mean() > 0.25:
-            raise InputError(f"law {law.name}: {what}: {worst_entry(found, expected)}; hbm.testing.check_law tests the "
-                             "whole law")
+            raise InputError(
+                f"law {law.name}: {what}: {worst_entry(found, expected)}; hbm.testing.check_law "
+                "tests the whole law"
+            )
 
 
-def tangents_and_differences(law: ContactLaw, contacts: Contacts, x: np.ndarray,
-                             omega: float) -> Iterator[tuple[str, np.ndarray, np.ndarray, float]]:
-    """(what, found (rows, nd + ns), expected, allowed difference) of force and state in 32 steps a contact: derivatives
-    are for a change by a tenth of the size of what varies."""
+def tangents_and_differences(
+    law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float
+) -> Iterator[tuple[str, np.ndarray, np.ndarray, float]]:
+    """(what, found (rows, nd + ns), expected, allowed difference) of force and state in 32 steps a
+    contact: derivatives are for a change by a tenth of the size of what varies."""
     n, P = 32, len(contacts)
     every, dt = np.tile(np.arange(P), n), 2 * np.pi / (omega * n)
     u, v = (a.reshape(n * P, -1) for a in samples_of(x, n))
     states = history(law, contacts, x, omega, samples=n, periods=2)[1]
-    away = 0.05 * np.abs(states).max(axis=(0, 1), initial=0.0) * np.random.default_rng(3).normal(size=states.shape)
+    away = (
+        0.05
+        * np.abs(states).max(axis=(0, 1), initial=0.0)
+        * np.random.default_rng(3).normal(size=states.shape)
+    )
     given = u, omega * v, np.roll(states + away, 1, axis=0).reshape(n * P, law.states), dt
     law, contacts = law.select(every), contacts.select(every)
 
@@ -41,9 +52,18 @@ def tangents_and_differences(law: ContactLaw, contacts: Contacts, x: np.ndarray,
 
     force, new, t = law.tangents(Motion(*given[:2], dt), given[2], contacts)
     both = np.concatenate([force, new], axis=1)
-    yield ("tangents returns another force or state than step", both, stepped(*given),
-           1e-12 * np.abs(both).max(initial=0.0))
-    names = ("u", "motion"), ("v", "velocity"), ("state", "state before"), ("dt", "length of the step")
+    yield (
+        "tangents returns another force or state than step",
+        both,
+        stepped(*given),
+        1e-12 * np.abs(both).max(initial=0.0),
+    )
+    names = (
+        ("u", "motion"),
+        ("v", "velocity"),
+        ("state", "state before"),
+        ("dt", "length of the step"),
+    )
     for k, (name, what) in enumerate(names):
         by = np.concatenate([vars(t)[f"force_{name}"], vars(t)[f"state_{name}"]], axis=1)
         by = by[:, :, None] if by.ndim == 2 else by
@@ -57,12 +77,18 @@ def tangents_and_differences(law: ContactLaw, contacts: Contacts, x: np.ndarray,
 
             expected = differences(found, moved)
             scale = max(size * np.abs(by).max(initial=0.0), 1e-3 * np.abs(force).max(initial=0.0))
-            yield (f"tangents by the {what} are not the derivatives of step; is it analytic (no abs, real "
-                   "comparisons)?", found, expected, 1e-6 * scale)
+            yield (
+                f"tangents by the {what} are not the derivatives of step; is it analytic (no abs, "
+                "real comparisons)?",
+                found,
+                expected,
+                1e-6 * scale,
+            )
 
 
 def worst_entry(found: np.ndarray, expected: np.ndarray) -> str:
-    """The entry that differs most, in words; (contact, component, coefficient, ...) in the order of the arrays."""
+    """The entry that differs most, in words; (contact, component, coefficient, ...) in the order of
+    the arrays."""
     away = np.abs(found - expected)
     at = np.unravel_index(np.argmax(np.where(np.isnan(away), np.inf, away)), away.shape)
     return f"entry {list(map(int, at))} is {found[at]:.6g}, expected {expected[at]:.6g}"
@@ -71,23 +97,38 @@ def worst_entry(found: np.ndarray, expected: np.ndarray) -> str:
 def differences(found: np.ndarray, value_at: Callable[[float], np.ndarray]) -> np.ndarray:
     """(rows, ...) derivative of value_at(s) (rows, ...) at s = 0, to compare with `found`.
 
-    By central differences, and in a row that has a kink within their step by the differences of second order on one
-    side of it: no row is left out.
+    By central differences, and in a row that has a kink within their step by the differences of
+    second order on one side of it: no row is left out.
     """
     h = 1e-6
-    here, ahead, behind = value_at(0.0), [value_at(s) for s in (h, h / 2)], [value_at(s) for s in (-h, -h / 2)]
-    numeric = np.array([(ahead[0] - behind[0]) / (2 * h), (4 * ahead[1] - ahead[0] - 3 * here) / h,
-                        (3 * here + behind[0] - 4 * behind[1]) / h])
+    here = value_at(0.0)
+    ahead = [value_at(s) for s in (h, h / 2)]
+    behind = [value_at(s) for s in (-h, -h / 2)]
+    numeric = np.array(
+        [
+            (ahead[0] - behind[0]) / (2 * h),
+            (4 * ahead[1] - ahead[0] - 3 * here) / h,
+            (3 * here + behind[0] - 4 * behind[1]) / h,
+        ]
+    )
     errors = np.abs(found - numeric).reshape(3, len(found), -1).max(axis=2, initial=0.0)
     return numeric[errors.argmin(axis=0), np.arange(len(found))]
 
 
-def history(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float = 1.0, start: Any = "zero_slider",
-            samples: int = 512, periods: int = 1) -> tuple[np.ndarray, np.ndarray, float]:
-    """(force (n, P, nd), state (n, P, ns), change) of a law over the last period, by its step in a plain loop.
+def history(
+    law: ContactLaw,
+    contacts: Contacts,
+    x: np.ndarray,
+    omega: float = 1.0,
+    start: Any = "zero_slider",
+    samples: int = 512,
+    periods: int = 1,
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """(force (n, P, nd), state (n, P, ns), change) of a law over the last period, by its step in a
+    plain loop.
 
-    periods : at most; fewer where the force repeats to rounding; change : of the force since the period before
-    """
+    periods : at most; fewer where the force repeats to rounding; change : of the force since the
+    period before"""
     (u, v), dt = samples_of(x, samples), 2 * np.pi / (omega * samples)
     state = law.initial_state(u[0], aft.slider_start(start, len(contacts), law.sliders), contacts)
     force, states, change = np.zeros(u.shape), np.zeros((samples, *state.shape)), np.inf

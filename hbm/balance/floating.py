@@ -1,4 +1,5 @@
-"""Modes of a structure that floats, beside the motions that nothing resists; damping may resist these."""
+"""Modes of a structure that floats, beside the motions that nothing resists; damping may resist
+these."""
 
 from typing import NamedTuple
 
@@ -14,7 +15,8 @@ from tipdamp.hbm.errors import InputError
 class Drag(NamedTuple):
     """Damping along free motions, which answer a force by 1/(i w c - m w^2).
 
-    shapes (r, e), mass m and damping c (e,) of each; coupled : whether damping couples them with the modes
+    shapes (r, e), mass m and damping c (e,) of each; coupled : whether damping couples them with
+    the modes
     """
 
     shapes: np.ndarray
@@ -24,8 +26,8 @@ class Drag(NamedTuple):
 
 
 def modes_beside(M: np.ndarray, K: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Shapes (r, m) of unit stiffness, and masses (m,) of these, the longest period first, of the modes of (K, M)
-    beside motions (r, e) that K resists by a gauge alone.
+    """Shapes (r, m) of unit stiffness, and masses (m,) of these, the longest period first, of the
+    modes of (K, M) beside motions (r, e) that K resists by a gauge alone.
 
     Raises InputError where a mode has negative mass.
     """
@@ -40,8 +42,8 @@ def modes_beside(M: np.ndarray, K: np.ndarray, free: np.ndarray) -> tuple[np.nda
 
 
 def _deflated(M, K, free):
-    """Masses and shapes of the modes, the free motions moved out of them below all others: no projection of K, whose
-    rounding would spread from stiff elements over the whole structure."""
+    """Masses and shapes of the modes, the free motions moved out of them below all others: no
+    projection of K, whose rounding would spread from stiff elements over the whole structure."""
     scale, scaled = in_units(K)
     L = la.cholesky(scaled, lower=True)
     half = la.solve_triangular(L, scale[:, None] * M * scale, lower=True)
@@ -57,7 +59,8 @@ def _deflated(M, K, free):
 def damping_of_free(C: np.ndarray, K: np.ndarray, free: FloatingMotions, modes: tuple) -> Drag:
     """What a damping matrix does along free motions; modes : (shapes (r, m), their damping (m, m)).
 
-    Damping by mass resists them and couples them with no mode; that by stiffness does not resist them.
+    Damping by mass resists them and couples them with no mode; that by stiffness does not resist
+    them.
     """
     shapes, modal = modes
     R, scale = free.shapes, units(K)
@@ -71,15 +74,23 @@ def damping_of_free(C: np.ndarray, K: np.ndarray, free: FloatingMotions, modes: 
     own = DEFAULT.noise * EPS * np.einsum("ij,ij->j", np.abs(R), np.abs(C) @ np.abs(R))
     damping = np.where(damping > mixed**2 + own, damping, 0.0)
     least = np.sqrt(np.maximum(np.diag(modal), 0.0))[:, None] * (mixed + np.sqrt(own))
-    return Drag(R, np.ones(len(damping)), damping, bool((np.abs(shapes.T @ C @ R) > least)[:, damping > 0].any()))
+    return Drag(
+        R,
+        np.ones(len(damping)),
+        damping,
+        bool((np.abs(shapes.T @ C @ R) > least)[:, damping > 0].any()),
+    )
 
 
-def coupled_poles(matrices: tuple, slowest: float, drag: Drag) -> tuple[np.ndarray, np.ndarray, Drag]:
-    """Shapes (r, n), poles (n,) and the free motions where damping couples these with the modes, as of a dashpot to the
-    ground; slowest : squared period over (2 pi)^2 of the slowest mode.
+def coupled_poles(
+    matrices: tuple, slowest: float, drag: Drag
+) -> tuple[np.ndarray, np.ndarray, Drag]:
+    """Shapes (r, n), poles (n,) and the free motions where damping couples these with the modes, as
+    of a dashpot to the ground; slowest : squared period over (2 pi)^2 of the slowest mode.
 
-    With s = s' + shift the matrices of s' are M, C + 2 shift M and K + shift C + shift^2 M, which restrain all motions.
-    Each damped free motion has a pole at s = 0, and answers a force by 1/(i w).
+    With s = s' + shift the matrices of s' are M, C + 2 shift M and K + shift C + shift^2 M, which
+    restrain all motions. Each damped free motion has a pole at s = 0, and answers a force by 1/(i
+    w).
     """
     M, C, K = matrices
     shift, still = 1 / np.sqrt(slowest), drag.shapes[:, drag.damping == 0]
@@ -89,5 +100,13 @@ def coupled_poles(matrices: tuple, slowest: float, drag: Drag) -> tuple[np.ndarr
     order = np.argsort(np.abs(poles + shift))
     gone, kept = np.split(order, [drag.shapes.shape[1] - still.shape[1]])
     e, n = still.shape[1], len(gone)
-    return Z[:, kept], poles[kept] + shift, Drag(np.hstack([still, Z[:, gone]]), np.r_[np.ones(e), np.zeros(n)],
-                                                 np.r_[np.zeros(e), np.ones(n)], True)
+    return (
+        Z[:, kept],
+        poles[kept] + shift,
+        Drag(
+            np.hstack([still, Z[:, gone]]),
+            np.r_[np.ones(e), np.zeros(n)],
+            np.r_[np.zeros(e), np.ones(n)],
+            True,
+        ),
+    )

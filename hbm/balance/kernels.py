@@ -1,4 +1,5 @@
-"""Compiled loops of Newton's linear system and of the receptance: plain arrays in, plain arrays out.
+"""Compiled loops of Newton's linear system and of the receptance: plain arrays in, plain arrays
+out.
 
 Compiled code is stored per file: nothing compiled here is called from compiled code elsewhere.
 """
@@ -10,7 +11,8 @@ from tipdamp.hbm.compiled import njit
 
 @njit(cache=True)
 def modal_push(level, force, static, contact):
-    """(m, H+1) modal force: level times the excitation, the static force (m,) in order 0, less that of the contacts."""
+    """(m, H+1) modal force: level times the excitation, the static force (m,) in order 0, less that
+    of the contacts."""
     push = np.empty_like(contact)
     for r in range(push.shape[0]):
         for k in range(push.shape[1]):
@@ -21,18 +23,21 @@ def modal_push(level, force, static, contact):
 
 @njit(cache=True)
 def norms(X, unit):
-    """(n, 2) norms of order 0 and of the others, of X (n, r, H+1) over units (n, r); the largest entry is taken out, so
-    that nothing under- or overflows."""
+    """(n, 2) norms of order 0 and of the others, of X (n, r, H+1) over units (n, r); the largest
+    entry is taken out, so that nothing under- or overflows."""
     found, tiny = np.zeros((len(X), 2)), np.finfo(np.float64).tiny
     for i in range(len(X)):
         largest = tiny
         for r in range(X.shape[1]):
             for k in range(X.shape[2]):
-                largest = max(largest, abs(X[i, r, k].real) / unit[i, r], abs(X[i, r, k].imag) / unit[i, r])
+                largest = max(
+                    largest, abs(X[i, r, k].real) / unit[i, r], abs(X[i, r, k].imag) / unit[i, r]
+                )
         for r in range(X.shape[1]):
             share = 1 / unit[i, r]
             for k in range(X.shape[2]):
-                real, imag = X[i, r, k].real * share / largest, X[i, r, k].imag * share / largest
+                real = X[i, r, k].real * share / largest
+                imag = X[i, r, k].imag * share / largest
                 found[i, min(k, 1)] += real * real + imag * imag
         found[i] = largest * np.sqrt(found[i])
     return found
@@ -50,7 +55,8 @@ def by_order(rates, push):
 
 @njit(cache=True)
 def away_from(x, both):
-    """x (nc nh,) less the motion, and minus its change, of both (nc, 2H+2): the harmonics of motion and change."""
+    """x (nc nh,) less the motion, and minus its change, of both (nc, 2H+2): the harmonics of motion
+    and change."""
     n, half = both.shape[0], both.shape[1] // 2
     nh = 2 * half - 1
     residual, change = np.empty(n * nh), np.empty(n * nh)
@@ -66,7 +72,8 @@ def away_from(x, both):
 
 @njit(cache=True)
 def regularise(D, contacts, springs, active, share):
-    """Add a share of the springs (P, nd) of active components to the derivatives of their mean by the mean."""
+    """Add a share of the springs (P, nd) of active components to the derivatives of their mean by
+    the mean."""
     for c in range(len(contacts)):
         p = contacts[c]
         for d in range(D.shape[1]):
@@ -76,10 +83,12 @@ def regularise(D, contacts, springs, active, share):
 
 @njit(cache=True)
 def bordered(linear, border, system):
-    """Fill the bordered system on the active rows and scale its border; return the sizes of row and column.
+    """Fill the bordered system on the active rows and scale its border; return the sizes of row and
+    column.
 
-    linear : D, places, contacts, G of `condensed` and `applied`; border : row (n,), corner, derivative of the residual
-    by the parameter (n,), and the receptance from the row to the active components (., H+1), conjugate
+    linear : D, places, contacts, G of `condensed` and `applied`; border : row (n,), corner,
+    derivative of the residual by the parameter (n,), and the receptance from the row to the active
+    components (., H+1), conjugate
     """
     D, places, contacts, G = linear
     row, corner, by_parameter, along = border
@@ -147,9 +156,9 @@ def added(g, rows, dg):
 def condensed(D, places, G, system):
     """Fill I + D G on the active rows into system[row, column].
 
-    D (a, nd, nh, nd, nh) : derivatives of the contact forces; places (n,) : of the active components among a nd
-    G (a nd, n, H+1) : complex receptance between the components and the active ones; system (>= n nh, >= n nh)
-    """
+    D (a, nd, nh, nd, nh) : derivatives of the contact forces; places (n,) : of the active
+    components among a nd G (a nd, n, H+1) : complex receptance between the components and the
+    active ones; system (>= n nh, >= n nh)"""
     nd, nh, n = D.shape[1], D.shape[2], len(places)
     for i in range(n):
         c, d = divmod(places[i], nd)
@@ -164,7 +173,9 @@ def condensed(D, places, G, system):
                     at = j * nh
                     system[row, at] += left[0] * G[c * nd + e, j, 0].real
                     for k in range(1, G.shape[2]):
-                        g, cosine, sine = G[c * nd + e, j, k], left[2 * k - 1], left[2 * k]
+                        g = G[c * nd + e, j, k]
+                        cosine = left[2 * k - 1]
+                        sine = left[2 * k]
                         system[row, at + 2 * k - 1] += cosine * g.real + sine * g.imag
                         system[row, at + 2 * k] += sine * g.real - cosine * g.imag
             system[row, row] += 1.0
@@ -189,8 +200,8 @@ def applied(D, places, contacts, x):
 
 @njit(cache=True)
 def scaled_border(system):
-    """Divide the last row, then the last column, by its largest entry; return both sizes: the border in the units of
-    the rest."""
+    """Divide the last row, then the last column, by its largest entry; return both sizes: the
+    border in the units of the rest."""
     row_size = max(np.abs(system[-1]).max(), 1e-300)
     system[-1] /= row_size
     column_size = max(np.abs(system[:, -1]).max(), 1e-300)
@@ -213,7 +224,8 @@ def sign_of(lu, pivots):
 @njit(cache=True, error_model="numpy")
 def modal_factors(stiffness, mass, ratio, w):
     """d = 1/(k - m w^2 + 2 i zeta sqrt(k m) w) and dd/dw, each (modes, orders)."""
-    d, rate = np.empty((len(mass), len(w)), np.complex128), np.empty((len(mass), len(w)), np.complex128)
+    d = np.empty((len(mass), len(w)), np.complex128)
+    rate = np.empty((len(mass), len(w)), np.complex128)
     for r in range(len(mass)):
         b = 2 * ratio[r] * np.sqrt(stiffness[r] * mass[r])
         for k in range(len(w)):

@@ -1,7 +1,9 @@
-"""The residual of the harmonic balance at one point, with Newton's linear system on the contacts that slip or lift.
+"""The residual of the harmonic balance at one point, with Newton's linear system on the contacts
+that slip or lift.
 
-The derivative D of the contact forces g vanishes for contacts that stick through the cycle. With dg = D du the system
-(I + G D) du = -R becomes (I + D G) dg = -D R, which has rows for the active components only.
+The derivative D of the contact forces g vanishes for contacts that stick through the cycle. With dg
+= D du the system (I + G D) du = -R becomes (I + D G) dg = -D R, which has rows for the active
+components only.
 """
 
 from dataclasses import dataclass, field, replace
@@ -12,7 +14,16 @@ from scipy.linalg.lapack import dgetrf as getrf
 from scipy.linalg.lapack import dgetrs as getrs
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.kernels import added, applied, bordered, complex_rows, condensed, right_side, sign_of, step_of
+from tipdamp.hbm.balance.kernels import (
+    added,
+    applied,
+    bordered,
+    complex_rows,
+    condensed,
+    right_side,
+    sign_of,
+    step_of,
+)
 from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.laws.records import ContactForces
@@ -23,10 +34,11 @@ EPS = np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Linearisation:
-    """Residual at one point with everything that Newton and the outputs need; `hbm.continuation.point.Linearised`.
+    """Residual at one point with everything that Newton and the outputs need;
+    `hbm.continuation.point.Linearised`.
 
-    x, residual, by_parameter : (n,), n = P nd nh, contact by contact; by_parameter : derivative of the residual
-    forces : of the contacts; w : rad/s; balance : the HarmonicBalance
+    x, residual, by_parameter : (n,), n = P nd nh, contact by contact; by_parameter : derivative of
+    the residual forces : of the contacts; w : rad/s; balance : the HarmonicBalance
     modal : (m, H+1) coordinates, q_k = shapes @ modal[:, k]; factors : (m, H+1) of the receptance
     modal_rate : (m, H+1) derivative of modal by the parameter at a given motion
     """
@@ -43,13 +55,18 @@ class Linearisation:
     parts: list = field(default_factory=list)
     border: list = field(default_factory=list)
 
-    def solve(self, row: np.ndarray, corner: float, value: float,
-              residual: np.ndarray | None = None) -> tuple[np.ndarray, float]:
-        """dx, dp of [J, R_p; row', corner] [dx; dp] = [-R; value], with this residual R or with another."""
-        return self._bordered(self.residual if residual is None else residual, row, corner, value)[:2]
+    def solve(
+        self, row: np.ndarray, corner: float, value: float, residual: np.ndarray | None = None
+    ) -> tuple[np.ndarray, float]:
+        """dx, dp of [J, R_p; row', corner] [dx; dp] = [-R; value], with this residual R or with
+        another."""
+        return self._bordered(self.residual if residual is None else residual, row, corner, value)[
+            :2
+        ]
 
     def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
-        """tx, tp, sign: the tangent with row' tx + corner tp = 1, and the sign of the bordered determinant."""
+        """tx, tp, sign: the tangent with row' tx + corner tp = 1, and the sign of the bordered
+        determinant."""
         return self._bordered(np.zeros_like(self.residual), row, corner, 1.0)
 
     def moved(self, dx: np.ndarray, dp: float) -> "Linearisation":
@@ -59,17 +76,20 @@ class Linearisation:
             _, rows, places, columns = self._condensed()
             dg = applied(b.D, places, b.contacts, dx)
             g = added(g, rows, dg)
-            modal -= self.factors * real_times(columns.T, complex_rows(dg, len(rows), self.balance.H + 1))
+            modal -= self.factors * real_times(
+                columns.T, complex_rows(dg, len(rows), self.balance.H + 1)
+            )
         return replace(self, x=self.x + dx, modal=modal, forces=replace(b, g=g))
 
     def restoring(self, away: np.ndarray) -> np.ndarray:
-        """To add to the residual where x has come `away` from a point: see `HarmonicBalance.regularisation`.
+        """To add to the residual where x has come `away` from a point: see
+        `HarmonicBalance.regularisation`.
 
-        One Newton step with it undoes the part of the way in a mean motion that no force restrains, and to the size of
-        the regularisation nothing else.
+        One Newton step with it undoes the part of the way in a mean motion that no force restrains,
+        and to the size of the regularisation nothing else.
         """
         b, hb = self.forces, self.balance
-        push = hb.regularisation(b) * away[::hb.nh]
+        push = hb.regularisation(b) * away[:: hb.nh]
         rows = np.flatnonzero(push)
         if not len(rows):
             return np.zeros_like(away)
@@ -108,15 +128,17 @@ class Linearisation:
         return step_of(R, Rp, dp, real_times(hb.shapes, modal)), dp, sign
 
     def _factorised(self, row, corner):
-        """LU of the bordered system on the active rows, transposed for LAPACK, kept for the border it was made with,
-        and the sign of its determinant, 0 where it is singular."""
+        """LU of the bordered system on the active rows, transposed for LAPACK, kept for the border
+        it was made with, and the sign of its determinant, 0 where it is singular."""
         if self.border and self.border[0] is row and self.border[1] == corner:
             return self.border[2:]
         G, rows, places, columns = self._condensed()
         b, n = self.forces, len(rows) * self.balance.nh
         along = real_times(columns, self.factors * self.balance.contact_receptance.excited_by(row))
         system = np.empty((n + 1, n + 1))
-        sizes = bordered((b.D, places, b.contacts, G), (row, corner, self.by_parameter, along), system)
+        sizes = bordered(
+            (b.D, places, b.contacts, G), (row, corner, self.by_parameter, along), system
+        )
         lu, pivots, _ = getrf(system.T, overwrite_a=True)
         self.border[:] = row, corner, lu, pivots, sign_of(lu, pivots), *sizes
         return self.border[2:]
@@ -129,8 +151,8 @@ class Linearisation:
         return system
 
     def _condensed(self):
-        """G between the components of the active contacts and the active ones (a nd, n, H+1), the numbers of these
-        (n,), their places in D, and their rows of the shapes (n, m)."""
+        """G between the components of the active contacts and the active ones (a nd, n, H+1), the
+        numbers of these (n,), their places in D, and their rows of the shapes (n, m)."""
         if not self.parts:
             forces, hb = self.forces, self.balance
             active = forces.active[forces.contacts]
@@ -139,7 +161,9 @@ class Linearisation:
             if len(rows):
                 check_active_fit(len(active), len(hb.problem.contacts), hb.nd, hb.H)
                 G = hb.contact_receptance.between(components.ravel(), rows, self.factors, self.w)
-            self.parts.extend((G, rows, np.flatnonzero(active), hb.contact_receptance.rows_of(rows)))
+            self.parts.extend(
+                (G, rows, np.flatnonzero(active), hb.contact_receptance.rows_of(rows))
+            )
         return self.parts
 
     def _respond(self, g, rows) -> np.ndarray:
@@ -157,10 +181,11 @@ class Linearisation:
         return fourier.to_complex(f)
 
     def smallest_motion(self) -> tuple[float, np.ndarray | None]:
-        """(singular value over the largest, q (r, H+1)) of the direction in which the Jacobian is most nearly singular.
+        """(singular value over the largest, q (r, H+1)) of the direction in which the Jacobian is
+        most nearly singular.
 
-        By inverse iteration on one factorisation: close where that is well below the next one, which is what is asked.
-        """
+        By inverse iteration on one factorisation: close where that is well below the next one,
+        which is what is asked."""
         hb = self.balance
         rows = self._condensed()[1]
         n = len(rows) * hb.nh
@@ -168,7 +193,8 @@ class Linearisation:
             return 1.0, None
         A = self._system(n)
         lu, pivots, _ = getrf(A)
-        zero = np.abs(np.diag(lu)) < EPS * np.abs(lu).max()      # exactly singular: as good as that to rounding
+        # exactly singular: as good as that to rounding
+        zero = np.abs(np.diag(lu)) < EPS * np.abs(lu).max()
         lu[zero, zero] = EPS * np.abs(lu).max()
         inverse, v = _longest(lambda v: getrs(lu, pivots, getrs(lu, pivots, v, trans=1)[0])[0], n)
         largest, _ = _longest(lambda v: A.T @ (A @ v), n)
@@ -179,7 +205,8 @@ class Linearisation:
 
 
 def _longest(apply, n):
-    """(factor, unit vector) of the direction that a symmetric positive matrix lengthens most, by power iteration."""
+    """(factor, unit vector) of the direction that a symmetric positive matrix lengthens most, by
+    power iteration."""
     v, size = np.random.default_rng(0).normal(size=n), 0.0
     for _ in range(DEFAULT.power_iterations):
         v = v / np.linalg.norm(v)

@@ -1,7 +1,9 @@
-"""What may vary along a branch: the frequency, level or direction of the force, a setting of contacts, damping, K(p).
+"""What may vary along a branch: the frequency, level or direction of the force, a setting of
+contacts, damping, K(p).
 
-    follow_parameter(problem, F, 930.0, "mu", (1.0, 0.1), ...)                       of all contacts, by a factor
-    follow_parameter(problem, F, 930.0, ContactSetting("kt", contacts=(3,)), ...)    of one contact
+follow_parameter(problem, F, 930.0, "mu", (1.0, 0.1), ...)                       of all contacts, by
+a factor follow_parameter(problem, F, 930.0, ContactSetting("kt", contacts=(3,)), ...)    of one
+contact
 """
 
 from collections.abc import Callable, Iterator
@@ -22,8 +24,8 @@ from tipdamp.hbm.validation import MOST_HARMONICS, brief, check_forcing, check_k
 
 Rebuild: TypeAlias = tuple[ContactProblem, dict]
 SETTINGS = ("preload", "mu", "kn", "kt")
-SMALLEST = 1e-9          # value below which nothing is evaluated
-DIFFERENCE = 1e-6        # step of the central differences, relative to the value
+SMALLEST = 1e-9  # value below which nothing is evaluated
+DIFFERENCE = 1e-6  # step of the central differences, relative to the value
 
 
 class Parameter:
@@ -44,8 +46,11 @@ class Parameter:
     def check(self, problem: ContactProblem) -> None:
         """InputError where it cannot vary in a problem at a fixed frequency."""
 
-    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
-        """Linearisation at x (n,) and p, in units of the branch, of a balance that is that of the value 1."""
+    def evaluate(
+        self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float
+    ) -> Linearisation:
+        """Linearisation at x (n,) and p, in units of the branch, of a balance that is that of the
+        value 1."""
         raise NotImplementedError
 
     def angular_frequency(self, w: float, p: float) -> float:
@@ -73,7 +78,9 @@ class Frequency(Parameter):
         """It varies in a band only."""
         raise InputError("parameter 'frequency': use follow_band")
 
-    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+    def evaluate(
+        self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float
+    ) -> Linearisation:
         """Linearisation at x (n,) and p rad/s."""
         return balance.evaluate(x, p)
 
@@ -96,7 +103,9 @@ class Level(Parameter):
         """(problem, forces) at a value."""
         return problem, {k: value * F for k, F in forces.items()}
 
-    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+    def evaluate(
+        self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float
+    ) -> Linearisation:
         """Linearisation at x (n,) and the factor p."""
         return balance.evaluate(x, w, level=p, derivative=by_level)
 
@@ -105,7 +114,8 @@ class Level(Parameter):
 class ContactSetting(Parameter):
     """A factor on kn, kt, mu or the preload of every contact, or of some.
 
-    setting : 'kn', 'kt', 'mu' or 'preload'; contacts : index or indices of these contacts of the problem, None takes
+    setting : 'kn', 'kt', 'mu' or 'preload'; contacts : index or indices of these contacts of the
+    problem, None takes
         all
     """
 
@@ -115,10 +125,15 @@ class ContactSetting(Parameter):
 
     def __post_init__(self):
         if self.setting not in SETTINGS:
-            raise InputError(f"contact setting '{self.setting}' is unknown; {nearest(str(self.setting), SETTINGS)}")
+            raise InputError(
+                f"contact setting '{self.setting}' is unknown; "
+                f"{nearest(str(self.setting), SETTINGS)}"
+            )
         some = ""
         if self.contacts is not None:
-            chosen = np.atleast_1d(numbers("contacts", self.contacts, "must be indices of contacts"))
+            chosen = np.atleast_1d(
+                numbers("contacts", self.contacts, "must be indices of contacts")
+            )
             if chosen.ndim > 1 or not chosen.size or (chosen % 1).any():
                 raise InputError(f"contacts = {brief(self.contacts)}: must be indices of contacts")
             object.__setattr__(self, "contacts", tuple(map(int, chosen)))
@@ -128,43 +143,57 @@ class ContactSetting(Parameter):
     def check(self, problem: ContactProblem) -> None:
         """Preloads are those of the preloaded origin, and the contacts those of the problem."""
         if self.setting == "preload" and not problem.preloaded:
-            raise InputError("parameter 'preload': the unloaded origin has gaps, not preloads; "
-                             "use origin = 'preloaded'")
-        P, chosen = len(problem.contacts), np.atleast_1d(0 if self.contacts is None else self.contacts)
+            raise InputError(
+                "parameter 'preload': the unloaded origin has gaps, not preloads; "
+                "use origin = 'preloaded'"
+            )
+        P = len(problem.contacts)
+        chosen = np.atleast_1d(0 if self.contacts is None else self.contacts)
         if chosen.min() < 0 or chosen.max() >= P:
-            raise InputError(f"contacts = {brief(self.contacts)}: must be indices from 0 to {P - 1}")
+            raise InputError(
+                f"contacts = {brief(self.contacts)}: must be indices from 0 to {P - 1}"
+            )
 
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""
         return problem.with_contacts(self.scaled(problem, value)), forces
 
-    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+    def evaluate(
+        self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float
+    ) -> Linearisation:
         """Linearisation at x (n,) and the factor p."""
-        value = max(p, SMALLEST)        # a long Newton step may ask for a negative stiffness: the settings end at zero
+        # a long Newton step may ask for a negative stiffness: the settings end at zero
+        value = max(p, SMALLEST)
 
         def derivative(balance, t):
             return -balance.modal_response(t, self._force_rate(balance, t, value))
 
-        return balance.evaluate(x, w, contacts=self.scaled(balance.problem, value), derivative=derivative)
+        return balance.evaluate(
+            x, w, contacts=self.scaled(balance.problem, value), derivative=derivative
+        )
 
     def chosen(self, problem: ContactProblem) -> np.ndarray:
         """(P,) bool, the contacts whose setting varies."""
-        return np.isin(np.arange(len(problem.contacts)), np.arange(len(problem.contacts)) if self.contacts is None
-                       else self.contacts)
+        return np.isin(
+            np.arange(len(problem.contacts)),
+            np.arange(len(problem.contacts)) if self.contacts is None else self.contacts,
+        )
 
     def scaled(self, problem: ContactProblem, value: float) -> Contacts:
         """The settings of the contacts at a value."""
         factor = np.where(self.chosen(problem), value, 1.0)
         changed = {self.setting: factor * vars(problem.contacts)[self.setting]}
         if self.setting == "kn" and not problem.preloaded:
-            changed["preload"] = factor * problem.contacts.preload          # -kn gap
+            changed["preload"] = factor * problem.contacts.preload  # -kn gap
         return replace(problem.contacts, **changed)
 
     def _force_rate(self, balance, t, value):
         """(P, nd, nh) derivative of the contact forces by the factor at a given motion."""
         problem = balance.problem
         if self.setting == "preload" and t.forces.by_preload is not None:
-            rate = (problem.contacts.preload * self.chosen(problem))[:, None, None] * t.forces.by_preload
+            rate = (problem.contacts.preload * self.chosen(problem))[
+                :, None, None
+            ] * t.forces.by_preload
             rate[:, :, 0] += balance.own.beyond_rest * self.chosen(problem)[:, None]
             return rate
         if self.setting == "mu":
@@ -178,13 +207,14 @@ class ContactSetting(Parameter):
                 return rate * self.chosen(problem)[:, None, None] / value
         h = DIFFERENCE * max(value, 1e-3)
         value = max(value, h)
-        after, before = (balance.contact_forces(t.u, t.w, self.scaled(problem, value + s)).g for s in (h, -h))
+        after, before = (
+            balance.contact_forces(t.u, t.w, self.scaled(problem, value + s)).g for s in (h, -h)
+        )
         return (after - before) / (2 * h)
 
-
     def _stiffness_rate(self, balance, t, contacts):
-        """(P, nd, nh) derivative of the contact forces by a relative change of kn or kt; None where the law does not
-        know it."""
+        """(P, nd, nh) derivative of the contact forces by a relative change of kn or kt; None where
+        the law does not know it."""
         law, cycle = balance.problem.law, balance.cycle(contacts)
         if t.forces.by_preload is None:
             return None
@@ -198,29 +228,36 @@ class ContactSetting(Parameter):
         if self.setting == "kt":
             return rates[1]
         with_gap = np.zeros_like(force)
-        if not balance.problem.preloaded:                   # the preload is -kn gap
+        if not balance.problem.preloaded:  # the preload is -kn gap
             with_gap = contacts.preload[:, None, None] * t.forces.by_preload
             with_gap[:, :, 0] += law.stuck_force(contacts)
         return rates[0] + with_gap
 
 
 class Rebuilt(Parameter):
-    """A parameter that changes the linear system: the problem is made anew at each value, the derivative by central
-    differences."""
+    """A parameter that changes the linear system: the problem is made anew at each value, the
+    derivative by central differences."""
 
-    def evaluate(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+    def evaluate(
+        self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float
+    ) -> Linearisation:
         """Linearisation at x (n,) and the value p."""
         value = max(p, SMALLEST)
         h = DIFFERENCE * value
-        here, after, before = (self._at(balance, v).evaluate(x, w) for v in (value, value + h, value - h))
+        here, after, before = (
+            self._at(balance, v).evaluate(x, w) for v in (value, value + h, value - h)
+        )
         rate = (after.displacement() - before.displacement()) / (2 * h)
-        return replace(here, by_parameter=(after.residual - before.residual) / (2 * h),
-                       modal_rate=np.linalg.lstsq(here.balance.receptance.shapes, rate, rcond=None)[0])
+        return replace(
+            here,
+            by_parameter=(after.residual - before.residual) / (2 * h),
+            modal_rate=np.linalg.lstsq(here.balance.receptance.shapes, rate, rcond=None)[0],
+        )
 
     def _at(self, balance, value):
         try:
             return balance.rebuilt(*self.rebuild(balance.problem, balance.forces, value))
-        except InputError as error:             # of a value inside the branch, which its ends do not show
+        except InputError as error:  # of a value inside the branch, which its ends do not show
             raise InputError(f"{self.named(value)}: {error}") from None
 
 
@@ -239,7 +276,8 @@ class Damping(Rebuilt):
 class ModelParameter(Rebuilt):
     """Any parameter of the problem, for example a stiffness K(p) or a setting of the law.
 
-    of_value : function (problem, value) -> problem; it must be defined a little beyond the ends of the branch too
+    of_value : function (problem, value) -> problem; it must be defined a little beyond the ends of
+    the branch too
 
         ModelParameter("spring", lambda problem, k: replace(problem, K=K0 + k * K1))
     """
@@ -249,18 +287,24 @@ class ModelParameter(Rebuilt):
 
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""
-        made = check_kind(f"parameter '{self.name}' at {value:g}", self.of_value(problem, value), ContactProblem,
-                          "replace(problem, ...)")
+        made = check_kind(
+            f"parameter '{self.name}' at {value:g}",
+            self.of_value(problem, value),
+            ContactProblem,
+            "replace(problem, ...)",
+        )
         return made, forces
 
 
 @dataclass(frozen=True)
 class ForceParameter(Rebuilt):
-    """Any parameter of the force, for example its direction or the phase between two points where it acts.
+    """Any parameter of the force, for example its direction or the phase between two points where
+    it acts.
 
-    of_value : function value -> forcing, as in `forced_response`, in the place of that of the call, which gives the
-        orders and must not be zero. It must be defined a little beyond the ends of the branch too; these are above
-        zero: an angle may be counted from 360 degrees
+    of_value : function value -> forcing, as in `forced_response`, in the place of that of the call,
+    which gives the
+        orders and must not be zero. It must be defined a little beyond the ends of the branch too;
+        these are above zero: an angle may be counted from 360 degrees
 
         ForceParameter("angle", lambda a: 5.0 * (np.cos(a) * along + np.sin(a) * across))
     """
@@ -269,23 +313,33 @@ class ForceParameter(Rebuilt):
     of_value: Callable
 
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
-        """(problem, forces) at a value; InputError where the given ones are zero, or of other orders."""
+        """(problem, forces) at a value; InputError where the given ones are zero, or of other
+        orders."""
         made = check_forcing(self.of_value(value), len(problem.K), MOST_HARMONICS)
         if made.keys() != forces.keys() or not any(np.any(F) for F in forces.values()):
-            raise InputError(f"parameter '{self.name}': its forcing has the orders {sorted(made)}, the forcing of the "
-                             "call must have the same and not be zero")
+            raise InputError(
+                f"parameter '{self.name}': its forcing has the orders {sorted(made)}, the forcing "
+                "of the call must have the same and not be zero"
+            )
         return problem, made
 
 
-BY_NAME = {"level": Level(), "damping": Damping(), **{name: ContactSetting(name) for name in SETTINGS}}
+BY_NAME = {
+    "level": Level(),
+    "damping": Damping(),
+    **{name: ContactSetting(name) for name in SETTINGS},
+}
 
 
 def as_parameter(parameter: Parameter | str) -> Parameter:
-    """A Parameter itself, or the one of a name: level, damping, preload, mu, kn, kt; InputError for anything else."""
+    """A Parameter itself, or the one of a name: level, damping, preload, mu, kn, kt; InputError for
+    anything else."""
     if isinstance(parameter, Parameter):
         return parameter
     if not isinstance(parameter, str) or parameter not in BY_NAME:
-        raise InputError(f"parameter = '{parameter}': is unknown; {nearest(str(parameter), BY_NAME)}")
+        raise InputError(
+            f"parameter = '{parameter}': is unknown; {nearest(str(parameter), BY_NAME)}"
+        )
     return BY_NAME[parameter]
 
 
@@ -293,7 +347,8 @@ def as_parameter(parameter: Parameter | str) -> Parameter:
 class Equation:
     """R(x, p) = 0 of a branch: a harmonic balance in which one parameter varies.
 
-    p : in units of the branch, parameter.scale times the value; hz : where the frequency does not vary
+    p : in units of the branch, parameter.scale times the value; hz : where the frequency does not
+    vary
     """
 
     balance: HarmonicBalance
@@ -316,7 +371,8 @@ class Equation:
         return (b if problem is b.problem and forces is b.forces else b.rebuilt(problem, forces)), w
 
     def solutions(self, p: float, ways: Callable, settings: Settings) -> Iterator[Point]:
-        """The solutions that ways(balance, w) yields with the parameter fixed, as points of the branch."""
+        """The solutions that ways(balance, w) yields with the parameter fixed, as points of the
+        branch."""
         balance, w = self.balance_at(p)
         for point in ways(balance, w):
             if point.converged and balance is not self.balance:

@@ -39,20 +39,22 @@ from tipdamp.hbm.validation import check_kind, numbers
 
 @dataclass(frozen=True, eq=False)
 class ContactProblem:
-    """M q'' + C q' + K q + B' f(B q) = F0 + Re sum F_k exp(i k w t), with a contact law f on P contacts.
+    """M q'' + C q' + K q + B' f(B q) = F0 + Re sum F_k exp(i k w t), with a contact law f on P
+    contacts.
 
     M, C, K : (r, r) kg, N s/m, N/m, symmetric; C is None where damping_ratio is given
-    B : (P nd, r) dense or sparse - relative motion, the components of each contact in turn, in the order of the law
-    contacts : P of them, with their settings
+    B : (P nd, r) dense or sparse - relative motion, the components of each contact in turn, in the
+    order of the law contacts : P of them, with their settings
     static : (r,) N or None - constant force beside the one that balances the preload
-    preloaded : True when q = 0 is the preloaded state (the static loads that hold the preloads are implied: open
-        contacts, of negative preload, carry nothing), False when q = 0 is the unloaded one and `static` carries all
-        static loads
+    preloaded : True when q = 0 is the preloaded state (the static loads that hold the preloads are
+    implied: open
+        contacts, of negative preload, carry nothing), False when q = 0 is the unloaded one and
+        `static` carries all static loads
     damping_ratio : of the modes of the stuck system, where C is None
-    describe : motion (r,) -> NamedMotion for messages (see `hbm.hold.named_motion.describe_motion`), or None
-    held : rigid motions that springs hold, beside K, or whose mean is held rigidly (see `hbm.hold.spring.held_motions`)
-    Raises InputError where shapes disagree, a matrix is not symmetric, a mass is negative or damping feeds energy in.
-    """
+    describe : motion (r,) -> NamedMotion for messages (see
+    `hbm.hold.named_motion.describe_motion`), or None held : rigid motions that springs hold, beside
+    K, or whose mean is held rigidly (see `hbm.hold.spring.held_motions`) Raises InputError where
+    shapes disagree, a matrix is not symmetric, a mass is negative or damping feeds energy in."""
 
     M: np.ndarray
     C: np.ndarray | None
@@ -68,8 +70,10 @@ class ContactProblem:
 
     def __post_init__(self):
         if self.C is not None and self.damping_ratio is not None:
-            raise InputError("damping: both a damping matrix C and damping_ratio given, exactly one is needed; leave "
-                             "one of them out (C=None)")
+            raise InputError(
+                "damping: both a damping matrix C and damping_ratio given, exactly one is "
+                "needed; leave one of them out (C=None)"
+            )
         matrices = {name: vars(self)[name] for name in "MCK" if vars(self)[name] is not None}
         for name, matrix in matrices.items():
             object.__setattr__(self, name, symmetric(name, matrix))
@@ -83,15 +87,19 @@ class ContactProblem:
         if not len(self.contacts):
             raise InputError("no contacts: use linear_response for a model without contact")
         if np.shape(self.B) != (len(self.contacts) * nd, r):
-            raise InputError(f"B is {np.shape(self.B)}: law {self.law.name} on {len(self.contacts)} contacts of a "
-                             f"model with {r} dofs needs ({len(self.contacts) * nd}, {r})")
+            raise InputError(
+                f"B is {np.shape(self.B)}: law {self.law.name} on {len(self.contacts)} contacts "
+                f"of a model with {r} dofs needs ({len(self.contacts) * nd}, {r})"
+            )
         B = numbers("B", self.B, "must be a real matrix")
         object.__setattr__(self, "B", self.B if sp.issparse(self.B) else B)
         self.law.check(self.contacts)
         if self.static is not None:
             static = numbers("static", self.static, f"must be {r} real numbers in N")
             if static.shape != (r,) or not np.isfinite(static).all():
-                raise InputError(f"static load: must be finite with shape ({r},), got {static.shape}")
+                raise InputError(
+                    f"static load: must be finite with shape ({r},), got {static.shape}"
+                )
 
     def _check_signs(self):
         """Some dofs may be massless, but not all; damping must not feed energy in."""
@@ -99,7 +107,9 @@ class ContactProblem:
             raise InputError("M is zero: at least one dof must have mass")
         if (self.M.diagonal() < 0).any():
             i = int(self.M.diagonal().argmin())
-            raise InputError(f"M has {self.M[i, i]:g} on its diagonal at dof {i}: masses must not be negative")
+            raise InputError(
+                f"M has {self.M[i, i]:g} on its diagonal at dof {i}: masses must not be negative"
+            )
         if self.C is not None:
             check_damping(self.C)
 
@@ -124,8 +134,8 @@ class ContactProblem:
         return found
 
     def held_by_friction(self) -> np.ndarray:
-        """(r, n) motions that nothing but friction restrains: normal springs do not, nor what is held. They are told
-        apart by the tangential component in which the contacts slide."""
+        """(r, n) motions that nothing but friction restrains: normal springs do not, nor what is
+        held. They are told apart by the tangential component in which the contacts slide."""
         tangents = np.array([name != "n" for name in self.law.components])
         normal = np.where(tangents, 0.0, self.law.stuck_stiffness(self.contacts))
         K = self._with_contact_springs(with_springs(self.K, self.held), normal)
@@ -134,12 +144,15 @@ class ContactProblem:
         slip = np.asarray(self.B @ motions).reshape(len(self.contacts), len(tangents), -1)
         first, whole = (np.einsum("pij,pik->jk", part, part) for part in (slip[:, :1], slip))
         size, axes = la.eigh(whole) if motions.shape[1] else (np.zeros(0), np.zeros((0, 0)))
-        moves = size > DEFAULT.unseen * size.max(initial=0.0)       # what the contacts feel
+        moves = size > DEFAULT.unseen * size.max(initial=0.0)  # what the contacts feel
         axes = axes[:, moves] / np.sqrt(size[moves])
-        return motions @ axes @ la.eigh(axes.T @ first @ axes)[1][:, ::-1] if moves.any() else motions
+        return (
+            motions @ axes @ la.eigh(axes.T @ first @ axes)[1][:, ::-1] if moves.any() else motions
+        )
 
     def rest_force(self, contacts: Contacts) -> np.ndarray:
-        """(P, nd) N: force at q = 0 that the implied static loads balance, of these contacts or with other settings."""
+        """(P, nd) N: force at q = 0 that the implied static loads balance, of these contacts or
+        with other settings."""
         zero = np.zeros((len(contacts), len(self.law.components)))
         return self.law.force_at_rest(contacts) if self.preloaded else zero
 
@@ -163,8 +176,8 @@ class ContactProblem:
 
     @cached_property
     def _checked_motions(self):
-        """(motions of a structure that floats, what to do where another one is free); InputError where one is that
-        nothing holds at rest."""
+        """(motions of a structure that floats, what to do where another one is free); InputError
+        where one is that nothing holds at rest."""
         has_springs = self.law.stuck_stiffness(self.contacts).any()
         free = FloatingMotions(np.zeros((len(self.K), 0)))
         if self._stuck_factor is None:
@@ -172,11 +185,17 @@ class ContactProblem:
         if has_springs and not self.law.stiffness_at_rest(self.contacts).any():
             held = with_gauge(self.M, self.stiffness, free.shapes)
             check_rest(held, None if self.preloaded else self.static, self.describe)
-        return free, SUPPORT if has_springs else f"law {self.law.name} has no stuck stiffness: support the body"
+        return (
+            free,
+            SUPPORT
+            if has_springs
+            else f"law {self.law.name} has no stuck stiffness: support the body",
+        )
 
     @property
     def reducible(self) -> StuckMatrices | None:
-        """The stuck system where all its modes are many, and not known yet; else None. Raises as `receptance`."""
+        """The stuck system where all its modes are many, and not known yet; else None. Raises as
+        `receptance`."""
         return None if "_receptance" in self.__dict__ else self._reducible
 
     @cached_property
@@ -188,80 +207,113 @@ class ContactProblem:
         ratio = ratios(self.damping_ratio, r) if by_ratio else np.zeros(1)
         if np.ptp(ratio) or self._checked_motions[0].shapes.shape[1] or self._stuck_factor is None:
             return None
-        return StuckMatrices(self.M, self.stuck_stiffness, self.C, float(ratio[0]), *self._stuck_factor)
+        return StuckMatrices(
+            self.M, self.stuck_stiffness, self.C, float(ratio[0]), *self._stuck_factor
+        )
 
     @cached_property
     def _stuck_factor(self):
         return stiff_factor(self.stuck_stiffness)
 
     def reaction_rows(self, receptance: Receptance) -> np.ndarray:
-        """(h, m) that take the modal coordinates of a receptance to the forces on what holds, N or N m."""
-        shapes, means = receptance.shapes, [i for i, one in enumerate(self.held) if one.mean]
-        rows = np.array([one.stiffness * one.row for one in self.held]).reshape(-1, len(shapes)) @ shapes
+        """(h, m) that take the modal coordinates of a receptance to the forces on what holds, N or
+        N m."""
+        shapes = receptance.shapes
+        means = [i for i, one in enumerate(self.held) if one.mean]
+        rows = (
+            np.array([one.stiffness * one.row for one in self.held]).reshape(-1, len(shapes))
+            @ shapes
+        )
         rows[means] = 0.0
-        rows[np.ix_(means, range(shapes.shape[1] - len(means), shapes.shape[1]))] = receptance.constraint_forces
+        rows[np.ix_(means, range(shapes.shape[1] - len(means), shapes.shape[1]))] = (
+            receptance.constraint_forces
+        )
         return rows
 
     def check_mean(self, force: np.ndarray | None = None) -> None:
-        """InputError where a constant force, `static` or `force` (r,) N of order 0, acts along a free motion."""
+        """InputError where a constant force, `static` or `force` (r,) N of order 0, acts along a
+        free motion."""
         free = self._checked_motions[0]
         for load in (self.static, force) if free.shapes.shape[1] else ():
             motion = None if load is None else acts_along(free, self.stuck_stiffness, load)
             if motion is not None:
                 named = self.describe(motion) if self.describe else None
-                raise InputError(f"a constant force acts along a motion that nothing restrains: "
-                                 f"{named or mostly(motion)}; leave it out, or "
-                                 f"{named.remedy if named else 'support the body, however softly'}")
+                raise InputError(
+                    f"a constant force acts along a motion that nothing restrains: "
+                    f"{named or mostly(motion)}; leave it out, or "
+                    f"{named.remedy if named else 'support the body, however softly'}"
+                )
 
     def with_stiffer_holds(self, factor: float) -> "ContactProblem":
         """With so many times the stiffness of every spring that holds a motion."""
-        return replace(self, held=tuple(replace(one, stiffness=factor * one.stiffness) for one in self.held))
+        return replace(
+            self, held=tuple(replace(one, stiffness=factor * one.stiffness) for one in self.held)
+        )
 
     def with_springs_alone(self) -> "ContactProblem":
         """With a spring where only the mean of a motion is held, as time integration takes it."""
-        return replace(self, held=springs(self.held)) if any(one.mean for one in self.held) else self
+        return (
+            replace(self, held=springs(self.held)) if any(one.mean for one in self.held) else self
+        )
 
     def with_contacts(self, contacts: Contacts) -> "ContactProblem":
-        """With other settings of the contacts; the receptance is kept where these do not change it."""
+        """With other settings of the contacts; the receptance is kept where these do not change
+        it."""
         other = replace(self, contacts=contacts)
         stiffness = self.law.stuck_stiffness
-        if "_receptance" in self.__dict__ and np.array_equal(stiffness(contacts), stiffness(self.contacts)):
+        if "_receptance" in self.__dict__ and np.array_equal(
+            stiffness(contacts), stiffness(self.contacts)
+        ):
             kept = {"_receptance", "contact_receptance"} & self.__dict__.keys()
             other.__dict__.update({name: self.__dict__[name] for name in kept})
         return other
 
     def with_damping(self, factor: float) -> "ContactProblem":
-        """With the damping ratios, or C, times a factor; the modes are kept where the damping does not couple them."""
+        """With the damping ratios, or C, times a factor; the modes are kept where the damping does
+        not couple them."""
         if self.C is not None and self.damping_ratio is None:
             other = replace(self, C=factor * self.C)
         else:
             other = replace(self, damping_ratio=factor * np.asarray(self.damping_ratio))
         known = self.receptance()
         if known.ratio.size:
-            other.__dict__["_receptance"] = replace(known, ratio=factor * known.ratio,
-                                                    free_damping=factor * known.free_damping)
+            other.__dict__["_receptance"] = replace(
+                known, ratio=factor * known.ratio, free_damping=factor * known.free_damping
+            )
         return other
 
 
-def contact_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw, origin: str = "preloaded",
-                    static: np.ndarray | None = None, damping_ratio: ArrayLike | None = None,
-                    hold: Hold | Sequence[Hold] = ()) -> tuple[ContactProblem, np.ndarray]:
+def contact_problem(
+    model: ReducedModel,
+    pairs: ContactTable,
+    law: ContactLaw,
+    origin: str = "preloaded",
+    static: np.ndarray | None = None,
+    damping_ratio: ArrayLike | None = None,
+    hold: Hold | Sequence[Hold] = (),
+) -> tuple[ContactProblem, np.ndarray]:
     """(ContactProblem of the carrying pairs, mask (P,) of these in the table).
 
     model, pairs, law, origin, damping_ratio : as in `hbm.response.forced_response`
-    static : (r,) N - constant loads: all of them with the unloaded origin, those beside the preload's else
-    hold : rigid motions of bodies that no contact resists, and that are held (`hbm.hold.spring.Hold`)
-    Raises InputError on unusable input; warns where the model cannot move along the normal of a pair,
+    static : (r,) N - constant loads: all of them with the unloaded origin, those beside the
+    preload's else
+    hold : rigid motions of bodies that no contact resists, and that are held
+    (`hbm.hold.spring.Hold`)
+    Raises InputError on unusable input; warns where the model cannot move along the normal of a
+    pair,
     and where partners or normals of the pairs look mixed up (see `hbm.contact_doubts`).
     """
-    problem, kept, doubts = doubted_problem(model, pairs, law, (origin, static, damping_ratio, hold))
+    problem, kept, doubts = doubted_problem(
+        model, pairs, law, (origin, static, damping_ratio, hold)
+    )
     for doubt in doubts:
         warnings.warn(doubt, stacklevel=2)
     return problem, kept
 
 
-def doubted_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw,
-                    more: tuple) -> tuple[ContactProblem, np.ndarray, list[str]]:
+def doubted_problem(
+    model: ReducedModel, pairs: ContactTable, law: ContactLaw, more: tuple
+) -> tuple[ContactProblem, np.ndarray, list[str]]:
     """As `contact_problem`, whose further arguments are `more`, with its warnings as sentences."""
     origin, static, damping_ratio, hold = more
     if origin not in ("preloaded", "unloaded"):
@@ -271,18 +323,39 @@ def doubted_problem(model: ReducedModel, pairs: ContactTable, law: ContactLaw,
     check_law(law)
     kept = pairs.carrying
     if not kept.any():
-        raise InputError("no pair carries: every weight is 0; use linear_response for the model without damper")
+        raise InputError(
+            "no pair carries: every weight is 0; use linear_response for the model without damper"
+        )
     used = pairs.select(kept)
     preload = used.preload if origin == "preloaded" else -used.kn * used.weight * used.gap
     settings = Contacts(used.kn * used.weight, used.kt * used.weight, used.mu, preload)
     law = law.select(kept)
     B = relative_motion(model, used)
     held = held_motions(model, used, hold)
-    doubts = [without_normal_motion(B, used) if "n" in law.components else "", *(one.doubt for one in held),
-              mixed_partners(used, *node_places(model, used)), opposed_normals(used)]
+    doubts = [
+        without_normal_motion(B, used) if "n" in law.components else "",
+        *(one.doubt for one in held),
+        mixed_partners(used, *node_places(model, used)),
+        opposed_normals(used),
+    ]
     if law.components != ("t1", "t2", "n"):
         rows = ["t1", "t2", "n"]
-        B = B[np.concatenate([[3 * i + rows.index(c) for c in law.components] for i in range(len(used))])]
-    problem = ContactProblem(model.M, model.C if damping_ratio is None else None, model.K, B, law, settings, static,
-                             origin == "preloaded", damping_ratio, partial(describe_motion, model), held)
+        B = B[
+            np.concatenate(
+                [[3 * i + rows.index(c) for c in law.components] for i in range(len(used))]
+            )
+        ]
+    problem = ContactProblem(
+        model.M,
+        model.C if damping_ratio is None else None,
+        model.K,
+        B,
+        law,
+        settings,
+        static,
+        origin == "preloaded",
+        damping_ratio,
+        partial(describe_motion, model),
+        held,
+    )
     return problem, kept, [doubt for doubt in doubts if doubt]

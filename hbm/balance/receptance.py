@@ -1,15 +1,18 @@
 """Linear side of the contact problem: modes of the stuck system and its receptance.
 
-The receptance is q = shapes diag(d(w)) shapes' f. With damping ratios of the modes, phi' K phi = k, phi' M phi = m,
+The receptance is q = shapes diag(d(w)) shapes' f. With damping ratios of the modes, phi' K phi = k,
+phi' M phi = m,
 
     d_r(w) = 1 / (k_r - m_r w^2 + 2 i zeta_r sqrt(k_r m_r) w),
 
-scaled to k_r = 1 so that massless dofs do no harm (to m_r = 1 where rigid motions are left free); with a general
-damping matrix d_r(w) = 1/(i w - s_r) over the poles of the state-space pencil, diagonalised once.
+scaled to k_r = 1 so that massless dofs do no harm (to m_r = 1 where rigid motions are left free);
+with a general damping matrix d_r(w) = 1/(i w - s_r) over the poles of the state-space pencil,
+diagonalised once.
 
-Two kinds of shapes stand behind the modes. Free motions, which neither K nor the contacts resist: 1/(i w c - m w^2),
-and at w = 0, where no force acts along them, 0. And constraints a' q = 0 of order 0 alone: with z = K^-1 a and
--1/(a' K^-1 a) the response is that of the constrained system, as if a stood on a stop; 0 at other orders.
+Two kinds of shapes stand behind the modes. Free motions, which neither K nor the contacts resist:
+1/(i w c - m w^2), and at w = 0, where no force acts along them, 0. And constraints a' q = 0 of
+order 0 alone: with z = K^-1 a and -1/(a' K^-1 a) the response is that of the constrained system, as
+if a stood on a stop; 0 at other orders.
 """
 
 from collections.abc import Callable
@@ -45,10 +48,11 @@ class Receptance:
     """q = shapes diag(d(w)) shapes.T f.
 
     shapes : (r, m), real with damping ratios, complex with a general damping matrix
-    stiffness, mass, ratio : (m,) modal k_r and m_r, and damping ratios; empty with a general damping matrix
-    poles : (m,) 1/s with a general damping matrix, else empty
+    stiffness, mass, ratio : (m,) modal k_r and m_r, and damping ratios; empty with a general
+    damping matrix poles : (m,) 1/s with a general damping matrix, else empty
     free_mass, free_damping : (e,) m and c of the shapes behind the modes that are free motions
-    constraint_forces : (h, h) of the h constraints of order 0, the last shapes: takes their coordinates to the forces
+    constraint_forces : (h, h) of the h constraints of order 0, the last shapes: takes their
+    coordinates to the forces
         on what holds
     """
 
@@ -69,7 +73,7 @@ class Receptance:
     @property
     def modes(self) -> np.ndarray:
         """(r, m) the shapes of the modes."""
-        return self.shapes[:, :self.shapes.shape[1] - self.free - len(self.constraint_forces)]
+        return self.shapes[:, : self.shapes.shape[1] - self.free - len(self.constraint_forces)]
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -86,9 +90,9 @@ class Receptance:
             return d, rate
         moving, m, c = at != 0, self.free_mass[:, None], self.free_damping[:, None]
         more, more_rate = np.zeros((2, self.shapes.shape[1] - len(d), len(at)), dtype=complex)
-        more[:self.free, moving] = met = 1 / (1j * c * at[moving] - m * at[moving]**2)
-        more_rate[:self.free, moving] = -met**2 * (1j * c - 2 * m * at[moving])
-        more[self.free:, ~moving] = -1.0
+        more[: self.free, moving] = met = 1 / (1j * c * at[moving] - m * at[moving] ** 2)
+        more_rate[: self.free, moving] = -(met**2) * (1j * c - 2 * m * at[moving])
+        more[self.free :, ~moving] = -1.0
         return np.concatenate([d, more]), np.concatenate([rate, more_rate])
 
     def _of_modes(self, w):
@@ -99,11 +103,13 @@ class Receptance:
 
     def constrained(self, rows: np.ndarray) -> "Receptance":
         """With rows (h, r) q = 0 in order 0; InputError where that takes hold of a free motion."""
-        free = self.shapes[:, self.shapes.shape[1] - self.free:]
+        free = self.shapes[:, self.shapes.shape[1] - self.free :]
         if (np.abs(rows @ free) > HOLD.on_axis * (np.abs(rows) @ np.abs(free))).any():
-            raise InputError("hold with mean = true: no contact resists the motion even where it sticks; hold it by a "
-                             "spring, without mean")
-        reach = (self.shapes @ (self.factors(0.0)[0] * (self.shapes.T @ rows.T))).real     # K^-1 rows'
+            raise InputError(
+                "hold with mean = true: no contact resists the motion even where it sticks; hold "
+                "it by a spring, without mean"
+            )
+        reach = (self.shapes @ (self.factors(0.0)[0] * (self.shapes.T @ rows.T))).real  # K^-1 rows'
         back = np.linalg.inv(np.linalg.cholesky(rows @ reach).T)
         return replace(self, shapes=np.hstack([self.shapes, reach @ back]), constraint_forces=-back)
 
@@ -112,19 +118,31 @@ class Receptance:
         return ((rows @ self.shapes) @ (self.factors(w)[0] * (self.shapes.T @ force)[:, None])).T
 
 
-def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping_ratio: ArrayLike | None = None,
-                     describe: Callable | None = None, remedy: str = SUPPORT,
-                     free: FloatingMotions | None = None) -> Receptance:
-    """Receptance of (K, M), which restrains every motion, with a damping matrix C or with damping ratios of its modes.
+def stuck_receptance(
+    M: np.ndarray,
+    C: np.ndarray | None,
+    K: np.ndarray,
+    damping_ratio: ArrayLike | None = None,
+    describe: Callable | None = None,
+    remedy: str = SUPPORT,
+    free: FloatingMotions | None = None,
+) -> Receptance:
+    """Receptance of (K, M), which restrains every motion, with a damping matrix C or with damping
+    ratios of its modes.
 
-    damping_ratio : a number, or one per mode from the lowest; the last one holds for all modes above.
-    describe : function of a motion (r,) that names it; remedy : what to do. Both for the error about a free motion.
-    free : motions of `floating_motions`, which K need not restrain
+    damping_ratio : a number, or one per mode from the lowest; the last one holds for all modes
+    above.
+    describe : function of a motion (r,) that names it; remedy : what to do. Both for the error
+    about a free motion. free : motions of `floating_motions`, which K need not restrain
     Raises InputError when K leaves another motion free, or when no damping or both kinds are given.
     """
     r = K.shape[0]
     if (C is None) == (damping_ratio is None):
-        both = "both a damping matrix C and damping_ratio" if C is not None else "neither C nor damping_ratio"
+        both = (
+            "both a damping matrix C and damping_ratio"
+            if C is not None
+            else "neither C nor damping_ratio"
+        )
         raise InputError(f"damping: {both} given, exactly one is needed")
     given = ratios(damping_ratio, r) if C is None else np.empty(0)
     free = free or FloatingMotions(np.zeros((r, 0)))
@@ -132,8 +150,12 @@ def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping
     check_restrained(gauged, describe, remedy=remedy)
     shapes, period2 = modes_beside(M, gauged, free.shapes)
     if C is None:
-        return replace(of_modes(shapes, period2, None, given[e:]), shapes=np.hstack([shapes, free.shapes]),
-                       free_mass=np.ones(e), free_damping=np.zeros(e))
+        return replace(
+            of_modes(shapes, period2, None, given[e:]),
+            shapes=np.hstack([shapes, free.shapes]),
+            free_mass=np.ones(e),
+            free_damping=np.zeros(e),
+        )
     modal = shapes.T @ C @ shapes
     drag = damping_of_free(C, gauged, free, (shapes, modal))
     if drag.coupled:
@@ -141,13 +163,19 @@ def stuck_receptance(M: np.ndarray, C: np.ndarray | None, K: np.ndarray, damping
         found = Receptance(Z, poles=poles)
     else:
         found = of_modes(shapes, period2, modal, given)
-    return replace(found, shapes=np.hstack([found.shapes, drag.shapes]), free_mass=drag.mass,
-                   free_damping=drag.damping)
+    return replace(
+        found,
+        shapes=np.hstack([found.shapes, drag.shapes]),
+        free_mass=drag.mass,
+        free_damping=drag.damping,
+    )
 
 
-def of_modes(shapes: np.ndarray, period2: np.ndarray, modal: np.ndarray | None, ratio: np.ndarray) -> Receptance:
-    """Receptance of modes (r, m) of unit stiffness and the mass period2 (m,), with a damping matrix (m, m) of these or
-    with damping ratios (m,)."""
+def of_modes(
+    shapes: np.ndarray, period2: np.ndarray, modal: np.ndarray | None, ratio: np.ndarray
+) -> Receptance:
+    """Receptance of modes (r, m) of unit stiffness and the mass period2 (m,), with a damping matrix
+    (m, m) of these or with damping ratios (m,)."""
     period2 = np.maximum(period2, 0.0)
     if modal is None:
         return Receptance(shapes, np.ones(len(period2)), period2, ratio)
@@ -160,9 +188,12 @@ def of_modes(shapes: np.ndarray, period2: np.ndarray, modal: np.ndarray | None, 
 
 
 def free_receptance(M: np.ndarray, K: np.ndarray, damping_ratio: ArrayLike) -> Receptance:
-    """Receptance of (K, M) with damping ratios of its modes; rigid motions may be free, M must be regular."""
+    """Receptance of (K, M) with damping ratios of its modes; rigid motions may be free, M must be
+    regular."""
     stiffness, shapes = la.eigh(K, M)
-    return Receptance(shapes, np.maximum(stiffness, 0.0), np.ones(len(K)), ratios(damping_ratio, len(K)))
+    return Receptance(
+        shapes, np.maximum(stiffness, 0.0), np.ones(len(K)), ratios(damping_ratio, len(K))
+    )
 
 
 def ratios(damping_ratio: Any, r: int) -> np.ndarray:
@@ -170,16 +201,27 @@ def ratios(damping_ratio: Any, r: int) -> np.ndarray:
     try:
         ratio = np.atleast_1d(np.asarray(damping_ratio, dtype=float))
     except (TypeError, ValueError):
-        raise InputError(f"damping_ratio = {brief(damping_ratio)}: must be a number or up to {r} numbers, each "
-                         "0 <= ratio < 1 (2 % is 0.02)") from None
-    if ratio.ndim != 1 or not 1 <= len(ratio) <= r or not np.isfinite(ratio).all() or (ratio < 0).any() \
-            or (ratio >= 1).any():
-        raise InputError(f"damping_ratio = {damping_ratio}: must be a number or up to {r} numbers, each 0 <= ratio < 1")
+        raise InputError(
+            f"damping_ratio = {brief(damping_ratio)}: must be a number or up to {r} numbers, each "
+            "0 <= ratio < 1 (2 % is 0.02)"
+        ) from None
+    if (
+        ratio.ndim != 1
+        or not 1 <= len(ratio) <= r
+        or not np.isfinite(ratio).all()
+        or (ratio < 0).any()
+        or (ratio >= 1).any()
+    ):
+        raise InputError(
+            f"damping_ratio = {damping_ratio}: must be a number or up to {r} numbers, each 0 <= "
+            "ratio < 1"
+        )
     return np.r_[ratio, np.full(r - len(ratio), ratio[-1])]
 
 
 def assembled(model: ReducedModel, pairs: ContactTable | None) -> np.ndarray:
-    """K + B' diag(weight kt, weight kt, weight kn) B of a model whose pairs all stick; K where pairs is None."""
+    """K + B' diag(weight kt, weight kt, weight kn) B of a model whose pairs all stick; K where
+    pairs is None."""
     if pairs is None or not len(pairs):
         return model.K
     B = relative_motion(model, pairs)
@@ -188,18 +230,26 @@ def assembled(model: ReducedModel, pairs: ContactTable | None) -> np.ndarray:
 
 
 def natural_frequencies(model: ReducedModel, pairs: ContactTable | None = None) -> np.ndarray:
-    """(r,) Hz, undamped, lowest first, of the model whose pairs all stick, or without contact where pairs is None.
+    """(r,) Hz, undamped, lowest first, of the model whose pairs all stick, or without contact where
+    pairs is None.
 
-    Between the two lie the resonances of a friction damper: a band is chosen by them. Rigid motions of a free damper
-    are about 0.
+    Between the two lie the resonances of a friction damper: a band is chosen by them. Rigid motions
+    of a free damper are about 0.
     """
     values = la.eigh(assembled(model, pairs), model.M, eigvals_only=True)
     return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
 
 
-def linear_response(model: ReducedModel, pairs: ContactTable | None, forcing: ArrayLike, frequencies: ArrayLike,
-                    damping_ratio: ArrayLike | None = None, outputs: dict | None = None) -> np.ndarray:
-    """(n, m) complex harmonic 1 of the outputs when every pair sticks, or without damper where pairs is None.
+def linear_response(
+    model: ReducedModel,
+    pairs: ContactTable | None,
+    forcing: ArrayLike,
+    frequencies: ArrayLike,
+    damping_ratio: ArrayLike | None = None,
+    outputs: dict | None = None,
+) -> np.ndarray:
+    """(n, m) complex harmonic 1 of the outputs when every pair sticks, or without damper where
+    pairs is None.
 
     forcing : (r,) real or complex, N, amplitude F of Re F exp(i w t); frequencies : (n,) Hz
     damping_ratio : of the modes of this linear system; None takes the model's C
@@ -211,8 +261,14 @@ def linear_response(model: ReducedModel, pairs: ContactTable | None, forcing: Ar
     if damping_ratio is not None:
         receptance = free_receptance(model.M, K, damping_ratio)
     else:
-        receptance = stuck_receptance(model.M, model.C, K, None, lambda v: describe_motion(model, v),
-                                      free=_checked_free(model, K, force, frequencies))
+        receptance = stuck_receptance(
+            model.M,
+            model.C,
+            K,
+            None,
+            lambda v: describe_motion(model, v),
+            free=_checked_free(model, K, force, frequencies),
+        )
     return receptance.respond(rows, force, 2 * np.pi * np.asarray(frequencies, dtype=float))
 
 
@@ -222,8 +278,18 @@ def _checked_free(model, K, force, frequencies):
         return None
     free = floating_motions(model.M, K, K, np.zeros((0, model.size)))
     if not np.all(frequencies):
-        motion = next((m for part in (force.real, force.imag) if (m := acts_along(free, K, part)) is not None), None)
+        motion = next(
+            (
+                m
+                for part in (force.real, force.imag)
+                if (m := acts_along(free, K, part)) is not None
+            ),
+            None,
+        )
         if motion is not None:
-            raise InputError(f"0 Hz: a constant force acts along a motion that nothing restrains: "
-                             f"{describe_motion(model, motion)}; leave 0 Hz out, or support the body, however softly")
+            raise InputError(
+                "0 Hz: a constant force acts along a motion that nothing restrains: "
+                f"{describe_motion(model, motion)}; leave 0 Hz out, or support the body, however "
+                "softly"
+            )
     return free

@@ -1,10 +1,11 @@
 """Receptance of a large stuck system in the few modes that some forces excite.
 
-The response of (K, M, C) to forces in the span of given columns lies, up to a frequency, in the space of the first
-moments of (K + i w C - w^2 M)^-1 about w = 0, the second-order Krylov space [Bai, Su 2005]; the matrices projected on
-it have a receptance of the same form. With damping ratios the damping is a square root of K^-1 M, for which moments
-converge slowly: the solutions of (K + s M) q = f for a few s help [rational Krylov space, Guettel 2013]. The space
-grows until the response to the columns repeats; what they do not excite is left out.
+The response of (K, M, C) to forces in the span of given columns lies, up to a frequency, in the
+space of the first moments of (K + i w C - w^2 M)^-1 about w = 0, the second-order Krylov space
+[Bai, Su 2005]; the matrices projected on it have a receptance of the same form. With damping ratios
+the damping is a square root of K^-1 M, for which moments converge slowly: the solutions of (K + s
+M) q = f for a few s help [rational Krylov space, Guettel 2013]. The space grows until the response
+to the columns repeats; what they do not excite is left out.
 """
 
 from collections.abc import Iterator
@@ -24,7 +25,8 @@ from tipdamp.hbm.balance.settings import DEFAULT
 
 @dataclass(frozen=True)
 class StuckMatrices:
-    """The stuck system, and the coordinates z = L' q / scale in which its stiffness is the unit matrix.
+    """The stuck system, and the coordinates z = L' q / scale in which its stiffness is the unit
+    matrix.
 
     M, K : (r, r); C : (r, r), or None where `ratio` is the damping ratio of every mode
     scale : (r,) unit of each dof; factor : L (r, r), lower, of K in these units
@@ -65,7 +67,8 @@ class StuckMatrices:
 
 
 class Space:
-    """An orthonormal basis (r, m) in these coordinates that grows, and the projected force b, mass and damping."""
+    """An orthonormal basis (r, m) in these coordinates that grows, and the projected force b, mass
+    and damping."""
 
     def __init__(self, system: StuckMatrices, b: np.ndarray):
         self.system, self.force = system, b
@@ -77,8 +80,10 @@ class Space:
         """Take in the directions (r, n)."""
         new = orthonormal(new, self.basis)
         self.basis = np.hstack([self.basis, new])
-        self.products = [np.hstack([products, self.system.times(matrix, new)])
-                         for products, matrix in zip(self.products, self.matrices, strict=True)]
+        self.products = [
+            np.hstack([products, self.system.times(matrix, new)])
+            for products, matrix in zip(self.products, self.matrices, strict=True)
+        ]
 
     def projected(self) -> list[np.ndarray]:
         """[mass, damping if a matrix] (m, m)."""
@@ -91,10 +96,13 @@ class Space:
         period2, modes = la.eigh(mass)
         shapes = self.basis @ modes[:, ::-1]
         modal = modes[:, ::-1].T @ damping[0] @ modes[:, ::-1] if damping else None
-        return of_modes(self.system.motion(shapes), period2[::-1], modal, np.full(len(mass), self.system.ratio))
+        return of_modes(
+            self.system.motion(shapes), period2[::-1], modal, np.full(len(mass), self.system.ratio)
+        )
 
     def response(self, w: np.ndarray) -> np.ndarray:
-        """(m, n len(w)) coordinates of the response to b at the frequencies w, relative to it and to the static one."""
+        """(m, n len(w)) coordinates of the response to b at the frequencies w, relative to it and
+        to the static one."""
         mass, *damping = self.projected()
         b, one = self.basis.T @ self.force, np.eye(len(mass))
         if damping:
@@ -102,7 +110,10 @@ class Space:
         else:
             t, modes = la.eigh(mass)
             t, b = np.maximum(t, 0.0), modes.T @ b
-            found = [modes @ (b / (1 - v**2 * t + 2j * self.system.ratio * v * np.sqrt(t))[:, None]) for v in w]
+            found = [
+                modes @ (b / (1 - v**2 * t + 2j * self.system.ratio * v * np.sqrt(t))[:, None])
+                for v in w
+            ]
         static = np.linalg.norm(self.force, axis=0).max()
         return np.hstack([y / max(static, np.linalg.norm(y, axis=0).max()) for y in found])
 
@@ -123,32 +134,39 @@ def reduced_receptance(system: StuckMatrices, columns: np.ndarray, top: float) -
         if space.basis.shape[1] > DEFAULT.reduced_share * len(b):
             return None
         before, found = found, space.response(w)
-        change = np.vstack([found[:len(before)] - before, found[len(before):]])
+        change = np.vstack([found[: len(before)] - before, found[len(before) :]])
         if np.linalg.norm(change, axis=0).max() <= enough:
             return space.receptance()
     return None
 
 
-def directions(system: StuckMatrices, columns: np.ndarray, b: np.ndarray, top: float) -> Iterator[np.ndarray]:
-    """The moments of the response to b one after the other; with damping ratios the shifted solutions after a few."""
+def directions(
+    system: StuckMatrices, columns: np.ndarray, b: np.ndarray, top: float
+) -> Iterator[np.ndarray]:
+    """The moments of the response to b one after the other; with damping ratios the shifted
+    solutions after a few."""
     series = moments(system, b, top)
     if system.C is None:
         yield from islice(series, DEFAULT.reduced_moments)
         heavy = system.M.diagonal() > 0
         fastest = np.sqrt((system.K.diagonal()[heavy] / system.M.diagonal()[heavy]).max())
         for share in DEFAULT.reduced_shifts:
-            yield system.shifted(columns, (DEFAULT.reduced_slowest * top)**(1 - share) * (2 * fastest)**share)
+            yield system.shifted(
+                columns, (DEFAULT.reduced_slowest * top) ** (1 - share) * (2 * fastest) ** share
+            )
     yield from series
 
 
 def moments(system: StuckMatrices, b: np.ndarray, top: float) -> Iterator[np.ndarray]:
-    """Blocks (r, n) of y_{k+1} = -C y_k - M y_{k-1} from y_0 = b, orthonormal as pairs (y_k, y_{k-1}) in units of top;
-    without C those of -M alone."""
+    """Blocks (r, n) of y_{k+1} = -C y_k - M y_{k-1} from y_0 = b, orthonormal as pairs (y_k,
+    y_{k-1}) in units of top; without C those of -M alone."""
     r, C = len(b), system.C
-    last = known = orthonormal(b if C is None else np.vstack([b, 0 * b]), np.empty((r if C is None else 2 * r, 0)))
+    last = known = orthonormal(
+        b if C is None else np.vstack([b, 0 * b]), np.empty((r if C is None else 2 * r, 0))
+    )
     while True:
         y, before = last[:r], last[-r:]
-        new = -top**2 * system.times(system.mass, before)
+        new = -(top**2) * system.times(system.mass, before)
         if C is not None:
             new = np.vstack([new - top * system.times(C, y), y])
         last = orthonormal(new, known)

@@ -2,8 +2,9 @@
 
     u_k + G(k w) [f_k(u) - K_c u_k] = G-response to the external force,        k = 0..H
 
-G is the receptance of the stuck system at the contacts; in brackets is the deviation of the contact forces from the
-stuck springs (`hbm.laws.records.ContactForces`). Newton's linear system: `hbm.balance.newton`.
+G is the receptance of the stuck system at the contacts; in brackets is the deviation of the contact
+forces from the stuck springs (`hbm.laws.records.ContactForces`). Newton's linear system:
+`hbm.balance.newton`.
 """
 
 from collections.abc import Callable
@@ -32,7 +33,8 @@ class Terms(NamedTuple):
     """What one evaluation consists of: modal q = factors * push, orders 0..H, m modes.
 
     u : (P, nd, nh) m; w : rad/s; forces : of the contacts; push : (m, H+1) N, modal
-    factors, rates : (m, H+1) of the receptance, and their derivatives by the angular frequency of the order
+    factors, rates : (m, H+1) of the receptance, and their derivatives by the angular frequency of
+    the order
     """
 
     u: np.ndarray
@@ -43,13 +45,15 @@ class Terms(NamedTuple):
     rates: np.ndarray
 
 
-Derivative = Callable[["HarmonicBalance", Terms], np.ndarray]      # (m, H+1), of the modal q at given u
+Derivative = Callable[["HarmonicBalance", Terms], np.ndarray]  # (m, H+1), of the modal q at given u
 
 
 def by_frequency(balance: "HarmonicBalance", t: Terms) -> np.ndarray:
     """(m, H+1) derivative of the modal q by w."""
     rate = by_order(t.rates, t.push)
-    return rate if t.forces.by_omega is None else rate - balance.modal_response(t, t.forces.by_omega)
+    return (
+        rate if t.forces.by_omega is None else rate - balance.modal_response(t, t.forces.by_omega)
+    )
 
 
 def by_level(balance: "HarmonicBalance", t: Terms) -> np.ndarray:
@@ -60,13 +64,20 @@ def by_level(balance: "HarmonicBalance", t: Terms) -> np.ndarray:
 class HarmonicBalance:
     """Residual of a ContactProblem under forces {harmonic: (r,) complex N} for harmonics 0..H.
 
-    x (P nd nh,) are the real coefficients of the relative motion, contact by contact, component by component.
-    start, samples : as in `hbm.curve.options.CurveOptions`. Raises InputError where these do not fit, or memory is
+    x (P nd nh,) are the real coefficients of the relative motion, contact by contact, component by
+    component. start, samples : as in `hbm.curve.options.CurveOptions`. Raises InputError where
+    these do not fit, or memory is
         short.
     """
 
-    def __init__(self, problem: ContactProblem, forces: dict, H: int, start: str | np.ndarray = "zero_slider",
-                 samples: int | None = None):
+    def __init__(
+        self,
+        problem: ContactProblem,
+        forces: dict,
+        H: int,
+        start: str | np.ndarray = "zero_slider",
+        samples: int | None = None,
+    ):
         law, P = problem.law, len(problem.contacts)
         self.forces, self.given_start = forces, start
         self.problem, self.H, self.nh, self.nd = problem, H, fourier.n_real(H), len(law.components)
@@ -76,11 +87,13 @@ class HarmonicBalance:
         check_harmonics_fit(P, self.nd, H)
         self.springs = law.stuck_stiffness(problem.contacts)
         self.own = self.cycle(problem.contacts)
-        self.weights = np.tile(np.r_[DEFAULT.order_zero_weight, np.ones(self.nh - 1)], self.n_components)
-        self.on_call: Callable[[], None] | None = None              # called at each evaluation
-        self.cover = np.full(1 + P, np.inf)     # what its modes hold for: see `covering`
-        self._covering: Any = self              # with the modes of the contacts that have acted so far
-        if not problem.reducible:               # the first thing that takes time
+        self.weights = np.tile(
+            np.r_[DEFAULT.order_zero_weight, np.ones(self.nh - 1)], self.n_components
+        )
+        self.on_call: Callable[[], None] | None = None  # called at each evaluation
+        self.cover = np.full(1 + P, np.inf)  # what its modes hold for: see `covering`
+        self._covering: Any = self  # with the modes of the contacts that have acted so far
+        if not problem.reducible:  # the first thing that takes time
             problem.receptance()
         problem.check_mean(forces.get(0))
 
@@ -96,8 +109,9 @@ class HarmonicBalance:
 
     @cached_property
     def contact_receptance(self) -> ContactReceptance:
-        """Between the components: that of the problem, for all its curves, where it has all modes and all components
-        are taken at once; else what is taken depends on the contacts that have acted so far."""
+        """Between the components: that of the problem, for all its curves, where it has all modes
+        and all components are taken at once; else what is taken depends on the contacts that have
+        acted so far."""
         if np.isinf(self.cover[0]) and self.n_components <= DEFAULT.few_components:
             return self.problem.contact_receptance
         return contact_receptance(self.receptance, self.problem.B)
@@ -133,13 +147,22 @@ class HarmonicBalance:
     def covering(self, cover: np.ndarray) -> Self:
         """This balance with modes that suffice for forces on some contacts up to some frequency.
 
-        cover (1 + P,) : the frequency of the highest harmonic, rad/s, and 1 for each of these contacts, else 0;
-            infinite for all modes. It tells the modes: made again, they are the same to the last digit.
+        cover (1 + P,) : the frequency of the highest harmonic, rad/s, and 1 for each of these
+        contacts, else 0;
+            infinite for all modes. It tells the modes: made again, they are the same to the last
+            digit.
         """
         if np.array_equal(cover, self._covering.cover):
             return self._covering
         other, system = copy(self), self.problem.reducible
-        for name in ("receptance", "contact_receptance", "reaction_rows", "force", "static", "damping"):
+        for name in (
+            "receptance",
+            "contact_receptance",
+            "reaction_rows",
+            "force",
+            "static",
+            "damping",
+        ):
             vars(other).pop(name, None)
         if system and np.isfinite(cover[0]):
             rows = np.flatnonzero(np.repeat(cover[1:] > 0, self.nd))
@@ -154,17 +177,27 @@ class HarmonicBalance:
         return other
 
     def _covering_for(self, w: float, acting: np.ndarray, u: np.ndarray | None = None) -> Self:
-        """The balance with modes for the contacts `acting` (P,) at w and u, and for those that have acted before."""
+        """The balance with modes for the contacts `acting` (P,) at w and u, and for those that have
+        acted before."""
         now, top = self._covering, w * max(self.H, 1)
         before = now.cover if now is not self else np.zeros_like(now.cover)
-        if now is self and not self.problem.reducible or top <= before[0] and not (acting & (before[1:] == 0)).any():
+        if (
+            now is self
+            and not self.problem.reducible
+            or top <= before[0]
+            and not (acting & (before[1:] == 0)).any()
+        ):
             return now
         top = before[0] if top <= before[0] else DEFAULT.reduced_headroom * top
-        return self.covering(np.r_[top, np.maximum(before[1:], acting if u is None else self._soon(u, acting, before))])
+        return self.covering(
+            np.r_[
+                top, np.maximum(before[1:], acting if u is None else self._soon(u, acting, before))
+            ]
+        )
 
     def _soon(self, u, acting, before):
-        """(P,) bool, `acting` and contacts that are next to slip or lift: some more than before, or modes would be
-        sought for one after the other."""
+        """(P,) bool, `acting` and contacts that are next to slip or lift: some more than before, or
+        modes would be sought for one after the other."""
         law, contacts = self.problem.law, self.problem.contacts
         amplitude = np.abs(fourier.to_complex(u)).sum(axis=2)
         known = law.sticks_surely(contacts, 0 * amplitude)
@@ -192,17 +225,24 @@ class HarmonicBalance:
         force[:, 0] += self.static
         return force
 
-    def evaluate(self, x: np.ndarray, w: float, level: float = 1.0, contacts: Contacts | None = None,
-                 derivative: Derivative = by_frequency) -> Linearisation:
+    def evaluate(
+        self,
+        x: np.ndarray,
+        w: float,
+        level: float = 1.0,
+        contacts: Contacts | None = None,
+        derivative: Derivative = by_frequency,
+    ) -> Linearisation:
         """Linearisation at x, the angular frequency w and a force level.
 
-        contacts : other settings than those of the problem; derivative : by the parameter of a branch
+        contacts : other settings than those of the problem; derivative : by the parameter of a
+        branch
         """
         if self.on_call:
             self.on_call()
         u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
         forces = self._regularised(self.contact_forces(u, w, contacts))
-        if self._covering is self and not self.problem.reducible:          # all modes are there
+        if self._covering is self and not self.problem.reducible:  # all modes are there
             return self._linearised(x, w, level, forces, derivative)
         every = contacts is not None or derivative not in (by_frequency, by_level)
         acting = forces.active.any(axis=1) | forces.g.any(axis=(1, 2)) | every
@@ -212,7 +252,7 @@ class HarmonicBalance:
         """As `evaluate`, with the contact forces at x and the modes of this balance."""
         factors, rates = self.receptance.factors(w * np.arange(self.H + 1))
         g = forces.g.reshape(-1, self.nh)
-        rows = np.flatnonzero(g.any(axis=1))                # those that move
+        rows = np.flatnonzero(g.any(axis=1))  # those that move
         contact = real_times(self.contact_receptance.rows_of(rows).T, fourier.to_complex(g[rows]))
         push = modal_push(level, self.force, self.static, contact)
         modal = factors * push
@@ -227,37 +267,50 @@ class HarmonicBalance:
         return t.factors * real_times(self.shapes.T, fourier.to_complex(g.reshape(-1, self.nh)))
 
     def cycle(self, contacts: Contacts) -> aft.Cycle:
-        """The contacts of the problem, with these settings; their springs stay those of the problem."""
-        return aft.Cycle(self.problem.law, contacts, self.springs, self.problem.rest_force(contacts), self.start,
-                         self.grid)
+        """The contacts of the problem, with these settings; their springs stay those of the
+        problem."""
+        return aft.Cycle(
+            self.problem.law,
+            contacts,
+            self.springs,
+            self.problem.rest_force(contacts),
+            self.start,
+            self.grid,
+        )
 
-    def contact_forces(self, u: np.ndarray, w: float, contacts: Contacts | None = None) -> ContactForces:
-        """At the relative motion u (P, nd, nh), their g as the deviation from the force at rest and the stuck springs.
+    def contact_forces(
+        self, u: np.ndarray, w: float, contacts: Contacts | None = None
+    ) -> ContactForces:
+        """At the relative motion u (P, nd, nh), their g as the deviation from the force at rest and
+        the stuck springs.
 
-        contacts : other settings; the springs stay those of the problem, and their difference goes into the forces.
-        """
+        contacts : other settings; the springs stay those of the problem, and their difference goes
+        into the forces."""
         return (self.own if contacts is None else self.cycle(contacts)).forces(u, w)
 
     def sampled(self, x: np.ndarray, w: float) -> bool:
         """Whether the contact forces at x (n,) and w rad/s depend on the samples of the cycle."""
         u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
         finer = aft.sample_grid(self.H, 2 * (len(self.grid[0]) - 1))
-        g, exact = (aft.evaluate(self.problem.law, self.problem.contacts, u, self.start, grid, w).g
-                    for grid in (self.grid, finer))
+        g, exact = (
+            aft.evaluate(self.problem.law, self.problem.contacts, u, self.start, grid, w).g
+            for grid in (self.grid, finer)
+        )
         return bool(np.abs(g - exact).max() > DEFAULT.sampling * np.abs(exact).max())
 
     def _regularised(self, forces):
         """The contact forces with a weak regularisation of the mean position in their derivative.
 
-        Where every contact moves its slider in each cycle, no force depends on the mean position of a free body along
-        the sliding direction: it may stand anywhere, and Newton's matrix is singular in that motion though the rest is
-        well determined. Regularised, the body stays where it was; the residual, and so the solution, is not changed.
-        """
+        Where every contact moves its slider in each cycle, no force depends on the mean position of
+        a free body along the sliding direction: it may stand anywhere, and Newton's matrix is
+        singular in that motion though the rest is well determined. Regularised, the body stays
+        where it was; the residual, and so the solution, is not changed."""
         regularise(forces.D, forces.contacts, self.springs, forces.active, DEFAULT.regularisation)
         return forces
 
     def regularisation(self, forces: ContactForces) -> np.ndarray:
-        """(P nd,) N/m that Newton's matrix adds to the mean positions: a small share of the active stuck springs."""
+        """(P nd,) N/m that Newton's matrix adds to the mean positions: a small share of the active
+        stuck springs."""
         return DEFAULT.regularisation * (self.springs * forces.active).ravel()
 
 

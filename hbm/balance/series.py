@@ -1,4 +1,5 @@
-"""The receptance between the contacts: low modes one by one, the modes far above the harmonics by a power series."""
+"""The receptance between the contacts: low modes one by one, the modes far above the harmonics by a
+power series."""
 
 from typing import Any
 
@@ -12,7 +13,8 @@ TINY = float(np.finfo(float).tiny)
 
 
 class ContactReceptance:
-    """Receptance between the components of the relative motion, for any frequency and number of harmonics.
+    """Receptance between the components of the relative motion, for any frequency and number of
+    harmonics.
 
     shapes : (nc, m), the modes of `receptance` at the components
     """
@@ -20,14 +22,17 @@ class ContactReceptance:
     def __init__(self, receptance: Receptance, shapes: np.ndarray):
         self.receptance, self.shapes = receptance, shapes
         few = len(shapes) <= DEFAULT.few_components
-        self._rows = np.arange(len(shapes)) if few else np.empty(0, dtype=int)    # that the series is known for
-        self._kept: dict[float, tuple] = {}      # by reach: low modes, matrices
-        self._last: tuple = ()                   # components, reach, low modes and the weights of `between`
-        self._acting: dict[bytes, np.ndarray] = {}     # by components: their rows of the shapes
-        self._border: tuple = (None, None)       # border of a system, and the modal forces that it stands for
+        # that the series is known for
+        self._rows = np.arange(len(shapes)) if few else np.empty(0, dtype=int)
+        self._kept: dict[float, tuple] = {}  # by reach: low modes, matrices
+        self._last: tuple = ()  # components, reach, low modes and the weights of `between`
+        self._acting: dict[bytes, np.ndarray] = {}  # by components: their rows of the shapes
+        # border of a system, and the modal forces that it stands for
+        self._border: tuple = (None, None)
 
     def rows_of(self, at: np.ndarray) -> np.ndarray:
-        """(len(at), m) shapes at components; from one point to the next they are the same, and a few are kept."""
+        """(len(at), m) shapes at components; from one point to the next they are the same, and a
+        few are kept."""
         if (key := at.tobytes()) not in self._acting:
             if len(self._acting) > DEFAULT.few_rows:
                 self._acting.clear()
@@ -35,16 +40,19 @@ class ContactReceptance:
         return self._acting[key]
 
     def excited_by(self, row: np.ndarray) -> np.ndarray:
-        """(m, H+1) modal forces conjugate to the border row (nc nh,) of a system; known for the last one."""
+        """(m, H+1) modal forces conjugate to the border row (nc nh,) of a system; known for the
+        last one."""
         if self._border[0] is not row:
             harmonics = fourier.to_complex(row.reshape(len(self.shapes), -1)).conj()
             self._border = row, real_times(self.shapes.T, harmonics)
         return self._border[1]
 
     def between(self, to: np.ndarray, at: np.ndarray, factors: np.ndarray, w: float) -> np.ndarray:
-        """(len(to), len(at), H+1) complex between components; factors (m, H+1) : of the modes at the orders of w.
+        """(len(to), len(at), H+1) complex between components; factors (m, H+1) : of the modes at
+        the orders of w.
 
-        From one point of a branch to the next the same contacts act: what does not depend on w is kept.
+        From one point of a branch to the next the same contacts act: what does not depend on w is
+        kept.
         """
         orders = factors.shape[1]
         # a power of two, whatever came before: a curve that is continued later has the same series
@@ -55,11 +63,16 @@ class ContactReceptance:
             self._last = known, low, self._weights(to, at, low, powers)
         _, low, weights = self._last
         x = (1j * w * np.arange(orders)) ** np.arange(DEFAULT.series_terms)[:, None]
-        factors = np.concatenate([factors[low], x]) if weights.shape[1] > len(factors[low]) else factors[low]
+        factors = (
+            np.concatenate([factors[low], x])
+            if weights.shape[1] > len(factors[low])
+            else factors[low]
+        )
         return real_times(weights, factors).reshape(len(to), len(at), orders)
 
     def _weights(self, to, at, low, powers):
-        """(len(to) len(at), low modes and terms of the series): products of shapes, and entries of the matrices."""
+        """(len(to) len(at), low modes and terms of the series): products of shapes, and entries of
+        the matrices."""
         left, right = self.shapes[to][:, low], self.shapes[at][:, low]
         products = (left[:, None] * right).reshape(len(to) * len(at), -1)
         if powers is None:
@@ -68,11 +81,13 @@ class ContactReceptance:
         return np.hstack([products, powers[:, here[0], here[1]].reshape(len(powers), -1).T])
 
     def terms(self, reach: float, rows: np.ndarray) -> tuple:
-        """Indices of the modes to sum one by one, and the matrices S_n of sum_n (i k w)^n S_n for the others, between
-        components that have been asked for so far, `rows` among them; reach : rad/s up to which these hold.
+        """Indices of the modes to sum one by one, and the matrices S_n of sum_n (i k w)^n S_n for
+        the others, between components that have been asked for so far, `rows` among them; reach :
+        rad/s up to which these hold.
 
-        1/(1 + x^2 + 2 zeta x) = sum U_n(-zeta) x^n with x = i k w/w_r (generating function of Chebyshev's U_n), and
-        1/(i k w - s) = -sum (i k w)^n / s^(n + 1) for poles, which come in conjugate pairs.
+        1/(1 + x^2 + 2 zeta x) = sum U_n(-zeta) x^n with x = i k w/w_r (generating function of
+        Chebyshev's U_n), and 1/(i k w - s) = -sum (i k w)^n / s^(n + 1) for poles, which come in
+        conjugate pairs.
         """
         r = self.receptance
         if r.shapes.shape[1] < DEFAULT.few_modes:
@@ -81,12 +96,16 @@ class ContactReceptance:
             self._rows, self._kept = np.union1d(self._rows, rows), {}
         if reach not in self._kept:
             above = reach * DEFAULT.series_reach
-            self._kept[reach] = (self._of_poles(np.abs(r.poles) > above) if r.poles.size else
-                                 self._of_modes((np.sqrt(r.mass) * above < 1) & (r.ratio < 0.3)))
+            self._kept[reach] = (
+                self._of_poles(np.abs(r.poles) > above)
+                if r.poles.size
+                else self._of_modes((np.sqrt(r.mass) * above < 1) & (r.ratio < 0.3))
+            )
         return self._kept[reach]
 
     def _of_modes(self, high):
-        P, zeta = self.shapes[self._rows][:, np.flatnonzero(high)], self.receptance.ratio[high]
+        P = self.shapes[self._rows][:, np.flatnonzero(high)]
+        zeta = self.receptance.ratio[high]
         s = np.sqrt(self.receptance.mass[high])
         powers = np.empty((DEFAULT.series_terms, len(P), len(P)))
         before, now = np.zeros_like(zeta), np.ones_like(zeta)
@@ -96,7 +115,8 @@ class ContactReceptance:
         return np.setdiff1d(np.arange(self.shapes.shape[1]), np.flatnonzero(high)), powers
 
     def _of_poles(self, high):
-        fast, P = 1 / self.receptance.poles[high], self.shapes[self._rows][:, np.flatnonzero(high)]
+        fast = 1 / self.receptance.poles[high]
+        P = self.shapes[self._rows][:, np.flatnonzero(high)]
         powers, weight = [], -fast
         for _ in range(DEFAULT.series_terms):
             powers.append(((P * weight) @ P.T).real)

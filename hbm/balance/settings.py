@@ -9,58 +9,84 @@ from tipdamp.hbm.hold.settings import HOLD
 class BalanceSettings:
     """Numbers that the answer does not depend on, but for the inputs that they refuse."""
 
-    regularisation: float = 1e-10    # share of the stuck stiffness that Newton's matrix adds to active mean positions
-    order_zero_weight: float = 0.01  # in the arc length: the mean position is nearly indeterminate in slip
-    series_reach: float = 4.0        # modes above this many times the highest harmonic enter by a power series ...
-    series_terms: int = 18           # ... with so many terms: 4^-18 is below 1e-10
-    products: int = 1 << 20          # of modal entries held at once, where receptances between contacts are summed
-    few_modes: int = 60              # up to which a series does not pay
-    sampling: float = 1e-11          # share of the contact forces: a sampled law changes them by more with more samples
-    few_contacts: int = 48           # none of which is passed over as surely sticking
-    few_components: int = 300        # between which all of the series is made at once, not for those that move alone
-    few_rows: int = 8                # sets of components whose rows of the shapes are kept, from one point to the next
-    few_modes_of_matrix: int = 400   # dofs up to which all poles of a damping matrix are computed ...
-    few_modes_of_ratio: int = 1000   # ... and all modes of damping ratios
-    reduced_headroom: float = 1.5    # of the frequency: how far above the present one the modes are to hold
-    reduced_growth: tuple = (1.25, 2.0, 4.0)     # of the motion: what would slip then may be taken in, for so many more
-    reduced_checks: tuple = (0.15, 0.55, 1.0)    # shares of the highest frequency where the response is to repeat ...
-    reduced_change: float = 1e-10    # ... to this share of itself when the space grows ...
-    reduced_change_of_ratio: float = 1e-7    # ... with damping ratios: what changes is the damping of local motions
-    reduced_share: float = 0.3       # of all dofs: from where on all modes are less work
-    reduced_moments: int = 5         # with damping ratios, before ...
-    reduced_shifts: tuple = (0.5, 0.2, 0.8, 0.35, 0.65, 0.05, 0.95)    # ... places between the frequencies ...
-    reduced_slowest: float = 5.0     # ... this many times the highest one, and the fastest of a dof
-    few_entries: float = 0.05        # share of a mass matrix that is not zero: up to there products are sparse
+    # share of the stuck stiffness that Newton's matrix adds to active mean positions
+    regularisation: float = 1e-10
+    # in the arc length: the mean position is nearly indeterminate in slip
+    order_zero_weight: float = 0.01
+    # modes above this many times the highest harmonic enter by a power series ...
+    series_reach: float = 4.0
+    series_terms: int = 18  # ... with so many terms: 4^-18 is below 1e-10
+    # of modal entries held at once, where receptances between contacts are summed
+    products: int = 1 << 20
+    few_modes: int = 60  # up to which a series does not pay
+    # share of the contact forces: a sampled law changes them by more with more samples
+    sampling: float = 1e-11
+    few_contacts: int = 48  # none of which is passed over as surely sticking
+    # between which all of the series is made at once, not for those that move alone
+    few_components: int = 300
+    # sets of components whose rows of the shapes are kept, from one point to the next
+    few_rows: int = 8
+    # dofs up to which all poles of a damping matrix are computed ...
+    few_modes_of_matrix: int = 400
+    few_modes_of_ratio: int = 1000  # ... and all modes of damping ratios
+    # of the frequency: how far above the present one the modes are to hold
+    reduced_headroom: float = 1.5
+    # of the motion: what would slip then may be taken in, for so many more
+    reduced_growth: tuple = (1.25, 2.0, 4.0)
+    # shares of the highest frequency where the response is to repeat ...
+    reduced_checks: tuple = (0.15, 0.55, 1.0)
+    reduced_change: float = 1e-10  # ... to this share of itself when the space grows ...
+    # ... with damping ratios: what changes is the damping of local motions
+    reduced_change_of_ratio: float = 1e-7
+    reduced_share: float = 0.3  # of all dofs: from where on all modes are less work
+    reduced_moments: int = 5  # with damping ratios, before ...
+    # ... places between the frequencies ...
+    reduced_shifts: tuple = (0.5, 0.2, 0.8, 0.35, 0.65, 0.05, 0.95)
+    reduced_slowest: float = 5.0  # ... this many times the highest one, and the fastest of a dof
+    # share of a mass matrix that is not zero: up to there products are sparse
+    few_entries: float = 0.05
     reduced_rounding: float = 1e-12  # of a direction: what is left of it is rounding
-    power_iterations: int = 100      # at most, for the softest motion of the Jacobian
-    noise: float = HOLD.noise        # times the rounding of the stiffness: what a restrained motion must store
-    loose: float = 1e-13             # share of the stiffness, for each dof, that a rigid motion must store: reduction
-                                     # rounds too
-    far_more: float = 1e3            # times that, which all elastic motions then store
-    restrained: float = 100.0        # times what a restrained motion must store: more needs no closer look
-    static_pole: float = 1e18        # of a motion without mass and damping, in units of the slowest frequency
-    unseen: float = 1e-9             # of a motion: what of it is rounding at least
-    equilibrium: float = 5e-9        # of the force scale: residual of the equation of motion at which a point is kept;
-                                     # summed in another order it stays below 1e-8
-    terms: float = 8.0               # roundings of the terms of the equation of motion, no residual: of small elements
-                                     # K q itself is not known better
-    most_doubt: float = 1e-2         # of a vibration, by which that rounding may move a point that is kept
-    no_input: float = 1e-6           # of the apparent input: an input of that size is rounding
-    kept_at_once: int = 1 << 20      # entries of the derivatives, of points whose residuals are made at once
-    more_steps: int = 8              # of Newton's method for a point above it
-    nearby: float = 1e-3             # of the parameter: how far they may lead, or it is another point
-    separations: int = 4             # at most, of the state-space modes of close poles ...
-    mixed: tuple = (1e-13, 1e-3)     # ... down to rounding; from where on more than the first order of it is taken
-    defect: tuple = (1e-9, 1e-8)     # of the inverse receptance, above which poles have no modes; above the first ...
-    apart: float = 1e-5              # ... with changes of the damping by this share: rounding over it, and its square,
-                                     # are lost
-    light: float = 1e-10             # modal mass beside the largest, below which it is rounding
-    stiff: float = 1e3               # contact springs beside the stiffest dof, above which rounding is estimated ...
-    unreached: float = 1e-12         # of the largest product of shape and force: what is rounding in a mode
-    evenly: int = 41                 # points of a branch along which no contact moves, and as many more ...
-    around: int = 41                 # ... around each of its resonances, ...
-    least_width: float = 1e-7        # ... whose damping ratio may be zero
-    resonance: float = 20.0          # ... with so much more motion at a resonance than beside it
+    power_iterations: int = 100  # at most, for the softest motion of the Jacobian
+    # times the rounding of the stiffness: what a restrained motion must store
+    noise: float = HOLD.noise
+    # share of the stiffness, for each dof, that a rigid motion must store: reduction
+    loose: float = 1e-13
+    # rounds too
+    far_more: float = 1e3  # times that, which all elastic motions then store
+    # times what a restrained motion must store: more needs no closer look
+    restrained: float = 100.0
+    # of a motion without mass and damping, in units of the slowest frequency
+    static_pole: float = 1e18
+    unseen: float = 1e-9  # of a motion: what of it is rounding at least
+    # of the force scale: residual of the equation of motion at which a point is kept;
+    equilibrium: float = 5e-9
+    # summed in another order it stays below 1e-8
+    # roundings of the terms of the equation of motion, no residual: of small elements
+    terms: float = 8.0
+    # K q itself is not known better
+    most_doubt: float = 1e-2  # of a vibration, by which that rounding may move a point that is kept
+    no_input: float = 1e-6  # of the apparent input: an input of that size is rounding
+    # entries of the derivatives, of points whose residuals are made at once
+    kept_at_once: int = 1 << 20
+    more_steps: int = 8  # of Newton's method for a point above it
+    nearby: float = 1e-3  # of the parameter: how far they may lead, or it is another point
+    separations: int = 4  # at most, of the state-space modes of close poles ...
+    # ... down to rounding; from where on more than the first order of it is taken
+    mixed: tuple = (1e-13, 1e-3)
+    # of the inverse receptance, above which poles have no modes; above the first ...
+    defect: tuple = (1e-9, 1e-8)
+    # ... with changes of the damping by this share: rounding over it, and its square,
+    apart: float = 1e-5
+    # are lost
+    light: float = 1e-10  # modal mass beside the largest, below which it is rounding
+    # contact springs beside the stiffest dof, above which rounding is estimated ...
+    stiff: float = 1e3
+    # of the largest product of shape and force: what is rounding in a mode
+    unreached: float = 1e-12
+    evenly: int = 41  # points of a branch along which no contact moves, and as many more ...
+    around: int = 41  # ... around each of its resonances, ...
+    least_width: float = 1e-7  # ... whose damping ratio may be zero
+    resonance: float = 20.0  # ... with so much more motion at a resonance than beside it
 
 
 DEFAULT = BalanceSettings()

@@ -1,9 +1,11 @@
-"""Between two solved points of a branch: the maximum of a quantity, and the crossing of a value of the parameter.
+"""Between two solved points of a branch: the maximum of a quantity, and the crossing of a value of
+the parameter.
 
-Points know their tangent, so that every quantity has a slope along the arc. A maximum lies between a point where the
-slope is positive and one where it is negative; the bracket is narrowed by the maximum of the Hermite cubic (smooth
-maxima) and by the intersection of the two tangents (kinks) in turn. Where the quantity is concave no point exceeds that
-intersection: it bounds what is left to gain, and ends the search.
+Points know their tangent, so that every quantity has a slope along the arc. A maximum lies between
+a point where the slope is positive and one where it is negative; the bracket is narrowed by the
+maximum of the Hermite cubic (smooth maxima) and by the intersection of the two tangents (kinks) in
+turn. Where the quantity is concave no point exceeds that intersection: it bounds what is left to
+gain, and ends the search.
 """
 
 from collections.abc import Callable
@@ -11,15 +13,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tipdamp.hbm.continuation.corrector import between, correct, interpolate, oriented, polished, solve_fixed
+from tipdamp.hbm.continuation.corrector import (
+    between,
+    correct,
+    interpolate,
+    oriented,
+    polished,
+    solve_fixed,
+)
 from tipdamp.hbm.continuation.point import Evaluate, Metric, Point, size
 from tipdamp.hbm.continuation.settings import Settings
 
-STRAIGHT = 0.9           # cosine of the angle between two tangents above which the arc is taken for its chord
-SMOOTH = 0.1             # of what the curvature adds half way: error of the cubic of a quantity without kinks
-CLOSE = 0.98             # of the way to a corner: just beyond it there is no point of the branch
-BENT = 0.1               # share of one side of a corner by which its bend may shift the corner along the other
-FURTHER = 0.5            # the same, before a value is given up: an S-bend beside a fold is no corner
+# cosine of the angle between two tangents above which the arc is taken for its chord
+STRAIGHT = 0.9
+SMOOTH = 0.1  # of what the curvature adds half way: error of the cubic of a quantity without kinks
+CLOSE = 0.98  # of the way to a corner: just beyond it there is no point of the branch
+BENT = 0.1  # share of one side of a corner by which its bend may shift the corner along the other
+FURTHER = 0.5  # the same, before a value is given up: an S-bend beside a fold is no corner
 
 
 @dataclass(frozen=True)
@@ -33,7 +43,8 @@ class MeasuredPoint:
 
 @dataclass(frozen=True)
 class Maximum:
-    """best : the highest point; solved : whether it is the maximum, to the tolerance of the settings;
+    """best : the highest point; solved : whether it is the maximum, to the tolerance of the
+    settings;
     points : all solved points from one end to the other; calls : evaluations of the residual."""
 
     best: MeasuredPoint
@@ -44,20 +55,37 @@ class Maximum:
 
 def metric_at(point: Point, weights: np.ndarray) -> Metric:
     """Arc length around a point, relative to its unknowns and to a hundredth of its parameter."""
-    return Metric(weights, max(size(weights * point.x), 1e-300), 0.01 * max(abs(point.parameter), 1e-300))
+    return Metric(
+        weights, max(size(weights * point.x), 1e-300), 0.01 * max(abs(point.parameter), 1e-300)
+    )
 
 
-def maximum(evaluate: Evaluate, ends: tuple[MeasuredPoint, MeasuredPoint], measure: Callable[[Point], MeasuredPoint], metric: Metric,
-            settings: Settings, enough: float = np.inf) -> Maximum:
-    """The maximum between two points of a branch, or the first point that reaches the value `enough`."""
+def maximum(
+    evaluate: Evaluate,
+    ends: tuple[MeasuredPoint, MeasuredPoint],
+    measure: Callable[[Point], MeasuredPoint],
+    metric: Metric,
+    settings: Settings,
+    enough: float = np.inf,
+) -> Maximum:
+    """The maximum between two points of a branch, or the first point that reaches the value
+    `enough`."""
     a, b = ends
-    points, calls, left, top, smooth = [a.point, b.point], 0, 0, max(ends, key=lambda end: end.value), False
+    points, calls, left, top, smooth = (
+        [a.point, b.point],
+        0,
+        0,
+        max(ends, key=lambda end: end.value),
+        False,
+    )
     for attempt in range(settings.max_peak_points):
         best, apart = max(a, b, key=lambda end: end.value), distance(a.point, b.point, metric)
         highest = bound(a, b, metric)
         # where the tangents do not meet but are noise: what the slopes gain over the chord
         gain = highest - best.value if highest < np.inf else max(a.slope, -b.slope) * apart
-        solved = gain <= settings.peak_tolerance * abs(best.value) or apart <= settings.shortest_chord
+        solved = (
+            gain <= settings.peak_tolerance * abs(best.value) or apart <= settings.shortest_chord
+        )
         # where the slopes contradict the values they have led astray
         solved &= top.value - best.value <= 10 * settings.peak_tolerance * abs(top.value)
         hopeless = enough < np.inf and bound(a, b, metric, FURTHER) < enough
@@ -70,10 +98,16 @@ def maximum(evaluate: Evaluate, ends: tuple[MeasuredPoint, MeasuredPoint], measu
             break
         points.insert(left + 1, new)
         found = measure(new)
-        top = max(top, found, key=lambda end: end.value)        # rounding may lift one above the last two
-        # where the cubic has told the height of a point before, and now that of the maximum, nothing is left to gain
-        error, curvature = abs(found.value - _cubic(a, b, apart, share)), (a.slope - b.slope) / apart
-        if smooth and found is top and error + found.slope**2 / curvature <= settings.peak_tolerance * abs(top.value):
+        top = max(top, found, key=lambda end: end.value)  # rounding may lift one above the last two
+        # where the cubic has told the height of a point before, and now that of the maximum,
+        # nothing is left to gain
+        error = abs(found.value - _cubic(a, b, apart, share))
+        curvature = (a.slope - b.slope) / apart
+        if (
+            smooth
+            and found is top
+            and error + found.slope**2 / curvature <= settings.peak_tolerance * abs(top.value)
+        ):
             return Maximum(top, True, points, calls)
         smooth |= 0.1 < share < 0.9 and error <= SMOOTH * curvature * apart**2 / 8
         if found.slope > 0:
@@ -84,8 +118,8 @@ def maximum(evaluate: Evaluate, ends: tuple[MeasuredPoint, MeasuredPoint], measu
 
 
 def _inside(evaluate, a, b, where, metric, settings):
-    """(a solved point on the arc from a to b, residual calls); where : share of the chord, and whether even in a
-    corner."""
+    """(a solved point on the arc from a to b, residual calls); where : share of the chord, and
+    whether even in a corner."""
     calls, (share, anyway) = 0, where
     if anyway or _corner(a, b, metric) is None:
         new = between(evaluate, a, b, share, metric.weights, settings)
@@ -99,16 +133,24 @@ def _inside(evaluate, a, b, where, metric, settings):
 def _cubic(a, b, apart, share):
     """Value at a share of the chord on the Hermite cubic."""
     rise, fall, rest = a.slope * apart, b.slope * apart, 1 - share
-    return (a.value * rest**2 * (1 + 2 * share) + b.value * share**2 * (1 + 2 * rest)
-            + share * rest * (rise * rest - fall * share))
+    return (
+        a.value * rest**2 * (1 + 2 * share)
+        + b.value * share**2 * (1 + 2 * rest)
+        + share * rest * (rise * rest - fall * share)
+    )
 
 
-def maximum_by_value(evaluate: Evaluate, three: tuple[MeasuredPoint, MeasuredPoint, MeasuredPoint],
-                     measure: Callable[[Point], MeasuredPoint], metric: Metric, settings: Settings) -> Maximum:
+def maximum_by_value(
+    evaluate: Evaluate,
+    three: tuple[MeasuredPoint, MeasuredPoint, MeasuredPoint],
+    measure: Callable[[Point], MeasuredPoint],
+    metric: Metric,
+    settings: Settings,
+) -> Maximum:
     """The maximum around the middle one of three points, by halving: where slopes mislead.
 
-    Where a mean motion is all but undetermined, the tangent runs along it, and no slope along the arc means anything.
-    """
+    Where a mean motion is all but undetermined, the tangent runs along it, and no slope along the
+    arc means anything."""
     low, top, high = three
     points, calls = [end.point for end in three], 0
     for _ in range(settings.max_peak_points):
@@ -129,16 +171,21 @@ def maximum_by_value(evaluate: Evaluate, three: tuple[MeasuredPoint, MeasuredPoi
     return Maximum(top, False, points, calls)
 
 
-def crossing(evaluate: Evaluate, a: Point, b: Point, parameter: float, metric: Metric,
-             settings: Settings) -> tuple[Point, int]:
-    """(solution at a parameter between those of two points, residual calls); not converged where none was found.
+def crossing(
+    evaluate: Evaluate, a: Point, b: Point, parameter: float, metric: Metric, settings: Settings
+) -> tuple[Point, int]:
+    """(solution at a parameter between those of two points, residual calls); not converged where
+    none was found.
 
-    From a to b the parameter runs one way: a solution on the other sheet of a fold is told by its tangent.
+    From a to b the parameter runs one way: a solution on the other sheet of a fold is told by its
+    tangent.
     """
     calls, forward = 0, np.sign(b.parameter - a.parameter)
     settings = replace(settings, max_stalls=settings.patient_stalls)
     for _ in range(settings.max_bisections):
-        new = solve_fixed(evaluate, _guess(a, b, parameter, metric), parameter, metric.weights, settings, 16)
+        new = solve_fixed(
+            evaluate, _guess(a, b, parameter, metric), parameter, metric.weights, settings, 16
+        )
         calls += new.iterations
         if new.converged:
             new = oriented(new, a.orientation, np.zeros(len(a.x)), 1.0)
@@ -159,12 +206,15 @@ def crossing(evaluate: Evaluate, a: Point, b: Point, parameter: float, metric: M
 
 
 def _guess(a, b, parameter, metric):
-    """x (n,) on the cubic from a to b where its parameter has a value between theirs, by bisection."""
+    """x (n,) on the cubic from a to b where its parameter has a value between theirs, by
+    bisection."""
     low, high = 0.0, 1.0
     for _ in range(40):
         share = 0.5 * (low + high)
         x, p = interpolate(a, b, share, metric)
-        low, high = (share, high) if (p - parameter) * (a.parameter - parameter) > 0 else (low, share)
+        low, high = (
+            (share, high) if (p - parameter) * (a.parameter - parameter) > 0 else (low, share)
+        )
     return x
 
 
@@ -174,7 +224,8 @@ def distance(a: Point, b: Point, metric: Metric) -> float:
 
 
 def bound(a: MeasuredPoint, b: MeasuredPoint, metric: Metric, bent: float = BENT) -> float:
-    """What a concave quantity cannot exceed between two points; infinite where their tangents do not meet between.
+    """What a concave quantity cannot exceed between two points; infinite where their tangents do
+    not meet between.
 
     bent : share of one side of a corner by which its bend may shift it along the other
     """
@@ -183,15 +234,19 @@ def bound(a: MeasuredPoint, b: MeasuredPoint, metric: Metric, bent: float = BENT
     corner = _corner(a.point, b.point, metric)
     if corner is not None:
         ahead, behind = corner[0] + bent * corner[1], corner[1] + bent * corner[0]
-        return max(a.value + a.slope * ahead, b.value - b.slope * behind) if min(corner) >= 0 else np.inf
+        return (
+            max(a.value + a.slope * ahead, b.value - b.slope * behind)
+            if min(corner) >= 0
+            else np.inf
+        )
     apart = distance(a.point, b.point, metric)
     meet = (b.value - a.value - b.slope * apart) / (a.slope - b.slope)
     return a.value + a.slope * meet if -1e-9 * apart <= meet <= (1 + 1e-9) * apart else np.inf
 
 
 def _corner(a, b, metric):
-    """Arc lengths from a forward and from b backward to where their tangents pass each other; None where the branch
-    hardly turns between them, and in a hairpin that is no corner."""
+    """Arc lengths from a forward and from b backward to where their tangents pass each other; None
+    where the branch hardly turns between them, and in a hairpin that is no corner."""
     (ax, ap), (bx, bp) = (_unit(end, metric) for end in (a, b))
     cosine = metric.inner(ax, ap, bx, bp)
     if cosine > STRAIGHT:
@@ -212,18 +267,19 @@ def _unit(point, metric):
 
 
 def _share(a, b, apart, attempt, smooth):
-    """Where on the chord the maximum is predicted, in (0, 1): by the cubic, half way every fourth time, and by the
-    tangents, a little beyond, of a quantity that is not known to be smooth."""
+    """Where on the chord the maximum is predicted, in (0, 1): by the cubic, half way every fourth
+    time, and by the tangents, a little beyond, of a quantity that is not known to be smooth."""
     rise, fall, chord = a.slope * apart, b.slope * apart, b.value - a.value
     share = 0.5
     if rise > 0 > fall and attempt % 4 != 3:
         if attempt > 0 and not smooth:
             share = (chord - fall) / (rise - fall)
-            share = 2 * share if share < 0.1 else 2 * share - 1 if share > 0.9 else share       # so that it is enclosed
+            # so that it is enclosed
+            share = 2 * share if share < 0.1 else 2 * share - 1 if share > 0.9 else share
         else:
             c2, c3 = 3 * chord - 2 * rise - fall, rise + fall - 2 * chord
             root = np.sqrt(max(c2 * c2 - 3 * c3 * rise, 0.0))
-            share = rise / (root - c2) if root != c2 else 0.5      # of rise + 2 c2 s + 3 c3 s^2
+            share = rise / (root - c2) if root != c2 else 0.5  # of rise + 2 c2 s + 3 c3 s^2
     return float(np.clip(share, 1e-3, 1 - 1e-3))
 
 
@@ -234,22 +290,29 @@ def _near(new, a, b, metric):
 
 
 def lies_between(new, a, b, metric):
-    """Whether a solved point lies on the arc from a to b: there the branch runs forward as the chord does.
+    """Whether a solved point lies on the arc from a to b: there the branch runs forward as the
+    chord does.
 
-    The plane across the chord of a hairpin may meet the branch before a or behind b, where it runs against the chord.
-    """
+    The plane across the chord of a hairpin may meet the branch before a or behind b, where it runs
+    against the chord."""
     if not new.converged:
         return False
     apart = distance(a, b, metric)
-    return new.orientation == a.orientation and all(distance(end, new, metric) <= 1.2 * apart for end in (a, b))
+    return new.orientation == a.orientation and all(
+        distance(end, new, metric) <= 1.2 * apart for end in (a, b)
+    )
 
 
 def _step_from(evaluate, a, b, metric, settings):
-    """(a solved point next to a or b on the arc between, residual calls), by ever smaller steps along the tangents.
+    """(a solved point next to a or b on the arc between, residual calls), by ever smaller steps
+    along the tangents.
 
-    The first steps lead almost to where the tangents pass each other: in a hairpin that is further than b is from a.
-    """
-    calls, apart, new, undetermined = 0, distance(a, b, metric), a, 0
+    The first steps lead almost to where the tangents pass each other: in a hairpin that is further
+    than b is from a."""
+    calls = 0
+    apart = distance(a, b, metric)
+    new = a
+    undetermined = 0
     settings = replace(settings, max_stalls=settings.patient_stalls, last_step=0.0)
     corner = _corner(a, b, metric) if a.tangent and b.tangent else None
     first = corner if corner is not None and min(corner) > 0 else (apart, apart)
@@ -264,12 +327,16 @@ def _step_from(evaluate, a, b, metric, settings):
             new = correct(evaluate, plane, metric, settings)
             calls += new.iterations
             # a far correction would lead to another part of the branch
-            if new.converged and metric.norm(new.x - plane.x, new.parameter - plane.parameter) <= 0.5 * step:
+            if (
+                new.converged
+                and metric.norm(new.x - plane.x, new.parameter - plane.parameter) <= 0.5 * step
+            ):
                 exact = polished(evaluate, new, plane, metric, settings)
                 calls += exact.iterations - new.iterations
                 if exact.converged and exact.orientation == a.orientation:
                     return exact, calls
-                # no shorter step helps where Newton's are not small at a solution: a motion is all but undetermined
+                # no shorter step helps where Newton's are not small at a solution: a motion is all
+                # but undetermined
                 undetermined += not exact.converged
         if undetermined > 1:
             break

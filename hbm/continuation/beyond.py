@@ -22,8 +22,12 @@ def cut(points: Iterable[Point], outside: Callable[[float], bool], border: Borde
     kept, before, left = list[Point](), None, False
     for point in points:
         out = outside(point.parameter)
-        if (before is not None and out != outside(before.parameter)
-                and before.converged and point.converged):
+        if (
+            before is not None
+            and out != outside(before.parameter)
+            and before.converged
+            and point.converged
+        ):
             there = border(before, point)
             if there is not None:
                 kept.append(replace(there, jump=left))
@@ -34,8 +38,9 @@ def cut(points: Iterable[Point], outside: Callable[[float], bool], border: Borde
     return kept
 
 
-def cut_at_end(evaluate: Evaluate, branch: Branch, end: float, weights: np.ndarray,
-               settings: Settings) -> None:
+def cut_at_end(
+    evaluate: Evaluate, branch: Branch, end: float, weights: np.ndarray, settings: Settings
+) -> None:
     """Leave out of a branch that was followed beyond `end` what lies there.
 
     It then ends with its last point at `end`; `branch.beyond` says from how far it came back.
@@ -59,8 +64,14 @@ def cut_at_end(evaluate: Evaluate, branch: Branch, end: float, weights: np.ndarr
         branch.finish("last", end)
 
 
-def fold_ahead(evaluate: Evaluate, start: Point, limit: float, weights: np.ndarray,
-               settings: Settings, most: int) -> tuple[float | None, float, int]:
+def fold_ahead(
+    evaluate: Evaluate,
+    start: Point,
+    limit: float,
+    weights: np.ndarray,
+    settings: Settings,
+    most: int,
+) -> tuple[float | None, float, int]:
     """(parameter of the next fold of a branch from a point on, or None; the parameter up to which
     the branch was followed; residual calls).
 

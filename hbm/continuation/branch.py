@@ -7,32 +7,59 @@ import numpy as np
 
 from tipdamp.hbm.continuation.corrector import correct, heading, oriented, solve_fixed
 from tipdamp.hbm.continuation.point import Evaluate, Metric, OnPoint, Point, size
-from tipdamp.hbm.continuation.predictor import forward, on_branch, predict, prediction_errors, tangent
+from tipdamp.hbm.continuation.predictor import (
+    forward,
+    on_branch,
+    predict,
+    prediction_errors,
+    tangent,
+)
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.continuation.step_size import next_step, shorter_step
 
-ENDS = {             # why a branch ended, and the remedy
+ENDS = {  # why a branch ended, and the remedy
     "end": "reached the end of the band",
-    "left": "stopped at {at}: the branch turned back, left the band where it starts and did not return; start the band "
-            "further out, or run in the other direction",
-    "closed": "stopped at {at}: the branch is closed, it returned to its start; run in the other direction, or start "
-              "the band further out",
-    "unbounded": "stopped at {at}: the solution grows without bound; give the motion a stiffness, or more damping",
-    "points": "stopped at {at} after {n} points: the branch folds again and again; more damping, more or fewer "
-              "harmonics, or the other direction may help",
-    "drift": "stopped at {at}: the mean friction force is not balanced: rigid-body drift; restrain that motion by a "
-             "stiffness",
-    "budget": "stopped at {at} after {n} points: they cost more evaluations of the residual than allowed; try the "
-              "other direction, more or fewer harmonics, more damping or a lower level first, or allow more "
-              "(`max_calls` of the settings)",
-    "no point": "stopped at {at}: the corrector found no further point; try the other direction, more harmonics or a "
-                "lower level first",
-    "lost": "stopped at {at}: the branch was lost several times; try the other direction, more harmonics or more "
-            "damping",
-    "last": "the last point, at {at}, did not converge; end the band a little earlier or later, or run in the other "
-            "direction",
-    "no start": "no solution found at {at}, where the band starts; start it further from the resonance, run in the "
-                "other direction, or try more harmonics or more damping",
+    "left": (
+        "stopped at {at}: the branch turned back, left the band where it starts and did not "
+        "return; start the band further out, or run in the other direction"
+    ),
+    "closed": (
+        "stopped at {at}: the branch is closed, it returned to its start; run in the other "
+        "direction, or start the band further out"
+    ),
+    "unbounded": (
+        "stopped at {at}: the solution grows without bound; give the motion a stiffness, or more "
+        "damping"
+    ),
+    "points": (
+        "stopped at {at} after {n} points: the branch folds again and again; more damping, more "
+        "or fewer harmonics, or the other direction may help"
+    ),
+    "drift": (
+        "stopped at {at}: the mean friction force is not balanced: rigid-body drift; restrain "
+        "that motion by a stiffness"
+    ),
+    "budget": (
+        "stopped at {at} after {n} points: they cost more evaluations of the residual than "
+        "allowed; try the other direction, more or fewer harmonics, more damping or a lower "
+        "level first, or allow more (`max_calls` of the settings)"
+    ),
+    "no point": (
+        "stopped at {at}: the corrector found no further point; try the other direction, more "
+        "harmonics or a lower level first"
+    ),
+    "lost": (
+        "stopped at {at}: the branch was lost several times; try the other direction, more "
+        "harmonics or more damping"
+    ),
+    "last": (
+        "the last point, at {at}, did not converge; end the band a little earlier or later, or "
+        "run in the other direction"
+    ),
+    "no start": (
+        "no solution found at {at}, where the band starts; start it further from the resonance, "
+        "run in the other direction, or try more harmonics or more damping"
+    ),
     "static": "no force: the static state",
 }
 
@@ -43,10 +70,13 @@ class Branch:
 
     end : a key of ENDS, empty while the branch is followed; at : the parameter there
     calls : evaluations of the residual
-    restarts : (from, to) parameters: a branch that folds without progress was left there and a solution taken up here;
-        between them there are solutions found in small steps of the parameter, or none: then not far, or marked failed
-    outside : the parameter furthest out of the band where it starts that the branch went through, or None
-    beyond : the parameter furthest beyond the end of the band from which the branch came back, or None
+    restarts : (from, to) parameters: a branch that folds without progress was left there and a
+    solution taken up here;
+        between them there are solutions found in small steps of the parameter, or none: then not
+        far, or marked failed
+    outside : the parameter furthest out of the band where it starts that the branch went through,
+    or None beyond : the parameter furthest beyond the end of the band from which the branch came
+    back, or None
     count : points when it ended
     """
 
@@ -75,18 +105,33 @@ class Branch:
 
 
 class BranchTracer:
-    """State of `follow`: the points since the last gap (`run`), the step, and the progress of the branch.
+    """State of `follow`: the points since the last gap (`run`), the step, and the progress of the
+    branch.
 
-    lost : no step from the last point is short enough; shortened : whether the step was, since the last point
-    begin, way, sense : of the parameter; settled : the last point at which it had moved noticeably
-    sign : of the bordered determinant, forward along the branch; largest : weighted size of the unknowns so far
-    stale, turns : points and folds since the last progress; gaps, attempts : gaps bridged and restarts tried
-    fruitless : restarts tried since the last progress; beyond : from where points ahead were looked for, and these
-    """
+    lost : no step from the last point is short enough; shortened : whether the step was, since the
+    last point begin, way, sense : of the parameter; settled : the last point at which it had moved
+    noticeably
+    sign : of the bordered determinant, forward along the branch; largest : weighted size of the
+    unknowns so far stale, turns : points and folds since the last progress; gaps, attempts : gaps
+    bridged and restarts tried fruitless : restarts tried since the last progress; beyond : from
+    where points ahead were looked for, and these"""
 
-    def __init__(self, evaluate: Evaluate, start: Point, end: float, weights: np.ndarray, settings: Settings,
-                 restart: Callable[[float], Point] | None):
-        self.evaluate, self.end, self.weights, self.settings, self.restart = evaluate, end, weights, settings, restart
+    def __init__(
+        self,
+        evaluate: Evaluate,
+        start: Point,
+        end: float,
+        weights: np.ndarray,
+        settings: Settings,
+        restart: Callable[[float], Point] | None,
+    ):
+        self.evaluate, self.end, self.weights, self.settings, self.restart = (
+            evaluate,
+            end,
+            weights,
+            settings,
+            restart,
+        )
         self.branch = Branch([start], calls=start.iterations)
         self.begin, self.sense = start.parameter, np.sign(end - start.parameter)
         self.way = abs(end - start.parameter)
@@ -97,7 +142,8 @@ class BranchTracer:
 
     @property
     def range(self) -> float:
-        """Of the parameter, by which steps and progress are measured: in a very wide band, some times the parameter."""
+        """Of the parameter, by which steps and progress are measured: in a very wide band, some
+        times the parameter."""
         return min(self.way, self.settings.widest * abs(self.run[-1].parameter) or self.way)
 
     @property
@@ -148,7 +194,9 @@ class BranchTracer:
         last, metric = self.run[-1], self.metric()
         x, p = predict(self.run, metric, self.step, self.order)
         new = self._correct(metric.plane(x, p, x - last.x, p - last.parameter), metric)
-        if new.converged and on_branch(new, last, x, p, metric, (self.step, self.settings.largest_error)):
+        if new.converged and on_branch(
+            new, last, x, p, metric, (self.step, self.settings.largest_error)
+        ):
             return new
         if self.step < 2e-2:
             turned = self._turn(new, last, x, p, metric)
@@ -189,15 +237,20 @@ class BranchTracer:
             self.branch.finish("points", new.parameter)
 
     def _drifts(self) -> bool:
-        """Whether the branch continues at one value of the parameter: a motion grows that the equations leave free."""
+        """Whether the branch continues at one value of the parameter: a motion grows that the
+        equations leave free."""
         settings = self.settings
-        count, still, far = settings.drift_points, settings.drift_still, settings.drift_far
+        count = settings.drift_points
+        still = settings.drift_still
+        far = settings.drift_far
         points = self.branch.points[-count:]
         if len(points) < count or not all(p.converged for p in points):
             return False
         values = [p.parameter for p in points]
-        return (max(values) - min(values) < still * self.length
-                and self.metric().norm(points[-1].x - points[0].x, 0.0) > far)
+        return (
+            max(values) - min(values) < still * self.length
+            and self.metric().norm(points[-1].x - points[0].x, 0.0) > far
+        )
 
     def makes_no_progress(self) -> bool:
         """Whether the branch folds again and again without progress, and may still be left."""
@@ -208,16 +261,20 @@ class BranchTracer:
     def _choose_step(self, new):
         """Order and length of the next step, by the errors that the predictors of `new` had."""
         most = self.settings.highest_order
-        errors = prediction_errors(self.run[-(most // 2 + 1):], new, self.metric())[:most]
+        errors = prediction_errors(self.run[-(most // 2 + 1) :], new, self.metric())[:most]
         self.run.append(new)
         self._note_progress(new)
-        self.order, self.step = next_step(self.step, errors, new.iterations, self.shortened, self.settings)
+        self.order, self.step = next_step(
+            self.step, errors, new.iterations, self.shortened, self.settings
+        )
         self.shortened = False
 
     def _note_progress(self, new):
         before = self.run[-3:-1]
         if len(before) == 2:
-            self.turns += (new.parameter - before[1].parameter) * (before[1].parameter - before[0].parameter) < 0
+            self.turns += (new.parameter - before[1].parameter) * (
+                before[1].parameter - before[0].parameter
+            ) < 0
         self.stale += 1
         if self.ahead(new.parameter, self.furthest.parameter) > self.settings.progress * self.range:
             self.progressed(new)
@@ -231,7 +288,8 @@ class BranchTracer:
 
     def _closed(self, before, new) -> bool:
         """Whether the branch returns to its start."""
-        start, border = self.branch.points[0], self.solve_between(before, new, self.begin)
+        start = self.branch.points[0]
+        border = self.solve_between(before, new, self.begin)
         return border.converged and self.metric().norm(border.x - start.x, 0.0) < 1e-6
 
     def _append(self, new, on_point):
@@ -248,12 +306,15 @@ class BranchTracer:
         return size(new.x) > self.settings.runaway * start
 
     def _turn(self, new, last, x, p, metric):
-        """Past a kink: the tangent of the linearisation beyond it leads on. None where that does not help."""
+        """Past a kink: the tangent of the linearisation beyond it leads on. None where that does
+        not help."""
         row, corner = metric.border(x - last.x, p - last.parameter)
         for e in self._beyond(new, last, x, p):
             tx, tp = tangent(e, row, corner, self.orientation, metric)
             for reach in (self.step, 4 * self.step) if np.isfinite(tp) else ():
-                tried = self._correct(metric.plane(last.x + reach * tx, last.parameter + reach * tp, tx, tp), metric)
+                tried = self._correct(
+                    metric.plane(last.x + reach * tx, last.parameter + reach * tp, tx, tp), metric
+                )
                 if not tried.converged:
                     continue
                 length = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
@@ -270,11 +331,15 @@ class BranchTracer:
     def solve_between(self, a: Point, b: Point, parameter: float) -> Point:
         """The solution at a parameter between those of two points of the branch."""
         share = (parameter - a.parameter) / (b.parameter - a.parameter)
-        new = solve_fixed(self.evaluate, a.x + share * (b.x - a.x), parameter, self.weights, self.settings)
+        new = solve_fixed(
+            self.evaluate, a.x + share * (b.x - a.x), parameter, self.weights, self.settings
+        )
         self.branch.calls += new.iterations
         if not new.converged:
             return new
-        return oriented(new, a.orientation, *self.metric().border(b.x - a.x, b.parameter - a.parameter))
+        return oriented(
+            new, a.orientation, *self.metric().border(b.x - a.x, b.parameter - a.parameter)
+        )
 
     def _finish(self, beyond, on_point):
         """The last point exactly at the end, between the last accepted one and the one beyond."""

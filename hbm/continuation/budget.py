@@ -1,4 +1,5 @@
-"""The budget of residual evaluations of a branch, and the progress that is reported between its points."""
+"""The budget of residual evaluations of a branch, and the progress that is reported between its
+points."""
 
 from collections.abc import Callable
 
@@ -28,7 +29,8 @@ class Budget:
             self.progress(value, step, calls)
 
     def call(self) -> None:
-        """The residual is evaluated once more; raises BudgetExceeded above the limit, then and from then on."""
+        """The residual is evaluated once more; raises BudgetExceeded above the limit, then and from
+        then on."""
         self.calls, self.since = self.calls + 1, self.since + 1
         if self.progress and self.since % self.settings.progress_interval == 0:
             self.progress(self.value, 0.0, self.since)

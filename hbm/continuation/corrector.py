@@ -1,4 +1,5 @@
-"""Newton's method for one point of R(x, p) = 0: on a plane across a branch, or at a fixed parameter."""
+"""Newton's method for one point of R(x, p) = 0: on a plane across a branch, or at a fixed
+parameter."""
 
 from dataclasses import replace
 
@@ -8,13 +9,21 @@ from tipdamp.hbm.continuation.point import Evaluate, Linearised, Metric, Plane, 
 from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 
-def correct(evaluate: Evaluate, plane: Plane, metric: Metric, settings: Settings = DEFAULT,
-            last: np.ndarray | None = None) -> Point:
-    """Newton on a plane from the point that it passes through, for the next point after x = last (n,) of a branch.
+def correct(
+    evaluate: Evaluate,
+    plane: Plane,
+    metric: Metric,
+    settings: Settings = DEFAULT,
+    last: np.ndarray | None = None,
+) -> Point:
+    """Newton on a plane from the point that it passes through, for the next point after x = last
+    (n,) of a branch.
 
-    A step that by the contraction so far leads below the tolerance is the last one: it is taken without evaluating
-    again, and with the matrix of the step before where that is good enough [Deuflhard 2004, section 2.1].
-    The first step removes what x has gained since `last` and R does not determine (`Linearised.restoring`).
+    A step that by the contraction so far leads below the tolerance is the last one: it is taken
+    without evaluating again, and with the matrix of the step before where that is good enough
+    [Deuflhard 2004, section 2.1].
+    The first step removes what x has gained since `last` and R does not determine
+    (`Linearised.restoring`).
     """
     (x, p, row, corner), first = plane, None
     kept: Linearised | None = None
@@ -26,13 +35,21 @@ def correct(evaluate: Evaluate, plane: Plane, metric: Metric, settings: Settings
         error = size(e.residual) / unit
         if error <= settings.tolerance:
             return Point(x, p, True, iteration, e)
-        stalls += error > 0.5 * least          # again and again: it alternates between the pieces of a kink
+        stalls += error > 0.5 * least  # again and again: it alternates between the pieces of a kink
         if not np.isfinite(error) or error > 1e8 or stalls > settings.max_stalls:
             break
         rate = error / before if kept is not None else 1.0
-        chord = kept if kept is not None and settings.safety * rate * error <= settings.tolerance else None
+        chord = (
+            kept
+            if kept is not None and settings.safety * rate * error <= settings.tolerance
+            else None
+        )
         value = -(row @ (x - plane.x) + corner * (p - plane.parameter))
-        residual = e.residual + e.restoring(x - last) if iteration == 1 and last is not None else e.residual
+        residual = (
+            e.residual + e.restoring(x - last)
+            if iteration == 1 and last is not None
+            else e.residual
+        )
         dx, dp = (chord or e).solve(row, corner, value, residual)
         x, p = x + dx, p + dp
         if not np.isfinite(p) or not np.isfinite(x).all():
@@ -44,18 +61,27 @@ def correct(evaluate: Evaluate, plane: Plane, metric: Metric, settings: Settings
     return Point(np.full_like(plane.x, np.nan), plane.parameter, False, iteration, first)
 
 
-def solve_fixed(evaluate: Evaluate, x: np.ndarray, p: float, weights: np.ndarray, settings: Settings = DEFAULT,
-                max_calls: int = 300) -> Point:
-    """Damped Newton from x (n,) at the fixed parameter p, for a first point or a restart, in about `max_calls`."""
+def solve_fixed(
+    evaluate: Evaluate,
+    x: np.ndarray,
+    p: float,
+    weights: np.ndarray,
+    settings: Settings = DEFAULT,
+    max_calls: int = 300,
+) -> Point:
+    """Damped Newton from x (n,) at the fixed parameter p, for a first point or a restart, in about
+    `max_calls`."""
     return damped(evaluate, Plane(x, p, np.zeros(len(x)), 1.0), weights, settings, max_calls)
 
 
-def damped(evaluate: Evaluate, plane: Plane, weights: np.ndarray, settings: Settings, max_calls: int) -> Point:
+def damped(
+    evaluate: Evaluate, plane: Plane, weights: np.ndarray, settings: Settings, max_calls: int
+) -> Point:
     """Damped Newton on a plane from the point that it passes through."""
     x, p, row, corner = plane
     e = evaluate(x, p)
     calls = 1
-    reach = 1e3 * max(size(x), size(e.residual))     # a Jacobian near singular sends x far away
+    reach = 1e3 * max(size(x), size(e.residual))  # a Jacobian near singular sends x far away
     while calls < max_calls:
         error = size(e.residual)
         if error <= settings.tolerance * min(max(size(weights * x), 1e-300), reach):
@@ -75,48 +101,80 @@ def damped(evaluate: Evaluate, plane: Plane, weights: np.ndarray, settings: Sett
     return Point(np.full_like(x, np.nan), plane.parameter, False, calls)
 
 
-def between(evaluate: Evaluate, a: Point, b: Point, share: float, weights: np.ndarray,
-            settings: Settings = DEFAULT) -> Point:
-    """The point of the branch on the plane across the chord from a to b, at a share in (0, 1) of it, to rounding."""
-    metric = Metric(weights, max(size(weights * a.x), size(weights * b.x), 1e-300),
-                    max(abs(a.parameter), abs(b.parameter), 1e-300) * 1e-2)
-    plane = Plane(*interpolate(a, b, share, metric), *metric.border(b.x - a.x, b.parameter - a.parameter))
-    # no step without evaluating again: next to a kink the tangent of the point before would be another one
+def between(
+    evaluate: Evaluate,
+    a: Point,
+    b: Point,
+    share: float,
+    weights: np.ndarray,
+    settings: Settings = DEFAULT,
+) -> Point:
+    """The point of the branch on the plane across the chord from a to b, at a share in (0, 1) of
+    it, to rounding."""
+    metric = Metric(
+        weights,
+        max(size(weights * a.x), size(weights * b.x), 1e-300),
+        max(abs(a.parameter), abs(b.parameter), 1e-300) * 1e-2,
+    )
+    plane = Plane(
+        *interpolate(a, b, share, metric), *metric.border(b.x - a.x, b.parameter - a.parameter)
+    )
+    # no step without evaluating again: next to a kink the tangent of the point before would be
+    # another one
     settings = replace(settings, max_stalls=settings.patient_stalls, last_step=0.0)
     new = polished(evaluate, correct(evaluate, plane, metric, settings), plane, metric, settings)
     if new.converged:
         return new
     strict = replace(settings, tolerance=settings.patient_residual)
     again = damped(evaluate, plane, weights, strict, settings.patient_calls)
-    return polished(evaluate, replace(again, iterations=new.iterations + again.iterations), plane, metric, settings)
+    return polished(
+        evaluate,
+        replace(again, iterations=new.iterations + again.iterations),
+        plane,
+        metric,
+        settings,
+    )
 
 
-def polished(evaluate: Evaluate, point: Point, plane: Plane, metric: Metric, settings: Settings) -> Point:
-    """A point after Newton steps on its plane until these are small, the last one linearised; with its tangent.
+def polished(
+    evaluate: Evaluate, point: Point, plane: Plane, metric: Metric, settings: Settings
+) -> Point:
+    """A point after Newton steps on its plane until these are small, the last one linearised; with
+    its tangent.
 
-    The residual does not tell: where springs are 1e6 times as stiff as the body, 1e-10 of the motion is 1e-4 of a
-    contact force. Where no step is small, a point whose residual is rounding stays: a motion is all but undetermined.
-    """
+    The residual does not tell: where springs are 1e6 times as stiff as the body, 1e-10 of the
+    motion is 1e-4 of a contact force. Where no step is small, a point whose residual is rounding
+    stays: a motion is all but undetermined."""
     for k in range(settings.max_polish if point.converged else 0):
         dx, dp = point.detail.solve(plane.row, plane.corner, 0.0)
         length = metric.norm(dx, dp)
         if length <= settings.peak_step * (1 if k < settings.max_polish - 1 else settings.safety):
             done = leaving(point, plane.row, plane.corner)
-            return replace(done, x=point.x + dx, parameter=point.parameter + dp, detail=point.detail.moved(dx, dp))
+            return replace(
+                done,
+                x=point.x + dx,
+                parameter=point.parameter + dp,
+                detail=point.detail.moved(dx, dp),
+            )
         x, p = point.x + dx, point.parameter + dp
         point = Point(x, p, True, point.iterations + 1, evaluate(x, p))
-    if point.converged and size(point.detail.residual) <= settings.patient_residual * size(metric.weights * point.x):
+    if point.converged and size(point.detail.residual) <= settings.patient_residual * size(
+        metric.weights * point.x
+    ):
         return leaving(point, plane.row, plane.corner)
     return replace(point, converged=False)
 
 
 def interpolate(a: Point, b: Point, share: float, metric: Metric) -> tuple[np.ndarray, float]:
-    """x (n,) and p at a share of the chord from a to b, on the cubic through both along their tangents (Hermite)."""
+    """x (n,) and p at a share of the chord from a to b, on the cubic through both along their
+    tangents (Hermite)."""
     dx, dp = b.x - a.x, b.parameter - a.parameter
     x, p = a.x + share * dx, a.parameter + share * dp
     slopes = [_beside_chord(q, (dx, dp), metric) for q in (a, b)]
     if all(slopes):
-        for weight, (sx, sp) in zip((share * (1 - share)**2, -share**2 * (1 - share)), slopes, strict=True):
+        for weight, (sx, sp) in zip(
+            (share * (1 - share) ** 2, -(share**2) * (1 - share)), slopes, strict=True
+        ):
             x, p = x + weight * sx, p + weight * sp
     return x, p
 
@@ -128,7 +186,8 @@ def leaving(point: Point, row: np.ndarray, corner: float) -> Point:
 
 
 def oriented(point: Point, orientation: float, row: np.ndarray, corner: float) -> Point:
-    """The point with the tangent of a branch of a given orientation, which is not parallel to a plane (row, corner)."""
+    """The point with the tangent of a branch of a given orientation, which is not parallel to a
+    plane (row, corner)."""
     new = leaving(point, row, corner)
     return new if new.orientation == orientation else reverse(new)
 
@@ -146,7 +205,8 @@ def heading(point: Point, way: float) -> Point:
 
 
 def _beside_chord(point, chord, metric):
-    """The tangent at a point, scaled to a chord (dx, dp), minus the chord; None where it is unknown or runs across."""
+    """The tangent at a point, scaled to a chord (dx, dp), minus the chord; None where it is unknown
+    or runs across."""
     if point.tangent is None:
         return None
     (dx, dp), (tx, tp) = chord, point.tangent

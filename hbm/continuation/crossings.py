@@ -10,28 +10,41 @@ from tipdamp.hbm.continuation.corrector import between, oriented
 from tipdamp.hbm.continuation.point import Evaluate, Metric, Point
 from tipdamp.hbm.continuation.settings import Settings
 
-STEEP = 3.0      # sum of the slopes at two points, by that of their chord: the cubic through them all but turns back
-TIP = 3.0        # of the distance between two points: how far beyond them the tip of their fold is looked for
+# sum of the slopes at two points, by that of their chord: the cubic through them all but turns back
+STEEP = 3.0
+# of the distance between two points: how far beyond them the tip of their fold is looked for
+TIP = 3.0
 
 
-def crossings(evaluate: Evaluate, points: list[Point], parameter: float, weights: np.ndarray,
-              settings: Settings) -> list[tuple[Point, int, int]]:
-    """[(point, residual calls, index of the point behind it)] of every crossing of the parameter between two points.
+def crossings(
+    evaluate: Evaluate,
+    points: list[Point],
+    parameter: float,
+    weights: np.ndarray,
+    settings: Settings,
+) -> list[tuple[Point, int, int]]:
+    """[(point, residual calls, index of the point behind it)] of every crossing of the parameter
+    between two points.
 
-    Where the branch turns back short of the parameter though the tip of the fold may reach it, the tip is solved first.
-    """
+    Where the branch turns back short of the parameter though the tip of the fold may reach it, the
+    tip is solved first."""
     found, points = [], list(points)
     for i in range(len(points) - 1):
         if not (points[i].converged and points[i + 1].converged):
             continue
-        sides = [np.sign(p.parameter - parameter) for p in points[i:i + 2]]
+        sides = [np.sign(p.parameter - parameter) for p in points[i : i + 2]]
         turns = sides[0] == sides[1] and _turns(points, i, parameter)
-        if 0 in sides or sides[0] == sides[1] and not turns and not _near(points[i:i + 2], parameter):
+        if (
+            0 in sides
+            or sides[0] == sides[1]
+            and not turns
+            and not _near(points[i : i + 2], parameter)
+        ):
             continue
         metric, calls = arc.metric_at(points[i], weights), 0
         for k in (i, i + 1):
             points[k] = with_tangent(evaluate, points, k, metric)
-        way = points[i:i + 2]
+        way = points[i : i + 2]
         if turns:
             way, calls = _tip(evaluate, way[0], way[1], parameter, metric, settings)
         elif not points[i + 1].jump:
@@ -51,7 +64,8 @@ def _near(ends, parameter):
 
 
 def _unfolded(evaluate, way, parameter, metric, settings):
-    """(points from the first to the last of `way`, residual calls), between which the branch crosses once at most.
+    """(points from the first to the last of `way`, residual calls), between which the branch
+    crosses once at most.
 
     Where a loop of the branch may lie between two points the one half way is solved.
     """
@@ -75,18 +89,23 @@ def _may_turn(a, b, parameter, metric):
 
 
 def may_fold(a: Point, b: Point, metric: Metric) -> bool:
-    """Whether a loop may lie between two points of a branch: their tangents are steep beside the chord, or against."""
+    """Whether a loop may lie between two points of a branch: their tangents are steep beside the
+    chord, or against."""
     chord = b.parameter - a.parameter
     slopes = [np.sign(chord) * end.tangent[1] / metric.norm(*end.tangent) for end in (a, b)]
     return min(slopes) < 0 or sum(slopes) * arc.distance(a, b, metric) > STEEP * abs(chord)
 
 
-def insert_crossings(evaluate: Evaluate, branch: Branch, at: np.ndarray, weights: np.ndarray,
-                     settings: Settings) -> list[float]:
-    """Insert a solved point wherever the branch crosses one of the parameters `at`; those where one is not solved."""
+def insert_crossings(
+    evaluate: Evaluate, branch: Branch, at: np.ndarray, weights: np.ndarray, settings: Settings
+) -> list[float]:
+    """Insert a solved point wherever the branch crosses one of the parameters `at`; those where one
+    is not solved."""
     missed = []
     for parameter in at:
-        for point, calls, place in reversed(crossings(evaluate, branch.points, parameter, weights, settings)):
+        for point, calls, place in reversed(
+            crossings(evaluate, branch.points, parameter, weights, settings)
+        ):
             branch.calls += calls
             if point.converged:
                 branch.points.insert(place, point)
@@ -96,14 +115,17 @@ def insert_crossings(evaluate: Evaluate, branch: Branch, at: np.ndarray, weights
 
 
 def with_tangent(evaluate: Evaluate, points: list[Point], k: int, metric: Metric) -> Point:
-    """Point k of a branch with its tangent, found anew from its orientation where it is not known."""
+    """Point k of a branch with its tangent, found anew from its orientation where it is not
+    known."""
     point = points[k]
     if point.tangent is not None:
         return point
     a, b = points[max(k - 1, 0)], points[min(k + 1, len(points) - 1)]
     a, b = (q if q.converged else point for q in (a, b))
     row, corner = metric.border(b.x - a.x, b.parameter - a.parameter)
-    return oriented(replace(point, detail=evaluate(point.x, point.parameter)), point.orientation, row, corner)
+    return oriented(
+        replace(point, detail=evaluate(point.x, point.parameter)), point.orientation, row, corner
+    )
 
 
 def _turns(points, i, parameter):
@@ -111,21 +133,28 @@ def _turns(points, i, parameter):
     for k in (i, i + 1):
         if 0 < k < len(points) - 1 and points[k - 1].converged and points[k + 1].converged:
             beyond = parameter - points[k].parameter
-            if all(beyond * (points[k].parameter - points[n].parameter) > 0 for n in (k - 1, k + 1)):
+            if all(
+                beyond * (points[k].parameter - points[n].parameter) > 0 for n in (k - 1, k + 1)
+            ):
                 return True
     return False
 
 
 def _tip(evaluate, a, b, parameter, metric, settings):
-    """(points from a to b, residual calls), one of them beyond the parameter where a fold between them reaches it."""
+    """(points from a to b, residual calls), one of them beyond the parameter where a fold between
+    them reaches it."""
     toward = np.sign(parameter - a.parameter)
 
     def measure(point):
-        return arc.MeasuredPoint(point, toward * point.parameter, toward * point.tangent[1] / metric.norm(*point.tangent))
+        return arc.MeasuredPoint(
+            point, toward * point.parameter, toward * point.tangent[1] / metric.norm(*point.tangent)
+        )
 
     ends = measure(a), measure(b)
     beyond = toward * parameter - max(end.value for end in ends)
-    if not ends[0].slope > 0 > ends[1].slope or beyond > TIP * metric.length * arc.distance(a, b, metric):
+    if not ends[0].slope > 0 > ends[1].slope or beyond > TIP * metric.length * arc.distance(
+        a, b, metric
+    ):
         return [a, b], 0
     found = arc.maximum(evaluate, ends, measure, metric, settings, enough=toward * parameter)
     return found.points, found.calls

@@ -1,7 +1,7 @@
 """Follows a branch of R(x, p) = 0 by arc length.
 
-One point: `corrector`; where it is expected: `predictor`; one after the other: `branch`; past places without a
-solution, or where the branch folds without progress: `restart`.
+One point: `corrector`; where it is expected: `predictor`; one after the other: `branch`; past
+places without a solution, or where the branch folds without progress: `restart`.
 """
 
 from collections.abc import Callable
@@ -16,19 +16,28 @@ from tipdamp.hbm.continuation.restart import bridge_gap, restart_ahead
 from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 
-def follow(evaluate: Evaluate, start: Point, end: float, weights: np.ndarray, settings: Settings = DEFAULT,
-           on_point: OnPoint | None = None, restart: Callable[[float], Point] | None = None) -> Branch:
+def follow(
+    evaluate: Evaluate,
+    start: Point,
+    end: float,
+    weights: np.ndarray,
+    settings: Settings = DEFAULT,
+    on_point: OnPoint | None = None,
+    restart: Callable[[float], Point] | None = None,
+) -> Branch:
     """Follow the branch from a converged start until the parameter passes `end`.
 
     weights (n,) : how much each unknown counts in the arc length
     on_point(point, step) : called for each accepted point
-    restart(parameter) -> Point : a costlier way to a solution at a fixed parameter, used where Newton from the last
+    restart(parameter) -> Point : a costlier way to a solution at a fixed parameter, used where
+    Newton from the last
         point fails
-    A failed corrector is tried again with smaller steps and lower predictors, then across the gap at fixed parameters;
-    points that are not found stay in the branch as failed. A branch that folds again and again without progress is left
-    for solutions ahead; the restart is recorded. A branch that folds out of the band where it starts is followed there
-    until it comes back; the points outside are not kept, and the branch is solved where it leaves and comes back. Where
-    `evaluate` raises BudgetExceeded the branch ends.
+    A failed corrector is tried again with smaller steps and lower predictors, then across the gap
+    at fixed parameters; points that are not found stay in the branch as failed. A branch that folds
+    again and again without progress is left for solutions ahead; the restart is recorded. A branch
+    that folds out of the band where it starts is followed there until it comes back; the points
+    outside are not kept, and the branch is solved where it leaves and comes back. Where `evaluate`
+    raises BudgetExceeded the branch ends.
     """
     tracer = BranchTracer(evaluate, start, end, weights, settings, restart)
     try:
@@ -51,7 +60,9 @@ def _advance(tracer, on_point):
 
 
 def _cut(tracer):
-    """Leave out what lies outside the band where it starts; solve where the branch goes out and comes in."""
+    """Leave out what lies outside the band where it starts; solve where the branch goes out and
+    comes in."""
+
     def border(before, point):
         if tracer.branch.end == "budget":
             return None
@@ -63,4 +74,7 @@ def _cut(tracer):
 
 
 def _same(a, b, tracer) -> bool:
-    return a.parameter == b.parameter and np.linalg.norm(tracer.weights * (a.x - b.x)) <= 1e-6 * tracer.largest
+    return (
+        a.parameter == b.parameter
+        and np.linalg.norm(tracer.weights * (a.x - b.x)) <= 1e-6 * tracer.largest
+    )

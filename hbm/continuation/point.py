@@ -1,8 +1,8 @@
 """What the continuation works with: the linearised equations, a point, and the arc length.
 
-`evaluate(x, parameter)` of the equations returns a `Linearised`. R need not be smooth: the sign of the bordered
-determinant det [J, R_p; t'] with a tangent t stays the same along a branch through folds and kinks alike, so that it
-tells forward from backward where the direction itself jumps.
+`evaluate(x, parameter)` of the equations returns a `Linearised`. R need not be smooth: the sign of
+the bordered determinant det [J, R_p; t'] with a tangent t stays the same along a branch through
+folds and kinks alike, so that it tells forward from backward where the direction itself jumps.
 """
 
 import math
@@ -16,8 +16,8 @@ import numpy as np
 class Linearised(Protocol):
     """R and its derivatives at one point (x, p), n unknowns.
 
-    The bordered matrix [J, R_p; row', corner] is regular at folds, where J alone is not. A matrix that was factorised
-    should be kept: it may be solved again for another residual.
+    The bordered matrix [J, R_p; row', corner] is regular at folds, where J alone is not. A matrix
+    that was factorised should be kept: it may be solved again for another residual.
     """
 
     @property
@@ -25,13 +25,16 @@ class Linearised(Protocol):
         """(n,) R(x, p)."""
         ...
 
-    def solve(self, row: np.ndarray, corner: float, value: float,
-              residual: np.ndarray | None = None) -> tuple[np.ndarray, float]:
-        """dx (n,), dp of [J, R_p; row', corner] [dx; dp] = [-residual; value]; residual: None takes its own."""
+    def solve(
+        self, row: np.ndarray, corner: float, value: float, residual: np.ndarray | None = None
+    ) -> tuple[np.ndarray, float]:
+        """dx (n,), dp of [J, R_p; row', corner] [dx; dp] = [-residual; value]; residual: None takes
+        its own."""
         ...
 
     def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
-        """tx (n,), tp with J tx + R_p tp = 0 and row' tx + corner tp = 1, and the sign of the bordered determinant."""
+        """tx (n,), tp with J tx + R_p tp = 0 and row' tx + corner tp = 1, and the sign of the
+        bordered determinant."""
         ...
 
     def moved(self, dx: np.ndarray, dp: float) -> "Linearised":
@@ -39,8 +42,9 @@ class Linearised(Protocol):
         ...
 
     def restoring(self, away: np.ndarray) -> np.ndarray:
-        """(n,) to be added to the residual where x has come `away` (n,) from the last point: one Newton step then
-        brings back what R does not determine, whose noise would spoil the predictor. Zeros where R determines x."""
+        """(n,) to be added to the residual where x has come `away` (n,) from the last point: one
+        Newton step then brings back what R does not determine, whose noise would spoil the
+        predictor. Zeros where R determines x."""
         ...
 
 
@@ -54,8 +58,8 @@ class Point:
     iterations : evaluations of the residual
     detail : Linearised of the last evaluation; where the corrector failed, of the first
     tangent : (dx, dp) along the branch, of any length, or None
-    orientation : sign of the bordered determinant with that tangent, the same all along a branch; 0 where unknown
-    jump : whether the branch does not lead here from the point before
+    orientation : sign of the bordered determinant with that tangent, the same all along a branch; 0
+    where unknown jump : whether the branch does not lead here from the point before
     """
 
     x: np.ndarray
@@ -68,13 +72,17 @@ class Point:
     jump: bool = False
 
 
-OnPoint: TypeAlias = Callable[[Point, float], None]          # called with a point and the step to it
+OnPoint: TypeAlias = Callable[[Point, float], None]  # called with a point and the step to it
 
 
 def size(v: np.ndarray) -> float:
     """Euclidean norm of v (n,); squares neither vanish nor overflow."""
     square = v @ v
-    if 1e-280 < square < 1e280 or not (largest := float(np.abs(v).max(initial=0.0))) or not math.isfinite(largest):
+    if (
+        1e-280 < square < 1e280
+        or not (largest := float(np.abs(v).max(initial=0.0)))
+        or not math.isfinite(largest)
+    ):
         return math.sqrt(square)
     v = v / largest
     return largest * math.sqrt(v @ v)
@@ -86,7 +94,8 @@ def failed(n: int, parameter: float, calls: int = 0) -> Point:
 
 
 class Plane(NamedTuple):
-    """row' (x' - x) + corner (p' - p) = 0: the plane through (x, p) on which a point of the branch is sought."""
+    """row' (x' - x) + corner (p' - p) = 0: the plane through (x, p) on which a point of the branch
+    is sought."""
 
     x: np.ndarray
     parameter: float

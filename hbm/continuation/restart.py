@@ -1,4 +1,5 @@
-"""Across places where a branch has no further point, or folds again and again without progress: solutions ahead."""
+"""Across places where a branch has no further point, or folds again and again without progress:
+solutions ahead."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,11 +10,13 @@ from tipdamp.hbm.continuation.branch import BranchTracer
 from tipdamp.hbm.continuation.corrector import heading, reverse, solve_fixed
 from tipdamp.hbm.continuation.point import failed
 
-AHEAD = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)   # places tried ahead of a lost branch, in unit steps of the parameter
+# places tried ahead of a lost branch, in unit steps of the parameter
+AHEAD = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 
 
 def bridge_gap(tracer: BranchTracer) -> None:
-    """Past a place where the corrector fails: the same branch close by, else a gap with failed points in it."""
+    """Past a place where the corrector fails: the same branch close by, else a gap with failed
+    points in it."""
     last, metric = tracer.run[-1], tracer.metric()
     found, tried = _solution_ahead(tracer, last.parameter, (last.x, np.zeros_like(last.x)))
     if found is None or metric.norm(found.x - last.x, found.parameter - last.parameter) > 0.1:
@@ -29,20 +32,28 @@ def bridge_gap(tracer: BranchTracer) -> None:
 
 
 def restart_ahead(tracer: BranchTracer, follow: Callable) -> None:
-    """Leave a branch without progress: in steps of the parameter, else for a solution further ahead.
+    """Leave a branch without progress: in steps of the parameter, else for a solution further
+    ahead.
 
-    Each further restart goes twice as far. Where nothing is found ahead the branch is followed on; a solution ahead
-    from which the way back was not found is kept for later.
+    Each further restart goes twice as far. Where nothing is found ahead the branch is followed on;
+    a solution ahead from which the way back was not found is kept for later.
     follow : the function of that name, by which a solution ahead is followed back
     """
     begin, taken_up = tracer.furthest, None
     goal = tracer.settings.restart_distance * 2.0 ** min(len(tracer.branch.restarts), 5)
     passed, at = _in_steps(tracer, begin, goal)
-    tracer.stale, tracer.turns, tracer.attempts, tracer.fruitless = 0, 0, tracer.attempts + 1, tracer.fruitless + 1
+    tracer.stale, tracer.turns, tracer.attempts, tracer.fruitless = (
+        0,
+        0,
+        tracer.attempts + 1,
+        tracer.fruitless + 1,
+    )
     if at is None and tracer.restart:
         left = (passed[-1] if passed else begin).parameter
         if not _known_beyond(tracer, begin, left, goal):
-            at, _ = _solution_ahead(tracer, begin.parameter, (), (goal, 2 * goal, 4 * goal, 8 * goal), 0)
+            at, _ = _solution_ahead(
+                tracer, begin.parameter, (), (goal, 2 * goal, 4 * goal, 8 * goal), 0
+            )
             tracer.beyond = begin.parameter, _followed_back(tracer, at, left, follow) if at else []
         passed, taken_up = _back(tracer, left, passed)
     if passed:
@@ -52,11 +63,19 @@ def restart_ahead(tracer: BranchTracer, follow: Callable) -> None:
 
 
 def _in_steps(tracer, begin, goal):
-    """(points found one from the other in steps of the parameter, the last of them or None where one was not)."""
-    beside = [p.x for p in sorted(tracer.run, key=lambda point: -tracer.sense * point.parameter)[4:64:12]]
+    """(points found one from the other in steps of the parameter, the last of them or None where
+    one was not)."""
+    beside = [
+        p.x for p in sorted(tracer.run, key=lambda point: -tracer.sense * point.parameter)[4:64:12]
+    ]
     at, passed, step = begin, [], AHEAD[0]
-    while at.parameter != tracer.end and tracer.ahead(at.parameter, begin.parameter) < goal * tracer.length:
-        at, _ = _solution_ahead(tracer, at.parameter, (at.x, *beside), (step, 0.3 * step, 3 * step), 30)
+    while (
+        at.parameter != tracer.end
+        and tracer.ahead(at.parameter, begin.parameter) < goal * tracer.length
+    ):
+        at, _ = _solution_ahead(
+            tracer, at.parameter, (at.x, *beside), (step, 0.3 * step, 3 * step), 30
+        )
         if at is None:
             break
         last = passed[-1] if passed else begin
@@ -66,7 +85,8 @@ def _in_steps(tracer, begin, goal):
 
 
 def _known_beyond(tracer, begin, left, goal):
-    """Whether it is known what lies ahead: looked for from not far behind, and still ahead where there is something."""
+    """Whether it is known what lies ahead: looked for from not far behind, and still ahead where
+    there is something."""
     if tracer.beyond is None:
         return False
     where, points = tracer.beyond
@@ -75,10 +95,16 @@ def _known_beyond(tracer, begin, left, goal):
 
 
 def _followed_back(tracer, found, left, follow):
-    """The points from one found ahead back towards `left`, in the direction of the band, the nearest one first."""
+    """The points from one found ahead back towards `left`, in the direction of the band, the
+    nearest one first."""
     settings = tracer.settings
-    back = follow(tracer.evaluate, found, left, tracer.weights,
-                  replace(settings, max_points=settings.points_back, max_restarts=0, max_gaps=0, outside=0.0))
+    back = follow(
+        tracer.evaluate,
+        found,
+        left,
+        tracer.weights,
+        replace(settings, max_points=settings.points_back, max_restarts=0, max_gaps=0, outside=0.0),
+    )
     tracer.branch.calls += back.calls
     good = [reverse(q) for q in back.points if q.converged]
     nearest = min(range(len(good)), key=lambda i: tracer.sense * good[i].parameter)
@@ -86,10 +112,11 @@ def _followed_back(tracer, found, left, follow):
 
 
 def _back(tracer, left, passed):
-    """`passed` and the points that lead on from beyond the place where the branch was left, and the first of these.
+    """`passed` and the points that lead on from beyond the place where the branch was left, and the
+    first of these.
 
-    Where a wide hole stays, a failed point marks it; while points are left for following the branch on, that is done
-    instead and nothing comes back.
+    Where a wide hole stays, a failed point marks it; while points are left for following the branch
+    on, that is done instead and nothing comes back.
     """
     (_, good), settings = tracer.beyond, tracer.settings
     if not good:

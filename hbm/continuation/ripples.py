@@ -1,7 +1,9 @@
-"""A quantity along a branch whose equations are sampled: small ripples, each with a maximum of its own.
+"""A quantity along a branch whose equations are sampled: small ripples, each with a maximum of its
+own.
 
-Where an event of the cycle passes from one sample to the next the derivatives of a sampled law jump. Between two points
-of a branch there may then be several maxima close to one another; points are added until each stands alone.
+Where an event of the cycle passes from one sample to the next the derivatives of a sampled law
+jump. Between two points of a branch there may then be several maxima close to one another; points
+are added until each stands alone.
 """
 
 from collections.abc import Callable
@@ -20,12 +22,19 @@ class TooManyRipples(Exception):
         self.calls = calls
 
 
-def resolve(evaluate: Evaluate, known: list[MeasuredPoint], measure: Callable[[Point], MeasuredPoint], metric: Metric,
-            settings: Settings) -> tuple[list[MeasuredPoint], int]:
-    """(the points of a branch with those between, residual calls): each maximum that may be the largest has a bracket.
+def resolve(
+    evaluate: Evaluate,
+    known: list[MeasuredPoint],
+    measure: Callable[[Point], MeasuredPoint],
+    metric: Metric,
+    settings: Settings,
+) -> tuple[list[MeasuredPoint], int]:
+    """(the points of a branch with those between, residual calls): each maximum that may be the
+    largest has a bracket.
 
-    A part of the branch is halved until its middle agrees with the cubic through its ends or, at a kink, it was concave
-    several times over, and where it cannot reach the highest point. Raises TooManyRipples.
+    A part of the branch is halved until its middle agrees with the cubic through its ends or, at a
+    kink, it was concave several times over, and where it cannot reach the highest point. Raises
+    TooManyRipples.
     """
     best, calls, found = max(end.value for end in known), 0, [known[0]]
     parts = [(a, b, 0) for a, b in zip(known[-2::-1], known[:0:-1], strict=True)]
@@ -45,8 +54,15 @@ def resolve(evaluate: Evaluate, known: list[MeasuredPoint], measure: Callable[[P
         best = max(best, middle.value)
         error = abs(middle.value - _cubic(a, b, distance(a.point, b.point, metric)))
         halvings = halvings + 1 if _concave(a, middle, b, metric) else 0
-        reach = max(_crest(a, middle, metric), _crest(middle, b, metric)) + settings.ripple_margin * error
-        if reach < best or halvings == settings.concave_halvings or error <= settings.peak_tolerance * best:
+        reach = (
+            max(_crest(a, middle, metric), _crest(middle, b, metric))
+            + settings.ripple_margin * error
+        )
+        if (
+            reach < best
+            or halvings == settings.concave_halvings
+            or error <= settings.peak_tolerance * best
+        ):
             found += [middle, b]
         else:
             parts += [(middle, b, halvings), (a, middle, halvings)]
@@ -59,13 +75,17 @@ def _cubic(a, b, apart):
 
 
 def _crest(a, b, metric):
-    """What the Hermite cubic between two points does not exceed: 4/27 is the largest of s (1 - s)^2."""
+    """What the Hermite cubic between two points does not exceed: 4/27 is the largest of s (1 -
+    s)^2."""
     slopes = max(a.slope, 0.0) + max(-b.slope, 0.0)
     return max(a.value, b.value) + 4 / 27 * distance(a.point, b.point, metric) * slopes
 
 
 def _concave(a, middle, b, metric):
     """Whether three points and their tangents are those of a concave quantity."""
-    return all(right.value <= left.value + left.slope * apart and left.value <= right.value - right.slope * apart
-               for left, right in ((a, middle), (middle, b))
-               for apart in (distance(left.point, right.point, metric) * (1 + 1e-6),))
+    return all(
+        right.value <= left.value + left.slope * apart
+        and left.value <= right.value - right.slope * apart
+        for left, right in ((a, middle), (middle, b))
+        for apart in (distance(left.point, right.point, metric) * (1 + 1e-6),)
+    )

@@ -23,17 +23,18 @@ from tipdamp.hbm.continuation.settings import Settings
 class EndSettings:
     """How far is looked for what lies beyond the end of a band."""
 
-    calls: int = 40          # of the residual, for another solution there, which takes four
-    differs: float = 1e-2    # of the motion; nearer ones may differ in an undetermined mean alone
-    fold_calls: int = 1000   # of the residual, up to the fold: a lightly damped one takes some 200
-    reach: float = 2.0       # times the parameter at the end, or divided by it: limit for the fold
+    calls: int = 40  # of the residual, for another solution there, which takes four
+    differs: float = 1e-2  # of the motion; nearer ones may differ in an undetermined mean alone
+    fold_calls: int = 1000  # of the residual, up to the fold: a lightly damped one takes some 200
+    reach: float = 2.0  # times the parameter at the end, or divided by it: limit for the fold
 
 
 SETTINGS = EndSettings()
 
 
-def further_solutions(equation: Equation, branch: Branch, last: float, beyond: float | None,
-                      settings: Settings) -> str:
+def further_solutions(
+    equation: Equation, branch: Branch, last: float, beyond: float | None, settings: Settings
+) -> str:
     """What is known of solutions at the end of the band that the branch does not reach inside it,
     in words; empty where none was found.
 
@@ -48,27 +49,37 @@ def further_solutions(equation: Equation, branch: Branch, last: float, beyond: f
         return ""
     fold, looked = (None, beyond) if beyond is not None else _fold(equation, branch, settings)
     parameter = equation.parameter
-    return _in_words(*(None if value is None else parameter.named(value / parameter.scale)
-                       for value in (last, fold, looked)))
+    return _in_words(
+        *(
+            None if value is None else parameter.named(value / parameter.scale)
+            for value in (last, fold, looked)
+        )
+    )
 
 
 def _in_words(last, fold, looked):
     """fold, looked : where the branch folds beyond the end, how far it was followed, or None."""
     found = f"another solution at {last}, where the band ends"
     if fold is not None:
-        return (f"the branch leaves the band before its fold, near {fold}: there is {found}, and "
-                "more may lie inside; a band that ends beyond the fold holds them, as does the "
-                "option `beyond` in Python")
+        return (
+            f"the branch leaves the band before its fold, near {fold}: there is {found}, and "
+            "more may lie inside; a band that ends beyond the fold holds them, as does the "
+            "option `beyond` in Python"
+        )
     where = f", and no fold was found up to {looked}" if looked is not None else ""
-    return (f"there is {found}, to which the branch does not lead inside the band{where}: more may "
-            "lie inside; another end of the band, or the other direction, may hold them")
+    return (
+        f"there is {found}, to which the branch does not lead inside the band{where}: more may "
+        "lie inside; another end of the band, or the other direction, may hold them"
+    )
 
 
 def _from_linear_response(equation, last, settings):
     """The solution to which Newton's method leads from there, as a point of the branch."""
+
     def way(balance, w):
         linear = balance.linear(w)
         yield solve_fixed(balance.evaluate, linear, w, balance.weights, settings, SETTINGS.calls)
+
     return next(equation.solutions(last, way, settings))
 
 
@@ -88,7 +99,8 @@ def _fold(equation, branch, settings):
     if not start.converged:
         branch.calls += start.iterations
         return None, None
-    fold, looked, calls = fold_ahead(equation.evaluate, start, limit, equation.weights,
-                                     replace(settings, max_points=most), most)
+    fold, looked, calls = fold_ahead(
+        equation.evaluate, start, limit, equation.weights, replace(settings, max_points=most), most
+    )
     branch.calls += start.iterations + calls
     return fold, looked

@@ -1,4 +1,5 @@
-"""Inside of the contacts over one period of a solved point: motion, forces, sliders, friction work, energy balance."""
+"""Inside of the contacts over one period of a solved point: motion, forces, sliders, friction work,
+energy balance."""
 
 from dataclasses import dataclass, replace
 
@@ -16,17 +17,18 @@ from tipdamp.hbm.laws.records import Motion
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import check_whole
 
-SAMPLES = 8192           # a period; the friction work of a slip segment converges with their square
-MAX_PERIODS = 50         # until the state of a law with memory repeats
-REPEATS = 1e-10          # change of the state over a period, of its largest entry
+SAMPLES = 8192  # a period; the friction work of a slip segment converges with their square
+MAX_PERIODS = 50  # until the state of a law with memory repeats
+REPEATS = 1e-10  # change of the state over a period, of its largest entry
 
 
 @dataclass(frozen=True)
 class ContactCycles:
     """One period of every contact, n instants from 0 to the period, both ends included.
 
-    time : (n+1,) s; motion : (n+1, P, nd) m, relative, from rest; force : (n+1, P, nd) N of the law, the preload
-    included; sliders : (n+1, P, s) m, s = 0 for a law without; components : names of the nd components
+    time : (n+1,) s; motion : (n+1, P, nd) m, relative, from rest; force : (n+1, P, nd) N of the
+    law, the preload included; sliders : (n+1, P, s) m, s = 0 for a law without; components : names
+    of the nd components
     energy : of the period, by the law itself
     """
 
@@ -39,34 +41,42 @@ class ContactCycles:
 
     @property
     def friction_work(self) -> np.ndarray:
-        """(P,) J per period, from the instants alone: of the tangential forces along the paths of their sliders, which
-        move where a contact slips; of a law without sliders, of all its forces along the motion."""
+        """(P,) J per period, from the instants alone: of the tangential forces along the paths of
+        their sliders, which move where a contact slips; of a law without sliders, of all its forces
+        along the motion."""
         s = self.sliders.shape[2]
         path, force = (self.sliders, self.force[:, :, :s]) if s else (self.motion, self.force)
         return np.einsum("tpi,tpi->p", 0.5 * (force[1:] + force[:-1]), np.diff(path, axis=0))
 
 
-def whole_motion(curve: ForcedResponse, problem: ContactProblem, point: int,
-                 parameter: Parameter | None = None) -> np.ndarray:
-    """(r, H+1) m: Fourier coefficients of all dofs of the model at a point of a curve, by its index; order 0 is from
-    the state q = 0. Raises InputError as `contact_cycles`."""
+def whole_motion(
+    curve: ForcedResponse, problem: ContactProblem, point: int, parameter: Parameter | None = None
+) -> np.ndarray:
+    """(r, H+1) m: Fourier coefficients of all dofs of the model at a point of a curve, by its
+    index; order 0 is from the state q = 0. Raises InputError as `contact_cycles`."""
     return _kept(curve, problem, point, parameter).motion()[0]
 
 
-def contact_cycles(curve: ForcedResponse, problem: ContactProblem, point: int, n: int = SAMPLES,
-                   parameter: Parameter | None = None) -> ContactCycles:
+def contact_cycles(
+    curve: ForcedResponse,
+    problem: ContactProblem,
+    point: int,
+    n: int = SAMPLES,
+    parameter: Parameter | None = None,
+) -> ContactCycles:
     """The contacts over one period of a point of a curve, by its index.
 
-    The law is stepped along the motion until its state repeats. Raises InputError where the point was not solved, or
-    the problem is not that of the curve.
+    The law is stepped along the motion until its state repeats. Raises InputError where the point
+    was not solved, or the problem is not that of the curve.
     """
     return _cycles(_kept(curve, problem, point, parameter), check_whole("contact_cycles: n", n, 8))
 
 
-def energy_balance(curve: ForcedResponse, problem: ContactProblem, point: int,
-                   parameter: Parameter | None = None) -> EnergyBalance:
-    """Energies of one period of a point of a curve, by its index; friction by the slip of the contacts, not by the
-    harmonics of their forces. Raises InputError as `contact_cycles`."""
+def energy_balance(
+    curve: ForcedResponse, problem: ContactProblem, point: int, parameter: Parameter | None = None
+) -> EnergyBalance:
+    """Energies of one period of a point of a curve, by its index; friction by the slip of the
+    contacts, not by the harmonics of their forces. Raises InputError as `contact_cycles`."""
     return _kept(curve, problem, point, parameter).energies()[0]
 
 
@@ -79,17 +89,22 @@ def _kept(curve, problem, point, parameter):
 
 
 def _cycles(kept: KeptPoints, n: int) -> ContactCycles:
-    balance, law, w, contacts = kept.balance, kept.problem.law, kept.w[0], kept.contacts[0]
+    balance = kept.balance
+    law = kept.problem.law
+    w = kept.w[0]
+    contacts = kept.contacts[0]
     tau = 2 * np.pi * np.arange(n + 1) / n
     u = np.einsum("th,pdh->tpd", fourier.basis(tau, balance.H), kept.u[0])
     v = w * np.einsum("th,pdh->tpd", fourier.basis_rate(tau, balance.H), kept.u[0])
     force, states = _periodic(balance, contacts, u, v, w)
-    return ContactCycles(tau / w, u, force, states[:, :, :law.sliders], law.components, kept.energies()[0])
+    return ContactCycles(
+        tau / w, u, force, states[:, :, : law.sliders], law.components, kept.energies()[0]
+    )
 
 
 def _periodic(balance: HarmonicBalance, contacts, u, v, w) -> tuple[np.ndarray, np.ndarray]:
-    """(n+1, P, nd) forces and (n+1, P, ns) states of the law over the first period at whose end the states are those of
-    its beginning."""
+    """(n+1, P, nd) forces and (n+1, P, ns) states of the law over the first period at whose end the
+    states are those of its beginning."""
     law, n = balance.problem.law, len(u) - 1
     dt, state = 2 * np.pi / (w * n), law.initial_state(u[0], balance.start, contacts)
     for _ in range(MAX_PERIODS):

@@ -1,4 +1,5 @@
-"""Energies of a period of a solved point: what the excitation puts in, the damping and the contacts take."""
+"""Energies of a period of a solved point: what the excitation puts in, the damping and the contacts
+take."""
 
 from dataclasses import dataclass
 
@@ -10,8 +11,8 @@ from tipdamp.hbm.balance.settings import DEFAULT
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """J per period: input of the excitation, loss in the structure's damping, friction (P,) of each contact; apparent -
-    input if each force were in phase with its velocity."""
+    """J per period: input of the excitation, loss in the structure's damping, friction (P,) of each
+    contact; apparent - input if each force were in phase with its velocity."""
 
     input: float
     damping: float
@@ -20,15 +21,16 @@ class EnergyBalance:
 
     @property
     def error(self) -> float:
-        """Of the balance input = damping + friction, relative to the input, or to a small share of the apparent one
-        where that is larger: a system that takes nothing is balanced to rounding."""
+        """Of the balance input = damping + friction, relative to the input, or to a small share of
+        the apparent one where that is larger: a system that takes nothing is balanced to
+        rounding."""
         left = abs(self.input - self.damping - self.friction.sum())
         return left / max(abs(self.input), DEFAULT.no_input * self.apparent, np.finfo(float).tiny)
 
 
 def excitation(balance: HarmonicBalance, forces: dict) -> dict[int, np.ndarray]:
-    """{order: (m,) N} whose product with the conjugate modal motion is that of the forces {harmonic: (r,)} with that of
-    the dofs; constant forces are left out."""
+    """{order: (m,) N} whose product with the conjugate modal motion is that of the forces
+    {harmonic: (r,)} with that of the dofs; constant forces are left out."""
     found = {}
     for k, F in forces.items():
         at = np.flatnonzero(F)
@@ -37,15 +39,28 @@ def excitation(balance: HarmonicBalance, forces: dict) -> dict[int, np.ndarray]:
     return found
 
 
-def energies(balance: HarmonicBalance, excited: list[dict], w: np.ndarray, modal: np.ndarray,
-             friction: np.ndarray) -> list[EnergyBalance]:
-    """Of n modal motions (n, m, H+1) at w (n,) rad/s; excited : of `excitation`, of each; friction : (n, P) J of each
-    contact."""
+def energies(
+    balance: HarmonicBalance,
+    excited: list[dict],
+    w: np.ndarray,
+    modal: np.ndarray,
+    friction: np.ndarray,
+) -> list[EnergyBalance]:
+    """Of n modal motions (n, m, H+1) at w (n,) rad/s; excited : of `excitation`, of each; friction
+    : (n, P) J of each contact."""
     k, damping = np.arange(balance.H + 1), balance.damping
     damped = damping[:, None] * modal if damping.ndim == 1 else damping @ modal
     lost = np.pi * w * (np.einsum("nmk,nmk->nk", modal.conj(), damped).real @ k**2)
-    powers = [{order: complex(row @ q[:, order].conj()) for order, row in one.items()}
-              for one, q in zip(excited, modal, strict=True)]
-    return [EnergyBalance(np.pi * sum(order * power.imag for order, power in one.items()), float(loss), taken,
-                          np.pi * sum(order * abs(power) for order, power in one.items()))
-            for one, loss, taken in zip(powers, lost, friction, strict=True)]
+    powers = [
+        {order: complex(row @ q[:, order].conj()) for order, row in one.items()}
+        for one, q in zip(excited, modal, strict=True)
+    ]
+    return [
+        EnergyBalance(
+            np.pi * sum(order * power.imag for order, power in one.items()),
+            float(loss),
+            taken,
+            np.pi * sum(order * abs(power) for order, power in one.items()),
+        )
+        for one, loss, taken in zip(powers, lost, friction, strict=True)
+    ]

@@ -1,17 +1,19 @@
-"""Equilibrium of solved points: the equation of motion once more, with the contact law on the motion that is kept.
+"""Equilibrium of solved points: the equation of motion once more, with the contact law on the
+motion that is kept.
 
-Newton's method solves the condensed equations, in m, and takes its last step without evaluating again. What is kept of
-a point is judged in N, by the plain equation
+Newton's method solves the condensed equations, in m, and takes its last step without evaluating
+again. What is kept of a point is judged in N, by the plain equation
 
     r_k = [K - (k w)^2 M + i k w C] q_k + B' f_k(B q) - F_k,        k = 0..H
 
-over its force scale: the larger of the applied forces and of what the contacts add to the state of rest, of the orders
-k > 0 without the constant parts. Each dof has its own unit, by its stiffness at the frequency of the force. A stiff
-contact magnifies errors of the motion, and so its rounding: that bounds the stiffness which double precision can carry.
+over its force scale: the larger of the applied forces and of what the contacts add to the state of
+rest, of the orders k > 0 without the constant parts. Each dof has its own unit, by its stiffness at
+the frequency of the force. A stiff contact magnifies errors of the motion, and so its rounding:
+that bounds the stiffness which double precision can carry.
 
-Newton's method found q as the response to contact forces of its own. So r is by what the forces of the law on q differ
-from these, known at every point, and the error of that response, in proportion to q: this is measured, with the full
-matrices, at the ends of a curve and at its largest motion.
+Newton's method found q as the response to contact forces of its own. So r is by what the forces of
+the law on q differ from these, known at every point, and the error of that response, in proportion
+to q: this is measured, with the full matrices, at the ends of a curve and at its largest motion.
 """
 
 from collections.abc import Iterable, Iterator
@@ -37,13 +39,14 @@ from tipdamp.hbm.result import ForcedResponse
 TINY = float(np.finfo(float).tiny)
 
 
-def settle(equation: Equation, points: list[Point],
-           pinned: Iterable[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(n,) residuals over the force scale of the points and (n,) errors of their energy balance, NaN where one was not
-    found, and (n,) bool: out of balance.
+def settle(
+    equation: Equation, points: list[Point], pinned: Iterable[float]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(n,) residuals over the force scale of the points and (n,) errors of their energy balance,
+    NaN where one was not found, and (n,) bool: out of balance.
 
-    Points above the limit are replaced, in the list, by what further Newton steps make of them, unless rounding of the
-    given matrices explains what is left.
+    Points above the limit are replaced, in the list, by what further Newton steps make of them,
+    unless rounding of the given matrices explains what is left.
     pinned : parameters at which points must stay, exactly
     """
     pinned = set(pinned)
@@ -60,28 +63,38 @@ def settle(equation: Equation, points: list[Point],
             if residual <= DEFAULT.equilibrium:
                 break
     bad = residuals > DEFAULT.equilibrium
-    bad[bad] = [residuals[i] > _limit(equation, points[i], 1.0) or doubt(equation, points[i]) > DEFAULT.most_doubt
-                for i in np.flatnonzero(bad)]
+    bad[bad] = [
+        residuals[i] > _limit(equation, points[i], 1.0)
+        or doubt(equation, points[i]) > DEFAULT.most_doubt
+        for i in np.flatnonzero(bad)
+    ]
     return residuals, errors, bad
 
 
 def _limit(equation, point, springs=0.0):
-    """Residual over the force scale that a point may have: the terms of the equation of motion themselves are not known
-    better than their rounding, which is large beside their sum where elements are small.
+    """Residual over the force scale that a point may have: the terms of the equation of motion
+    themselves are not known better than their rounding, which is large beside their sum where
+    elements are small.
 
-    springs : share of the rounding of the motion of stiff contacts that comes on top as well, once further steps are of
-        no help; none of it where it exceeds the limit, as there the stiffness is said to be too large
+    springs : share of the rounding of the motion of stiff contacts that comes on top as well, once
+    further steps are of
+        no help; none of it where it exceeds the limit, as there the stiffness is said to be too
+        large
     """
     kept = KeptPoints(equation, [point])
-    terms, motion = (float(kept.over_scale(error)[0]) for error in (kept.rounding(), kept.rounding_of_springs()))
+    terms, motion = (
+        float(kept.over_scale(error)[0]) for error in (kept.rounding(), kept.rounding_of_springs())
+    )
     motion = springs * motion if motion <= DEFAULT.equilibrium else 0.0
     return DEFAULT.equilibrium + terms + motion
 
 
 def doubt(equation: Equation, point: Point) -> float:
-    """Share of the vibration of a point by which rounding of the terms moves its branch: forces of that size and of
-    random phase, answered by the linearised equations."""
-    kept, detail, balance = KeptPoints(equation, [point]), point.detail, point.detail.balance
+    """Share of the vibration of a point by which rounding of the terms moves its branch: forces of
+    that size and of random phase, answered by the linearised equations."""
+    kept = KeptPoints(equation, [point])
+    detail = point.detail
+    balance = point.detail.balance
     shapes, orders = balance.receptance.shapes, np.arange(balance.H + 1)
     forces = kept.rounding_forces()[0]
     forces = forces * np.exp(2j * np.pi * np.random.default_rng(0).random(forces.shape))
@@ -94,16 +107,17 @@ def doubt(equation: Equation, point: Point) -> float:
 
 
 def _across(point):
-    """Row and corner of a border that leads across the branch; at its parameter where that has no tangent."""
+    """Row and corner of a border that leads across the branch; at its parameter where that has no
+    tangent."""
     if point.tangent is None or not np.any(point.tangent[0]):
         return np.zeros(len(point.x)), 1.0
     along, rate = point.tangent
-    return along / size(along)**2, rate / point.parameter**2
+    return along / size(along) ** 2, rate / point.parameter**2
 
 
 def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) residual of the equation of motion over the force scale and (n,) error of the energy balance of each
-    point; NaN where one was not found."""
+    """(n,) residual of the equation of motion over the force scale and (n,) error of the energy
+    balance of each point; NaN where one was not found."""
     found, energy = np.full((2, len(points)), np.nan)
     solved = [i for i, point in enumerate(points) if point.converged]
     if not solved:
@@ -113,7 +127,8 @@ def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray
     for k in {0, last, int(motion[:, 1].argmax())}:
         error = KeptPoints(equation, [points[solved[k]]]).response_error()[0]
         share = np.maximum(share, error / np.maximum(motion[k], TINY))
-    for run in _alike(points, solved, equation.balance):        # one after the other: all at once need memory
+    # one after the other: all at once need memory
+    for run in _alike(points, solved, equation.balance):
         kept = KeptPoints(equation, [points[i] for i in run])
         found[run] = kept.over_scale(kept.contact_error() + share * _parts(kept.modal))
         energy[run] = [one.error for one in kept.energies()]
@@ -121,9 +136,10 @@ def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray
 
 
 def _alike(points, chosen, balance):
-    """Indices of points, in runs of one balance and no more of them than fit into memory at once."""
+    """Indices of points, in runs of one balance and no more of them than fit into memory at
+    once."""
     P, r = len(balance.problem.contacts), len(balance.problem.K)
-    most = max(1, DEFAULT.kept_at_once // max(P * (balance.nd * balance.nh)**2, r * balance.nh))
+    most = max(1, DEFAULT.kept_at_once // max(P * (balance.nd * balance.nh) ** 2, r * balance.nh))
     runs = [[chosen[0]]]
     for i in chosen[1:]:
         same = points[i].detail.balance is points[runs[-1][0]].detail.balance
@@ -135,11 +151,11 @@ def _alike(points, chosen, balance):
 
 
 class KeptPoints:
-    """What is kept of n points of one balance: modal (n, m, H+1) and its u (n, P, nd, nh) m, and the contact forces of
-    Newton's method.
+    """What is kept of n points of one balance: modal (n, m, H+1) and its u (n, P, nd, nh) m, and
+    the contact forces of Newton's method.
 
-    w : (n,) rad/s; forces : {harmonic: (r,)} of each; contacts : settings of each, those of the problem or others
-    h (n, P, nd, nh) N : the contact forces, less those at rest
+    w : (n,) rad/s; forces : {harmonic: (r,)} of each; contacts : settings of each, those of the
+    problem or others h (n, P, nd, nh) N : the contact forces, less those at rest
     """
 
     def __init__(self, equation: Equation, points: list[Point]):
@@ -147,44 +163,78 @@ class KeptPoints:
         values = [point.parameter / parameter.scale for point in points]
         there = [parameter.rebuild(whole.problem, whole.forces, value) for value in values]
         self.balance, self.forces = points[0].detail.balance, [forces for _, forces in there]
-        self.problem, self.contacts = self.balance.problem, [problem.contacts for problem, _ in there]
+        self.problem, self.contacts = (
+            self.balance.problem,
+            [problem.contacts for problem, _ in there],
+        )
         self.modal = np.array([point.detail.modal for point in points])
         self.g = np.array([point.detail.forces.g for point in points])
-        self.w = np.array([parameter.angular_frequency(2 * np.pi * equation.hz, point.parameter) for point in points])
+        self.w = np.array(
+            [
+                parameter.angular_frequency(2 * np.pi * equation.hz, point.parameter)
+                for point in points
+            ]
+        )
         u = fourier.to_real(_times(self.balance.shapes, self.modal))
         self.u = np.ascontiguousarray(u.reshape(self.g.shape))
         self.h = self.g + self.balance.springs[:, :, None] * self.u
         self.unit = _units(self.problem, self.w)
 
     def contact_error(self) -> np.ndarray:
-        """(n, 2) size of the difference between the forces of the law on the motion and those of Newton's method."""
+        """(n, 2) size of the difference between the forces of the law on the motion and those of
+        Newton's method."""
         return self._size(self._at_dofs(self.of_law[0] - self.g))
 
     def energies(self) -> list[EnergyBalance]:
         """Of a period of each point."""
-        made = {key: excitation(self.balance, forces) for key, forces in {id(one): one for one in self.forces}.items()}
-        return energies(self.balance, [made[id(forces)] for forces in self.forces], self.w, self.modal, self.of_law[1])
+        made = {
+            key: excitation(self.balance, forces)
+            for key, forces in {id(one): one for one in self.forces}.items()
+        }
+        return energies(
+            self.balance,
+            [made[id(forces)] for forces in self.forces],
+            self.w,
+            self.modal,
+            self.of_law[1],
+        )
 
     @cached_property
     def of_law(self) -> tuple[np.ndarray, np.ndarray]:
-        """Forces of the law on the motion, (n, P, nd, nh) N as `g`, and (n, P) J their work: of all points at once,
-        where the law does not depend on the frequency."""
+        """Forces of the law on the motion, (n, P, nd, nh) N as `g`, and (n, P) J their work: of all
+        points at once, where the law does not depend on the frequency."""
         first = self.balance.contact_forces(self.u[0], self.w[0], self.contacts[0])
         if first.by_omega is not None:
-            found = [first, *map(self.balance.contact_forces, self.u[1:], self.w[1:], self.contacts[1:])]
+            found = [
+                first,
+                *map(self.balance.contact_forces, self.u[1:], self.w[1:], self.contacts[1:]),
+            ]
             return np.array([one.g for one in found]), np.array(list(map(_work, found, self.u)))
         g, work, n = first.g[None], _work(first, self.u[0])[None], len(self.w) - 1
         if n:
-            own, of, u = self.problem.contacts, self.contacts[1:], self.u[1:].reshape(-1, *self.u.shape[2:])
-            rest = [self.balance.own.rest if contacts is own else self.problem.rest_force(contacts) for contacts in of]
+            own = self.problem.contacts
+            of = self.contacts[1:]
+            u = self.u[1:].reshape(-1, *self.u.shape[2:])
+            rest = [
+                self.balance.own.rest if contacts is own else self.problem.rest_force(contacts)
+                for contacts in of
+            ]
             found = self.balance.own.repeated(of, rest).forces(u, self.w[0])
-            g, work = np.r_[g, found.g.reshape(n, *g.shape[1:])], np.r_[work, _work(found, u).reshape(n, -1)]
+            g, work = (
+                np.r_[g, found.g.reshape(n, *g.shape[1:])],
+                np.r_[work, _work(found, u).reshape(n, -1)],
+            )
         return g, work
 
     def response_error(self) -> np.ndarray:
-        """(n, 2) size of the residual of the equation of motion under the forces of Newton's method."""
+        """(n, 2) size of the residual of the equation of motion under the forces of Newton's
+        method."""
         problem, kw, q = self.problem, self._orders(), self.motion()
-        inner = _times(problem.stiffness, q) - _times(problem.M, q * kw**2) + 1j * kw * self.damping_force(q)
+        inner = (
+            _times(problem.stiffness, q)
+            - _times(problem.M, q * kw**2)
+            + 1j * kw * self.damping_force(q)
+        )
         reactions = self.modal[:, :, 0].real @ self.balance.reaction_rows.T
         for one, reaction in zip(problem.held, reactions.T, strict=True):
             if one.mean:
@@ -192,12 +242,16 @@ class KeptPoints:
         return self._size(inner + self._at_dofs(self.h) - self.applied())
 
     def rounding_forces(self) -> np.ndarray:
-        """(n, r, H+1) N, what K q and M q may be off by rounding alone, and orders k > 0 by that of the mean contact
-        forces, with which a sampled cycle mixes them."""
+        """(n, r, H+1) N, what K q and M q may be off by rounding alone, and orders k > 0 by that of
+        the mean contact forces, with which a sampled cycle mixes them."""
         q = np.abs(self.motion())
-        terms = _times(abs(self.problem.stiffness), q) + _times(abs(self.problem.M), q * self._orders()**2)
+        terms = _times(abs(self.problem.stiffness), q) + _times(
+            abs(self.problem.M), q * self._orders() ** 2
+        )
         at = self._at_dofs(self.h)
-        terms[:, :, 1:] = np.hypot(terms[:, :, 1:], np.abs(at[:, :, :1]) / np.sqrt(max(at.shape[2] - 1, 1)))
+        terms[:, :, 1:] = np.hypot(
+            terms[:, :, 1:], np.abs(at[:, :, :1]) / np.sqrt(max(at.shape[2] - 1, 1))
+        )
         return DEFAULT.terms * np.finfo(float).eps * terms
 
     def rounding(self) -> np.ndarray:
@@ -211,14 +265,15 @@ class KeptPoints:
         return np.finfo(float).eps * self._size(_times(abs(self.problem.B.T), made))
 
     def over_scale(self, error: np.ndarray) -> np.ndarray:
-        """(n,) errors (n, 2) over the force scale: the applied forces, or the contact forces if these are larger. What
-        vibrates is held against what vibrates alone: static forces, however large, say nothing of it."""
+        """(n,) errors (n, 2) over the force scale: the applied forces, or the contact forces if
+        these are larger. What vibrates is held against what vibrates alone: static forces, however
+        large, say nothing of it."""
         applied = self._size(self.applied())
         scale = np.maximum(applied, self._size(self._at_dofs(self.h)))
         scale[:, 0] = np.hypot(*scale.T)
         scale[applied[:, 1] == 0, 1] = scale[applied[:, 1] == 0, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.linalg.norm(np.where(scale > 0, error / scale, error != 0), axis=1)     # NaN: 1
+            return np.linalg.norm(np.where(scale > 0, error / scale, error != 0), axis=1)  # NaN: 1
 
     def motion(self) -> np.ndarray:
         """(n, r, H+1) q, m."""
@@ -230,16 +285,23 @@ class KeptPoints:
 
     def _at_dofs(self, force):
         """(n, r, H+1) B' of forces (n, P, nd, nh)."""
-        return _times(self.problem.B.T, fourier.to_complex(force.reshape(len(force), -1, self.balance.nh)))
+        return _times(
+            self.problem.B.T, fourier.to_complex(force.reshape(len(force), -1, self.balance.nh))
+        )
 
     def _size(self, force):
         return norms(force, self.unit)
 
     def applied(self) -> np.ndarray:
         """(n, r, H+1) N, the forces on the dofs, constant ones included."""
-        made = {id(forces): self._applied(forces) for forces in {id(one): one for one in self.forces}.values()}
+        made = {
+            id(forces): self._applied(forces)
+            for forces in {id(one): one for one in self.forces}.values()
+        }
         if len(made) == 1:
-            return np.broadcast_to(next(iter(made.values())), (*self.unit.shape, self.balance.H + 1))
+            return np.broadcast_to(
+                next(iter(made.values())), (*self.unit.shape, self.balance.H + 1)
+            )
         return np.array([made[id(forces)] for forces in self.forces])
 
     def _applied(self, forces):
@@ -255,9 +317,11 @@ class KeptPoints:
         problem, of = self.problem, self.balance.receptance
         if problem.damping_ratio is None:
             return _times(problem.C, q)
-        y = (2 * of.ratio * np.sqrt(of.mass * of.stiffness))[:, None] * self.modal[:, :len(of.mass)]
-        # K phi = (k/m) M phi has no rounding of stiff springs; it does not hold for massless motions, nor mode by mode
-        # where these stand for many more
+        y = (2 * of.ratio * np.sqrt(of.mass * of.stiffness))[:, None] * self.modal[
+            :, : len(of.mass)
+        ]
+        # K phi = (k/m) M phi has no rounding of stiff springs; it does not hold for massless
+        # motions, nor mode by mode where these stand for many more
         heavy = (of.mass > DEFAULT.light * of.mass.max()) & (of.shapes.shape[1] >= q.shape[1])
         force = _times(problem.M, _times(of.modes[:, heavy], y[:, heavy] / of.mass[heavy, None]))
         if heavy.all():
@@ -267,12 +331,14 @@ class KeptPoints:
 
 
 def _work(forces, u):
-    """(P,) J of contact forces in a period, along the slip where the law tells it, else along the motion u."""
+    """(P,) J of contact forces in a period, along the slip where the law tells it, else along the
+    motion u."""
     return fourier.work(forces.g, u) if forces.work is None else forces.work
 
 
 def _times(A, X):
-    """(n, k, H+1) products of a real or complex, dense or sparse matrix (k, m) with X (n, m, H+1), in one go."""
+    """(n, k, H+1) products of a real or complex, dense or sparse matrix (k, m) with X (n, m, H+1),
+    in one go."""
     n, m, orders = X.shape
     product = real_times(A, X.transpose(1, 0, 2).reshape(m, n * orders))
     return product.reshape(A.shape[0], n, orders).transpose(1, 0, 2)
@@ -280,7 +346,7 @@ def _times(A, X):
 
 def _units(problem, w):
     """(n, r) unit of force at each dof, by its stiffness at w (n,) rad/s without contact."""
-    stiffness = np.abs(problem.K.diagonal()) + w[:, None]**2 * problem.M.diagonal()
+    stiffness = np.abs(problem.K.diagonal()) + w[:, None] ** 2 * problem.M.diagonal()
     return np.sqrt(np.maximum(stiffness, 1e-30 * stiffness.max(axis=1, keepdims=True)))
 
 
@@ -295,11 +361,14 @@ def _norm(unit, force):
 
 
 def _more_steps(equation, point, pinned) -> Iterator[Point]:
-    """The point after further Newton steps: at its parameter, then across the branch where it is not pinned there."""
+    """The point after further Newton steps: at its parameter, then across the branch where it is
+    not pinned there."""
     begin = Plane(point.x, point.parameter, np.zeros(len(point.x)), 1.0)
     planes = [begin]
     if point.tangent is not None and not pinned:
-        planes.append(begin._replace(row=point.tangent[0] / max(size(point.tangent[0]), TINY), corner=0.0))
+        planes.append(
+            begin._replace(row=point.tangent[0] / max(size(point.tangent[0]), TINY), corner=0.0)
+        )
     for x, p, row, corner in planes:
         e = equation.evaluate(x, p)
         for _ in range(DEFAULT.more_steps):
@@ -320,66 +389,105 @@ def _nearby(p, point):
     return abs(p - point.parameter) <= DEFAULT.nearby * abs(point.parameter)
 
 
-def with_residuals(curve: ForcedResponse, residuals: np.ndarray, bad: np.ndarray, equation: Equation,
-                   points: list[Point]) -> ForcedResponse:
-    """The curve with its residuals (n,); points that are out of balance, bad (n,), have failed: it says where and why,
-    and where rounding of the matrices stays above the limit."""
+def with_residuals(
+    curve: ForcedResponse,
+    residuals: np.ndarray,
+    bad: np.ndarray,
+    equation: Equation,
+    points: list[Point],
+) -> ForcedResponse:
+    """The curve with its residuals (n,); points that are out of balance, bad (n,), have failed: it
+    says where and why, and where rounding of the matrices stays above the limit."""
     rounded = residuals[~bad] > DEFAULT.equilibrium
     if rounded.any():
         worst = int(np.nanargmax(np.where(bad, -1.0, residuals)))
-        curve = replace(curve, ended=f"{curve.ended}; at {rounded.sum()} points the forces balance to "
-                        f"{residuals[worst]:.0e} of their scale, rounding of the given matrices or of stiff contacts: "
-                        f"the vibration is known to {doubt(equation, points[worst]):.0e}")
+        curve = replace(
+            curve,
+            ended=(
+                f"{curve.ended}; at {rounded.sum()} points the forces balance to "
+                f"{residuals[worst]:.0e} of their scale, rounding of the given matrices or of "
+                f"stiff contacts: the vibration is known to {doubt(equation, points[worst]):.0e}"
+            ),
+        )
     if not bad.any():
         return replace(curve, force_residual=residuals)
     worst = int(np.nanargmax(np.where(bad, residuals, 0.0)))
     at = KeptPoints(equation, [points[worst]])
-    problem = at.problem if at.contacts[0] is at.problem.contacts else at.problem.with_contacts(at.contacts[0])
+    problem = (
+        at.problem
+        if at.contacts[0] is at.problem.contacts
+        else at.problem.with_contacts(at.contacts[0])
+    )
     reason = _too_stiff(problem, at.forces[0], at.w[0], at.motion()[0], DEFAULT.equilibrium)
-    ended = (f"{curve.ended}; {bad.sum()} point{'s' * int(bad.sum() > 1)} left out, as the forces do not balance to "
-             f"{DEFAULT.equilibrium:g} of their scale: worst {residuals[worst]:.1e}, at "
-             f"{equation.parameter.named(curve.parameter[worst])}; {reason or 'try other harmonics there'}")
+    ended = (
+        f"{curve.ended}; {bad.sum()} point{'s' * int(bad.sum() > 1)} left out, as the forces do "
+        f"not balance to {DEFAULT.equilibrium:g} of their scale: worst {residuals[worst]:.1e}, at "
+        f"{equation.parameter.named(curve.parameter[worst])}; "
+        f"{reason or 'try other harmonics there'}"
+    )
     return replace(
-        curve, force_residual=_blank(residuals, bad), energy_error=_blank(curve.energy_error, bad), complete=False,
-        ended=ended, converged=curve.converged & ~bad, harmonics=_blank(curve.harmonics, bad),
+        curve,
+        force_residual=_blank(residuals, bad),
+        energy_error=_blank(curve.energy_error, bad),
+        complete=False,
+        ended=ended,
+        converged=curve.converged & ~bad,
+        harmonics=_blank(curve.harmonics, bad),
         share_stick=_blank(curve.share_stick, bad),
-        share_slip=_blank(curve.share_slip, bad), share_open=_blank(curve.share_open, bad),
-        dissipated=_blank(curve.dissipated, bad), contact_force=_blank(curve.contact_force, bad),
-        unknowns=_blank(curve.unknowns, bad), reaction=_blank(curve.reaction, bad),
-        peak_points=curve.peak_points & ~bad[:len(curve.peak_points), None])
+        share_slip=_blank(curve.share_slip, bad),
+        share_open=_blank(curve.share_open, bad),
+        dissipated=_blank(curve.dissipated, bad),
+        contact_force=_blank(curve.contact_force, bad),
+        unknowns=_blank(curve.unknowns, bad),
+        reaction=_blank(curve.reaction, bad),
+        peak_points=curve.peak_points & ~bad[: len(curve.peak_points), None],
+    )
 
 
 def _blank(column, bad):
     """A column of a curve with NaN at points; as it is where it is empty."""
-    return np.where(bad.reshape(-1, *[1] * (column.ndim - 1)), np.nan, column) if column.size else column
+    return (
+        np.where(bad.reshape(-1, *[1] * (column.ndim - 1)), np.nan, column)
+        if column.size
+        else column
+    )
 
 
 def check_carried(problem: ContactProblem, forces: dict, w: float) -> None:
-    """InputError where a contact is so stiff that rounding alone puts the response at w rad/s out of equilibrium."""
-    springs, B = problem.law.stuck_stiffness(problem.contacts).ravel(), sp.csr_matrix(problem.B)
+    """InputError where a contact is so stiff that rounding alone puts the response at w rad/s out
+    of equilibrium."""
+    springs = problem.law.stuck_stiffness(problem.contacts).ravel()
+    B = sp.csr_matrix(problem.B)
     most = DEFAULT.stiff * np.abs(problem.K.diagonal()).max()
     if (B.multiply(B).T @ springs).max(initial=0.0) <= most:
         return
     # rigid beside the bodies, but not so stiff that these are lost beside it
-    soft = np.minimum(springs, most / max(abs(B).max(), 1e-300)**2)
+    soft = np.minimum(springs, most / max(abs(B).max(), 1e-300) ** 2)
     stiffness = problem.K + w**2 * problem.M + (B.T @ B.multiply(soft[:, None])).toarray()
     try:
         q = np.linalg.solve(stiffness, np.array(list(forces.values())).T)
-    except np.linalg.LinAlgError:               # a motion without mass is free: named with the stuck system
+    except np.linalg.LinAlgError:  # a motion without mass is free: named with the stuck system
         return
     if message := _too_stiff(problem, forces, w, q, DEFAULT.equilibrium / DEFAULT.resonance):
         raise InputError(message)
 
 
 def _too_stiff(problem, forces, w, q, allowed):
-    """A sentence on the stiffest contact where rounding of the motion q (r, n) is more than allowed; else empty."""
-    springs, B = problem.law.stuck_stiffness(problem.contacts).ravel(), abs(sp.csr_matrix(problem.B))
-    unit, rounding = _units(problem, np.array([w]))[0], np.finfo(float).eps * springs[:, None] * (B @ np.abs(q))
+    """A sentence on the stiffest contact where rounding of the motion q (r, n) is more than
+    allowed; else empty."""
+    springs = problem.law.stuck_stiffness(problem.contacts).ravel()
+    B = abs(sp.csr_matrix(problem.B))
+    unit = _units(problem, np.array([w]))[0]
+    rounding = np.finfo(float).eps * springs[:, None] * (B @ np.abs(q))
     scale = _norm(unit, np.array(list(forces.values())).T)
     if not (share := _norm(unit, B.T @ rounding)) > allowed * scale:
         return ""
-    worst, names = int(np.linalg.norm(rounding, axis=1).argmax()), problem.law.components
-    return (f"contact {worst // len(names) + 1}: a stiffness of {springs[worst]:.3g} N/m along "
-            f"{names[worst % len(names)]} is more than double precision can carry, rounding of the motion is "
-            f"{share / scale:.1e} of the force: at most {springs[worst] * allowed * scale / share:.1g} N/m, which is "
-            "all but rigid beside the bodies")
+    worst = int(np.linalg.norm(rounding, axis=1).argmax())
+    names = problem.law.components
+    return (
+        f"contact {worst // len(names) + 1}: a stiffness of {springs[worst]:.3g} N/m along "
+        f"{names[worst % len(names)]} is more than double precision can carry, rounding of the "
+        f"motion is {share / scale:.1e} of the force: at most "
+        f"{springs[worst] * allowed * scale / share:.1g} N/m, which is all but rigid beside the "
+        "bodies"
+    )

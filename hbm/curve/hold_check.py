@@ -1,4 +1,5 @@
-"""Whether the springs that hold a motion are soft enough: peak and mean reactions at ten times their stiffness."""
+"""Whether the springs that hold a motion are soft enough: peak and mean reactions at ten times
+their stiffness."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -19,9 +20,10 @@ from tipdamp.hbm.result import ForcedResponse
 
 
 class Stiffer(NamedTuple):
-    """What ten times the stiffness of the springs changes: the largest relative change of the highest amplitude and, as
-    a share of the excitation, of the mean reactions there; and that of reactions that follow the stiffness, since
-    contacts that stick carry them, as a share of their own size.
+    """What ten times the stiffness of the springs changes: the largest relative change of the
+    highest amplitude and, as a share of the excitation, of the mean reactions there; and that of
+    reactions that follow the stiffness, since contacts that stick carry them, as a share of their
+    own size.
 
     0 where no spring holds a motion, NaN where the stiffer problem was not solved.
     """
@@ -30,7 +32,9 @@ class Stiffer(NamedTuple):
     of_reaction: float = 0.0
 
 
-def stiffer_change(equation: Equation, branch: Branch, outputs: Outputs, settings: Settings) -> Stiffer:
+def stiffer_change(
+    equation: Equation, branch: Branch, outputs: Outputs, settings: Settings
+) -> Stiffer:
     """What stiffer springs change at the highest amplitude of the outputs."""
     problem = equation.balance.problem
     solved = [point for point in branch.points if point.converged]
@@ -65,32 +69,46 @@ def _compared(equation, points, ratio) -> Stiffer:
     follows = (after > HOLD.follows * before) & (after > HOLD.no_reaction * excitation)
     beside = change / np.maximum(np.maximum(before, excitation), np.finfo(float).tiny)
     own = change / np.maximum(after, np.finfo(float).tiny)
-    return Stiffer(float(max(abs(ratio - 1), beside.max(where=~follows, initial=0.0))),
-                   float(own.max(where=follows, initial=0.0)))
+    return Stiffer(
+        float(max(abs(ratio - 1), beside.max(where=~follows, initial=0.0))),
+        float(own.max(where=follows, initial=0.0)),
+    )
 
 
 def hold_in_words(curve: ForcedResponse, problem: ContactProblem) -> Iterator[str]:
-    """Sentences where the springs that hold motions are not known to be soft, where contacts that stick carry what they
-    seem to, and where a body has moved out of small displacements."""
+    """Sentences where the springs that hold motions are not known to be soft, where contacts that
+    stick carry what they seem to, and where a body has moved out of small displacements."""
     held = ", ".join(curve.held)
     if not curve.held_change <= HOLD.hold_differs:
-        found = (f"the peak or the mean reaction changes by {curve.held_change:.2g}" if curve.held_change > 0 else
-                 "no solution was found")
-        yield (f"with ten times the stiffness of what holds {held}, {found}: contacts or inertia compete with it; try "
-               "another stiffness, or mean = true")
+        found = (
+            f"the peak or the mean reaction changes by {curve.held_change:.2g}"
+            if curve.held_change > 0
+            else "no solution was found"
+        )
+        yield (
+            f"with ten times the stiffness of what holds {held}, {found}: contacts or inertia "
+            "compete with it; try another stiffness, or mean = true"
+        )
     if curve.held_reaction_change > 0:
-        yield (f"with ten times the stiffness of what holds {held}, its mean force changes by "
-               f"{100 * curve.held_reaction_change:.0f} % of itself: sticking contacts carry the mean force, and the "
-               "spring takes a share of it that its stiffness decides; mean = true gives what a stop would take")
+        yield (
+            f"with ten times the stiffness of what holds {held}, its mean force changes by "
+            f"{100 * curve.held_reaction_change:.0f} % of itself: sticking contacts carry the "
+            "mean force, and the spring takes a share of it that its stiffness decides; mean = "
+            "true gives what a stop would take"
+        )
     for one, reaction in zip(problem.held, np.moveaxis(curve.reaction, 1, 0), strict=True):
         if one.mean or not np.isfinite(reaction).any():
             continue
         moved = np.nanmax(np.abs(reaction).sum(axis=1)) / one.stiffness
         if moved > one.small:
-            unit, mean = "m" if one.unit == "N" else "rad", np.nanmax(np.abs(reaction[:, 0])) / one.stiffness
-            yield (f"{one.name}: moves by up to {moved:.2g} {unit}, of which the mean is {mean:.2g} {unit}, on a hold "
-                   f"of {one.stiffness:.3g} {one.unit}/{unit}; equations for small displacements hold up to about "
-                   f"{one.small:.2g} {unit}: give a larger stiffness, or mean = true")
+            unit = "m" if one.unit == "N" else "rad"
+            mean = np.nanmax(np.abs(reaction[:, 0])) / one.stiffness
+            yield (
+                f"{one.name}: moves by up to {moved:.2g} {unit}, of which the mean is {mean:.2g} "
+                f"{unit}, on a hold of {one.stiffness:.3g} {one.unit}/{unit}; equations for small "
+                f"displacements hold up to about {one.small:.2g} {unit}: give a larger stiffness, "
+                "or mean = true"
+            )
 
 
 def _flanks(heights, i):
@@ -100,14 +118,20 @@ def _flanks(heights, i):
     return (int(before[-1]), i, int(after[0])) if len(before) and len(after) else (i,)
 
 
-def _followed(equation: Equation, points: Sequence[Point], steps: int,
-              settings: Settings) -> tuple[Equation, list[Point]]:
-    """The equation with the stiffer springs and the points there, in so many steps of the stiffness."""
+def _followed(
+    equation: Equation, points: Sequence[Point], steps: int, settings: Settings
+) -> tuple[Equation, list[Point]]:
+    """The equation with the stiffer springs and the points there, in so many steps of the
+    stiffness."""
     problem, there, found = equation.balance.problem, equation, list(points)
     for factor in np.geomspace(1.0, HOLD.stiffer, steps + 1)[1:]:
         before = there.balance.problem
-        there = replace(equation, balance=equation.balance.rebuilt(problem.with_stiffer_holds(factor),
-                                                                   equation.balance.forces))
+        there = replace(
+            equation,
+            balance=equation.balance.rebuilt(
+                problem.with_stiffer_holds(factor), equation.balance.forces
+            ),
+        )
         found = [_again(there, point, before, settings) for point in found]
         if not all(point.converged for point in found):
             break
@@ -117,9 +141,16 @@ def _followed(equation: Equation, points: Sequence[Point], steps: int,
 def _again(stiffer: Equation, point: Point, before: ContactProblem, settings: Settings) -> Point:
     """The point with the stiffer springs, from where the same mean force moves the body less."""
     rest = _mean_reactions(point)
-    back = sum(((one.stiffness / new.stiffness - 1) * rest[k] / one.stiffness * one.motion
-                for k, (one, new) in enumerate(zip(before.held, stiffer.balance.problem.held, strict=True))
-                if not one.mean), np.zeros(len(before.K)))
+    back = sum(
+        (
+            (one.stiffness / new.stiffness - 1) * rest[k] / one.stiffness * one.motion
+            for k, (one, new) in enumerate(
+                zip(before.held, stiffer.balance.problem.held, strict=True)
+            )
+            if not one.mean
+        ),
+        np.zeros(len(before.K)),
+    )
     x = point.x.reshape(-1, stiffer.balance.nh).copy()
     x[:, 0] += before.B @ back
     return solve_fixed(stiffer.evaluate, x.ravel(), point.parameter, stiffer.weights, settings)

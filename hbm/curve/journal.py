@@ -1,7 +1,8 @@
 """The journal of a curve: an interrupted curve goes on where it was, with the same numbers.
 
-    follow_band(problem, F, band, outputs=rows, journal=Journal(kept.append))                  # was interrupted
-    follow_band(problem, F, band, outputs=rows, journal=Journal(kept.append, list(kept)))      # goes on
+follow_band(problem, F, band, outputs=rows, journal=Journal(kept.append))                  # was
+interrupted follow_band(problem, F, band, outputs=rows, journal=Journal(kept.append, list(kept)))
+# goes on
 """
 
 import math
@@ -14,8 +15,9 @@ import numpy as np
 
 
 class JournalBlock(NamedTuple):
-    """Steps as two plain arrays: numbers (n,) float64, and layout (k,) int64, for each step its mark, the number of its
-    arrays, and for each of these whether it is complex, its number of dimensions, and these."""
+    """Steps as two plain arrays: numbers (n,) float64, and layout (k,) int64, for each step its
+    mark, the number of its arrays, and for each of these whether it is complex, its number of
+    dimensions, and these."""
 
     numbers: np.ndarray
     layout: np.ndarray
@@ -26,32 +28,42 @@ class StaleJournal(Exception):
 
 
 class Journal:
-    """Results of the costly steps of a curve in their order, handed over in blocks every few seconds.
+    """Results of the costly steps of a curve in their order, handed over in blocks every few
+    seconds.
 
-    The points of a curve follow from these results: made once more with the blocks of an interrupted one, it takes them
-    from there, and is solved from where they end. Raises StaleJournal where they are those of another curve: then the
-    curve is to be made without them.
+    The points of a curve follow from these results: made once more with the blocks of an
+    interrupted one, it takes them from there, and is solved from where they end. Raises
+    StaleJournal where they are those of another curve: then the curve is to be made without them.
 
-    blocks : of the interrupted curve; keep(block) : is called with each further one; clock : returns seconds
-    every : s between two blocks: with the time of a step, less than 10 s of work can be lost
+    blocks : of the interrupted curve; keep(block) : is called with each further one; clock :
+    returns seconds every : s between two blocks: with the time of a step, less than 10 s of work
+    can be lost
     """
 
     every: float = 5.0
 
-    def __init__(self, keep: Callable[[JournalBlock], None], blocks: Iterable[JournalBlock] = (),
-                 clock: Callable[[], float] = time.monotonic):
+    def __init__(
+        self,
+        keep: Callable[[JournalBlock], None],
+        blocks: Iterable[JournalBlock] = (),
+        clock: Callable[[], float] = time.monotonic,
+    ):
         self.keep, self.clock, self.due = keep, clock, clock() + self.every
         self.known = chain.from_iterable(map(unpacked, blocks))
         self.fresh: list[tuple[int, tuple[np.ndarray, ...]]] = []
 
-    def result(self, mark: int, compute: Callable[[], tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
-        """The arrays of the next step: those of the journal, or computed; mark : tells it from other steps."""
+    def result(
+        self, mark: int, compute: Callable[[], tuple[np.ndarray, ...]]
+    ) -> tuple[np.ndarray, ...]:
+        """The arrays of the next step: those of the journal, or computed; mark : tells it from
+        other steps."""
         known = next(self.known, None)
         if known is not None:
             if known[0] != mark:
                 raise StaleJournal
             return known[1]
-        # copies: a solver may use its arrays again, and those of a journal lie in memory like these, to the last bit
+        # copies: a solver may use its arrays again, and those of a journal lie in memory like
+        # these, to the last bit
         arrays = tuple(np.array(a, order="C") for a in compute())
         self.fresh.append((mark, arrays))
         if self.clock() >= self.due:
@@ -90,7 +102,7 @@ def unpacked(block: JournalBlock) -> Iterator[tuple[int, tuple[np.ndarray, ...]]
                 shape = [next(layout) for _ in range(dimensions)]
                 if min(shape, default=0) < 0:
                     raise ValueError
-                part = numbers[at:at + parts * math.prod(shape)].copy()
+                part = numbers[at : at + parts * math.prod(shape)].copy()
                 at += len(part)
                 arrays.append((part.view(complex) if parts == 2 else part).reshape(shape))
             yield mark, tuple(arrays)

@@ -1,4 +1,5 @@
-"""The outputs at the solved points of a branch: harmonics and amplitudes, and how they change along the branch."""
+"""The outputs at the solved points of a branch: harmonics and amplitudes, and how they change along
+the branch."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -13,27 +14,36 @@ from tipdamp.hbm.result import KINDS, amplitude_along
 
 
 class Outputs:
-    """Outputs, rows (m, r), in one kind of amplitude; orders : that count in 'harmonic'. Made once for each point."""
+    """Outputs, rows (m, r), in one kind of amplitude; orders : that count in 'harmonic'. Made once
+    for each point."""
 
     def __init__(self, rows: np.ndarray, kind: str = KINDS[0], orders: Sequence[int] = ()):
         self.rows, self.kind, self.orders = rows, kind, list(orders)
         self._modal_rows = rows
         self._balance: HarmonicBalance | None = None
-        self._known: dict[int, tuple[Point, np.ndarray]] = {}       # X and its change along the tangent (2, m, H+1)
-        self._measured: dict[int, np.ndarray] = {}                  # amplitude and its slope (2, m)
+        # X and its change along the tangent (2, m, H+1)
+        self._known: dict[int, tuple[Point, np.ndarray]] = {}
+        self._measured: dict[int, np.ndarray] = {}  # amplitude and its slope (2, m)
 
     def at(self, detail: Any) -> np.ndarray:
         """(m, H+1) complex, m, of a linearisation."""
-        if detail.balance is not self._balance:                     # modal rows are made once a balance
-            self._balance, self._modal_rows = detail.balance, self.rows @ detail.balance.receptance.shapes
+        if detail.balance is not self._balance:  # modal rows are made once a balance
+            self._balance, self._modal_rows = (
+                detail.balance,
+                self.rows @ detail.balance.receptance.shapes,
+            )
         return real_times(self._modal_rows, detail.modal)
 
     def along(self, point: Point) -> np.ndarray:
-        """(2, m, H+1) harmonics at a solved point and their change along its tangent, NaN where that is not known."""
+        """(2, m, H+1) harmonics at a solved point and their change along its tangent, NaN where
+        that is not known."""
         if id(point) not in self._known:
             X = self.at(point.detail)
-            change = np.full_like(X, np.nan) if point.tangent is None else \
-                self.at(point.detail.moved(*point.tangent)) - X
+            change = (
+                np.full_like(X, np.nan)
+                if point.tangent is None
+                else self.at(point.detail.moved(*point.tangent)) - X
+            )
             self._known[id(point)] = point, np.array([X, change])
         return self._known[id(point)][1]
 
@@ -60,6 +70,8 @@ class Outputs:
 
     def noise(self, points: list[Point]) -> np.ndarray:
         """(m,) amplitudes of the outputs that are rounding beside the motion of the whole model."""
-        most = max((p for p in points if p.converged), key=lambda p: np.linalg.norm(p.detail.modal[:, 1:])).detail
+        most = max(
+            (p for p in points if p.converged), key=lambda p: np.linalg.norm(p.detail.modal[:, 1:])
+        ).detail
         motion = real_times(most.balance.receptance.shapes, most.modal[:, 1:])
         return DEFAULT.peak_noise * np.linalg.norm(self.rows, axis=1) * np.linalg.norm(motion)

@@ -20,14 +20,21 @@ from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.result import KINDS, RIPPLE, ForcedResponse, local_maxima, orders_of
 
 
-def refine_largest(equation: Equation, branch: Branch, outputs: Outputs, groups: Sequence[Sequence[int]],
-                   settings: Settings) -> np.ndarray:
-    """Insert the solved maxima that were asked for, of half peak to peak, and say which points these are.
+def refine_largest(
+    equation: Equation,
+    branch: Branch,
+    outputs: Outputs,
+    groups: Sequence[Sequence[int]],
+    settings: Settings,
+) -> np.ndarray:
+    """Insert the solved maxima that were asked for, of half peak to peak, and say which points
+    these are.
 
-    groups : columns of outputs: of each group the largest and the smallest of their largest maxima are solved
-    Returns (n, m) bool, for the branch as it is afterwards.
+    groups : columns of outputs: of each group the largest and the smallest of their largest maxima
+    are solved Returns (n, m) bool, for the branch as it is afterwards.
     """
-    output, least = Output(equation, branch, outputs, settings), outputs.noise(branch.points)
+    output = Output(equation, branch, outputs, settings)
+    least = outputs.noise(branch.points)
     found: dict[int, tuple[arc.MeasuredPoint, bool]] = {}
     seen = np.nanmax(outputs.amplitudes(branch.points)[0], axis=0, initial=0.0) > least
     for group in groups:
@@ -41,11 +48,11 @@ def refine_largest(equation: Equation, branch: Branch, outputs: Outputs, groups:
 
 
 def _solve_extremes(output, group, found):
-    """Add the highest and the lowest of the largest maxima of a group of outputs to `found`, {output: (it, whether it
-    is solved)}.
+    """Add the highest and the lowest of the largest maxima of a group of outputs to `found`,
+    {output: (it, whether it is solved)}.
 
-    An output that can be neither is left alone: its maximum lies between its highest point and a bound beside that.
-    """
+    An output that can be neither is left alone: its maximum lies between its highest point and a
+    bound beside that."""
     for choose, guess in ((max, output.at_most), (min, lambda j, value: output.at_least(j))):
         first = choose(group, key=output.at_least, default=None)
         while first is not None and first not in found:
@@ -55,28 +62,40 @@ def _solve_extremes(output, group, found):
             first = choose(known, key=known.__getitem__)
 
 
-def find_peaks(curve: ForcedResponse, problem: ContactProblem, name: str, kind: str = "half_peak_to_peak",
-               parameter: Parameter | None = None, order: int | None = None) -> np.ndarray:
-    """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first, solved to 1e-8.
+def find_peaks(
+    curve: ForcedResponse,
+    problem: ContactProblem,
+    name: str,
+    kind: str = "half_peak_to_peak",
+    parameter: Parameter | None = None,
+    order: int | None = None,
+) -> np.ndarray:
+    """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first,
+    solved to 1e-8.
 
-    problem : the ContactProblem that the curve was made with; kind, order : as in ForcedResponse.amplitude
-    parameter : as given to `follow_parameter`, where that was no name; then its values stand in place of Hz
-    Ripples are left out: what is less than a thousandth of its height above the saddles beside it. Where a maximum
-    could not be solved the highest point found stands for it, and of an incomplete curve the maxima between solved
-    points are given, each with a warning. Raises InputError for an unknown output, kind or order, and where the problem
-    does not fit the curve.
+    problem : the ContactProblem that the curve was made with; kind, order : as in
+    ForcedResponse.amplitude parameter : as given to `follow_parameter`, where that was no name;
+    then its values stand in place of Hz Ripples are left out: what is less than a thousandth of its
+    height above the saddles beside it. Where a maximum could not be solved the highest point found
+    stands for it, and of an incomplete curve the maxima between solved points are given, each with
+    a warning. Raises InputError for an unknown output, kind or order, and where the problem does
+    not fit the curve.
     """
     j = curve.column(name)
     if not curve.complete:
-        warnings.warn(f"maxima of '{name}': the curve is incomplete, others may be missing: {curve.ended}",
-                      stacklevel=2)
-    heights, orders = curve.amplitude(kind, order)[:, j], orders_of(kind, order, curve.H, curve.force_orders)
+        warnings.warn(
+            f"maxima of '{name}': the curve is incomplete, others may be missing: {curve.ended}",
+            stacklevel=2,
+        )
+    heights = curve.amplitude(kind, order)[:, j]
+    orders = orders_of(kind, order, curve.H, curve.force_orders)
     equation, points = restored(curve, problem, parameter)
     row = curve.output_rows[[j]]
     output = Output(equation, Branch(points), Outputs(row, kind, orders), DEFAULT)
     if not np.nanmax(heights, initial=0.0) > _noise_of(curve, equation, points, row):
         return np.empty((0, 2))
-    found, known = [], curve.peak_points[:, j] if kind == KINDS[0] and curve.peak_points.size else heights < 0
+    found = []
+    known = curve.peak_points[:, j] if kind == KINDS[0] and curve.peak_points.size else heights < 0
     for i in local_maxima(heights, curve.jumps):
         if known[i]:
             found.append((curve.parameter[i], heights[i]))
@@ -85,8 +104,11 @@ def find_peaks(curve: ForcedResponse, problem: ContactProblem, name: str, kind: 
         value = top.point.parameter / equation.parameter.scale
         found.append((value, top.value))
         if not solved:
-            warnings.warn(f"the maximum of '{name}' near {equation.parameter.named(value)} is not solved: the highest "
-                          "point found stands for it", stacklevel=2)
+            warnings.warn(
+                f"the maximum of '{name}' near {equation.parameter.named(value)} is not solved: "
+                "the highest point found stands for it",
+                stacklevel=2,
+            )
     table = np.reshape(found, (-1, 2))
     return table[np.argsort(-table[:, 1], kind="stable")]
 
@@ -94,7 +116,8 @@ def find_peaks(curve: ForcedResponse, problem: ContactProblem, name: str, kind: 
 def _ripple(heights, i):
     """(n,) bool: the points beside a local maximum i that may lie on ripples of the same peak."""
     low = ~(heights >= (1 - 2 * RIPPLE) * heights[i])
-    first, last = np.flatnonzero(np.r_[True, low[:i]])[-1], i + np.flatnonzero(np.r_[low[i:], True])[0]
+    first = np.flatnonzero(np.r_[True, low[:i]])[-1]
+    last = i + np.flatnonzero(np.r_[low[i:], True])[0]
     return (np.arange(len(heights)) >= first) & (np.arange(len(heights)) < last)
 
 
@@ -117,20 +140,27 @@ class Output:
         return float(np.nanmax(self._heights(j)))
 
     def at_most(self, j: int, value: float) -> float:
-        """What the largest maximum of output j does not exceed, where it is concave about its highest points; its
-        highest point, where that is well below a value."""
+        """What the largest maximum of output j does not exceed, where it is concave about its
+        highest points; its highest point, where that is well below a value."""
         heights, points = self._heights(j), self.branch.points
-        high, top, least = self._high(heights), points[int(np.nanargmax(heights))], self.at_least(j)
+        high = self._high(heights)
+        top = points[int(np.nanargmax(heights))]
+        least = self.at_least(j)
         if least < (1 - self.settings.peak_window) * value:
             return least
         if self._sampled(top):
             return (1 + RIPPLE) * least
-        near = [i for i in range(len(points) - 1) if (high[i] or high[i + 1]) and np.isfinite(heights[i:i + 2]).all()
-                and not points[i + 1].jump]
-        if any(point.tangent is None for i in near for point in points[i:i + 2]):
+        near = [
+            i
+            for i in range(len(points) - 1)
+            if (high[i] or high[i + 1])
+            and np.isfinite(heights[i : i + 2]).all()
+            and not points[i + 1].jump
+        ]
+        if any(point.tangent is None for i in near for point in points[i : i + 2]):
             return np.inf
         metric = arc.metric_at(top, self.equation.weights)
-        ends = [self._measured(points[i:i + 2], j, metric) for i in near]
+        ends = [self._measured(points[i : i + 2], j, metric) for i in near]
         bounds = [arc.bound(a, b, metric) for a, b in ends if a.slope > 0 >= b.slope]
         return max(bounds, default=least)
 
@@ -144,10 +174,11 @@ class Output:
         balance, w = self.equation.balance_at(point.parameter)
         return balance.sampled(point.x, w)
 
-    def largest(self, j: int, heights: np.ndarray, high: np.ndarray,
-                points: list[Point] | None = None) -> tuple[arc.MeasuredPoint, bool]:
-        """(the highest maximum of output j, whether it is solved): every bracket beside a `high` point is closed that
-        may hold it.
+    def largest(
+        self, j: int, heights: np.ndarray, high: np.ndarray, points: list[Point] | None = None
+    ) -> tuple[arc.MeasuredPoint, bool]:
+        """(the highest maximum of output j, whether it is solved): every bracket beside a `high`
+        point is closed that may hold it.
 
         heights, high : (n,) at the points; these are the branch's, where they are not given
         """
@@ -164,34 +195,59 @@ class Output:
         chains, resolved = self._chains(points, heights, high, measured, metric)
         chain = max(chains, key=lambda chain: max(end.value for end in chain))
         highest = best = max(chain, key=lambda end: end.value)
-        brackets = sorted(((arc.bound(a, b, metric), a, b) for chain in chains for a, b in pairwise(chain)
-                           if a.slope > 0 >= b.slope), key=lambda bracket: -bracket[0])
+        brackets = sorted(
+            (
+                (arc.bound(a, b, metric), a, b)
+                for chain in chains
+                for a, b in pairwise(chain)
+                if a.slope > 0 >= b.slope
+            ),
+            key=lambda bracket: -bracket[0],
+        )
         solved = False
         for bound, a, b in brackets:
             if bound >= best.value:
-                found = self._enter(arc.maximum(self.equation.evaluate, (a, b), measure, metric, self.settings))
+                found = self._enter(
+                    arc.maximum(self.equation.evaluate, (a, b), measure, metric, self.settings)
+                )
                 if found.best.value >= best.value:
                     best, solved = found.best, found.solved
         at = chain.index(highest)
         if best is highest and 0 < at < len(chain) - 1:
-            found = self._enter(arc.maximum_by_value(self.equation.evaluate, chain[at - 1:at + 2], measure, metric,
-                                                     self.settings))
+            found = self._enter(
+                arc.maximum_by_value(
+                    self.equation.evaluate, chain[at - 1 : at + 2], measure, metric, self.settings
+                )
+            )
             best, solved = found.best, found.solved
         return best, solved and resolved
 
     def _chains(self, points, heights, high, measured, metric):
-        """([measured points, one after the other along the branch], whether their ripples are told apart): all that lie
-        beside a `high` point."""
-        near = [i for i in range(len(points) - 1) if (high[i] or high[i + 1]) and np.isfinite(heights[i:i + 2]).all()
-                and not points[i + 1].jump]
-        wanted = sorted({int(np.nanargmax(np.where(high, heights, -np.inf))), *near, *(i + 1 for i in near)})
+        """([measured points, one after the other along the branch], whether their ripples are told
+        apart): all that lie beside a `high` point."""
+        near = [
+            i
+            for i in range(len(points) - 1)
+            if (high[i] or high[i + 1])
+            and np.isfinite(heights[i : i + 2]).all()
+            and not points[i + 1].jump
+        ]
+        wanted = sorted(
+            {int(np.nanargmax(np.where(high, heights, -np.inf))), *near, *(i + 1 for i in near)}
+        )
         runs = np.split(wanted, [k for k in range(1, len(wanted)) if wanted[k - 1] not in near])
-        chains = [measured([with_tangent(self.equation.evaluate, points, i, metric) for i in run]) for run in runs]
+        chains = [
+            measured([with_tangent(self.equation.evaluate, points, i, metric) for i in run])
+            for run in runs
+        ]
         highest = max((end for chain in chains for end in chain), key=lambda end: end.value).point
         if not self._sampled(highest):
             return chains, True
         try:
-            return [self._resolved(chain, lambda point: measured([point])[0], metric) for chain in chains], True
+            return [
+                self._resolved(chain, lambda point: measured([point])[0], metric)
+                for chain in chains
+            ], True
         except TooManyRipples as many:
             self.branch.calls += many.calls
             return chains, False
@@ -206,15 +262,21 @@ class Output:
         values, slopes = self.outputs.amplitudes(points)[:, :, j]
         for point in points:
             point.detail.forget()
-        return [arc.MeasuredPoint(point, float(value), float(slope) / metric.norm(*point.tangent))
-                for point, value, slope in zip(points, values, slopes, strict=True)]
+        return [
+            arc.MeasuredPoint(point, float(value), float(slope) / metric.norm(*point.tangent))
+            for point, value, slope in zip(points, values, slopes, strict=True)
+        ]
 
     def _enter(self, found) -> arc.Maximum:
         """Put the solved points of a maximum into the branch, where its ends still stand there."""
         points = self.branch.points
-        places = [i for i, point in enumerate(points) if point is found.points[0] or point is found.points[-1]]
+        places = [
+            i
+            for i, point in enumerate(points)
+            if point is found.points[0] or point is found.points[-1]
+        ]
         if len(places) == 2:
-            points[places[0]:places[1] + 1] = found.points
+            points[places[0] : places[1] + 1] = found.points
         self.branch.calls += found.calls
         return found
 
@@ -223,4 +285,8 @@ def _noise_of(curve, equation, points, rows):
     """The same for a curve: at the point whose contacts move most."""
     i = int(np.nanargmax(np.linalg.norm(curve.unknowns, axis=1)))
     detail = equation.evaluate(points[i].x, points[i].parameter)
-    return DEFAULT.peak_noise * np.linalg.norm(rows, axis=1)[0] * np.linalg.norm(detail.displacement()[:, 1:])
+    return (
+        DEFAULT.peak_noise
+        * np.linalg.norm(rows, axis=1)[0]
+        * np.linalg.norm(detail.displacement()[:, 1:])
+    )

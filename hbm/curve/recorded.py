@@ -1,4 +1,5 @@
-"""The harmonic balance with a journal: its costly steps are taken from there, as far as it reaches."""
+"""The harmonic balance with a journal: its costly steps are taken from there, as far as it
+reaches."""
 
 from collections.abc import Callable
 from functools import partial
@@ -12,18 +13,26 @@ from tipdamp.hbm.balance.residual import Derivative, HarmonicBalance, by_frequen
 from tipdamp.hbm.curve.journal import Journal
 from tipdamp.hbm.laws.records import Contacts
 
-SOLVE, DIRECTION, MOVED, RESTORING = range(4)        # marks of the steps; those of evaluations are negative
+# marks of the steps; those of evaluations are negative
+SOLVE, DIRECTION, MOVED, RESTORING = range(4)
 
 
 class RecordedBalance(HarmonicBalance):
-    """A HarmonicBalance whose linearisations go through a journal; arguments : of HarmonicBalance."""
+    """A HarmonicBalance whose linearisations go through a journal; arguments : of
+    HarmonicBalance."""
 
     def __init__(self, journal: Journal, *arguments: Any):
         super().__init__(*arguments)
         self.journal = journal
 
-    def evaluate(self, x: np.ndarray, w: float, level: float = 1.0, contacts: Contacts | None = None,
-                 derivative: Derivative = by_frequency) -> Any:
+    def evaluate(
+        self,
+        x: np.ndarray,
+        w: float,
+        level: float = 1.0,
+        contacts: Contacts | None = None,
+        derivative: Derivative = by_frequency,
+    ) -> Any:
         """As that of HarmonicBalance."""
         if self.on_call:
             self.on_call()
@@ -64,7 +73,7 @@ class Recorded:
 
     def __init__(self, balance: RecordedBalance, x: np.ndarray, residual: np.ndarray, real: Once):
         self.balance, self.x, self.residual, self.real = balance, x, residual, real
-        self.known: tuple = ()                               # modal, forces
+        self.known: tuple = ()  # modal, forces
 
     @property
     def modal(self) -> np.ndarray:
@@ -76,17 +85,25 @@ class Recorded:
         """As that of Linearisation, or of them what is kept."""
         return self.known[1] if self.known else self.real().forces
 
-    def solve(self, row: np.ndarray, corner: float, value: float,
-              residual: np.ndarray | None = None) -> tuple[np.ndarray, float]:
+    def solve(
+        self, row: np.ndarray, corner: float, value: float, residual: np.ndarray | None = None
+    ) -> tuple[np.ndarray, float]:
         """As that of Linearisation."""
-        step, = self._result(SOLVE, lambda: (np.r_[self.real().solve(row, corner, value, residual)],))
+        (step,) = self._result(
+            SOLVE, lambda: (np.r_[self.real().solve(row, corner, value, residual)],)
+        )
         return step[:-1], step[-1]
 
     def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
         """As that of Linearisation."""
-        step, *kept = self._result(DIRECTION, lambda: (np.r_[self.real().direction(row, corner)],
-                                                       *(() if self.known else _kept(self.real()))))
-        self._keep(*kept)           # asked for at every point of a branch
+        step, *kept = self._result(
+            DIRECTION,
+            lambda: (
+                np.r_[self.real().direction(row, corner)],
+                *(() if self.known else _kept(self.real())),
+            ),
+        )
+        self._keep(*kept)  # asked for at every point of a branch
         return step[:-2], step[-2], step[-1]
 
     def moved(self, dx: np.ndarray, dp: float) -> "Recorded":

@@ -16,46 +16,67 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import check_whole
 
-SOLVES = 1e-6          # residual of a stored point relative to its motion, above which the problem is another one
+# residual of a stored point relative to its motion, above which the problem is another one
+SOLVES = 1e-6
 
 
-def solutions_at(curve: ForcedResponse, problem: ContactProblem, value: float,
-                 parameter: Parameter | None = None) -> np.ndarray:
-    """(s, m, H+1) complex harmonics of every solution at a frequency in Hz, one for each crossing of the curve.
+def solutions_at(
+    curve: ForcedResponse, problem: ContactProblem, value: float, parameter: Parameter | None = None
+) -> np.ndarray:
+    """(s, m, H+1) complex harmonics of every solution at a frequency in Hz, one for each crossing
+    of the curve.
 
     problem : the ContactProblem that the curve was made with
-    value : in a curve over another parameter, a value of that; parameter : as given to `follow_parameter`, where that
+    value : in a curve over another parameter, a value of that; parameter : as given to
+    `follow_parameter`, where that
         was no name
-    Every solution is solved to the tolerance: those that the curve holds there (`at` of forced_response), and by Newton
-    from the points around each other crossing. A crossing that could not be solved is left out, with a warning.
-    Warns where there may be others: the curve is incomplete, or does not lead to all solutions that
+    Every solution is solved to the tolerance: those that the curve holds there (`at` of
+    forced_response), and by Newton from the points around each other crossing. A crossing that
+    could not be solved is left out, with a warning. Warns where there may be others: the curve is
+    incomplete, or does not lead to all solutions that
     are known at the end of its band (`ForcedResponse.further`).
     Raises InputError outside the curve, and where the problem does not fit.
     """
     doubt = curve.further if curve.complete else f"it is incomplete, {curve.ended}"
     if doubt:
-        warnings.warn(f"solutions at {value:g}: others than those of the curve are possible: {doubt}",
-                      stacklevel=2)
+        warnings.warn(
+            f"solutions at {value:g}: others than those of the curve are possible: {doubt}",
+            stacklevel=2,
+        )
     equation, points = restored(curve, problem, parameter)
-    found = [(place, point.detail.outputs(curve.output_rows) if at is None else curve.harmonics[at])
-             for place, at, point in _places(curve, equation, points, value)]
-    return np.array([X for _, X in sorted(found, key=lambda one: one[0])]).reshape(-1, *curve.harmonics.shape[1:])
+    found = [
+        (place, point.detail.outputs(curve.output_rows) if at is None else curve.harmonics[at])
+        for place, at, point in _places(curve, equation, points, value)
+    ]
+    return np.array([X for _, X in sorted(found, key=lambda one: one[0])]).reshape(
+        -1, *curve.harmonics.shape[1:]
+    )
 
 
-def points_at(curve: ForcedResponse, problem: ContactProblem, value: float,
-              parameter: Parameter | None = None) -> tuple[HarmonicBalance, list[Point]]:
+def points_at(
+    curve: ForcedResponse, problem: ContactProblem, value: float, parameter: Parameter | None = None
+) -> tuple[HarmonicBalance, list[Point]]:
     """(balance at a value of the parameter, [points solved there]), in the order of `solutions_at`.
 
-    Raises InputError as `solutions_at`; a point that the frozen balance does not solve again is not converged.
-    """
+    Raises InputError as `solutions_at`; a point that the frozen balance does not solve again is not
+    converged."""
     equation, points = restored(curve, problem, parameter)
     balance, w = equation.balance_at(equation.parameter.scale * value)
     found = sorted(_places(curve, equation, points, value), key=lambda one: one[0])
-    return balance, [solve_fixed(balance.evaluate, point.x, w, balance.weights) for _, _, point in found]
+    return balance, [
+        solve_fixed(balance.evaluate, point.x, w, balance.weights) for _, _, point in found
+    ]
 
 
-def time_history(curve: ForcedResponse, problem: ContactProblem, name: str, value: float, which: int = 0, n: int = 256,
-                 parameter: Parameter | None = None) -> tuple[np.ndarray, np.ndarray]:
+def time_history(
+    curve: ForcedResponse,
+    problem: ContactProblem,
+    name: str,
+    value: float,
+    which: int = 0,
+    n: int = 256,
+    parameter: Parameter | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
     """(t (n,) s, x (n,) m) of an output over one period; value, which : place in `solutions_at`.
 
     Raises InputError as `solutions_at`, and where the curve has no such solution.
@@ -64,63 +85,96 @@ def time_history(curve: ForcedResponse, problem: ContactProblem, name: str, valu
     check_whole("time_history: which", which, 0)
     found = solutions_at(curve, problem, value, parameter)
     if which >= len(found):
-        raise InputError(f"time_history: which = {which}: the curve has {len(found)} solutions at {value:g}")
+        raise InputError(
+            f"time_history: which = {which}: the curve has {len(found)} solutions at {value:g}"
+        )
     hz = value if curve.parameter_name == "frequency" else curve.frequency[0]
     tau = 2 * np.pi * np.arange(n) / n
-    return tau / (2 * np.pi * hz), fourier.basis(tau, curve.H) @ fourier.to_real(found[which, curve.column(name)])
+    return tau / (2 * np.pi * hz), fourier.basis(tau, curve.H) @ fourier.to_real(
+        found[which, curve.column(name)]
+    )
 
 
-def restored(curve: ForcedResponse, problem: ContactProblem,
-             parameter: Parameter | None = None) -> tuple[Equation, list[Point]]:
-    """The equation of a curve and its points, from its arrays and the problem that it was made with."""
+def restored(
+    curve: ForcedResponse, problem: ContactProblem, parameter: Parameter | None = None
+) -> tuple[Equation, list[Point]]:
+    """The equation of a curve and its points, from its arrays and the problem that it was made
+    with."""
     known = {"frequency": Frequency(), **BY_NAME}
     if parameter is None and curve.parameter_name not in known:
-        raise InputError(f"the curve runs over {curve.parameter_name}: give the `parameter` that it was made with")
+        raise InputError(
+            f"the curve runs over {curve.parameter_name}: give the `parameter` that it was made "
+            "with"
+        )
     parameter = known[curve.parameter_name] if parameter is None else parameter
     if parameter.name != curve.parameter_name:
-        raise InputError(f"parameter: the curve runs over {curve.parameter_name}, not over {parameter.name}")
+        raise InputError(
+            f"parameter: the curve runs over {curve.parameter_name}, not over {parameter.name}"
+        )
     r, P, kept = problem.K.shape[0], len(problem.contacts), int(curve.carrying.sum())
     if not curve.unknowns.size:
         raise InputError("the curve holds no unknowns: it was measured, or made by another program")
     if kept != P or curve.forces.shape[1] != r:
-        raise InputError(f"the problem has {P} contacts and {r} dofs, that of the curve had {kept} and "
-                         f"{curve.forces.shape[1]}")
+        raise InputError(
+            f"the problem has {P} contacts and {r} dofs, that of the curve had {kept} and "
+            f"{curve.forces.shape[1]}"
+        )
     start = curve.slider_start if curve.start == "given" else curve.start
     forces = dict(zip(curve.force_orders.tolist(), curve.forces, strict=True))
     balance = HarmonicBalance(problem, forces, curve.H, start, curve.samples)
-    columns = (curve.unknowns, parameter.scale * curve.parameter, curve.converged, curve.iterations, curve.orientation,
-               curve.jumps)
-    points = [Point(x, p, bool(good), int(calls), orientation=sign, jump=bool(jump))
-              for x, p, good, calls, sign, jump in zip(*columns, strict=True)]
+    columns = (
+        curve.unknowns,
+        parameter.scale * curve.parameter,
+        curve.converged,
+        curve.iterations,
+        curve.orientation,
+        curve.jumps,
+    )
+    points = [
+        Point(x, p, bool(good), int(calls), orientation=sign, jump=bool(jump))
+        for x, p, good, calls, sign, jump in zip(*columns, strict=True)
+    ]
     equation = Equation(balance, parameter, float(curve.frequency[0]))
     _check_solves(equation, [point for point in points if point.converged])
     return equation, points
 
 
 def _check_solves(equation, points):
-    """InputError where points of the curve do not solve the equation: the problem is another one."""
-    for point in {id(p): p for p in (points[0], points[len(points) // 2])}.values() if points else ():
+    """InputError where points of the curve do not solve the equation: the problem is another
+    one."""
+    for point in (
+        {id(p): p for p in (points[0], points[len(points) // 2])}.values() if points else ()
+    ):
         error = np.linalg.norm(equation.evaluate(point.x, point.parameter).residual)
-        size, value = np.linalg.norm(point.x), point.parameter / equation.parameter.scale
+        size = np.linalg.norm(point.x)
+        value = point.parameter / equation.parameter.scale
         if error > SOLVES * size:
-            raise InputError(f"the problem is not that of the curve: its point at {equation.parameter.named(value)} "
-                             f"leaves a residual of {error / size:.1e} of the motion; give the problem that the curve "
-                             "was made with")
+            raise InputError(
+                "the problem is not that of the curve: its point at "
+                f"{equation.parameter.named(value)} leaves a residual of {error / size:.1e} of "
+                "the motion; give the problem that the curve was made with"
+            )
 
 
 def _places(curve, equation, points, value):
-    """(place in the curve, index where the curve holds it or None, point) of every solution at a value."""
+    """(place in the curve, index where the curve holds it or None, point) of every solution at a
+    value."""
     f, unit = curve.parameter, equation.parameter.unit
     low, high = f.min(), f.max()
     if not low * (1 - 1e-12) <= value <= high * (1 + 1e-12):
-        raise InputError(f"solutions at {value:g}{unit}: the band of the curve is {low:g} to {high:g}{unit}")
+        raise InputError(
+            f"solutions at {value:g}{unit}: the band of the curve is {low:g} to {high:g}{unit}"
+        )
     there = np.abs(f - value) <= 1e-12 * value
     for i in np.flatnonzero(there & curve.converged):
         yield i, i, points[i]
     p = equation.parameter.scale * value
     for point, _, i in crossings(equation.evaluate, points, p, equation.weights, DEFAULT):
         if not point.converged:
-            warnings.warn(f"a crossing of {equation.parameter.named(value)} could not be solved: a solution is missing",
-                          stacklevel=3)
-        elif not there[i - 1:i + 1].any():
+            warnings.warn(
+                f"a crossing of {equation.parameter.named(value)} could not be solved: a solution "
+                "is missing",
+                stacklevel=3,
+            )
+        elif not there[i - 1 : i + 1].any():
             yield i, None, point

@@ -1,4 +1,5 @@
-"""A first solution at a frequency: from the stuck response, by the level of the force, by time integration."""
+"""A first solution at a frequency: from the stuck response, by the level of the force, by time
+integration."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -15,22 +16,29 @@ from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.time.exact import ExactIntegrator
 from tipdamp.hbm.time.settings import IntegrationSettings
 
-OFF_BAND = (0.95, 0.85, 0.7, 1.05, 1.15, 1.3)     # from where a first point is reached, relative to its frequency
-LOW_LEVEL = 1e-3         # of the force: where the level is raised from
+# from where a first point is reached, relative to its frequency
+OFF_BAND = (0.95, 0.85, 0.7, 1.05, 1.15, 1.3)
+LOW_LEVEL = 1e-3  # of the force: where the level is raised from
 
 
 def first_point(balance: HarmonicBalance, w: float, settings: Settings) -> Point:
-    """A solution at the angular frequency w: from the stuck response, by raising the force, or by integration."""
+    """A solution at the angular frequency w: from the stuck response, by raising the force, or by
+    integration."""
     return first_of(starts(balance, w, settings, off_band=False))
 
 
-def starts(balance: HarmonicBalance, w: float, settings: Settings, off_band: bool = True) -> Iterator[Point]:
-    """Solutions at w, or failed points, each with the residual calls it took: one way to a first point after the other.
+def starts(
+    balance: HarmonicBalance, w: float, settings: Settings, off_band: bool = True
+) -> Iterator[Point]:
+    """Solutions at w, or failed points, each with the residual calls it took: one way to a first
+    point after the other.
 
     off_band : whether to come from other frequencies too, where the ways at w are exhausted
     """
+
     def solved(x):
         return solve_fixed(balance.evaluate, x, w, balance.weights, settings, settings.start_calls)
+
     yield solved(balance.linear(w))
     for guess in (_raise_level, _integrate):
         x, calls = guess(balance, w, settings)
@@ -54,18 +62,27 @@ def first_of(points: Iterable[Point]) -> Point:
 
 
 def _raise_level(balance, w, settings):
-    """(x or None, residual calls): the branch over the force level, from almost nothing to the whole force."""
+    """(x or None, residual calls): the branch over the force level, from almost nothing to the
+    whole force."""
     equation = Equation(balance, Level(), w / (2 * np.pi))
-    low = solve_fixed(equation.evaluate, balance.linear(w, LOW_LEVEL), LOW_LEVEL, balance.weights, settings)
+    low = solve_fixed(
+        equation.evaluate, balance.linear(w, LOW_LEVEL), LOW_LEVEL, balance.weights, settings
+    )
     if not low.converged:
         return None, low.iterations
-    branch = follow(equation.evaluate, low, 1.0, balance.weights, replace(settings, max_points=150, max_restarts=0))
+    branch = follow(
+        equation.evaluate,
+        low,
+        1.0,
+        balance.weights,
+        replace(settings, max_points=150, max_restarts=0),
+    )
     return branch.points[-1].x if branch.complete else None, branch.calls
 
 
 def _integrate(balance, w, settings):
-    """(x or None, residual calls): where time integration from rest leads; piecewise-linear laws only, as long as no
-    period takes too many steps."""
+    """(x or None, residual calls): where time integration from rest leads; piecewise-linear laws
+    only, as long as no period takes too many steps."""
     if balance.problem.law.piecewise_linear(balance.problem.contacts) is None:
         return None, 0
     usual, motions = IntegrationSettings(), len(balance.problem.contacts) * balance.nd
@@ -81,7 +98,15 @@ def _from_frequency(balance, other, w, settings):
     begin = first_point(balance, other, settings)
     if not begin.converged:
         return failed(len(balance.weights), w, begin.iterations)
-    branch = follow(Equation(balance, Frequency()).evaluate, begin, w, balance.weights,
-                    replace(settings, max_points=500, max_restarts=1, outside=0.0))
-    return replace(branch.points[-1], iterations=branch.calls) if branch.complete \
+    branch = follow(
+        Equation(balance, Frequency()).evaluate,
+        begin,
+        w,
+        balance.weights,
+        replace(settings, max_points=500, max_restarts=1, outside=0.0),
+    )
+    return (
+        replace(branch.points[-1], iterations=branch.calls)
+        if branch.complete
         else failed(len(balance.weights), w, branch.calls)
+    )

@@ -1,4 +1,5 @@
-"""From an equation to its branch between two values of the parameter, and from the branch to a curve."""
+"""From an equation to its branch between two values of the parameter, and from the branch to a
+curve."""
 
 from collections.abc import Callable
 
@@ -20,17 +21,25 @@ from tipdamp.hbm.hold.named_motion import mostly
 from tipdamp.hbm.result import ForcedResponse, widest_gap
 
 SLIDES = "nothing but friction restrains a motion"
-LEFT = ("left", "closed")        # ends of branches that leave the band for good
+LEFT = ("left", "closed")  # ends of branches that leave the band for good
 
 
-def trace(equation: Equation, first: float, last: float, settings: Settings,
-          progress: Callable | None = None, note: Callable | None = None,
-          beyond: float | None = None) -> Branch:
-    """The branch from `first` to `last`, in units of the branch; progress(value, step, calls) or None.
+def trace(
+    equation: Equation,
+    first: float,
+    last: float,
+    settings: Settings,
+    progress: Callable | None = None,
+    note: Callable | None = None,
+    beyond: float | None = None,
+) -> Branch:
+    """The branch from `first` to `last`, in units of the branch; progress(value, step, calls) or
+    None.
 
     beyond : up to where it is followed past `last`, for what comes back; None ends it at `last`
-    note(point) : called for every point with its tangent, before the next one, or None: a journal knows these alone
-    Of the branches from several solutions at `first`, the first one that does not leave the band for good.
+    note(point) : called for every point with its tangent, before the next one, or None: a journal
+    knows these alone Of the branches from several solutions at `first`, the first one that does not
+    leave the band for good.
     """
     budget = Budget(settings, progress, first / equation.parameter.scale, len(equation.weights))
     equation.balance.on_call = budget.call
@@ -38,7 +47,7 @@ def trace(equation: Equation, first: float, last: float, settings: Settings,
     try:
         stop = last if beyond is None else beyond
         _first_staying(equation, first, stop, settings, budget, found, note)
-    except BudgetExceeded:                  # while further first points were sought
+    except BudgetExceeded:  # while further first points were sought
         pass
     finally:
         equation.balance.on_call = None
@@ -53,12 +62,13 @@ def trace(equation: Equation, first: float, last: float, settings: Settings,
 
 
 def _first_staying(equation, first, last, settings, budget, found, note):
-    """Fill `found` with branches from `first`, up to the first one that does not leave the band for good."""
+    """Fill `found` with branches from `first`, up to the first one that does not leave the band for
+    good."""
     passed, known = [], []
 
     def report(point, step):
         for before in passed:
-            before.detail.forget()          # what Newton needed there: too large to keep over a whole curve
+            before.detail.forget()  # what Newton needed there: too large to keep over a whole curve
         passed[:] = [point] if point.detail is not None else []
         budget.point(point.parameter / equation.parameter.scale, step, point.iterations)
         if note and point.converged and point.tangent is not None:
@@ -69,105 +79,173 @@ def _first_staying(equation, first, last, settings, budget, found, note):
             continue
         known.append(begin)
         report(begin, 0.0)
-        if not any(np.any(F) for F in equation.balance.forces.values()) or np.isnan(equation.hz) and \
-                not moves_contacts(begin.detail.balance):
+        if (
+            not any(np.any(F) for F in equation.balance.forces.values())
+            or np.isnan(equation.hz)
+            and not moves_contacts(begin.detail.balance)
+        ):
             found.append(follow_unmoved(equation, begin, last, settings, report))
             return
-        found.append(follow(equation.evaluate, begin, last, equation.weights, settings, report,
-                            lambda p: first_of(_starts(equation, p, settings, False))))
+        found.append(
+            follow(
+                equation.evaluate,
+                begin,
+                last,
+                equation.weights,
+                settings,
+                report,
+                lambda p: first_of(_starts(equation, p, settings, False)),
+            )
+        )
         if found[-1].end not in LEFT:
             return
 
 
 def _starts(equation, p, settings, off_band):
     """Solutions at a value, one way after the other, as points of the branch."""
-    return equation.solutions(p, lambda balance, w: starts(balance, w, settings, off_band), settings)
+    return equation.solutions(
+        p, lambda balance, w: starts(balance, w, settings, off_band), settings
+    )
 
 
 def _same(a, b, weights) -> bool:
     return size(weights * (a.x - b.x)) <= 1e-6 * size(weights * b.x)
 
 
-def record(branch: Branch, equation: Equation, named: tuple[list, Outputs], contact: bool,
-           checked: tuple[np.ndarray, tuple[float, float]], seconds: float) -> ForcedResponse:
-    """ForcedResponse of a branch; named : (names, outputs); contact : whether to keep the contact forces;
-    checked : peak_points, and what stiffer holds change: (held_change, held_reaction_change)."""
+def record(
+    branch: Branch,
+    equation: Equation,
+    named: tuple[list, Outputs],
+    contact: bool,
+    checked: tuple[np.ndarray, tuple[float, float]],
+    seconds: float,
+) -> ForcedResponse:
+    """ForcedResponse of a branch; named : (names, outputs); contact : whether to keep the contact
+    forces; checked : peak_points, and what stiffer holds change: (held_change,
+    held_reaction_change)."""
     balance, parameter, (names, outputs) = equation.balance, equation.parameter, named
     n, P = len(branch.points), len(balance.problem.contacts)
     shares, work = np.full((n, P, 3), np.nan), np.full((n, P), np.nan)
     reaction = np.full((n, len(balance.problem.held), balance.H + 1), np.nan, dtype=complex)
-    force = np.full((n, P, balance.nd, balance.H + 1) if contact else (0, 0, 0, 0), np.nan, dtype=complex)
+    force = np.full(
+        (n, P, balance.nd, balance.H + 1) if contact else (0, 0, 0, 0), np.nan, dtype=complex
+    )
     for i, point in enumerate(branch.points):
         if point.converged:
             shares[i] = point.detail.forces.shares
             reaction[i] = point.detail.balance.reaction_rows @ point.detail.modal
             # of all components: springs take nothing, and which of them rub is the law's affair
-            work[i] = fourier.work(point.detail.forces.g, point.x.reshape(-1, balance.nd, balance.nh))
+            work[i] = fourier.work(
+                point.detail.forces.g, point.x.reshape(-1, balance.nd, balance.nh)
+            )
             if contact:
-                there, _ = parameter.rebuild(balance.problem, balance.forces, point.parameter / parameter.scale)
+                there, _ = parameter.rebuild(
+                    balance.problem, balance.forces, point.parameter / parameter.scale
+                )
                 force[i] = point.detail.contact_force(there.rest_force(there.contacts))
     values = np.array([p.parameter for p in branch.points]) / parameter.scale
     start = balance.given_start
     return ForcedResponse(
-        frequency=parameter.frequencies(equation.hz, values), output_names=np.array(names, dtype=str),
-        harmonics=outputs.harmonics(branch.points, balance.H), parameter_name=parameter.name, parameter=values,
-        share_stick=shares[..., 0], share_slip=shares[..., 1], share_open=shares[..., 2], dissipated=work,
+        frequency=parameter.frequencies(equation.hz, values),
+        output_names=np.array(names, dtype=str),
+        harmonics=outputs.harmonics(branch.points, balance.H),
+        parameter_name=parameter.name,
+        parameter=values,
+        share_stick=shares[..., 0],
+        share_slip=shares[..., 1],
+        share_open=shares[..., 2],
+        dissipated=work,
         converged=np.array([p.converged for p in branch.points]),
-        iterations=np.array([p.iterations for p in branch.points]), ended=explain(branch, balance.problem, parameter),
-        complete=bool(branch.complete and all(p.converged for p in branch.points)), H=balance.H,
+        iterations=np.array([p.iterations for p in branch.points]),
+        ended=explain(branch, balance.problem, parameter),
+        complete=bool(branch.complete and all(p.converged for p in branch.points)),
+        H=balance.H,
         origin="preloaded" if balance.problem.preloaded else "unloaded",
-        start=start if isinstance(start, str) else "given", seconds=seconds, residual_calls=branch.calls,
-        restarts=np.reshape(branch.restarts, (-1, 2)) / parameter.scale, contact_force=force, peak_points=checked[0],
-        held_change=checked[1][0], held_reaction_change=checked[1][1],
-        held=np.array([one.name for one in balance.problem.held], dtype=str), reaction=reaction,
-        unknowns=np.array([p.x for p in branch.points]), carrying=np.ones(P, dtype=bool),
-        force_orders=np.array(list(balance.forces), dtype=int), output_rows=outputs.rows,
-        forces=np.array(list(balance.forces.values()), dtype=complex).reshape(-1, balance.problem.K.shape[0]),
+        start=start if isinstance(start, str) else "given",
+        seconds=seconds,
+        residual_calls=branch.calls,
+        restarts=np.reshape(branch.restarts, (-1, 2)) / parameter.scale,
+        contact_force=force,
+        peak_points=checked[0],
+        held_change=checked[1][0],
+        held_reaction_change=checked[1][1],
+        held=np.array([one.name for one in balance.problem.held], dtype=str),
+        reaction=reaction,
+        unknowns=np.array([p.x for p in branch.points]),
+        carrying=np.ones(P, dtype=bool),
+        force_orders=np.array(list(balance.forces), dtype=int),
+        output_rows=outputs.rows,
+        forces=np.array(list(balance.forces.values()), dtype=complex).reshape(
+            -1, balance.problem.K.shape[0]
+        ),
         slider_start=np.empty((0, 0)) if isinstance(start, str) else np.asarray(start, dtype=float),
         orientation=np.array([p.orientation for p in branch.points]),
-        jumps=np.array([p.jump for p in branch.points]), samples=len(balance.grid[0]) - 1,
-        reached_end=bool(branch.complete))
+        jumps=np.array([p.jump for p in branch.points]),
+        samples=len(balance.grid[0]) - 1,
+        reached_end=bool(branch.complete),
+    )
 
 
 def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter) -> str:
-    """Why the curve ends, where points failed or the branch was left, and the motion that no force restrains."""
+    """Why the curve ends, where points failed or the branch was left, and the motion that no force
+    restrains."""
     scale = parameter.scale
 
     def named(p):
         return parameter.named(p / scale)
 
     ended = branch.sentence(named)
-    good, failures = ([p for p in branch.points if p.converged == wanted] for wanted in (True, False))
+    good, failures = (
+        [p for p in branch.points if p.converged == wanted] for wanted in (True, False)
+    )
     if not good:
         return ended if problem is None else _slides(problem) + ended
     if branch.outside is not None and branch.complete:
-        ended += f"; it left the band where it starts and was followed outside, to {named(branch.outside)}, and back"
+        ended += (
+            "; it left the band where it starts and was followed outside, to "
+            f"{named(branch.outside)}, and back"
+        )
     if branch.beyond is not None:
-        ended += ("; it left the band before its fold and was followed beyond, "
-                  f"to {named(branch.beyond)}, and back")
+        ended += (
+            "; it left the band before its fold and was followed beyond, "
+            f"to {named(branch.beyond)}, and back"
+        )
     if branch.restarts:
         places = ", ".join(f"{named(a)} to {named(b)}" for a, b in branch.restarts)
-        gap = widest_gap([p.parameter for p in branch.points], [p.converged for p in branch.points], branch.restarts)
-        ended += (f"; not one branch: it folds again and again, was left, and taken up further on: {places}; solved "
-                  f"points there are up to {gap / scale:.3g}{parameter.unit} apart (more damping, or more or fewer "
-                  "harmonics, may give one)")
+        gap = widest_gap(
+            [p.parameter for p in branch.points],
+            [p.converged for p in branch.points],
+            branch.restarts,
+        )
+        ended += (
+            "; not one branch: it folds again and again, was left, and taken up further on: "
+            f"{places}; solved points there are up to {gap / scale:.3g}{parameter.unit} apart "
+            "(more damping, or more or fewer harmonics, may give one)"
+        )
     if (branch.restarts or branch.end == "points") and (opens := _lifts_off(good)):
         ended += opens
     if failures and branch.complete:
-        ended += (f"; {len(failures)} point{'s' * (len(failures) > 1)} failed near {named(failures[0].parameter)}: "
-                  "run in the other direction, or with other harmonics, there")
+        ended += (
+            f"; {len(failures)} point{'s' * (len(failures) > 1)} failed near "
+            f"{named(failures[0].parameter)}: run in the other direction, or with other "
+            "harmonics, there"
+        )
     return ended if branch.complete else ended + _unrestrained(good[-1], problem)
 
 
 def _slides(problem):
-    """The motions that nothing but friction restrains, and what holds them, in words, before what else may be tried;
-    empty where there are none."""
+    """The motions that nothing but friction restrains, and what holds them, in words, before what
+    else may be tried; empty where there are none."""
     motions = problem.held_by_friction()
     if not motions.shape[1]:
         return ""
-    named = [problem.describe(motion) if problem.describe else mostly(motion) for motion in motions.T]
-    return (f"{SLIDES} ({'; '.join(map(str, named))}): where the contacts slide it drifts, and then no periodic state "
-            f"exists: {_held(named[0])}. Where they are not to slide: ")
+    named = [
+        problem.describe(motion) if problem.describe else mostly(motion) for motion in motions.T
+    ]
+    return (
+        f"{SLIDES} ({'; '.join(map(str, named))}): where the contacts slide it drifts, and then "
+        f"no periodic state exists: {_held(named[0])}. Where they are not to slide: "
+    )
 
 
 def _held(named):
@@ -176,17 +254,24 @@ def _held(named):
 
 
 def _lifts_off(points):
-    """How far contacts that lift off are open at the points of a branch that folds again and again, in words."""
-    share = np.array([p.detail.forces.shares[:, 2].max(initial=0.0) for p in points if p.detail is not None])
+    """How far contacts that lift off are open at the points of a branch that folds again and again,
+    in words."""
+    share = np.array(
+        [p.detail.forces.shares[:, 2].max(initial=0.0) for p in points if p.detail is not None]
+    )
     share = share[share > 0]
     if not len(share) or 2 * len(share) < len(points):
         return ""
-    return (f"; contacts lift off there and close again, at half of the points open for {100 * np.median(share):.0f} % "
-            "of the cycle or more: with fewer harmonics their impacts are smoother, and the branch folds less")
+    return (
+        "; contacts lift off there and close again, at half of the points open for "
+        f"{100 * np.median(share):.0f} % of the cycle or more: with fewer harmonics their impacts "
+        "are smoother, and the branch folds less"
+    )
 
 
 def _unrestrained(last, problem):
-    """The mean motion in which the Jacobian is singular at the last point, in words; empty where there is none."""
+    """The mean motion in which the Jacobian is singular at the last point, in words; empty where
+    there is none."""
     value, q = last.detail.smallest_motion()
     if q is None or value >= 1e-4 or np.abs(q[:, 0]).max() <= 0.9 * np.abs(q).max():
         return ""

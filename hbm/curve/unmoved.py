@@ -1,7 +1,8 @@
-"""Branches along which no contact moves: there is no force, or no mode that it excites reaches a contact.
+"""Branches along which no contact moves: there is no force, or no mode that it excites reaches a
+contact.
 
-The unknowns of the balance stay what they are at rest, and with them a continuation would step over the resonances of
-the outputs: the points stand where the modes have theirs.
+The unknowns of the balance stay what they are at rest, and with them a continuation would step over
+the resonances of the outputs: the points stand where the modes have theirs.
 """
 
 import numpy as np
@@ -19,17 +20,24 @@ def moves_contacts(balance: HarmonicBalance) -> bool:
     """Whether a mode that the vibrating forces excite reaches a contact, beyond rounding."""
     shapes, force = np.abs(balance.shapes), np.abs(balance.force)
     reached = shapes.max(axis=0, initial=0.0)[:, None] * force
-    return bool(reached.max(initial=0.0) > DEFAULT.unreached * shapes.max(initial=0.0) * force.max(initial=0.0))
+    return bool(
+        reached.max(initial=0.0)
+        > DEFAULT.unreached * shapes.max(initial=0.0) * force.max(initial=0.0)
+    )
 
 
-def follow_unmoved(equation: Equation, begin: Point, last: float, settings: Settings, on_point: OnPoint) -> Branch:
-    """The branch from a point to `last`: at both ends, around the resonances between and evenly beside them."""
-    forced, way = any(np.any(F) for F in equation.balance.forces.values()), np.sign(last - begin.parameter)
+def follow_unmoved(
+    equation: Equation, begin: Point, last: float, settings: Settings, on_point: OnPoint
+) -> Branch:
+    """The branch from a point to `last`: at both ends, around the resonances between and evenly
+    beside them."""
+    forced = any(np.any(F) for F in equation.balance.forces.values())
+    way = np.sign(last - begin.parameter)
     values = [last]
     if forced:
         low, high = sorted((begin.parameter, last))
-        modes = equation.evaluate(begin.x, high).balance                 # those that matter in the whole band
-        values = [*_around_resonances(modes, low, high)[::int(way)], last]
+        modes = equation.evaluate(begin.x, high).balance  # those that matter in the whole band
+        values = [*_around_resonances(modes, low, high)[:: int(way)], last]
     branch = Branch([heading(begin, way)])
     for value in values:
         point = solve_fixed(equation.evaluate, begin.x, value, equation.weights, settings)
@@ -41,17 +49,21 @@ def follow_unmoved(equation: Equation, begin: Point, last: float, settings: Sett
 
 
 def _around_resonances(balance, low, high):
-    """Angular frequencies inside the band, in rising order, close where a forced mode is at its resonance."""
+    """Angular frequencies inside the band, in rising order, close where a forced mode is at its
+    resonance."""
     R, force = balance.receptance, np.abs(balance.force)
     if R.poles.size:
         own, ratio = np.abs(R.poles), -R.poles.real / np.abs(R.poles)
     else:
-        own, ratio = np.sqrt(R.stiffness / np.maximum(R.mass, DEFAULT.light * R.mass.max())), R.ratio
+        own = np.sqrt(R.stiffness / np.maximum(R.mass, DEFAULT.light * R.mass.max()))
+        ratio = R.ratio
     places = [np.linspace(low, high, DEFAULT.evenly)]
-    for j, k in np.argwhere(force[:len(own), 1:] > DEFAULT.unreached * force.max()):
+    for j, k in np.argwhere(force[: len(own), 1:] > DEFAULT.unreached * force.max()):
         width = max(ratio[j], DEFAULT.least_width)
         far = np.arcsinh(0.5 / width)
-        places.append(own[j] / (k + 1) * (1 + width * np.sinh(np.linspace(-far, far, DEFAULT.around))))
+        places.append(
+            own[j] / (k + 1) * (1 + width * np.sinh(np.linspace(-far, far, DEFAULT.around)))
+        )
     found = np.sort(np.concatenate(places))
     apart = np.diff(found, prepend=0.0) > DEFAULT.least_width * found
     return found[apart & (low < found) & (found < high)]

@@ -1,4 +1,5 @@
-"""A motion of the model in words, for messages: the body, and whether it slides, rotates or deforms."""
+"""A motion of the model in words, for messages: the body, and whether it slides, rotates or
+deforms."""
 
 from dataclasses import dataclass
 
@@ -10,8 +11,9 @@ from tipdamp.hbm.hold.settings import HOLD
 
 @dataclass(frozen=True)
 class NamedMotion:
-    """A motion in words: the body that it belongs to, whether that moves as a whole, whether it turns then, and the
-    rigid motion that it is mostly, as `hold` takes it; empty where it has no such name."""
+    """A motion in words: the body that it belongs to, whether that moves as a whole, whether it
+    turns then, and the rigid motion that it is mostly, as `hold` takes it; empty where it has no
+    such name."""
 
     text: str
     body: str
@@ -25,28 +27,42 @@ class NamedMotion:
         if not self.motion:
             return "give that motion a stiffness that restrains it"
         own = f"Hold({self.motion}, mean=True, body='{self.body}')"
-        return ("hold its mean position, the vibration stays free: hold = { motion = "
-                f"{self.motion}, mean = true }} in [damper] or [model] of a study (in Python: hold = {own})") \
-            if self.body == "damper" else f"hold its mean position: hold = {own} in Python"
+        return (
+            (
+                "hold its mean position, the vibration stays free: hold = { motion = "
+                f"{self.motion}, mean = true "
+                f"}} in [damper] or [model] of a study (in Python: hold = {own})"
+            )
+            if self.body == "damper"
+            else f"hold its mean position: hold = {own} in Python"
+        )
 
     def __str__(self) -> str:
         return self.text
 
 
 def describe_motion(model, motion: np.ndarray) -> NamedMotion:
-    """Which body a motion (r,) belongs to, and whether it moves along or rotates about an axis, or deforms."""
-    share = {body: float(np.sum(motion[model.body == body] ** 2)) for body in dict.fromkeys(model.body.tolist())}
+    """Which body a motion (r,) belongs to, and whether it moves along or rotates about an axis, or
+    deforms."""
+    share = {
+        body: float(np.sum(motion[model.body == body] ** 2))
+        for body in dict.fromkeys(model.body.tolist())
+    }
     body = max(share, key=lambda name: share[name])
     rows = np.flatnonzero((model.body == body) & model.moves & np.isfinite(model.position[:, 0]))
     if len(rows) < 3:
-        return NamedMotion(f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}", body, False, False)
+        return NamedMotion(
+            f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}", body, False, False
+        )
     rigid = body_motions(model, body)[rows]
     size = np.linalg.norm(rigid, axis=0)
     size[size == 0] = 1.0
     part = np.linalg.lstsq(rigid / size, motion[rows], rcond=None)[0]
-    left = np.linalg.norm(motion[rows] - (rigid / size) @ part) / max(float(np.linalg.norm(motion[rows])), 1e-300)
+    left = np.linalg.norm(motion[rows] - (rigid / size) @ part) / max(
+        float(np.linalg.norm(motion[rows])), 1e-300
+    )
     slide, turn = np.linalg.norm(part[:3]), np.linalg.norm(part[3:])
-    turns = bool(turn > 0.3 * slide)              # rolling on an edge moves the centre too
+    turns = bool(turn > 0.3 * slide)  # rolling on an edge moves the centre too
     vector = (part / size)[3:] if turns else part[:3]
     vector = vector / (np.linalg.norm(vector) * np.sign(vector[np.abs(vector).argmax()]) or 1.0)
     verb = "rotates about" if turns else "slides along"
@@ -55,12 +71,14 @@ def describe_motion(model, motion: np.ndarray) -> NamedMotion:
     oblique = np.abs(np.delete(vector, k)).max() > HOLD.rigid
     name = f"'about {'xyz'[k]}'" if turns else f"[{words}]" if oblique else f"'{'xyz'[k]}'"
     axis = f" through {_through(model.position[rows].mean(axis=0), part / size)}" if turns else ""
-    return NamedMotion(f"body '{body}' {verb} ({words}){axis}", body, bool(left < HOLD.rigid), turns,
-                       name)
+    return NamedMotion(
+        f"body '{body}' {verb} ({words}){axis}", body, bool(left < HOLD.rigid), turns, name
+    )
 
 
 def _through(centre, motion) -> str:
-    """The point of the axis of a rigid motion (6,), slides and turns about the centre, that is nearest to it."""
+    """The point of the axis of a rigid motion (6,), slides and turns about the centre, that is
+    nearest to it."""
     slide, turn = motion[:3], motion[3:]
     x = centre + np.cross(turn, slide) / (turn @ turn)
     return f"({', '.join(f'{v + 0.0:.3g}' for v in np.where(np.abs(x) < 1e-9, 0.0, x))}) m"

@@ -1,4 +1,5 @@
-"""Rigid motions of a body of a model: their shapes, their names, and the coordinate that measures one of them."""
+"""Rigid motions of a body of a model: their shapes, their names, and the coordinate that measures
+one of them."""
 
 import re
 from collections.abc import Sequence
@@ -12,15 +13,20 @@ from tipdamp.hbm.io.dof_table import DIRECTIONS, ROTATIONS
 
 SLIDES = tuple((f"slide along {axis}", "N") for axis in DIRECTIONS)
 ROLLS = tuple((f"roll about {axis}", "N m") for axis in DIRECTIONS)
-RIGID_MOTIONS = (*SLIDES, *ROLLS)       # (name, unit of the force along it), in the order of `body_motions`
-ALLOWED = "must be a direction [x, y, z], 'x', 'y' or 'z', or a rotation 'about x', 'about y' or 'about z'"
+# (name, unit of the force along it), in the order of `body_motions`
+RIGID_MOTIONS = (*SLIDES, *ROLLS)
+ALLOWED = (
+    "must be a direction [x, y, z], 'x', 'y' or 'z', or a rotation 'about x', 'about y' or "
+    "'about z'"
+)
 
 
 def body_motions(model: Any, body: str) -> np.ndarray:
-    """(r, 6) unit translations along and rotations about x, y, z, through the mean position of the body's nodes.
+    """(r, 6) unit translations along and rotations about x, y, z, through the mean position of the
+    body's nodes.
 
-    A rotation about an axis on which all nodes lie, and all three where positions are unknown, are columns of zeros.
-    model : a ReducedModel
+    A rotation about an axis on which all nodes lie, and all three where positions are unknown, are
+    columns of zeros. model : a ReducedModel
     """
     mine, motions = model.body == body, np.zeros((len(model.body), 6))
     rows = np.flatnonzero(mine & model.moves)
@@ -41,34 +47,48 @@ def body_motions(model: Any, body: str) -> np.ndarray:
 
 
 def parse_motion(value: Any) -> tuple[str, str, np.ndarray]:
-    """(name, unit of the force along it, (6,) coefficients in `body_motions`) of a rigid motion in a user's words.
+    """(name, unit of the force along it, (6,) coefficients in `body_motions`) of a rigid motion in
+    a user's words.
 
-    value : direction (3,), or a text such as 'y', 'slide along y', 'about y'. Raises InputError for anything else.
-    """
+    value : direction (3,), or a text such as 'y', 'slide along y', 'about y'. Raises InputError for
+    anything else."""
     if isinstance(value, str):
-        found = re.fullmatch(r"(?:(?:slide )?(?:along )?|((?:roll |rotation )?about ))([xyz])", value.strip().lower())
+        found = re.fullmatch(
+            r"(?:(?:slide )?(?:along )?|((?:roll |rotation )?about ))([xyz])", value.strip().lower()
+        )
         if not found:
             raise InputError(ALLOWED)
         k = DIRECTIONS.index(found[2]) + 3 * bool(found[1])
         return *RIGID_MOTIONS[k], np.eye(6)[k]
-    numeric = isinstance(value, Sequence | np.ndarray) and len(value) == 3 and all(
-        isinstance(v, int | float | np.number) and not isinstance(v, bool) for v in value)
+    numeric = (
+        isinstance(value, Sequence | np.ndarray)
+        and len(value) == 3
+        and all(isinstance(v, int | float | np.number) and not isinstance(v, bool) for v in value)
+    )
     vector = np.array(value, dtype=float) if numeric else np.zeros(3)
     if not np.isfinite(vector).all() or not vector.any():
         raise InputError(ALLOWED)
-    vector = vector / np.abs(vector).max()          # squares of the given numbers may vanish or overflow
+    vector = vector / np.abs(vector).max()  # squares of the given numbers may vanish or overflow
     vector = vector / np.linalg.norm(vector)
     along = np.flatnonzero(vector == 1.0)
-    name = SLIDES[along[0]][0] if len(along) else f"slide along ({', '.join(f'{v + 0.0:.3g}' for v in vector)})"
+    name = (
+        SLIDES[along[0]][0]
+        if len(along)
+        else f"slide along ({', '.join(f'{v + 0.0:.3g}' for v in vector)})"
+    )
     return name, "N", np.r_[vector, np.zeros(3)]
 
 
-def rigid_coordinate(model: Any, body: str, coefficients: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Motion (r,) of a body and the row (r,) that takes its amount out of q; rows of zeros where the body cannot do it.
+def rigid_coordinate(
+    model: Any, body: str, coefficients: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Motion (r,) of a body and the row (r,) that takes its amount out of q; rows of zeros where
+    the body cannot do it.
 
-    The row is that of the centre of mass: row' q = 1 for the motion itself, 0 for the other rigid motions and for every
-    elastic mode. As a force it is the pure force, or couple, along the motion, spread as inertia is.
-    coefficients : (6,) in `body_motions`, rotations about the centre of mass
+    The row is that of the centre of mass: row' q = 1 for the motion itself, 0 for the other rigid
+    motions and for every elastic mode. As a force it is the pure force, or couple, along the
+    motion, spread as inertia is. coefficients : (6,) in `body_motions`, rotations about the centre
+    of mass
     """
     mine = model.body == body
     R = body_motions(model, body)
@@ -78,8 +98,12 @@ def rigid_coordinate(model: Any, body: str, coefficients: np.ndarray) -> tuple[n
     inertia = mine[:, None] * (model.M @ R)
     unit = 1 / np.sqrt(np.maximum(np.einsum("ij,ij->j", R, inertia), np.finfo(float).tiny))
     G = (R * unit).T @ inertia * unit
-    row = inertia * unit @ (np.linalg.pinv(G, rcond=HOLD.on_axis, hermitian=True) @ (coefficients * unit))
+    row = (
+        inertia
+        * unit
+        @ (np.linalg.pinv(G, rcond=HOLD.on_axis, hermitian=True) @ (coefficients * unit))
+    )
     motion = R @ coefficients
-    if abs(row @ motion - 1) > HOLD.on_axis:          # on one line, or in a plane: nodes do not feel it
+    if abs(row @ motion - 1) > HOLD.on_axis:  # on one line, or in a plane: nodes do not feel it
         return np.zeros_like(row), motion
     return row, motion

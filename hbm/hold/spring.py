@@ -1,8 +1,10 @@
-"""A hold: what keeps a rigid motion that no contact resists from drifting, and the force that this takes.
+"""A hold: what keeps a rigid motion that no contact resists from drifting, and the force that this
+takes.
 
-The spring acts on the coordinate s = row' q of the motion (`rigid_motion.rigid_coordinate`), K + k row row': a pure
-force or couple on the body, that bends nothing. Soft beside the contacts and the inertia it changes no vibration, and
-its mean force is the mean friction force that a stop would have to balance.
+The spring acts on the coordinate s = row' q of the motion (`rigid_motion.rigid_coordinate`), K + k
+row row': a pure force or couple on the body, that bends nothing. Soft beside the contacts and the
+inertia it changes no vibration, and its mean force is the mean friction force that a stop would
+have to balance.
 """
 
 from collections.abc import Sequence
@@ -24,8 +26,9 @@ from tipdamp.hbm.validation import brief, check_kind, positive
 class Hold:
     """A rigid motion of a body that is to be held.
 
-    motion : direction (3,), 'x', 'y', 'z', or 'about x', 'about y', 'about z' (through the centre of mass)
-    stiffness : N/m, of rotations N m/rad; None: 1e-5 of what the sticking pairs resist the motion with
+    motion : direction (3,), 'x', 'y', 'z', or 'about x', 'about y', 'about z' (through the centre
+    of mass) stiffness : N/m, of rotations N m/rad; None: 1e-5 of what the sticking pairs resist the
+    motion with
     mean : only the mean of the motion is held, and rigidly: the vibration along it is free
     """
 
@@ -40,11 +43,12 @@ class HeldMotion:
     """A hold on the dofs of a model.
 
     name : 'damper: slide along y'; unit : of its force, 'N' or 'N m'
-    row, motion : (r,) amount of the motion in q, and the motion itself; stiffness : N/m or N m/rad, of the amount
-    mean : order 0 alone is held, rigidly; doubt : a sentence where contact normals resist the motion too
+    row, motion : (r,) amount of the motion in q, and the motion itself; stiffness : N/m or N m/rad,
+    of the amount mean : order 0 alone is held, rigidly; doubt : a sentence where contact normals
+    resist the motion too
     small : m or rad, up to which displacements along it count as small
-    extent : largest displacement of a dof in the motion, which makes of a force on the dofs one along the motion
-    """
+    extent : largest displacement of a dof in the motion, which makes of a force on the dofs one
+    along the motion"""
 
     name: str
     unit: str
@@ -57,12 +61,13 @@ class HeldMotion:
     extent: float = 1.0
 
 
-def held_motions(model: ReducedModel | Any, pairs: ContactTable, holds: Hold | Sequence[Hold]
-                 ) -> tuple[HeldMotion, ...]:
+def held_motions(
+    model: ReducedModel | Any, pairs: ContactTable, holds: Hold | Sequence[Hold]
+) -> tuple[HeldMotion, ...]:
     """The holds on the dofs of a model whose pairs carry.
 
-    Raises InputError for an unknown body or motion, a stiffness that is not positive, a motion that the body cannot do,
-    that its own stiffness holds, or that is held twice.
+    Raises InputError for an unknown body or motion, a stiffness that is not positive, a motion that
+    the body cannot do, that its own stiffness holds, or that is held twice.
     """
     found: list[HeldMotion] = []
     for given in holds if isinstance(holds, list | tuple) else [holds]:
@@ -73,7 +78,9 @@ def held_motions(model: ReducedModel | Any, pairs: ContactTable, holds: Hold | S
             raise InputError(f"hold = {brief(hold.motion)}: {error}") from None
     rows = np.array([held.row / np.linalg.norm(held.row) for held in found])
     if len(found) > 1 and np.linalg.matrix_rank(rows, tol=1e-6) < len(found):
-        raise InputError(f"hold = {[held.name for held in found]}: a motion is held twice; leave one of them out")
+        raise InputError(
+            f"hold = {[held.name for held in found]}: a motion is held twice; leave one of them out"
+        )
     return tuple(found)
 
 
@@ -84,7 +91,8 @@ def with_springs(K: np.ndarray, held: Sequence[HeldMotion]) -> np.ndarray:
 
 
 def spring_forces(held: Sequence[HeldMotion], q: np.ndarray) -> dict[str, float]:
-    """{name: N or N m}: the forces on the springs that hold motions where the displacement is q (r,)."""
+    """{name: N or N m}: the forces on the springs that hold motions where the displacement is q
+    (r,)."""
     return {one.name: one.stiffness * float(one.row @ q) for one in held}
 
 
@@ -100,32 +108,52 @@ def _held(model, pairs, hold):
         raise InputError(f"the model has no body '{hold.body}'; {nearest(str(hold.body), bodies)}")
     row, motion = rigid_coordinate(model, hold.body, coefficients)
     if not row.any():
-        raise InputError(f"the {hold.body} has no such motion in the model: its nodes have no dofs along it, lie on "
-                         "one line, or their positions are unknown")
+        raise InputError(
+            f"the {hold.body} has no such motion in the model: its nodes have no dofs along it, "
+            "lie on one line, or their positions are unknown"
+        )
     used = pairs.select(pairs.carrying)
     B = relative_motion(model, used)
     resisted, given = _stuck_stiffness(B, used, motion), hold.stiffness
     if given is None:
         if not resisted > 0:
-            raise InputError("no pair resists this motion even where it sticks, so that no stiffness follows: give it")
+            raise InputError(
+                "no pair resists this motion even where it sticks, so that no stiffness follows: "
+                "give it"
+            )
         given = HOLD.hold * resisted
     given = positive("stiffness", given, f" {unit}/{'m' if unit == 'N' else 'rad'}")
     if not isinstance(hold.mean, bool):
         raise InputError(f"mean = {brief(hold.mean)}: must be True or False")
     _refuse_supported(model, hold.body, motion, given)
     faced = np.abs(B[2::3] @ motion).max(initial=0.0) / np.abs(motion).max()
-    doubt = "" if min(faced, _faced(model, hold.body, row, B[2::3])) <= HOLD.faced else (
-        f"hold = {brief(hold.motion)}: contact normals face the {name} of the {hold.body} by {faced:.2g} of its size "
-        "and hold it already while they are closed, whatever other rigid motions go with it; leave it out unless they "
-        "open")
+    doubt = (
+        ""
+        if min(faced, _faced(model, hold.body, row, B[2::3])) <= HOLD.faced
+        else (
+            f"hold = {brief(hold.motion)}: contact normals face the {name} of the {hold.body} by "
+            f"{faced:.2g} of its size and hold it already while they are closed, whatever other "
+            "rigid motions go with it; leave it out unless they open"
+        )
+    )
     small = HOLD.small_angle * (1.0 if unit == "N m" else _size(model, hold.body) or np.inf)
-    return HeldMotion(f"{hold.body}: {name}", unit, row, motion, given, hold.mean, doubt, small,
-                      float(np.abs(motion).max()))
+    return HeldMotion(
+        f"{hold.body}: {name}",
+        unit,
+        row,
+        motion,
+        given,
+        hold.mean,
+        doubt,
+        small,
+        float(np.abs(motion).max()),
+    )
 
 
 def _faced(model, body, row, normals):
-    """How much the normals (P, r) face the rigid motion of a unit of the coordinate `row` that they face least, as a
-    share of its size: 0 where the body can do it past them, by other rigid motions beside it."""
+    """How much the normals (P, r) face the rigid motion of a unit of the coordinate `row` that they
+    face least, as a share of its size: 0 where the body can do it past them, by other rigid motions
+    beside it."""
     R = body_motions(model, body)
     R = R[:, R.any(axis=0)] / np.abs(R[:, R.any(axis=0)]).max(axis=0)
     met = normals @ R
@@ -141,7 +169,8 @@ def _size(model, body):
 
 
 def _stuck_stiffness(B, pairs, motion):
-    """N/m: what sticking pairs resist the motion with; hard contact, which has no spring, counts as none."""
+    """N/m: what sticking pairs resist the motion with; hard contact, which has no spring, counts as
+    none."""
     k = (pairs.weight[:, None] * np.stack([pairs.kt, pairs.kt, pairs.kn], axis=1)).ravel()
     return float(np.where(np.isfinite(k), k, 0.0) @ (B @ motion) ** 2)
 
@@ -151,5 +180,7 @@ def _refuse_supported(model, body, motion, stiffness):
     own = motion @ (model.K @ motion)
     noise = HOLD.noise * np.finfo(float).eps * (np.abs(motion) @ (abs(model.K) @ np.abs(motion)))
     if own > max(stiffness, noise):
-        raise InputError(f"the {body} is supported: its own stiffness resists this motion with {own:.3g}, and the hold "
-                         f"would with {stiffness:.3g}; there is nothing to hold, leave it out")
+        raise InputError(
+            f"the {body} is supported: its own stiffness resists this motion with {own:.3g}, and "
+            f"the hold would with {stiffness:.3g}; there is nothing to hold, leave it out"
+        )

@@ -7,8 +7,9 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class ArrayRecord:
-    """Base of a frozen dataclass with `eq=False` and array fields: these are copies that cannot be written to; two
-    records are equal where all compared fields are, NaN being equal to NaN; pickles keep all of this."""
+    """Base of a frozen dataclass with `eq=False` and array fields: these are copies that cannot be
+    written to; two records are equal where all compared fields are, NaN being equal to NaN; pickles
+    keep all of this."""
 
     def __post_init__(self):
         for f in fields(self):
@@ -23,7 +24,9 @@ class ArrayRecord:
     def __eq__(self, other) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        return all(_equal(vars(self)[f.name], vars(other)[f.name]) for f in fields(self) if f.compare)
+        return all(
+            _equal(vars(self)[f.name], vars(other)[f.name]) for f in fields(self) if f.compare
+        )
 
 
 def _equal(a, b) -> bool:

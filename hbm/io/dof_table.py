@@ -1,4 +1,5 @@
-"""Dof tables of reduced models in files: CSV, Ansys' .mapping, the labels of Abaqus' matrix text, saved models."""
+"""Dof tables of reduced models in files: CSV, Ansys' .mapping, the labels of Abaqus' matrix text,
+saved models."""
 
 import json
 import zipfile
@@ -15,14 +16,16 @@ from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.points import ContactPoints
 
 DIRECTIONS = ("x", "y", "z")
-ROTATIONS = ("rx", "ry", "rz")       # of beams and shells, in rad: dofs like any other, that no contact touches
-TABLE = ("body", "node", "direction", "position")       # columns of a dof table inside a file
+# of beams and shells, in rad: dofs like any other, that no contact touches
+ROTATIONS = ("rx", "ry", "rz")
+TABLE = ("body", "node", "direction", "position")  # columns of a dof table inside a file
 ANSYS_DOFS = {"UX": "x", "UY": "y", "UZ": "z", "ROTX": "rx", "ROTY": "ry", "ROTZ": "rz"}
 ABAQUS_DOFS = dict(enumerate((*DIRECTIONS, *ROTATIONS), 1))
 
 
 def read_dofs(path: str | Path, body: str = "body") -> dict:
-    """Columns body, node, direction, position and loads of a dof table, in the order of the matrices; and groups."""
+    """Columns body, node, direction, position and loads of a dof table, in the order of the
+    matrices; and groups."""
     path = Path(path)
     if not path.is_file():
         raise InputError(f"dof table: no such file: {path}")
@@ -31,24 +34,44 @@ def read_dofs(path: str | Path, body: str = "body") -> dict:
     table = read_table(path, _kind)
     for column in ("node", "direction"):
         if column not in table.header or not table.rows:
-            raise InputError(f"{path}: column '{column}' is missing; needed: node, direction; may be: body, x, y, z")
+            raise InputError(
+                f"{path}: column '{column}' is missing; needed: node, direction; may be: body, x, "
+                "y, z"
+            )
     none = [float("nan")] * len(table.rows)
-    position = [table.numbers(k, empty=float("nan")) if k in table.header else none for k in DIRECTIONS]
+    position = [
+        table.numbers(k, empty=float("nan")) if k in table.header else none for k in DIRECTIONS
+    ]
     node = table.numbers("node", int)
     bodies = table.texts("body") if "body" in table.header else [body] * len(table.rows)
-    return dict(body=np.array([name or body for name in bodies]), node=node, position=np.transpose(position).tolist(),
-                direction=[text.lower() for text in table.texts("direction")],
-                loads={name: table.numbers(key, empty=0.0) for name, key in _named(table.header, "load ")},
-                groups={name: list(dict.fromkeys(n for n, mark in zip(node, table.texts(key), strict=True) if mark))
-                        for name, key in _named(table.header, "group ")})
+    return dict(
+        body=np.array([name or body for name in bodies]),
+        node=node,
+        position=np.transpose(position).tolist(),
+        direction=[text.lower() for text in table.texts("direction")],
+        loads={name: table.numbers(key, empty=0.0) for name, key in _named(table.header, "load ")},
+        groups={
+            name: list(
+                dict.fromkeys(n for n, mark in zip(node, table.texts(key), strict=True) if mark)
+            )
+            for name, key in _named(table.header, "group ")
+        },
+    )
 
 
 def _kind(column):
-    return int if column == "node" else float if column in DIRECTIONS or column.startswith("load ") else str
+    return (
+        int
+        if column == "node"
+        else float
+        if column in DIRECTIONS or column.startswith("load ")
+        else str
+    )
 
 
 def read_npz(path: str | Path) -> dict:
-    """Keywords of ReducedModel.from_matrices from an .npz with M and K, as ReducedModel.save writes it.
+    """Keywords of ReducedModel.from_matrices from an .npz with M and K, as ReducedModel.save writes
+    it.
 
     Raises InputError where the file is not there, is damaged or holds no M and K.
     """
@@ -68,14 +91,25 @@ def read_npz(path: str | Path) -> dict:
         try:
             found = {k: z[k] for k in z.files}
             groups = json.loads(str(found.get("groups", "{}")))
-            provenance = json.loads(str(found["provenance"])) if "provenance" in found else {"file": path.name}
+            provenance = (
+                json.loads(str(found["provenance"]))
+                if "provenance" in found
+                else {"file": path.name}
+            )
         except (ValueError, OSError, EOFError, zlib.error, zipfile.BadZipFile) as error:
             raise InputError(f"{path}: is damaged ({error})") from None
-    loads, rigid = ({k.removeprefix(start): v for k, v in found.items() if k.startswith(start)}
-                    for start in ("load/", "rigid/"))
+    loads, rigid = (
+        {k.removeprefix(start): v for k, v in found.items() if k.startswith(start)}
+        for start in ("load/", "rigid/")
+    )
     given = {k: found[k] for k in ("M", "K", "C", *TABLE) if k in found}
-    return given | {"groups": groups, "loads": loads, "provenance": provenance, "points": _points(path, found),
-                    "rigid": rigid}
+    return given | {
+        "groups": groups,
+        "loads": loads,
+        "provenance": provenance,
+        "points": _points(path, found),
+        "rigid": rigid,
+    }
 
 
 def _points(path, found):
@@ -91,29 +125,38 @@ def _points(path, found):
 
 
 def table_of_labels(labels: Sequence[tuple[int, int]], body: str) -> dict:
-    """Columns body, node, direction of the (node, dof) labels of Abaqus' matrix text; InputError for other dofs."""
+    """Columns body, node, direction of the (node, dof) labels of Abaqus' matrix text; InputError
+    for other dofs."""
     wrong = [label for label in labels if label[1] not in ABAQUS_DOFS]
     if wrong:
         node, dof = wrong[0]
-        raise InputError(f"node {node}: dof {dof} is neither displacement (1, 2, 3) nor rotation (4, 5, 6): "
-                         "give a dof table (CSV) in which it is a row of direction 'mode'")
-    return dict(body=body, node=[n for n, _ in labels], direction=[ABAQUS_DOFS[d] for _, d in labels])
+        raise InputError(
+            f"node {node}: dof {dof} is neither displacement (1, 2, 3) nor rotation (4, 5, 6): "
+            "give a dof table (CSV) in which it is a row of direction 'mode'"
+        )
+    return dict(
+        body=body, node=[n for n, _ in labels], direction=[ABAQUS_DOFS[d] for _, d in labels]
+    )
 
 
 def check_labels(labels: Sequence[tuple[int, int]], table: dict, dofs: object, M: object) -> None:
-    """The rows of Abaqus' text stand in the order of its node and dof numbers: a table must not say otherwise."""
+    """The rows of Abaqus' text stand in the order of its node and dof numbers: a table must not say
+    otherwise."""
     rows = list(zip(table["node"], table["direction"], strict=True))
     if len(rows) != len(labels):
         raise InputError(f"{dofs}: has {len(rows)} rows, {M} names {len(labels)} dofs")
     for i, ((node, dof), (listed, direction)) in enumerate(zip(labels, rows, strict=True)):
         meant = ABAQUS_DOFS.get(dof, "mode")
         if (node, direction) not in ((listed, meant), (listed, "mode" if dof > 3 else meant)):
-            raise InputError(f"{dofs}, row {i + 1}: is node {listed}, {direction}; {M} has node {node}, dof {dof} "
-                             "there: order the table by node and dof number, or leave it out")
+            raise InputError(
+                f"{dofs}, row {i + 1}: is node {listed}, {direction}; {M} has node {node}, dof "
+                f"{dof} there: order the table by node and dof number, or leave it out"
+            )
 
 
 def saved_table(path: str | Path) -> dict:
-    """Columns, groups and loads in an .npz of ReducedModel.save or a .mat of `matrices_out`; empty for other files."""
+    """Columns, groups and loads in an .npz of ReducedModel.save or a .mat of `matrices_out`; empty
+    for other files."""
     if Path(path).suffix.lower() == ".npz":
         with open_npz(path, packed=True) as z:
             if not {"M", "K", "node", "direction"} <= set(z.files):
@@ -125,12 +168,19 @@ def saved_table(path: str | Path) -> dict:
     content = open_matlab(path)
     if not {*TABLE} <= set(content):
         return {}
-    names = {key: [str(np.ravel(cell)[0]) for cell in np.ravel(content.get(key, []))]
-             for key in ("body", "direction", "group_names", "load_names")}
+    names = {
+        key: [str(np.ravel(cell)[0]) for cell in np.ravel(content.get(key, []))]
+        for key in ("body", "direction", "group_names", "load_names")
+    }
     groups = [np.ravel(nodes) for nodes in np.ravel(content.get("group_nodes", []))]
-    return dict(body=names["body"], node=content["node"].ravel(), direction=names["direction"],
-                position=content["position"], groups=dict(zip(names["group_names"], groups, strict=True)),
-                loads=dict(zip(names["load_names"], content.get("loads", np.empty((0, 0))).T, strict=True)))
+    return dict(
+        body=names["body"],
+        node=content["node"].ravel(),
+        direction=names["direction"],
+        position=content["position"],
+        groups=dict(zip(names["group_names"], groups, strict=True)),
+        loads=dict(zip(names["load_names"], content.get("loads", np.empty((0, 0))).T, strict=True)),
+    )
 
 
 def _ansys_mapping(path, body):
@@ -138,13 +188,19 @@ def _ansys_mapping(path, body):
     found = [f for f in found if len(f) >= 3 and f[0].isdigit() and f[1].isdigit()]
     for f in found:
         if f[2].upper() not in ANSYS_DOFS:
-            raise InputError(f"{path}: equation {f[0]} is {f[2]} of node {f[1]}, must be {', '.join(ANSYS_DOFS)}: "
-                             "condense the others out, or give a dof table (CSV) in which they are rows of direction "
-                             "'mode'")
+            raise InputError(
+                f"{path}: equation {f[0]} is {f[2]} of node {f[1]}, must be "
+                f"{', '.join(ANSYS_DOFS)}: condense the others out, or give a dof table (CSV) in "
+                "which they are rows of direction 'mode'"
+            )
     if not found:
         raise InputError(f"{path}: holds no lines 'equation node UX'")
     found.sort(key=lambda f: int(f[0]))
-    return dict(body=body, node=[int(f[1]) for f in found], direction=[ANSYS_DOFS[f[2].upper()] for f in found])
+    return dict(
+        body=body,
+        node=[int(f[1]) for f in found],
+        direction=[ANSYS_DOFS[f[2].upper()] for f in found],
+    )
 
 
 def _named(header, prefix):

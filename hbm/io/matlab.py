@@ -10,12 +10,16 @@ from tipdamp.hbm.memory import available_bytes
 
 
 def open_matlab(path: str | Path) -> dict:
-    """As scipy.io.loadmat; the sizes that the file declares are held against the memory before anything is unpacked.
+    """As scipy.io.loadmat; the sizes that the file declares are held against the memory before
+    anything is unpacked.
 
     Raises InputError where they do not fit into it; errors of loadmat stay what they are.
     """
-    need, there = sum(8 * math.prod(shape) for _, shape, _ in scipy.io.whosmat(path)), available_bytes()
-    if 2 * need > there:                                   # what is made of them needs some too
-        raise InputError(f"{path}: its variables take {need / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are "
-                         "available")
+    need = sum(8 * math.prod(shape) for _, shape, _ in scipy.io.whosmat(path))
+    there = available_bytes()
+    if 2 * need > there:  # what is made of them needs some too
+        raise InputError(
+            f"{path}: its variables take {need / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are "
+            "available"
+        )
     return scipy.io.loadmat(path, chars_as_strings=True)

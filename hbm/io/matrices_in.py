@@ -1,13 +1,15 @@
-"""Matrices from other codes: npz, npy, Matrix Market, MATLAB, Harwell-Boeing (Ansys HBMAT), Abaqus' matrix text.
+"""Matrices from other codes: npz, npy, Matrix Market, MATLAB, Harwell-Boeing (Ansys HBMAT), Abaqus'
+matrix text.
 
     model = ReducedModel.from_files(M="mass.mtx", K="stiffness.mtx", dofs="dofs.csv")
 
-The dof table is a CSV with a line per row of the matrices: body, node, direction (x, y, z, rotations rx, ry, rz, or
-mode) and, where known,
-x, y, z in m, a column `load NAME` in N for each load, a column `group NAME` (not empty on its nodes) for each group of
-nodes, as `matrices_out` writes them; or the .mapping file that Ansys writes beside its Harwell-Boeing matrices. Abaqus'
-text names node and dof of each entry itself. What `ReducedModel.save` or `matrices_out` wrote into an .npz or .mat
-holds the table already: with M and K from such a file, `dofs` may be left out.
+The dof table is a CSV with a line per row of the matrices: body, node, direction (x, y, z,
+rotations rx, ry, rz, or mode) and, where known,
+x, y, z in m, a column `load NAME` in N for each load, a column `group NAME` (not empty on its
+nodes) for each group of nodes, as `matrices_out` writes them; or the .mapping file that Ansys
+writes beside its Harwell-Boeing matrices. Abaqus' text names node and dof of each entry itself.
+What `ReducedModel.save` or `matrices_out` wrote into an .npz or .mat holds the table already: with
+M and K from such a file, `dofs` may be left out.
 """
 
 import math
@@ -29,12 +31,19 @@ from tipdamp.hbm.memory import available_bytes
 FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
 
 
-def read_model(M: str | Path, K: str | Path, C: str | Path | None = None, dofs: str | Path | None = None,
-               body: str = "body", groups: dict | None = None, loads: dict | None = None) -> dict:
+def read_model(
+    M: str | Path,
+    K: str | Path,
+    C: str | Path | None = None,
+    dofs: str | Path | None = None,
+    body: str = "body",
+    groups: dict | None = None,
+    loads: dict | None = None,
+) -> dict:
     """Keywords of ReducedModel.from_matrices from one file per matrix and a dof table.
 
-    body : its name where the table has none; groups, loads : as in ReducedModel, beside those of the table
-    Raises InputError where a file cannot be read, or the files do not fit each other.
+    body : its name where the table has none; groups, loads : as in ReducedModel, beside those of
+    the table Raises InputError where a file cannot be read, or the files do not fit each other.
     """
     labels = None
     matrices: dict = {}
@@ -53,14 +62,16 @@ def read_model(M: str | Path, K: str | Path, C: str | Path | None = None, dofs: 
         check_labels(labels, table, dofs, M)
     for name, given in (("groups", groups), ("loads", loads)):
         table[name] = saved.get(name, {}) | table.get(name, {}) | (given or {})
-    return {"body": body} | table | matrices | {"provenance": {"M": str(M), "K": str(K), "C": str(C)}}
+    return (
+        {"body": body} | table | matrices | {"provenance": {"M": str(M), "K": str(K), "C": str(C)}}
+    )
 
 
 def read_matrix(path: str | Path, name: str = "matrix") -> tuple[Any, Any]:
     """(matrix, labels): labels are ((node, dof), ...) where the file names them, else None.
 
-    A file that holds one triangle only is taken as symmetric. `name` picks the variable of a file that holds several.
-    """
+    A file that holds one triangle only is taken as symmetric. `name` picks the variable of a file
+    that holds several."""
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{name}: no such file: {path}")
@@ -85,10 +96,12 @@ def read_matrix(path: str | Path, name: str = "matrix") -> tuple[Any, Any]:
             matrix, labels = abaqus_text(path)
     except InputError:
         raise
-    except Exception as error:          # the readers of foreign formats raise what they like
+    except Exception as error:  # the readers of foreign formats raise what they like
         raise InputError(f"{name}: {path} cannot be read as {kind}: {error}") from None
     if np.ndim(matrix) != 2 or matrix.shape[0] != matrix.shape[1]:
-        raise InputError(f"{name}: {path} holds an array of shape {np.shape(matrix)}, must be a square matrix")
+        raise InputError(
+            f"{name}: {path} holds an array of shape {np.shape(matrix)}, must be a square matrix"
+        )
     _check_room(path, name, math.prod(matrix.shape))
     return _both_triangles(matrix), labels
 
@@ -105,8 +118,10 @@ def _check_room(path, name, entries):
     """InputError where so many numbers, and what is made of them, do not fit into the memory."""
     need, there = 3 * 8 * entries, available_bytes()
     if need > there:
-        raise InputError(f"{name}: {path} needs {need / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are available; "
-                         "reduce the model where it comes from")
+        raise InputError(
+            f"{name}: {path} needs {need / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are "
+            "available; reduce the model where it comes from"
+        )
 
 
 def _is_matrix_market(path):
@@ -115,25 +130,37 @@ def _is_matrix_market(path):
 
 
 def harwell_boeing(path: str | Path) -> sp.csc_matrix:
-    """Assembled real Harwell-Boeing matrix, symmetric (RSA) or not (RUA); one triangle as it stands."""
+    """Assembled real Harwell-Boeing matrix, symmetric (RSA) or not (RUA); one triangle as it
+    stands."""
     lines = Path(path).read_text().splitlines()
-    counts = [int(lines[1][14 * k:14 * k + 14] or 0) for k in range(5)]
+    counts = [int(lines[1][14 * k : 14 * k + 14] or 0) for k in range(5)]
     kind = lines[2][:3].upper()
     if kind not in ("RSA", "RUA"):
-        raise InputError(f"{path}: Harwell-Boeing type {kind} is not supported, only RSA and RUA (real, assembled)")
-    rows, columns, entries = (int(lines[2][14 + 14 * k:28 + 14 * k]) for k in range(3))
+        raise InputError(
+            f"{path}: Harwell-Boeing type {kind} is not supported, only RSA and RUA (real, "
+            "assembled)"
+        )
+    rows, columns, entries = (int(lines[2][14 + 14 * k : 28 + 14 * k]) for k in range(3))
     formats = [lines[3][:16], lines[3][16:32], lines[3][32:52]]
     at = 5 if counts[4] else 4
     parts = []
-    for layout, count, number in zip(formats, counts[1:4], (columns + 1, entries, entries), strict=True):
+    for layout, count, number in zip(
+        formats, counts[1:4], (columns + 1, entries, entries), strict=True
+    ):
         field = re.search(r"[IDEFG](\d+)", layout.upper())
         if field is None:
             raise ValueError(f"format {layout} is unknown")
         width = int(field[1])
-        text = [line[k:k + width] for line in lines[at:at + count] for k in range(0, len(line.rstrip()), width)]
+        text = [
+            line[k : k + width]
+            for line in lines[at : at + count]
+            for k in range(0, len(line.rstrip()), width)
+        ]
         parts.append([t for t in text if t.strip()][:number])
         if len(parts[-1]) != number:
-            raise InputError(f"{path}: is cut off, {number} numbers expected where {len(parts[-1])} stand")
+            raise InputError(
+                f"{path}: is cut off, {number} numbers expected where {len(parts[-1])} stand"
+            )
         at += count
     pointer, index = (np.array(p, dtype=np.int64) - 1 for p in parts[:2])
     values = np.array([v.upper().replace("D", "E") for v in parts[2]], dtype=float)
@@ -141,7 +168,8 @@ def harwell_boeing(path: str | Path) -> sp.csc_matrix:
 
 
 def abaqus_text(path: str | Path) -> tuple[Any, Any]:
-    """(matrix, labels) of Abaqus' matrix text: 'node, dof, node, dof, value' or 'row, column, value' lines."""
+    """(matrix, labels) of Abaqus' matrix text: 'node, dof, node, dof, value' or 'row, column,
+    value' lines."""
     rows: list[list[str]] = []
     for number, line in enumerate(Path(path).read_text().splitlines(), 1):
         line = line.strip()
@@ -149,7 +177,10 @@ def abaqus_text(path: str | Path) -> tuple[Any, Any]:
             continue
         fields = [f for f in re.split(r"[,\s]+", line) if f]
         if len(fields) not in (3, 5) or (rows and len(fields) != len(rows[0])):
-            raise InputError(f"{path}, line {number}: 'node, dof, node, dof, value' or 'row, column, value' expected")
+            raise InputError(
+                f"{path}, line {number}: 'node, dof, node, dof, value' or 'row, column, value' "
+                "expected"
+            )
         rows.append(fields)
     if not rows:
         raise InputError(f"{path}: holds no entries")
@@ -164,8 +195,8 @@ def abaqus_text(path: str | Path) -> tuple[Any, Any]:
 
 
 def _ansys(path):
-    """(matrix, None) of Harwell-Boeing in the fixed columns of Ansys, or as loosely as scipy writes and reads it; under
-    the same ending also Abaqus' text, with its labels."""
+    """(matrix, None) of Harwell-Boeing in the fixed columns of Ansys, or as loosely as scipy writes
+    and reads it; under the same ending also Abaqus' text, with its labels."""
     text = path.read_text(errors="replace")
     if re.search(r"^[ \t]*\d+[ \t]*,", text, re.MULTILINE):
         return abaqus_text(path)
@@ -176,7 +207,7 @@ def _ansys(path):
             raise
         try:
             return scipy.io.hb_read(path), None
-        except Exception:           # it raises what it likes
+        except Exception:  # it raises what it likes
             raise ours from None
 
 
@@ -189,7 +220,9 @@ def _npz(path, name):
 
 def _matlab(path, name):
     content = open_matlab(path)
-    return _pick(path, name, {k: v for k, v in content.items() if not k.startswith("__") and np.ndim(v) == 2})
+    return _pick(
+        path, name, {k: v for k, v in content.items() if not k.startswith("__") and np.ndim(v) == 2}
+    )
 
 
 def _pick(path, name, found):

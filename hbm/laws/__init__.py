@@ -2,13 +2,24 @@
 
 from importlib import import_module
 
-LAWS = {          # those that are chosen by name, and the module of each: a new law is an entry here
-    "Jenkins1D": "uncoupled.law", "DryFriction1T": "uncoupled.law", "DryFriction2T": "uncoupled.law",
-    "UnilateralSpring": "uncoupled.law", "IsotropicFriction": "coupled.law", "CubicSpring": "cubic",
+LAWS = {  # those that are chosen by name, and the module of each: a new law is an entry here
+    "Jenkins1D": "uncoupled.law",
+    "DryFriction1T": "uncoupled.law",
+    "DryFriction2T": "uncoupled.law",
+    "UnilateralSpring": "uncoupled.law",
+    "IsotropicFriction": "coupled.law",
+    "CubicSpring": "cubic",
 }
 _HOME = {
-    **dict.fromkeys(("ContactState", "Contacts", "Motion", "SliderStart", "Tangents", "ContactForces"), "records"),
-    "ContactLaw": "base", "PlainForce": "force", "SHIPPED": "shipped", **LAWS, "MixedLaw": "mixed",
+    **dict.fromkeys(
+        ("ContactState", "Contacts", "Motion", "SliderStart", "Tangents", "ContactForces"),
+        "records",
+    ),
+    "ContactLaw": "base",
+    "PlainForce": "force",
+    "SHIPPED": "shipped",
+    **LAWS,
+    "MixedLaw": "mixed",
 }
 __all__ = list(_HOME)
 

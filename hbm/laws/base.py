@@ -1,7 +1,8 @@
-"""The contract of a contact law: `ContactLaw`. A new law states its data sheet and `step`; the rest has defaults.
+"""The contract of a contact law: `ContactLaw`. A new law states its data sheet and `step`; the rest
+has defaults.
 
-A law knows the relative motion of its contacts and nothing of dofs, harmonics or solvers. How to write one:
-docs/studies/own_law/README.md.
+A law knows the relative motion of its contacts and nothing of dofs, harmonics or solvers. How to
+write one: docs/studies/own_law/README.md.
 """
 
 from dataclasses import dataclass, replace
@@ -12,10 +13,25 @@ import numpy as np
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws import sampled
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear
-from tipdamp.hbm.laws.records import ContactForces, Contacts, ContactState, Motion, SliderStart, Tangents
+from tipdamp.hbm.laws.records import (
+    ContactForces,
+    Contacts,
+    ContactState,
+    Motion,
+    SliderStart,
+    Tangents,
+)
 from tipdamp.hbm.validation import brief
 
-__all__ = ["ContactForces", "ContactLaw", "ContactState", "Contacts", "Motion", "SliderStart", "Tangents"]
+__all__ = [
+    "ContactForces",
+    "ContactLaw",
+    "ContactState",
+    "Contacts",
+    "Motion",
+    "SliderStart",
+    "Tangents",
+]
 
 
 COMPLEX_STEP = 1j * sampled.SETTINGS.step
@@ -25,12 +41,15 @@ COMPLEX_STEP = 1j * sampled.SETTINGS.step
 class ContactLaw:
     """Base of every contact law: a frozen dataclass whose fields are the parameters of the law.
 
-    A parameter is one number, or a sequence with one number per contact, which becomes a read-only array (P,).
+    A parameter is one number, or a sequence with one number per contact, which becomes a read-only
+    array (P,).
 
     components : of the relative motion, a subset of ('t1', 't2', 'n') in this order
-    states : length of the state of a contact; sliders : its leading entries that are slider positions in m, from which
+    states : length of the state of a contact; sliders : its leading entries that are slider
+    positions in m, from which
         slip is told; a law without sliders slips where it dissipates
-    coupled : whether mu N limits the resultant of the tangents instead of each: the static solution that a response
+    coupled : whether mu N limits the resultant of the tangents instead of each: the static solution
+    that a response
         starts from has the same limit
     """
 
@@ -49,36 +68,44 @@ class ContactLaw:
         """Name in messages and results."""
         return type(self).__name__
 
-    def step(self, motion: Motion, state: np.ndarray, contacts: Contacts) -> tuple[np.ndarray, np.ndarray]:
+    def step(
+        self, motion: Motion, state: np.ndarray, contacts: Contacts
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Force (P, nd) N and state (P, ns) after a step: the formula of the law.
 
-        motion : at the end of the step; state (P, ns) : before it. Rows are independent contacts. Arrays may be
-        complex, for derivatives by the complex step [Squire, Trapp 1998]: the formula must be analytic where it is
-        smooth (sqrt(a*a + b*b), not abs), and comparisons take real parts.
+        motion : at the end of the step; state (P, ns) : before it. Rows are independent contacts.
+        Arrays may be complex, for derivatives by the complex step [Squire, Trapp 1998]: the formula
+        must be analytic where it is smooth (sqrt(a*a + b*b), not abs), and comparisons take real
+        parts.
         """
-        raise InputError(f"law {self.name} has no step: define step(self, motion, state, contacts), which returns "
-                         "force and state")
+        raise InputError(
+            f"law {self.name} has no step: define step(self, motion, state, contacts), which "
+            "returns force and state"
+        )
 
     def initial_state(self, u: np.ndarray, start: SliderStart, contacts: Contacts) -> np.ndarray:
         """(P, ns) state at t = 0, where the motion is u (P, nd), perhaps complex; default zero."""
         return np.zeros((len(u), self.states), dtype=u.dtype)
 
     def state_at(self, u: np.ndarray, state: np.ndarray, contacts: Contacts) -> np.ndarray:
-        """(P, ns) the state moved to a nearby motion u (P, nd), where shooting varies it and the motion separately.
+        """(P, ns) the state moved to a nearby motion u (P, nd), where shooting varies it and the
+        motion separately.
 
-        Entries that `initial_state` takes from the motion or from the sliders are as it gives them, the others stay.
-        """
+        Entries that `initial_state` takes from the motion or from the sliders are as it gives them,
+        the others stay."""
         along = COMPLEX_STEP * np.sqrt(np.arange(2, 2 + len(self.components)))
-        sliders = SliderStart(state[:, :self.sliders] + COMPLEX_STEP, False)
+        sliders = SliderStart(state[:, : self.sliders] + COMPLEX_STEP, False)
         found = self.initial_state(u + along, sliders, contacts)
         return np.where(np.imag(found) != 0, np.real(found), state)
 
     def stuck_stiffness(self, contacts: Contacts) -> np.ndarray:
-        """(P, nd) N/m, stiffness K_c that the linear system takes over; the solution does not depend on it."""
+        """(P, nd) N/m, stiffness K_c that the linear system takes over; the solution does not
+        depend on it."""
         return np.zeros((len(contacts), len(self.components)))
 
     def stuck_force(self, contacts: Contacts) -> np.ndarray:
-        """(P, nd) N at u = 0 of the stuck springs: preload on the normal of a unilateral law, zero else."""
+        """(P, nd) N at u = 0 of the stuck springs: preload on the normal of a unilateral law, zero
+        else."""
         return np.zeros((len(contacts), len(self.components)))
 
     def force_at_rest(self, contacts: Contacts) -> np.ndarray:
@@ -86,7 +113,8 @@ class ContactLaw:
         return self.tangents(*self._rest(contacts))[0]
 
     def stiffness_at_rest(self, contacts: Contacts) -> np.ndarray:
-        """(P, nd, nd) N/m, derivative of the force at u = 0: zero for a contact that is open there."""
+        """(P, nd, nd) N/m, derivative of the force at u = 0: zero for a contact that is open
+        there."""
         return self.tangents(*self._rest(contacts))[2].force_u
 
     def _rest(self, contacts):
@@ -94,37 +122,44 @@ class ContactLaw:
         start = SliderStart(np.zeros((len(contacts), self.sliders)), True)
         return Motion(zero, zero, 1.0), self.initial_state(zero, start, contacts), contacts
 
-    def tangents(self, motion: Motion, state: np.ndarray,
-                 contacts: Contacts) -> tuple[np.ndarray, np.ndarray, Tangents]:
-        """Force, state and `Tangents` of one step; by complex steps of `step`, exact to rounding."""
+    def tangents(
+        self, motion: Motion, state: np.ndarray, contacts: Contacts
+    ) -> tuple[np.ndarray, np.ndarray, Tangents]:
+        """Force, state and `Tangents` of one step; by complex steps of `step`, exact to
+        rounding."""
         return sampled.tangents(self, motion, state, contacts)
 
-    def harmonics(self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any,
-                  omega: float) -> ContactForces:
+    def harmonics(
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any, omega: float
+    ) -> ContactForces:
         """Forces of the periodic cycle at the relative motion x (P, nd, nh) m and omega rad/s.
 
         grid : of `aft.sample_grid`. The default steps through the samples, until the state repeats.
         """
         return sampled.harmonics(self, contacts, x, start, grid, omega)
 
-    def by_friction(self, contacts: Contacts, x: np.ndarray, forces: ContactForces) -> np.ndarray | None:
-        """(P, nd, nh) N: derivative of the forces at the relative motion x (P, nd, nh) by a factor on mu; None: not
-        known in closed form."""
+    def by_friction(
+        self, contacts: Contacts, x: np.ndarray, forces: ContactForces
+    ) -> np.ndarray | None:
+        """(P, nd, nh) N: derivative of the forces at the relative motion x (P, nd, nh) by a factor
+        on mu; None: not known in closed form."""
         return None
 
-    def by_stiffness(self, contacts: Contacts, x: np.ndarray, force: np.ndarray,
-                     forces: ContactForces) -> tuple[np.ndarray, np.ndarray] | None:
-        """(P, nd, nh) N each: derivatives of the whole force at the relative motion x (P, nd, nh) by a factor on kn and
-        by one on kt; None: not known in closed form.
+    def by_stiffness(
+        self, contacts: Contacts, x: np.ndarray, force: np.ndarray, forces: ContactForces
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """(P, nd, nh) N each: derivatives of the whole force at the relative motion x (P, nd, nh)
+        by a factor on kn and by one on kt; None: not known in closed form.
 
-        force : (P, nd, nh) N the whole force; forces : its derivatives, D and by_preload those of the deviation from
-        the stuck springs of these contacts
+        force : (P, nd, nh) N the whole force; forces : its derivatives, D and by_preload those of
+        the deviation from the stuck springs of these contacts
         """
         return None
 
     def sticks_surely(self, contacts: Contacts, amplitude: np.ndarray) -> np.ndarray:
-        """(P,) bool, guaranteed to stay stuck for any motion with component amplitudes up to `amplitude` (P, nd)
-        m about that at which their sliders carry no force; False where that is not known."""
+        """(P,) bool, guaranteed to stay stuck for any motion with component amplitudes up to
+        `amplitude` (P, nd) m about that at which their sliders carry no force; False where that is
+        not known."""
         return np.zeros(len(contacts), dtype=bool)
 
     def piecewise_linear(self, contacts: Contacts) -> PiecewiseLinear | None:
@@ -132,11 +167,13 @@ class ContactLaw:
         return None
 
     def default_samples(self, H: int) -> int:
-        """Samples of a cycle: coupled friction by its step alone is below 1e-3 of the limit force at 256."""
+        """Samples of a cycle: coupled friction by its step alone is below 1e-3 of the limit force
+        at 256."""
         return max(256, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
 
     def select(self, at: np.ndarray) -> "ContactLaw":
-        """The law of some contacts, by a mask or by indices: parameters with one entry per contact are cut."""
+        """The law of some contacts, by a mask or by indices: parameters with one entry per contact
+        are cut."""
         cut = {}
         for name, value in vars(self).items():
             if isinstance(value, np.ndarray):
@@ -146,37 +183,55 @@ class ContactLaw:
         return replace(self, **cut) if cut else self
 
     def check(self, contacts: Contacts) -> None:
-        """InputError where components are none of the motion or in another order, parameters do not fit the contacts,
-        or methods return arrays of the wrong shape."""
+        """InputError where components are none of the motion or in another order, parameters do not
+        fit the contacts, or methods return arrays of the wrong shape."""
         order = [c for c in ContactLaw.components if c in self.components]
         if not order or list(self.components) != order:
-            raise InputError(f"law {self.name}: components = {self.components}, must be of {ContactLaw.components}, in "
-                             "this order")
+            raise InputError(
+                f"law {self.name}: components = {self.components}, must be of "
+                f"{ContactLaw.components}, in this order"
+            )
         for name, value in vars(self).items():
             if isinstance(value, np.ndarray) and len(value) != len(contacts):
                 raise InputError(_misfit(self.name, name, value, len(contacts)))
         motion, _, _ = rest = self._rest(contacts)
         P, nd = motion.u.shape
-        found = [("stuck_stiffness", self.stuck_stiffness(contacts), (P, nd), "(P, components)"),
-                 ("stuck_force", self.stuck_force(contacts), (P, nd), "(P, components)"),
-                 ("initial_state", rest[1], (P, self.states), "(P, states)")]
+        found = [
+            ("stuck_stiffness", self.stuck_stiffness(contacts), (P, nd), "(P, components)"),
+            ("stuck_force", self.stuck_force(contacts), (P, nd), "(P, components)"),
+            ("initial_state", rest[1], (P, self.states), "(P, states)"),
+        ]
         if np.shape(rest[1]) == (P, self.states):
             force, state = self.step(*rest)
-            found += [("force of step", force, (P, nd), "(P, components)"),
-                      ("state of step", state, (P, self.states), "(P, states)")]
+            found += [
+                ("force of step", force, (P, nd), "(P, components)"),
+                ("state of step", state, (P, self.states), "(P, states)"),
+            ]
         for what, value, shape, meaning in found:
             if np.shape(value) != shape:
-                raise InputError(f"law {self.name}: {what} has the shape {np.shape(value)}, must be {meaning} = "
-                                 f"{shape}")
+                raise InputError(
+                    f"law {self.name}: {what} has the shape {np.shape(value)}, must be {meaning} = "
+                    f"{shape}"
+                )
 
-    def check_range(self, name: str, low: float = -np.inf, high: float = np.inf, above: bool = False) -> None:
-        """InputError where a parameter is not a finite number within low..high (above low, where `above`)."""
+    def check_range(
+        self, name: str, low: float = -np.inf, high: float = np.inf, above: bool = False
+    ) -> None:
+        """InputError where a parameter is not a finite number within low..high (above low, where
+        `above`)."""
         value = _numbers(self.name, name, vars(self)[name])
-        if not np.isfinite(value).all() or (value <= low if above else value < low).any() or (value > high).any():
-            bounds = [f"{'above' if above else 'at least'} {low:g}"] * (low > -np.inf) \
-                + [f"at most {high:g}"] * (high < np.inf)
-            raise InputError(f"law {self.name}: {name} = {brief(vars(self)[name])}, must be "
-                             f"{' and '.join(['finite', *bounds])}")
+        if (
+            not np.isfinite(value).all()
+            or (value <= low if above else value < low).any()
+            or (value > high).any()
+        ):
+            bounds = [f"{'above' if above else 'at least'} {low:g}"] * (low > -np.inf) + [
+                f"at most {high:g}"
+            ] * (high < np.inf)
+            raise InputError(
+                f"law {self.name}: {name} = {brief(vars(self)[name])}, must be "
+                f"{' and '.join(['finite', *bounds])}"
+            )
 
 
 def _numbers(law, name, value):
@@ -186,7 +241,9 @@ def _numbers(law, name, value):
     except (TypeError, ValueError):
         array = np.empty((0, 0))
     if array.ndim > 1 or isinstance(value, bool | str):
-        raise InputError(f"law {law}: {name} = {brief(value)}, must be a number or one number per contact")
+        raise InputError(
+            f"law {law}: {name} = {brief(value)}, must be a number or one number per contact"
+        )
     array.flags.writeable = False
     return array
 

@@ -10,7 +10,8 @@ from tipdamp.hbm.laws.force import PlainForce
 
 @dataclass(frozen=True)
 class CubicSpring(PlainForce):
-    """f = cubic u_n^3, the restoring force of Duffing's oscillator. Exact with more than 4 H samples.
+    """f = cubic u_n^3, the restoring force of Duffing's oscillator. Exact with more than 4 H
+    samples.
 
     cubic : N/m^3, one number or one per contact; negative: softening
     Raises InputError where cubic is not finite.

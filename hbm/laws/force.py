@@ -7,15 +7,21 @@ from tipdamp.hbm.laws.base import ContactLaw
 
 
 class PlainForce(ContactLaw):
-    """Base of forces f(u, v) that depend on the present motion alone: no state, no friction, no preload.
+    """Base of forces f(u, v) that depend on the present motion alone: no state, no friction, no
+    preload.
 
-    A subclass states its components, its parameters and `force`. It may prefer a direction, as u^2 does; the settings
-    kn, kt, mu and preload of its contacts are not used. `hbm.testing.check_force` is its conformance.
+    A subclass states its components, its parameters and `force`. It may prefer a direction, as u^2
+    does; the settings kn, kt, mu and preload of its contacts are not used.
+    `hbm.testing.check_force` is its conformance.
     """
 
     def force(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(P, nd) N at the motion u m and the velocity v m/s, each (P, nd); analytic where it is smooth, as `step`."""
-        raise InputError(f"law {self.name} has no force: define force(self, u, v), which returns (P, components) N")
+        """(P, nd) N at the motion u m and the velocity v m/s, each (P, nd); analytic where it is
+        smooth, as `step`."""
+        raise InputError(
+            f"law {self.name} has no force: define force(self, u, v), which returns (P, "
+            "components) N"
+        )
 
     def step(self, motion, state, contacts):
         """The force of the end of the step."""

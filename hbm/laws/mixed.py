@@ -1,6 +1,6 @@
 """Several laws in one model: every contact has its own.
 
-    law = MixedLaw((DryFriction2T(), UnilateralSpring()), of_pair=[0, 0, 1, 0])
+law = MixedLaw((DryFriction2T(), UnilateralSpring()), of_pair=[0, 0, 1, 0])
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,8 @@ from tipdamp.hbm.laws.shipped import check_law
 
 @dataclass(frozen=True)
 class MixedLaw(ContactLaw):
-    """Contact p follows laws[of_pair[p]]; components that its law does not know carry no force but the preload.
+    """Contact p follows laws[of_pair[p]]; components that its law does not know carry no force but
+    the preload.
 
     laws : of any kind; parameters with one entry per contact count the contacts of that law alone
     of_pair : (P,) whole numbers, one for each pair of the contact table
@@ -29,8 +30,14 @@ class MixedLaw(ContactLaw):
 
     def __post_init__(self):
         of_pair = np.asarray(self.of_pair)
-        if of_pair.ndim != 1 or of_pair.dtype.kind not in "iu" or not np.isin(of_pair, range(len(self.laws))).all():
-            raise InputError(f"of_pair: must hold a whole number from 0 to {len(self.laws) - 1} for each pair")
+        if (
+            of_pair.ndim != 1
+            or of_pair.dtype.kind not in "iu"
+            or not np.isin(of_pair, range(len(self.laws))).all()
+        ):
+            raise InputError(
+                f"of_pair: must hold a whole number from 0 to {len(self.laws) - 1} for each pair"
+            )
         object.__setattr__(self, "laws", tuple(check_law(law) for law in self.laws))
         object.__setattr__(self, "of_pair", tuple(of_pair.tolist()))
 
@@ -46,11 +53,15 @@ class MixedLaw(ContactLaw):
 
     def stuck_stiffness(self, contacts):
         """(P, 3) N/m of each law."""
-        return self._joined(contacts, np.zeros((len(contacts), 3)), lambda law, own: law.stuck_stiffness(own))
+        return self._joined(
+            contacts, np.zeros((len(contacts), 3)), lambda law, own: law.stuck_stiffness(own)
+        )
 
     def stuck_force(self, contacts):
         """(P, 3) N of each law; the preload on a normal that it does not know."""
-        return self._joined(contacts, self._constant(contacts), lambda law, own: law.stuck_force(own))
+        return self._joined(
+            contacts, self._constant(contacts), lambda law, own: law.stuck_force(own)
+        )
 
     def _joined(self, contacts, into, of_law):
         for law, at, columns in self._parts(len(contacts)):
@@ -68,8 +79,9 @@ class MixedLaw(ContactLaw):
         """(P, ns) state of each law at t = 0."""
         state = np.zeros((len(contacts), self.states), dtype=u.dtype)
         for law, at, columns in self._parts(len(contacts)):
-            state[at, :law.states] = law.initial_state(u[np.ix_(at, columns)], _own(law, start, at),
-                                                       contacts.select(at))
+            state[at, : law.states] = law.initial_state(
+                u[np.ix_(at, columns)], _own(law, start, at), contacts.select(at)
+            )
         return state
 
     def step(self, motion, state, contacts):
@@ -78,18 +90,28 @@ class MixedLaw(ContactLaw):
         force, new = self._constant(contacts).astype(kind), state.astype(kind)
         for law, at, columns in self._parts(len(contacts)):
             own = motion._replace(u=motion.u[np.ix_(at, columns)], v=motion.v[np.ix_(at, columns)])
-            force[np.ix_(at, columns)], new[at, :law.states] = law.step(own, state[at, :law.states],
-                                                                        contacts.select(at))
+            force[np.ix_(at, columns)], new[at, : law.states] = law.step(
+                own, state[at, : law.states], contacts.select(at)
+            )
         return force, new
 
     def harmonics(self, contacts, x, start, grid, omega):
         """Forces of the cycle of each law."""
         P, nd, nh = x.shape
         g, by_preload, by_omega = np.zeros((3, *x.shape))
-        active, shares, work, parts = np.zeros((P, nd), dtype=bool), np.zeros((P, 3)), np.zeros(P), []
+        active = np.zeros((P, nd), dtype=bool)
+        shares = np.zeros((P, 3))
+        work = np.zeros(P)
+        parts = []
         for law, at, columns in self._parts(P):
-            f = law.harmonics(contacts.select(at), x[np.ix_(at, columns)], _own(law, start, at), grid, omega)
-            g[np.ix_(at, columns)], active[np.ix_(at, columns)], shares[at] = f.g, f.active, f.shares
+            f = law.harmonics(
+                contacts.select(at), x[np.ix_(at, columns)], _own(law, start, at), grid, omega
+            )
+            g[np.ix_(at, columns)], active[np.ix_(at, columns)], shares[at] = (
+                f.g,
+                f.active,
+                f.shares,
+            )
             work[at] = fourier.work(f.g, x[np.ix_(at, columns)]) if f.work is None else f.work
             for into, part in ((by_preload, f.by_preload), (by_omega, f.by_omega)):
                 into[np.ix_(at, columns)] = 0.0 if part is None else part
@@ -100,8 +122,9 @@ class MixedLaw(ContactLaw):
             D[np.ix_(place[at], columns, range(nh), columns, range(nh))] = f.D
         known = all(f.by_preload is not None for f, *_ in parts)
         rated = any(f.by_omega is not None for f, *_ in parts)
-        return ContactForces(g, active, D, by_preload if known else None, by_omega if rated else None, shares,
-                             work)
+        return ContactForces(
+            g, active, D, by_preload if known else None, by_omega if rated else None, shares, work
+        )
 
     def sticks_surely(self, contacts, amplitude):
         """(P,) bool of each law."""
@@ -112,9 +135,15 @@ class MixedLaw(ContactLaw):
 
     def piecewise_linear(self, contacts):
         """One table of those of the laws; None where a law has none."""
-        parts = [(law.piecewise_linear(contacts.select(at)), at, columns)
-                 for law, at, columns in self._parts(len(contacts))]
-        return None if any(table is None for table, *_ in parts) else merged_table(parts, self._constant(contacts))
+        parts = [
+            (law.piecewise_linear(contacts.select(at)), at, columns)
+            for law, at, columns in self._parts(len(contacts))
+        ]
+        return (
+            None
+            if any(table is None for table, *_ in parts)
+            else merged_table(parts, self._constant(contacts))
+        )
 
     def default_samples(self, H):
         """Of the law that needs most."""
@@ -126,10 +155,13 @@ class MixedLaw(ContactLaw):
         if at.dtype == bool:
             self._check_length(len(at))
             at = np.flatnonzero(at)
-        rank = np.zeros(len(of_pair), dtype=int)             # of each contact among those of its law
+        rank = np.zeros(len(of_pair), dtype=int)  # of each contact among those of its law
         for i in range(len(self.laws)):
             rank[of_pair == i] = np.arange((of_pair == i).sum())
-        return MixedLaw(tuple(law.select(rank[at[of_pair[at] == i]]) for i, law in enumerate(self.laws)), of_pair[at])
+        return MixedLaw(
+            tuple(law.select(rank[at[of_pair[at] == i]]) for i, law in enumerate(self.laws)),
+            of_pair[at],
+        )
 
     def check(self, contacts):
         """InputError where of_pair or the parameters of a law do not fit the contacts."""
@@ -152,4 +184,6 @@ class MixedLaw(ContactLaw):
 
 def _own(law, start, at):
     """Start of the contacts of a law."""
-    return SliderStart(np.ascontiguousarray(start.positions[at, :law.sliders]), start.from_position)
+    return SliderStart(
+        np.ascontiguousarray(start.positions[at, : law.sliders]), start.from_position
+    )

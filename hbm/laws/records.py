@@ -25,8 +25,8 @@ class Contacts:
     """Settings of P contacts, each (P,).
 
     kn, kt : N/m, weight included; mu : friction coefficient; preload : N, negative = open
-    Raises InputError where a value is not finite, kn, kt or mu is negative or of a size that double precision cannot
-    carry, or the lengths differ.
+    Raises InputError where a value is not finite, kn, kt or mu is negative or of a size that double
+    precision cannot carry, or the lengths differ.
     """
 
     kn: np.ndarray
@@ -39,7 +39,9 @@ class Contacts:
             try:
                 values = np.atleast_1d(np.asarray(given, dtype=float))
             except (TypeError, ValueError):
-                raise InputError(f"{name} = {brief(given)}: must be one number per contact") from None
+                raise InputError(
+                    f"{name} = {brief(given)}: must be one number per contact"
+                ) from None
             object.__setattr__(self, name, values)
             bad = ~np.isfinite(values) | ((values < 0) & (name != "preload"))
             if bad.any():
@@ -49,8 +51,10 @@ class Contacts:
             far = (values != 0) & ((values < LEAST) | (values > MOST)) & (name != "preload")
             if far.any():
                 i = int(far.argmax())
-                raise InputError(f"contact {i + 1}: {name} = {values[i]:g}, must be zero, or between {LEAST:g} and "
-                                 f"{MOST:g}, which double precision can carry")
+                raise InputError(
+                    f"contact {i + 1}: {name} = {values[i]:g}, must be zero, or between {LEAST:g} "
+                    f"and {MOST:g}, which double precision can carry"
+                )
         if len({len(self.kn), len(self.kt), len(self.mu), len(self.preload)}) != 1:
             raise InputError("kn, kt, mu and preload must have one value per contact each")
 
@@ -63,14 +67,16 @@ class Contacts:
 
 
 class SliderStart(NamedTuple):
-    """Sliders at t = 0: positions (P, sliders) in m, or from_position: at the motion there (no tangential force)."""
+    """Sliders at t = 0: positions (P, sliders) in m, or from_position: at the motion there (no
+    tangential force)."""
 
     positions: np.ndarray
     from_position: bool
 
 
 class Motion(NamedTuple):
-    """Relative motion at the end of a step of length dt: u (P, nd) m, v (P, nd) m/s, dt s; complex in derivatives."""
+    """Relative motion at the end of a step of length dt: u (P, nd) m, v (P, nd) m/s, dt s; complex
+    in derivatives."""
 
     u: np.ndarray
     v: np.ndarray
@@ -79,16 +85,17 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class Tangents:
-    """Derivatives of force (P, nd) and state (P, ns) after one step, by motion, velocity, state before and dt."""
+    """Derivatives of force (P, nd) and state (P, ns) after one step, by motion, velocity, state
+    before and dt."""
 
-    force_u: np.ndarray        # (P, nd, nd)
-    force_v: np.ndarray        # (P, nd, nd)
-    force_state: np.ndarray    # (P, nd, ns)
-    force_dt: np.ndarray       # (P, nd)
-    state_u: np.ndarray        # (P, ns, nd)
-    state_v: np.ndarray        # (P, ns, nd)
-    state_state: np.ndarray    # (P, ns, ns)
-    state_dt: np.ndarray       # (P, ns)
+    force_u: np.ndarray  # (P, nd, nd)
+    force_v: np.ndarray  # (P, nd, nd)
+    force_state: np.ndarray  # (P, nd, ns)
+    force_dt: np.ndarray  # (P, nd)
+    state_u: np.ndarray  # (P, ns, nd)
+    state_v: np.ndarray  # (P, ns, nd)
+    state_state: np.ndarray  # (P, ns, ns)
+    state_dt: np.ndarray  # (P, ns)
 
     def reshaped(self, *rows) -> "Tangents":
         """With the leading axis split into `rows`."""
@@ -102,18 +109,20 @@ class Tangents:
 
 @dataclass(frozen=True)
 class ContactForces:
-    """Contact forces of one cycle as their deviation g = f - stuck_force - K_c u from the stuck springs, with tangents.
+    """Contact forces of one cycle as their deviation g = f - stuck_force - K_c u from the stuck
+    springs, with tangents.
 
-    Harmonics are real coefficients (nh = 2H + 1). g is constant for a contact that sticks through the cycle, and its
-    derivative zero, so that only the active contacts, a of P, enter Newton's system.
+    Harmonics are real coefficients (nh = 2H + 1). g is constant for a contact that sticks through
+    the cycle, and its derivative zero, so that only the active contacts, a of P, enter Newton's
+    system.
 
     g : (P, nd, nh) N; active : (P, nd) bool, components whose derivative is not zero
     D : (a, nd, nh, nd, nh) N/m, dg/du of the active contacts
     by_preload : (P, nd, nh) dg/dpreload, None where the law does not provide it
-    by_omega : (P, nd, nh) N s, dg/domega at given harmonics of u, None for a law that does not depend on the rate
-    shares : (P, 3) share of the cycle in stick, slip, open
-    work : (P,) J per cycle that the contacts take, of friction along the paths of the sliders; None: by the harmonics
-    """
+    by_omega : (P, nd, nh) N s, dg/domega at given harmonics of u, None for a law that does not
+    depend on the rate shares : (P, 3) share of the cycle in stick, slip, open
+    work : (P,) J per cycle that the contacts take, of friction along the paths of the sliders;
+    None: by the harmonics"""
 
     g: np.ndarray
     active: np.ndarray
@@ -129,10 +138,13 @@ class ContactForces:
         return np.flatnonzero(self.active.any(axis=1))
 
     def with_springs(self, stiffness, x) -> "ContactForces":
-        """With further springs (P, nd) N/m at the relative motion x (P, nd, nh); every component is then active."""
+        """With further springs (P, nd) N/m at the relative motion x (P, nd, nh); every component is
+        then active."""
         P, nd, nh = x.shape
         D = np.zeros((P, nd, nh, nd, nh))
         D[self.contacts] = self.D
         for d in range(nd):
             D[:, d, np.arange(nh), d, np.arange(nh)] += stiffness[:, d, None]
-        return replace(self, g=self.g + stiffness[:, :, None] * x, D=D, active=np.ones((P, nd), bool))
+        return replace(
+            self, g=self.g + stiffness[:, :, None] * x, D=D, active=np.ones((P, nd), bool)
+        )

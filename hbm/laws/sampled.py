@@ -1,6 +1,8 @@
-"""Defaults of a contact law made from its step: tangents by the complex step, and the cycle sample by sample.
+"""Defaults of a contact law made from its step: tangents by the complex step, and the cycle sample
+by sample.
 
-The forces of a cycle are as good as its samples. Velocity and length of a step follow from the frequency,
+The forces of a cycle are as good as its samples. Velocity and length of a step follow from the
+frequency,
 
     v = omega du/dtau,      dt = 2 pi/(omega n)      at n samples,
 
@@ -21,19 +23,20 @@ from tipdamp.hbm.laws.records import ContactForces, Motion, SliderStart, Tangent
 class SamplingSettings:
     """Tolerances of the sampled cycle."""
 
-    step: float = 1e-30          # of the complex step: its square is below rounding
-    max_periods: int = 30        # a state that creeps longer is taken as it is then
-    repeats: float = 1e-12       # of the largest motion or state: the period repeats
-    regular: float = 1e-6        # of det(I - A): below, a period leaves part of the state where it was
-    dissipates: float = 1e-4     # of |force| |motion|: above what sampling makes up
-    rounding: float = 1e-12      # relative size of derivatives, and of slider motion, that are none
+    step: float = 1e-30  # of the complex step: its square is below rounding
+    max_periods: int = 30  # a state that creeps longer is taken as it is then
+    repeats: float = 1e-12  # of the largest motion or state: the period repeats
+    regular: float = 1e-6  # of det(I - A): below, a period leaves part of the state where it was
+    dissipates: float = 1e-4  # of |force| |motion|: above what sampling makes up
+    rounding: float = 1e-12  # relative size of derivatives, and of slider motion, that are none
 
 
 SETTINGS = SamplingSettings()
 
 
 class SampledCycle(NamedTuple):
-    """A periodic cycle of n samples: motion u (n, P, nd), states before and after each step, force, tangents.
+    """A periodic cycle of n samples: motion u (n, P, nd), states before and after each step, force,
+    tangents.
 
     dforce : (n, P, nd, nd nh + 1) derivative of the force by the harmonics of u, and by omega
     """
@@ -65,14 +68,34 @@ def tangents(law, motion: Motion, state, contacts):
     probe = Motion(motion.u, motion.v + 1j * along, motion.dt + 1j * SETTINGS.step)
     if any(np.imag(a).any() for a in law.step(probe, state, contacts)):
         by_v = _complex_steps(law, motion, state, contacts, rate=True)[2]
-        by_dt = np.concatenate([np.imag(a) / SETTINGS.step for a in law.step(
-            Motion(motion.u, motion.v, motion.dt + 1j * SETTINGS.step), state, contacts)], axis=1)
-    return force, new, Tangents(by_u[:, :nd], by_v[:, :nd], by_state[:, :nd], by_dt[:, :nd],
-                                by_u[:, nd:], by_v[:, nd:], by_state[:, nd:], by_dt[:, nd:])
+        by_dt = np.concatenate(
+            [
+                np.imag(a) / SETTINGS.step
+                for a in law.step(
+                    Motion(motion.u, motion.v, motion.dt + 1j * SETTINGS.step), state, contacts
+                )
+            ],
+            axis=1,
+        )
+    return (
+        force,
+        new,
+        Tangents(
+            by_u[:, :nd],
+            by_v[:, :nd],
+            by_state[:, :nd],
+            by_dt[:, :nd],
+            by_u[:, nd:],
+            by_v[:, nd:],
+            by_state[:, nd:],
+            by_dt[:, nd:],
+        ),
+    )
 
 
 def _complex_steps(law, motion, state, contacts, rate):
-    """Force, state and their derivative (P, nd + ns, .) by v (`rate`), or by u and state; all columns in one call."""
+    """Force, state and their derivative (P, nd + ns, .) by v (`rate`), or by u and state; all
+    columns in one call."""
     P, nd = motion.u.shape
     moved = motion.v if rate else np.concatenate([motion.u, state], axis=1)
     m = moved.shape[1]
@@ -88,12 +111,15 @@ def _complex_steps(law, motion, state, contacts, rate):
     return force[:P].real, new[:P].real, by.reshape(m, P, nd + len(new.T)).transpose(1, 2, 0)
 
 
-def periodic(law, contacts, x, start: SliderStart, grid, omega: float, newton: bool = True) -> SampledCycle:
-    """The cycle of a law once its state repeats: the states sample by sample, then all tangents in one call.
+def periodic(
+    law, contacts, x, start: SliderStart, grid, omega: float, newton: bool = True
+) -> SampledCycle:
+    """The cycle of a law once its state repeats: the states sample by sample, then all tangents in
+    one call.
 
-    At least two periods. A state that creeps is taken to the one that repeats by Newton on the map of the period,
-    unless that leads to a contact at rest, where the state that repeats is not unique: then without `newton`.
-    """
+    At least two periods. A state that creeps is taken to the one that repeats by Newton on the map
+    of the period, unless that leads to a contact at rest, where the state that repeats is not
+    unique: then without `newton`."""
     P, nd, nh = x.shape
     _, E, E_rate = grid
     n, ns = len(E), law.states
@@ -103,7 +129,9 @@ def periodic(law, contacts, x, start: SliderStart, grid, omega: float, newton: b
     law_every, contacts_every = law.select(every), contacts.select(every)
     motion = Motion(u.reshape(n * P, nd), omega * u_rate.reshape(n * P, nd), dt)
     state, dstate = _initial(law, u[0], start, contacts, E[0])
-    dforce, creeps, repeats = np.zeros((n, P, nd, nd * nh + 1)), np.zeros(P, dtype=bool), np.ones(P, dtype=bool)
+    dforce = np.zeros((n, P, nd, nd * nh + 1))
+    creeps = np.zeros(P, dtype=bool)
+    repeats = np.ones(P, dtype=bool)
     for period in range(SETTINGS.max_periods if ns else 1):
         before, first = np.empty((n, P, ns)), state
         for i in order if ns else ():
@@ -123,19 +151,30 @@ def periodic(law, contacts, x, start: SliderStart, grid, omega: float, newton: b
         A = _map(order, t.state_state)[creeps]
         if not repeats.all() or not _regular(A).all():
             return periodic(law, contacts, x, start, grid, omega, newton=False)
-        dforce[:, creeps] = _fixed_point(order, rows, tuple(np.ascontiguousarray(a[:, creeps]) for a in by), A)
+        dforce[:, creeps] = _fixed_point(
+            order, rows, tuple(np.ascontiguousarray(a[:, creeps]) for a in by), A
+        )
     return SampledCycle(u, before, after.reshape(n, P, ns), force.reshape(n, P, nd), t, dforce)
 
 
 def _stacked(t, u_rate, dt_by_omega):
-    """Derivatives of force and state in one array each: by u, v and state (n, P, nd + ns, .), by omega (n, P, .)."""
-    by_u, by_v, by_state, by_dt = (np.concatenate(pair, axis=2) for pair in (
-        (t.force_u, t.state_u), (t.force_v, t.state_v), (t.force_state, t.state_state), (t.force_dt, t.state_dt)))
+    """Derivatives of force and state in one array each: by u, v and state (n, P, nd + ns, .), by
+    omega (n, P, .)."""
+    by_u, by_v, by_state, by_dt = (
+        np.concatenate(pair, axis=2)
+        for pair in (
+            (t.force_u, t.state_u),
+            (t.force_v, t.state_v),
+            (t.force_state, t.state_state),
+            (t.force_dt, t.state_dt),
+        )
+    )
     return by_u, by_v, by_state, np.einsum("npij,npj->npi", by_v, u_rate) + by_dt * dt_by_omega
 
 
 def _fixed_point(order, rows, by, A):
-    """(n, p, nd, columns) derivative of the force of states that repeat: A is the map of the period."""
+    """(n, p, nd, columns) derivative of the force of states that repeat: A is the map of the
+    period."""
     n, p, m, ns = by[2].shape
     columns = (m - ns) * rows[0].shape[1] + 1
     part, fixed = np.zeros((n, p, m - ns, columns)), np.zeros((p, ns, columns))
@@ -148,7 +187,7 @@ def _fixed_point(order, rows, by, A):
 def _sizes(law, u, before):
     """(ns,) size of each entry of the state, beside which it repeats: of the motion for sliders."""
     sizes = np.abs(before).max(axis=(0, 1), initial=0.0)
-    sizes[:law.sliders] = np.abs(u).max(initial=0.0)
+    sizes[: law.sliders] = np.abs(u).max(initial=0.0)
     return sizes + 1e-300
 
 
@@ -172,22 +211,29 @@ def harmonics(law, contacts, x, start: SliderStart, grid, omega: float) -> Conta
     largest = np.abs(c.force).max(axis=0) + stiffness * np.abs(x).sum(axis=2) + np.abs(constant)
     g[(np.abs(g).max(axis=2) <= 0.1 * SETTINGS.rounding * largest) & ~active] = 0.0
     s = law.sliders
-    work = fourier.work(f[:, s:], x[:, s:]) + slip_work(c.force[:, :, :s], (c.after - c.before)[:, :, :s])
+    work = fourier.work(f[:, s:], x[:, s:]) + slip_work(
+        c.force[:, :, :s], (c.after - c.before)[:, :, :s]
+    )
     return ContactForces(g, active, D[active.any(axis=1)], None, by_omega, shares, work)
 
 
 def slip_work(force, slip):
-    """(P,) J of forces (n, P, s) after each sample of a period along the slip (n, P, s) of the sliders before it."""
+    """(P,) J of forces (n, P, s) after each sample of a period along the slip (n, P, s) of the
+    sliders before it."""
     return 0.5 * np.einsum("tpi,tpi->p", force + np.roll(force, 1, 0), slip)
 
 
 def _shares(law, contacts, c, f, x):
-    """(P, 3) share of the cycle in stick, slip, open; open: a contact with stuck springs that gives no force nor any
-    for small motions."""
-    gives = c.force.any(axis=2) | c.tangents.force_u.any(axis=(2, 3)) | c.tangents.force_v.any(axis=(2, 3))
+    """(P, 3) share of the cycle in stick, slip, open; open: a contact with stuck springs that gives
+    no force nor any for small motions."""
+    gives = (
+        c.force.any(axis=2)
+        | c.tangents.force_u.any(axis=(2, 3))
+        | c.tangents.force_v.any(axis=(2, 3))
+    )
     opens = (law.stuck_stiffness(contacts) > 0).any(axis=1) & ~gives
     if law.sliders:
-        moved = np.abs(c.after - c.before)[:, :, :law.sliders].max(axis=2)
+        moved = np.abs(c.after - c.before)[:, :, : law.sliders].max(axis=2)
         slips = ~opens & (moved > SETTINGS.rounding * (np.abs(c.u).max(initial=0.0) + 1e-300))
     else:
         size = np.linalg.norm(f[:, :, 1:], axis=(1, 2)) * np.linalg.norm(x[:, :, 1:], axis=(1, 2))
@@ -208,7 +254,8 @@ def _regular(A):
 
 
 def _newton(first, state, A, wanted):
-    """(states, mask of those moved): Newton's step to the state that repeats, where the map allows it."""
+    """(states, mask of those moved): Newton's step to the state that repeats, where the map allows
+    it."""
     now = wanted & _regular(A)
     new = state.copy()
     e = (state - first)[now, :, None]
@@ -217,7 +264,8 @@ def _newton(first, state, A, wanted):
 
 
 def _initial(law, u, start, contacts, e):
-    """State at t = 0 and its derivative (P, ns, nd nh + 1) by the harmonics of the motion and omega."""
+    """State at t = 0 and its derivative (P, ns, nd nh + 1) by the harmonics of the motion and
+    omega."""
     P, nd = u.shape
     state = law.initial_state(u, start, contacts)
     dstate = np.zeros((P, law.states, nd * len(e) + 1))
@@ -225,15 +273,17 @@ def _initial(law, u, start, contacts, e):
         moved = u.astype(complex)
         moved[:, k] += 1j * SETTINGS.step
         by = np.imag(law.initial_state(moved, start, contacts)) / SETTINGS.step
-        dstate[:, :, k * len(e):(k + 1) * len(e)] = by[:, :, None] * e
+        dstate[:, :, k * len(e) : (k + 1) * len(e)] = by[:, :, None] * e
     return state, dstate
 
 
 @njit(cache=True)
 def chain(order, E, E_rate, by, dstate, dforce):
-    """Carry dstate (P, ns, nd nh + 1) through a period and fill dforce (n, P, nd, nd nh + 1) by the chain rule.
+    """Carry dstate (P, ns, nd nh + 1) through a period and fill dforce (n, P, nd, nd nh + 1) by the
+    chain rule.
 
-    E, E_rate (n, nh) : derivative of u and of v by the harmonics; by : of `_stacked`, force above state
+    E, E_rate (n, nh) : derivative of u and of v by the harmonics; by : of `_stacked`, force above
+    state
     """
     by_u, by_v, by_state, by_omega = by
     n, P, rows, nd = by_u.shape
@@ -246,7 +296,9 @@ def chain(order, E, E_rate, by, dstate, dforce):
                 into = dforce[i, p, r] if r < nd else new[r - nd]
                 for k in range(nd):
                     for m in range(nh):
-                        into[k * nh + m] = by_u[i, p, r, k] * E[i, m] + by_v[i, p, r, k] * E_rate[i, m]
+                        into[k * nh + m] = (
+                            by_u[i, p, r, k] * E[i, m] + by_v[i, p, r, k] * E_rate[i, m]
+                        )
                 into[nd * nh] = by_omega[i, p, r]
                 for s in range(ns):
                     a = by_state[i, p, r, s]

@@ -31,8 +31,8 @@ class IntegratedCycle:
 class Integrator(Protocol):
     """Time integration of the contact problem of a harmonic balance under its periodic forces.
 
-    stuck : the linear side; settings; size : m, largest motion so far; method : how it integrates, for messages
-    """
+    stuck : the linear side; settings; size : m, largest motion so far; method : how it integrates,
+    for messages"""
 
     stuck: StuckSystem
     settings: IntegrationSettings
@@ -43,7 +43,8 @@ class Integrator(Protocol):
         """m, largest motion so far."""
 
     def at_rest(self) -> Any:
-        """State at t = 0 on the steady stuck motion, the sliders where the start of the balance puts them."""
+        """State at t = 0 on the steady stuck motion, the sliders where the start of the balance
+        puts them."""
 
     def on_orbit(self, point) -> Any:
         """State at t = 0 of a solution of the harmonic balance."""
@@ -58,4 +59,5 @@ class Integrator(Protocol):
         """The state that `vector` makes of it, brought to where the motion allows it."""
 
     def change(self, before, cycle: IntegratedCycle) -> float:
-        """Change of motion and memory over a cycle from the state before, relative to the vibration in it."""
+        """Change of motion and memory over a cycle from the state before, relative to the vibration
+        in it."""

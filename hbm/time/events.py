@@ -1,14 +1,16 @@
 """Event-driven time integration of piecewise-linear contact laws: the compiled part of `exact`.
 
-Between events the nonlinear force g = f - K_c u - f_rest of every contact is linear in the motion, g = a + Gamma u,
-and the poles of the stuck system (see `poles`) are propagated exactly under
+Between events the nonlinear force g = f - K_c u - f_rest of every contact is linear in the motion,
+g = a + Gamma u, and the poles of the stuck system (see `poles`) are propagated exactly under
 
-    g(tau) = g0 + g0' tau + (g1 - g0 - g0' h) (tau/h)^2 + d (tau^3 - h tau^2)/h^2        over a step h,
+    g(tau) = g0 + g0' tau + (g1 - g0 - g0' h) (tau/h)^2 + d (tau^3 - h tau^2)/h^2        over a step
+    h,
 
-where d is the defect of the quadratic in the rate at the end. The quadratic is solved implicitly, the cubic term is
-added afterwards, and the motion is of fourth order in h; the integrals are the phi functions of exponential integrators
-[Hochbruck, Ostermann 2010]. A step ends at the next event: the instant at which a guard of the present state of a
-contact rises through zero (see `hbm.laws.piecewise`). The step is repeated until the guard vanishes at its end.
+where d is the defect of the quadratic in the rate at the end. The quadratic is solved implicitly,
+the cubic term is added afterwards, and the motion is of fourth order in h; the integrals are the
+phi functions of exponential integrators [Hochbruck, Ostermann 2010]. A step ends at the next event:
+the instant at which a guard of the present state of a contact rises through zero (see
+`hbm.laws.piecewise`). The step is repeated until the guard vanishes at its end.
 
 One file, because compiled code is stored per file.
 """
@@ -24,12 +26,16 @@ System.__doc__ = """What the kernels need of the linear side; z = [Re y, Im y].
 
 s : (n,) complex poles; out : (nc, 2n) real, u = out z; into : (2n, nc) real, b' g
 static : (nc, nc) flexibility S of the poles that follow statically
-orders : (m,) harmonics of the external force; stuck : (nc, m) complex response of the stuck system; w : rad/s
-"""
+orders : (m,) harmonics of the external force; stuck : (nc, m) complex response of the stuck system;
+w : rad/s """
 
-Table = namedtuple("Table", "gamma a by_memory follows follow_u follow_0 first next_state of_rate entry guard_u "
-                            "guard_memory guard_0 watched")
-Table.__doc__ = """PiecewiseLinear less the force of the stuck springs, its guards in the order of their states.
+Table = namedtuple(
+    "Table",
+    "gamma a by_memory follows follow_u follow_0 first next_state of_rate entry guard_u "
+    "guard_memory guard_0 watched",
+)
+Table.__doc__ = """PiecewiseLinear less the force of the stuck springs, its guards in the order of
+their states.
 
 gamma : (P, S, nd, nd), a : (P, S, nd), by_memory : (P, S, nd, m) - g = gamma u + by_memory m + a
 first : (S+1,) first guard of each state; the others as in PiecewiseLinear
@@ -38,25 +44,31 @@ first : (S+1,) first guard of each state; the others as in PiecewiseLinear
 Present = namedtuple("Present", "z state memory gamma a")
 Present.__doc__ = """What the integration changes in place.
 
-z : (2n,) poles; state : (P,) and memory : (P, m) of the contacts; gamma : (nc, nd), a : (nc,) of the present states
-"""
+z : (2n,) poles; state : (P,) and memory : (P, m) of the contacts; gamma : (nc, nd), a : (nc,) of
+the present states """
 
 Steps = namedtuple("Steps", "lengths ready W D")
-Steps.__doc__ = """Lengths (L,) of steps, s, each half the one before, and once `ready` weights W (L+1, 5, n) and effect
-D (L+1, nc, nc) of the force at the end on the motion there. The last place is for steps of any other length."""
+Steps.__doc__ = """Lengths (L,) of steps, s, each half the one before, and once `ready` weights W
+(L+1, 5, n) and effect D (L+1, nc, nc) of the force at the end on the motion there. The last place
+is for steps of any other length."""
 
 Control = namedtuple("Control", "tolerance curvature tiny max_steps size")
-Control.__doc__ = """Settings as in IntegrationSettings; size : (2,) largest motion and nonlinear force so far."""
+Control.__doc__ = (
+    """Settings as in IntegrationSettings; size : (2,) largest motion and nonlinear force so far."""
+)
 
 Record = namedtuple("Record", "G dissipated count")
-Record.__doc__ = """Of the last period: G (nc, H+1), dissipated (P,) J; of all periods: count (2,) steps and events."""
+Record.__doc__ = """Of the last period: G (nc, H+1), dissipated (P,) J; of all periods: count (2,)
+steps and events."""
 
 Going = namedtuple("Going", "motion push level stalled recorded")
-Going.__doc__ = """What one period leaves to the next, as in Instant; stalled : changes of state since the last step of
-some length; recorded : whether G and dissipated are those of the period that begins."""
+Going.__doc__ = """What one period leaves to the next, as in Instant; stalled : changes of state
+since the last step of some length; recorded : whether G and dissipated are those of the period that
+begins."""
 
 Instant = namedtuple("Instant", "t motion push level tiny")
-Instant.__doc__ = """Begin of a step: t s; motion (4, nc) = u, u', g, g'; push = b' g; level of its length; tiny m."""
+Instant.__doc__ = """Begin of a step: t s; motion (4, nc) = u, u', g, g'; push = b' g; level of its
+length; tiny m."""
 
 NEVER = 2.0
 
@@ -109,13 +121,15 @@ def excess(table, memory, p, g, motion):
 
 @njit(cache=True)
 def cubic(c0, r0, c1, r1):
-    """Coefficients (A, B) of the cubic c0 + r0 x + A x^2 + B x^3 with values c and rates r at 0 and 1."""
+    """Coefficients (A, B) of the cubic c0 + r0 x + A x^2 + B x^3 with values c and rates r at 0 and
+    1."""
     return 3 * (c1 - c0) - 2 * r0 - r1, r0 + r1 - 2 * (c1 - c0)
 
 
 @njit(cache=True)
 def crossing(c0, r0, c1, r1, tiny):
-    """First place in [0, 1] where the cubic with values c and rates r at its ends exceeds `tiny`; NEVER if nowhere."""
+    """First place in [0, 1] where the cubic with values c and rates r at its ends exceeds `tiny`;
+    NEVER if nowhere."""
     if c0 > tiny:
         return 0.0
     A, B = cubic(c0, r0, c1, r1)
@@ -139,7 +153,8 @@ def crossing(c0, r0, c1, r1, tiny):
 
 @njit(cache=True)
 def falling_root(r, b, c):
-    """Root of r + b x + c x^2 at which it falls through zero: the maximum of its integral; NEVER if there is none."""
+    """Root of r + b x + c x^2 at which it falls through zero: the maximum of its integral; NEVER if
+    there is none."""
     inside = b * b - 4 * c * r
     if inside <= 0:
         return NEVER
@@ -178,7 +193,8 @@ def turning(c0, r0, c1, r1, tiny, noise):
 
 @njit(cache=True)
 def next_event(table, present, span, tiny, tiny_rate):
-    """(place in [0, 1] of the step or NEVER, contact, guard) of the first event in span = (h, motion before, after)."""
+    """(place in [0, 1] of the step or NEVER, contact, guard) of the first event in span = (h,
+    motion before, after)."""
     h, before, after = span
     place, contact, guard = NEVER, -1, -1
     for p in range(len(present.state)):
@@ -201,34 +217,45 @@ def next_event(table, present, span, tiny, tiny_rate):
 
 @njit(cache=True)
 def first_of_equal(table, present, p, guard, place, span, tiny):
-    """The first guard in the list that reaches zero together with `guard`: where a contact opens, it also slips."""
+    """The first guard in the list that reaches zero together with `guard`: where a contact opens,
+    it also slips."""
     h, before, after = span
     for g in range(table.first[present.state[p]], guard):
         if table.watched[p, g] and not table.of_rate[g]:
             c0, r0 = signal(table, present.memory, p, g, before)
             c1, r1 = signal(table, present.memory, p, g, after)
             A, B = cubic(c0, r0 * h, c1, r1 * h)
-            if c0 + place * (r0 * h + place * (A + place * B)) > -tiny and r0 * h + place * (2 * A + place * 3 * B) > 0:
+            if (
+                c0 + place * (r0 * h + place * (A + place * B)) > -tiny
+                and r0 * h + place * (2 * A + place * 3 * B) > 0
+            ):
                 return g
     return guard
 
 
 @njit(cache=True)
 def switch(table, present, p, guard, motion, tiny):
-    """Put the contact into the state that follows an event; the motion and the force go on continuously."""
+    """Put the contact into the state that follows an event; the motion and the force go on
+    continuously."""
     left = present.state[p]
     present.state[p] = table.next_state[guard]
     follow(table, present, p, motion[0])
     if not table.entry[guard]:
         return
-    g, end, changes = table.first[present.state[p]], table.first[present.state[p] + 1], 0
+    g = table.first[present.state[p]]
+    end = table.first[present.state[p] + 1]
+    changes = 0
     while g < end and changes < len(table.first):
         if table.watched[p, g] and not table.of_rate[g] and table.next_state[g] != left:
             value, rate = signal(table, present.memory, p, g, motion)
             if value > -tiny and rate > 0:
                 present.state[p] = table.next_state[g]
                 follow(table, present, p, motion[0])
-                g, end, changes = table.first[present.state[p]] - 1, table.first[present.state[p] + 1], changes + 1
+                g, end, changes = (
+                    table.first[present.state[p]] - 1,
+                    table.first[present.state[p] + 1],
+                    changes + 1,
+                )
         g += 1
 
 
@@ -301,7 +328,8 @@ def stuck_motion(system, t):
 
 @njit(cache=True)
 def settle(D, gamma, a, known, u, g):
-    """Fill u and g (nc,) with the solution of u + D g = known, g = a + gamma u; whether any component moves with u."""
+    """Fill u and g (nc,) with the solution of u + D g = known, g = a + gamma u; whether any
+    component moves with u."""
     nd, nc = gamma.shape[1], len(known)
     active = np.empty(nc, np.int64)
     m = 0
@@ -345,7 +373,8 @@ def instant(system, present, t, z, motion):
 
 @njit(cache=True)
 def step(system, present, steps, begin, h, level):
-    """(slot of the weights, poles z at the end, largest error of g) of a step h in the present states."""
+    """(slot of the weights, poles z at the end, largest error of g) of a step h in the present
+    states."""
     slot = level if h == steps.lengths[level] else len(steps.lengths)
     if slot == len(steps.lengths) or not steps.ready[slot]:
         fill_weights(system.s, h, steps.W[slot])
@@ -380,11 +409,14 @@ def cubic_part(h, before, after):
 
 @njit(cache=True)
 def step_to_event(system, table, present, steps, begin, control):
-    """One step to the next event or of its full length: (h, z, Instant after it, contact, guard), guard -1 for none.
+    """One step to the next event or of its full length: (h, z, Instant after it, contact, guard),
+    guard -1 for none.
 
-    The step is halved until the errors of g and the cubic part of the motion are small against `control.size`.
-    """
-    left, level, last = 2 * np.pi / system.w - begin.t, begin.level, len(steps.lengths) - 1
+    The step is halved until the errors of g and the cubic part of the motion are small against
+    `control.size`."""
+    left = 2 * np.pi / system.w - begin.t
+    level = begin.level
+    last = len(steps.lengths) - 1
     fine, after = control.tolerance * control.size[1], np.empty_like(begin.motion)
     while True:
         h = min(steps.lengths[level], left)
@@ -394,9 +426,17 @@ def step_to_event(system, table, present, steps, begin, control):
         if fine == 0 or level == last or error <= fine and bent <= control.curvature:
             break
         level += 1
-    place, p, guard = next_event(table, present, (h, begin.motion, after), begin.tiny, begin.tiny * system.w)
+    place, p, guard = next_event(
+        table, present, (h, begin.motion, after), begin.tiny, begin.tiny * system.w
+    )
     if place == 0:
-        return 0.0, present.z, Instant(begin.t, begin.motion, begin.push, level, begin.tiny), p, guard
+        return (
+            0.0,
+            present.z,
+            Instant(begin.t, begin.motion, begin.push, level, begin.tiny),
+            p,
+            guard,
+        )
     if place <= 1:
         begin = Instant(begin.t, begin.motion, begin.push, level, begin.tiny)
         return locate(system, table, present, steps, begin, (h, z, after, push), (place, p, guard))
@@ -407,10 +447,14 @@ def step_to_event(system, table, present, steps, begin, control):
 
 @njit(cache=True)
 def locate(system, table, present, steps, begin, end, event):
-    """As `step_to_event`, the step repeated until its end is the event: inside a bracket, by cubics and secants."""
+    """As `step_to_event`, the step repeated until its end is the event: inside a bracket, by cubics
+    and secants."""
     h, z, after, push = end
     place, p, guard = event
-    low, high, c_low, c_high = 0.0, h, 0.0, 0.0
+    low = 0.0
+    high = h
+    c_low = 0.0
+    c_high = 0.0
     for attempt in range(60):
         if place <= 1:
             high, p, guard = h, event[1], event[2]
@@ -427,45 +471,60 @@ def locate(system, table, present, steps, begin, end, event):
         h = new
         z = step(system, present, steps, begin, h, begin.level)[1]
         push = instant(system, present, begin.t + h, z, after)
-        event = next_event(table, present, (h, begin.motion, after), begin.tiny, begin.tiny * system.w)
+        event = next_event(
+            table, present, (h, begin.motion, after), begin.tiny, begin.tiny * system.w
+        )
         place = event[0]
     return h, z, Instant(begin.t + h, after, push, begin.level, begin.tiny), p, guard
 
 
 @njit(cache=True)
 def add_harmonics(system, h, before, after, weights, G):
-    """G (nc, H+1) += integral of exp(i k w (t1 - t)) g(t) over a step that ends at t1, G brought there before."""
+    """G (nc, H+1) += integral of exp(i k w (t1 - t)) g(t) over a step that ends at t1, G brought
+    there before."""
     H = G.shape[1] - 1
     fill_weights(1j * system.w * np.arange(H + 1), h, weights)
     for c in range(len(G)):
         g0, r0, g1 = before[2, c], before[3, c], after[2, c]
         defect = after[3, c] - (2 / h * (g1 - g0) - r0)
         for k in range(H + 1):
-            G[c, k] = (weights[0, k] * G[c, k] + weights[1, k] * g0 + weights[2, k] * r0 + weights[3, k] * g1
-                       + weights[4, k] * defect)
+            G[c, k] = (
+                weights[0, k] * G[c, k]
+                + weights[1, k] * g0
+                + weights[2, k] * r0
+                + weights[3, k] * g1
+                + weights[4, k] * defect
+            )
 
 
 @njit(cache=True)
 def add_dissipated(nd, h, before, after, dissipated):
-    """dissipated (P,) += integral of g du over a step, g and u as cubics; over a period that of f du."""
+    """dissipated (P,) += integral of g du over a step, g and u as cubics; over a period that of f
+    du."""
     for c in range(before.shape[1]):
         change, slope = after[0, c] - before[0, c], h * (before[3, c] - after[3, c])
         dissipated[c // nd] += (
-            0.5 * (before[2, c] + after[2, c]) * change + 0.1 * slope * change
+            0.5 * (before[2, c] + after[2, c]) * change
+            + 0.1 * slope * change
             + 0.1 * h * (before[2, c] - after[2, c]) * (before[1, c] - after[1, c])
-            + h * h / 60 * (after[3, c] * before[1, c] - before[3, c] * after[1, c]))
+            + h * h / 60 * (after[3, c] * before[1, c] - before[3, c] * after[1, c])
+        )
 
 
 @njit(cache=True)
 def run(system, table, steps, control, present, record, going):
-    """Integrate a period that `going` begins; `present`, `going` and `control.size` are left at the end.
+    """Integrate a period that `going` begins; `present`, `going` and `control.size` are left at the
+    end.
 
-    Returns where the next one begins, None where this one took more than `control.max_steps`. One call a period, so
-    that an interrupt is heard between them.
+    Returns where the next one begins, None where this one took more than `control.max_steps`. One
+    call a period, so that an interrupt is heard between them.
     """
     (nc, nd), T = present.gamma.shape, 2 * np.pi / system.w
     weights = np.empty((5, record.G.shape[1]), np.complex128)
-    motion, push, level, stalled = going.motion, going.push, going.level, going.stalled
+    motion = going.motion
+    push = going.push
+    level = going.level
+    stalled = going.stalled
     t, used = 0.0, 0
     record.G[:], record.dissipated[:] = 0.0, 0.0
     while t < T * (1 - 1e-14):
@@ -473,8 +532,9 @@ def run(system, table, steps, control, present, record, going):
         if used > control.max_steps:
             return None
         tiny = np.inf if stalled > 20 + 4 * nc else control.tiny * control.size[0]
-        h, z, end, p, guard = step_to_event(system, table, present, steps, Instant(t, motion, push, level, tiny),
-                                            control)
+        h, z, end, p, guard = step_to_event(
+            system, table, present, steps, Instant(t, motion, push, level, tiny), control
+        )
         level = end.level
         if h > 0:
             for q in range(len(present.state)):
@@ -482,7 +542,10 @@ def run(system, table, steps, control, present, record, going):
             if going.recorded:
                 add_harmonics(system, h, motion, end.motion, weights, record.G)
                 add_dissipated(nd, h, motion, end.motion, record.dissipated)
-            t, motion, push, stalled = end.t, end.motion, end.push, 0
+            t = end.t
+            motion = end.motion
+            push = end.push
+            stalled = 0
             present.z[:] = z
             control.size[0] = max(control.size[0], np.abs(motion[0]).max())
             control.size[1] = max(control.size[1], np.abs(motion[2]).max())

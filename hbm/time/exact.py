@@ -1,7 +1,9 @@
-"""Event-driven time integration of piecewise-linear laws: an independent check of a periodic solution.
+"""Event-driven time integration of piecewise-linear laws: an independent check of a periodic
+solution.
 
-Every change of state of a contact (stick, slip, lift-off, contact) is located, so that the integration is of fourth
-order through all of them. The law comes as a table (`hbm.laws.piecewise`), the kernels are in `events`.
+Every change of state of a contact (stick, slip, lift-off, contact) is located, so that the
+integration is of fourth order through all of them. The law comes as a table (`hbm.laws.piecewise`),
+the kernels are in `events`.
 """
 
 from dataclasses import dataclass
@@ -21,7 +23,8 @@ from tipdamp.hbm.time.stuck_system import stuck_system
 
 @dataclass(frozen=True)
 class ExactState:
-    """Begin of a period: z (2n,) [Re y, Im y] of the poles; state (P,) and memory (P, m) of the contacts."""
+    """Begin of a period: z (2n,) [Re y, Im y] of the poles; state (P,) and memory (P, m) of the
+    contacts."""
 
     z: np.ndarray
     state: np.ndarray
@@ -29,16 +32,19 @@ class ExactState:
 
 
 class ExactIntegrator:
-    """Event-driven integration of the problem of a HarmonicBalance at angular frequency w (see `base.Integrator`).
+    """Event-driven integration of the problem of a HarmonicBalance at angular frequency w (see
+    `base.Integrator`).
 
     Raises InputError where the law has no piecewise-linear table.
     """
 
     method = "event-driven"
 
-    def __init__(self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None):
+    def __init__(
+        self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None
+    ):
         law, contacts = balance.problem.law, balance.problem.contacts
-        compilation.announce(events.run)                       # before the first compiled function is called
+        compilation.announce(events.run)  # before the first compiled function is called
         table = law.piecewise_linear(contacts)
         if table is None:
             raise InputError(f"event-driven integration: law {law.name} is not piecewise linear")
@@ -49,10 +55,18 @@ class ExactIntegrator:
         nc, n = len(self.stuck.system.stuck), len(self.stuck.system.s)
         levels = settings.halvings if settings.tolerance > 0 else 1
         self.steps = events.Steps(
-            2 * np.pi / (w * settings.steps) / 2.0 ** np.arange(levels), np.zeros(levels + 1, bool),
-            np.empty((levels + 1, 5, n), complex), np.empty((levels + 1, nc, nc)))
-        self.control = events.Control(settings.tolerance, settings.curvature, settings.tiny, settings.max_steps,
-                                      np.array([self.stuck.motion, self.stuck.force]))
+            2 * np.pi / (w * settings.steps) / 2.0 ** np.arange(levels),
+            np.zeros(levels + 1, bool),
+            np.empty((levels + 1, 5, n), complex),
+            np.empty((levels + 1, nc, nc)),
+        )
+        self.control = events.Control(
+            settings.tolerance,
+            settings.curvature,
+            settings.tiny,
+            settings.max_steps,
+            np.array([self.stuck.motion, self.stuck.force]),
+        )
 
     @property
     def size(self) -> float:
@@ -79,12 +93,13 @@ class ExactIntegrator:
         """Memory at t = 0 of a motion u (P, nd): the leading entries of the state of the law."""
         stuck = self.stuck
         state = stuck.law.initial_state(u, stuck.balance.start, stuck.contacts)
-        return state[:, :self.piecewise.follows.shape[1]]
+        return state[:, : self.piecewise.follows.shape[1]]
 
     def _settled(self, z, memory) -> ExactState:
-        """The state at the poles z with a memory (P, m), changed where the motion does not leave it there."""
+        """The state at the poles z with a memory (P, m), changed where the motion does not leave it
+        there."""
         found = ExactState(np.array(z, dtype=float), self.piecewise.initial, memory)
-        for _ in range(60):              # the motion depends on the states where some modes follow statically
+        for _ in range(60):  # the motion depends on the states where some modes follow statically
             u = self._motion(found)[0].reshape(self.stuck.shape)
             state, settled = self.piecewise.settled(u, 0 * u, self.piecewise.initial, memory)
             moved = np.abs(settled - found.memory).max(initial=0.0)
@@ -95,7 +110,8 @@ class ExactIntegrator:
         return found
 
     def _motion(self, state):
-        """(4, nc) relative motion, its rate, nonlinear force and its rate, at the begin of a period."""
+        """(4, nc) relative motion, its rate, nonlinear force and its rate, at the begin of a
+        period."""
         present = self._present(state)
         motion = np.zeros((4, len(present.a)))
         events.freeze(self.table, present)
@@ -104,27 +120,48 @@ class ExactIntegrator:
 
     def _present(self, state):
         P, nd = self.stuck.shape
-        return events.Present(state.z.copy(), np.array(state.state, dtype=np.int64),
-                              np.array(state.memory, dtype=float, order="C"), np.zeros((P * nd, nd)), np.zeros(P * nd))
+        return events.Present(
+            state.z.copy(),
+            np.array(state.state, dtype=np.int64),
+            np.array(state.memory, dtype=float, order="C"),
+            np.zeros((P * nd, nd)),
+            np.zeros(P * nd),
+        )
 
     def periods(self, state: ExactState, n: int = 1) -> IntegratedCycle:
         """As in `Integrator`."""
         present, H = self._present(state), self.stuck.balance.H
-        record = events.Record(np.zeros((len(present.a), H + 1), complex), np.zeros(len(present.state)),
-                               np.zeros(2, np.int64))
+        record = events.Record(
+            np.zeros((len(present.a), H + 1), complex),
+            np.zeros(len(present.state)),
+            np.zeros(2, np.int64),
+        )
         try:
             going = events.begin(self.stuck.system, self.table, present)
             for left in reversed(range(n)):
-                going = events.run(self.stuck.system, self.table, self.steps, self.control, present, record,
-                                   going._replace(recorded=left == 0))
+                going = events.run(
+                    self.stuck.system,
+                    self.table,
+                    self.steps,
+                    self.control,
+                    present,
+                    record,
+                    going._replace(recorded=left == 0),
+                )
                 if going is None:
                     break
-        except np.linalg.LinAlgError:           # out of double precision
+        except np.linalg.LinAlgError:  # out of double precision
             going = None
         force = record.G * (self.stuck.w / np.pi)
         force[:, 0] /= 2
-        return IntegratedCycle(ExactState(present.z, present.state, present.memory), force, record.dissipated, going is not None,
-                     int(record.count[0]), int(record.count[1]))
+        return IntegratedCycle(
+            ExactState(present.z, present.state, present.memory),
+            force,
+            record.dissipated,
+            going is not None,
+            int(record.count[0]),
+            int(record.count[1]),
+        )
 
     def vector(self, state: ExactState) -> np.ndarray:
         """As in `Integrator`."""
@@ -142,16 +179,28 @@ class ExactIntegrator:
 
 
 def _for_kernels(piecewise: PiecewiseLinear, stiffness, rest) -> events.Table:
-    """The table of the nonlinear force g = f - K_c u - f_rest, its guards in the order of their states."""
+    """The table of the nonlinear force g = f - K_c u - f_rest, its guards in the order of their
+    states."""
     t = piecewise.resolved()
     gamma, diagonal = t.stiffness.copy(), np.arange(t.stiffness.shape[2])
     gamma[:, :, diagonal, diagonal] -= stiffness[:, None]
     order = np.argsort(t.state, kind="stable")
     return events.Table(
-        gamma, t.offset - rest[:, None], _rows(t.by_memory), t.follows, _rows(t.follow_u),
-        _rows(t.follow_0), np.searchsorted(t.state[order], np.arange(len(t.follows) + 1)), t.next_state[order],
-        t.of_rate[order], t.entry[order], _rows(t.guard_u[:, order]), _rows(t.guard_memory[:, order]),
-        _rows(t.guard_0[:, order]), _rows(t.watched[:, order]))
+        gamma,
+        t.offset - rest[:, None],
+        _rows(t.by_memory),
+        t.follows,
+        _rows(t.follow_u),
+        _rows(t.follow_0),
+        np.searchsorted(t.state[order], np.arange(len(t.follows) + 1)),
+        t.next_state[order],
+        t.of_rate[order],
+        t.entry[order],
+        _rows(t.guard_u[:, order]),
+        _rows(t.guard_memory[:, order]),
+        _rows(t.guard_0[:, order]),
+        _rows(t.watched[:, order]),
+    )
 
 
 def _rows(a):

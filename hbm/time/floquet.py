@@ -1,11 +1,14 @@
-"""Stability of a periodic orbit: the largest Floquet multiplier of the period map of time integration.
+"""Stability of a periodic orbit: the largest Floquet multiplier of the period map of time
+integration.
 
-The monodromy matrix J is the derivative of the map at the orbit, by central differences: column by column for small
-systems, else its leading eigenvalues by Arnoldi's method [Lehoucq, Sorensen, Yang, ARPACK Users' Guide, 1998].
+The monodromy matrix J is the derivative of the map at the orbit, by central differences: column by
+column for small systems, else its leading eigenvalues by Arnoldi's method [Lehoucq, Sorensen, Yang,
+ARPACK Users' Guide, 1998].
 
-A slider that sticks all through the period ends where it began: its row of J is that of the unit matrix and J is block
-triangular, so that a multiplier of exactly 1 belongs to it and the other multipliers are those of J without its row and
-column. It means a continuum of orbits beside each other, no instability, and is not counted.
+A slider that sticks all through the period ends where it began: its row of J is that of the unit
+matrix and J is block triangular, so that a multiplier of exactly 1 belongs to it and the other
+multipliers are those of J without its row and column. It means a continuum of orbits beside each
+other, no instability, and is not counted.
 """
 
 import numpy as np
@@ -15,10 +18,11 @@ from tipdamp.hbm.time.base import Integrator
 
 
 def largest_multiplier(integrator: Integrator, state) -> tuple[float, int]:
-    """(largest modulus, periods integrated) of the Floquet multipliers at a state on a periodic orbit.
+    """(largest modulus, periods integrated) of the Floquet multipliers at a state on a periodic
+    orbit.
 
-    Of the motion and of the sliders that move in the period. NaN where a period of the integration does not finish.
-    """
+    Of the motion and of the sliders that move in the period. NaN where a period of the integration
+    does not finish."""
     v, settings = integrator.vector(state), integrator.settings
     h = settings.disturbance * integrator.size
     used, failed = 0, False
@@ -51,7 +55,8 @@ def largest_multiplier(integrator: Integrator, state) -> tuple[float, int]:
 
 
 def _counted(ends, motion, n, closeness):
-    """Indices of the `motion` leading ones of n unknowns and of those sliders that move in a disturbed period.
+    """Indices of the `motion` leading ones of n unknowns and of those sliders that move in a
+    disturbed period.
 
     Both signs are tried: a slider that just reaches its limit rests under one of them only.
     """
@@ -78,9 +83,15 @@ def _by_arnoldi(derivative, counted, n, settings):
     k = len(counted)
     operator = LinearOperator((k, k), matvec=apply, dtype=float)
     try:
-        found = eigs(operator, k=settings.multipliers, ncv=min(settings.arnoldi, k), maxiter=settings.arnoldi_restarts,
-                     tol=settings.multiplier_error, v0=np.random.default_rng(1).standard_normal(k),
-                     return_eigenvectors=False)
+        found = eigs(
+            operator,
+            k=settings.multipliers,
+            ncv=min(settings.arnoldi, k),
+            maxiter=settings.arnoldi_restarts,
+            tol=settings.multiplier_error,
+            v0=np.random.default_rng(1).standard_normal(k),
+            return_eigenvectors=False,
+        )
     except ArpackError:
         return _by_columns(derivative, counted, n)
     return np.abs(found)

@@ -1,10 +1,12 @@
-"""Linear side of the time integration: poles of the stuck system, those far above the vibration without mass.
+"""Linear side of the time integration: poles of the stuck system, those far above the vibration
+without mass.
 
     y' = s y - b' g(t),     u(t) = stuck(t) + Re(A y) - S g
 
-with the poles s of the stuck system, the response `stuck` of the stuck system to the external forces, known in closed
-form, and the flexibility S of the poles that follow statically. Contact nodes with little mass chatter on re-contact:
-their modes lie far above the vibration, and without mass they follow the contact as springs do.
+with the poles s of the stuck system, the response `stuck` of the stuck system to the external
+forces, known in closed form, and the flexibility S of the poles that follow statically. Contact
+nodes with little mass chatter on re-contact: their modes lie far above the vibration, and without
+mass they follow the contact as springs do.
 """
 
 from dataclasses import dataclass
@@ -33,27 +35,36 @@ class Poles:
 
 
 def poles(receptance: Receptance, fastest: float = np.inf) -> Poles:
-    """First-order form of a receptance; modes above `fastest` (rad/s) and those without mass follow statically."""
+    """First-order form of a receptance; modes above `fastest` (rad/s) and those without mass follow
+    statically."""
     if receptance.poles.size:
         s, A = receptance.poles, receptance.modes
         kept = s.imag >= 0
         s, out, into = s[kept], A[:, kept] * np.where(s.imag > 0, 2.0, 1.0)[kept], A[:, kept]
     else:
-        w = np.sqrt(receptance.stiffness / np.maximum(receptance.mass, 1e-28 * receptance.mass.max()))
+        w = np.sqrt(
+            receptance.stiffness / np.maximum(receptance.mass, 1e-28 * receptance.mass.max())
+        )
         damped = w * np.sqrt(1 - receptance.ratio**2)
         s = -receptance.ratio * w + 1j * damped
         into = receptance.modes.astype(complex)
         out = into * (w**2 / (1j * damped * receptance.stiffness))
     slow = (np.abs(s) <= fastest) & (np.abs(s) < 1e10 * np.abs(s).min())
     fast = ~slow
-    return Poles(s[slow], out[:, slow], into[:, slow], np.stack([-out[:, fast] / s[fast], into[:, fast]], axis=1))
+    return Poles(
+        s[slow],
+        out[:, slow],
+        into[:, slow],
+        np.stack([-out[:, fast] / s[fast], into[:, fast]], axis=1),
+    )
 
 
 def split(receptance: Receptance, B, stiffness, limit: float, foreign_share: float) -> Poles:
-    """Poles, those above `limit` (rad/s) without mass where springs other than the contacts' (nc,) hold them too.
+    """Poles, those above `limit` (rad/s) without mass where springs other than the contacts' (nc,)
+    hold them too.
 
-    foreign_share : of the contact stiffness, that other springs must add. A light body that hangs on contact springs
-    alone would have no stiffness once they open: its modes keep their mass.
+    foreign_share : of the contact stiffness, that other springs must add. A light body that hangs
+    on contact springs alone would have no stiffness once they open: its modes keep their mass.
     """
     fastest = np.abs(poles(receptance).s).max(initial=0.0)
     while limit < fastest:
@@ -65,6 +76,7 @@ def split(receptance: Receptance, B, stiffness, limit: float, foreign_share: flo
 
 
 def _foreign_share(S, stiffness):
-    """Least share that springs other than the contacts' have in the stiffness of a massless motion."""
+    """Least share that springs other than the contacts' have in the stiffness of a massless
+    motion."""
     k = np.sqrt(stiffness)
     return np.linalg.eigvalsh(np.eye(len(k)) - 0.5 * (S + S.T) * np.outer(k, k))[0]

@@ -1,8 +1,9 @@
-"""Time integration in equal steps, of laws known by their `step`: coupled friction, rate-dependent laws, a user's own.
+"""Time integration in equal steps, of laws known by their `step`: coupled friction, rate-dependent
+laws, a user's own.
 
-The poles of the stuck system are propagated exactly, as in `exact`. A law without state is integrated to fourth order
-where it is smooth; one with a state to second order through its events, which it locates inside its own step if at all.
-"""
+The poles of the stuck system are propagated exactly, as in `exact`. A law without state is
+integrated to fourth order where it is smooth; one with a state to second order through its events,
+which it locates inside its own step if at all."""
 
 from dataclasses import dataclass
 
@@ -19,8 +20,8 @@ from tipdamp.hbm.time.stuck_system import stuck_system
 
 @dataclass(frozen=True)
 class SampledState:
-    """z (2n,) of the poles; memory (P, ns), state of the law; u (P nd,) m; g, rate (P nd,) N and N/s of the nonlinear
-    force, whose rate is zero for laws with a state."""
+    """z (2n,) of the poles; memory (P, ns), state of the law; u (P nd,) m; g, rate (P nd,) N and
+    N/s of the nonlinear force, whose rate is zero for laws with a state."""
 
     z: np.ndarray
     memory: np.ndarray
@@ -31,7 +32,8 @@ class SampledState:
 
 @dataclass(frozen=True)
 class _StepEnd:
-    """Motion at the end of a step dt under the nonlinear force g (P nd,) there: u = u0 - D g, v = v0 - Dv g."""
+    """Motion at the end of a step dt under the nonlinear force g (P nd,) there: u = u0 - D g, v =
+    v0 - Dv g."""
 
     u0: np.ndarray
     D: np.ndarray
@@ -41,38 +43,57 @@ class _StepEnd:
 
 
 class SampledIntegrator:
-    """Integration of the problem of a HarmonicBalance at angular frequency w by samples (see `base.Integrator`)."""
+    """Integration of the problem of a HarmonicBalance at angular frequency w by samples (see
+    `base.Integrator`)."""
 
     method = "sampled"
 
-    def __init__(self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None):
+    def __init__(
+        self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None
+    ):
         self.settings = settings = settings or IntegrationSettings()
         self.stuck = stuck_system(balance, w, settings)
-        law, contacts, system, n = self.stuck.law, self.stuck.contacts, self.stuck.system, settings.samples
+        law = self.stuck.law
+        contacts = self.stuck.contacts
+        system = self.stuck.system
+        n = settings.samples
         self.size, self.smooth, self.h = self.stuck.motion, law.states == 0, 2 * np.pi / (w * n)
         self.stiffness, self.constant = law.stuck_stiffness(contacts), self.stuck.balance.own.rest
         self.W = np.empty((5, len(system.s)), complex)
         events.fill_weights(system.s, self.h, self.W)
-        if not self.smooth:                              # the force is straight over a step
+        if not self.smooth:  # the force is straight over a step
             self.W[1] -= self.W[2] / self.h
             self.W[3] += self.W[2] / self.h
             self.W[2] = self.W[4] = 0.0
-        # massless modes feel the rate of the force at the end of the step: slope g - (slope g + rate at its begin)
+        # massless modes feel the rate of the force at the end of the step: slope g - (slope g +
+        # rate at its begin)
         self.slope = (2 if self.smooth else 1) / self.h
         self.D = events.direct_flexibility(system, self.W[3])
-        self.Dv = events.direct_flexibility(system, 1 + system.s * self.W[3]) + (self.slope - 1) * system.static
+        self.Dv = (
+            events.direct_flexibility(system, 1 + system.s * self.W[3])
+            + (self.slope - 1) * system.static
+        )
         self.known = self.stuck.known(self.h * np.arange(n + 1))
-        self.waves = np.exp(-1j * self.stuck.w * self.h * np.outer(np.arange(1, n + 1), np.arange(balance.H + 1)))
+        self.waves = np.exp(
+            -1j * self.stuck.w * self.h * np.outer(np.arange(1, n + 1), np.arange(balance.H + 1))
+        )
 
     def at_rest(self) -> SampledState:
         """As in `Integrator`."""
-        return self._begin(self.stuck.resting(), self._initial(self.known[0, 0].reshape(self.stuck.shape)))
+        return self._begin(
+            self.stuck.resting(), self._initial(self.known[0, 0].reshape(self.stuck.shape))
+        )
 
     def on_orbit(self, point) -> SampledState:
         """The state of the law settles on the motion of the point over some periods."""
-        b, n, law, contacts = self.stuck.balance, self.settings.samples, self.stuck.law, self.stuck.contacts
-        tau, x = np.linspace(0, 2 * np.pi, n + 1), point.x.reshape(*self.stuck.shape, -1)
-        u, v = x @ fourier.basis(tau, b.H).T, self.stuck.w * x @ fourier.basis_rate(tau, b.H).T
+        b = self.stuck.balance
+        n = self.settings.samples
+        law = self.stuck.law
+        contacts = self.stuck.contacts
+        tau = np.linspace(0, 2 * np.pi, n + 1)
+        x = point.x.reshape(*self.stuck.shape, -1)
+        u = x @ fourier.basis(tau, b.H).T
+        v = self.stuck.w * x @ fourier.basis_rate(tau, b.H).T
         memory = self._initial(u[:, :, 0])
         for _ in range(0 if self.smooth else self.settings.settling_periods):
             before = memory
@@ -86,7 +107,8 @@ class SampledIntegrator:
         return self.stuck.law.initial_state(u, self.stuck.balance.start, self.stuck.contacts)
 
     def _begin(self, z, memory) -> SampledState:
-        """The state at the poles z with a memory (P, ns); the force is that of a step without length."""
+        """The state at the poles z with a memory (P, ns); the force is that of a step without
+        length."""
         system, z = self.stuck.system, np.array(z, dtype=float)
         u0 = self.known[0, 0] + system.out @ z
         v0 = self.known[1, 0] + system.out @ self.stuck.rate(z, 0 * z)
@@ -114,7 +136,8 @@ class SampledIntegrator:
         """As in `Integrator`."""
         samples = self.settings.samples
         for _ in range(n):
-            u, g = np.empty((samples + 1, len(state.u))), np.empty((samples + 1, len(state.u)))
+            u = np.empty((samples + 1, len(state.u)))
+            g = np.empty((samples + 1, len(state.u)))
             u[0], g[0] = state.u, state.g
             for i in range(1, samples + 1):
                 state = self._step(i, state)
@@ -123,15 +146,23 @@ class SampledIntegrator:
         force = (2 / samples) * g[1:].T @ self.waves
         force[:, 0] /= 2
         work = (0.5 * (g[1:] + g[:-1]) * np.diff(u, axis=0)).sum(axis=0)
-        return IntegratedCycle(state, force, work.reshape(self.stuck.shape).sum(axis=1), True, n * samples, 0)
+        return IntegratedCycle(
+            state, force, work.reshape(self.stuck.shape).sum(axis=1), True, n * samples, 0
+        )
 
     def _step(self, i, begin: SampledState) -> SampledState:
         """The step that ends at sample i."""
         system, W = self.stuck.system, self.W
-        z = events.times(W[0], begin.z) - events.times(W[1], system.into @ begin.g) \
+        z = (
+            events.times(W[0], begin.z)
+            - events.times(W[1], system.into @ begin.g)
             - events.times(W[2], system.into @ begin.rate)
-        v0 = self.known[1, i] + system.out @ events.times(system.s, z) \
+        )
+        v0 = (
+            self.known[1, i]
+            + system.out @ events.times(system.s, z)
             + system.static @ (self.slope * begin.g + begin.rate)
+        )
         end = _StepEnd(self.known[0, i] + system.out @ z, self.D, v0, self.Dv, self.h)
         u, g, memory, *slopes = self._solved(end, begin.memory, begin.g)
         z = z - events.times(W[3], system.into @ g)
@@ -142,8 +173,12 @@ class SampledIntegrator:
         return SampledState(z, memory, u, g, rate)
 
     def _solved(self, end: _StepEnd, memory, guess):
-        """(u, g, memory, dg/du, dg/dv) at the end of a step: Newton on the force g, halved where it does not help."""
-        g, move, share, error = guess, 0 * guess, 1.0, np.inf
+        """(u, g, memory, dg/du, dg/dv) at the end of a step: Newton on the force g, halved where it
+        does not help."""
+        g = guess
+        move = 0 * guess
+        share = 1.0
+        error = np.inf
         shape, law, stiffness = self.stuck.shape, self.stuck.law, self.stiffness.ravel()
         enough = self.settings.newton_residual * max(np.abs(end.u0).max(), self.size)
         for _ in range(self.settings.newton_steps):
@@ -170,7 +205,7 @@ class SampledIntegrator:
             return 0 * g
         system = self.stuck.system
         z_rate = self.stuck.rate(z, system.into @ g)
-        v = self.known[1, i] + system.out @ z_rate                 # less static g'
+        v = self.known[1, i] + system.out @ z_rate  # less static g'
         a = self.known[2, i] + system.out @ events.times(system.s, z_rate)
         matrix = np.eye(len(g)) + _product(by_u, system.static)
         return np.linalg.solve(matrix, _product(by_u, v) + _product(by_v, a))

@@ -1,7 +1,9 @@
-"""Steady states of time integration: integrated until the period map repeats, or by Newton's method on that map.
+"""Steady states of time integration: integrated until the period map repeats, or by Newton's method
+on that map.
 
-The unknowns of the shooting are the motion and the memory of the contacts at the begin of a period. The derivative of
-the map comes from differences, column by column for small systems, else in a Krylov space.
+The unknowns of the shooting are the motion and the memory of the contacts at the begin of a period.
+The derivative of the map comes from differences, column by column for small systems, else in a
+Krylov space.
 """
 
 import inspect
@@ -21,8 +23,9 @@ GMRES_TOLERANCE = "rtol" if "rtol" in inspect.signature(gmres).parameters else "
 class Steady:
     """Steady state by time integration.
 
-    harmonics : (m, H+1) complex of the outputs; motion : (P nd, H+1) complex of the relative motion at the contacts, m
-    period_change : change of the state over the last period, relative to the vibration
+    harmonics : (m, H+1) complex of the outputs; motion : (P nd, H+1) complex of the relative motion
+    at the contacts, m period_change : change of the state over the last period, relative to the
+    vibration
     periodic : whether that is below the tolerance; periods : how many were integrated
     dissipated : (P,) J per cycle that each contact takes out of the motion
     state : at the begin of a period, of the kind that the integrator takes
@@ -46,18 +49,23 @@ class Steady:
     start: str
 
     def __repr__(self) -> str:
-        return (f"<Steady: {'periodic' if self.periodic else 'not periodic'} after {self.periods} periods (change "
-                f"{self.period_change:.1e}), {len(self.harmonics)} outputs, {self.method} integration>")
+        return (
+            f"<Steady: {'periodic' if self.periodic else 'not periodic'} after {self.periods} "
+            f"periods (change {self.period_change:.1e}), {len(self.harmonics)} outputs, "
+            f"{self.method} integration>"
+        )
 
 
 def integrate(integrator: Integrator, state, rows, max_periods: int | None = None) -> Steady:
-    """From a state until the period map repeats, over at most `max_periods`; rows (m, r) are the outputs."""
+    """From a state until the period map repeats, over at most `max_periods`; rows (m, r) are the
+    outputs."""
     max_periods = max_periods or integrator.settings.max_periods
     return _steady(integrator, rows, *_until_periodic(integrator, state, max_periods))
 
 
 def shoot(integrator: Integrator, state, rows) -> Steady:
-    """Newton on the period map from a state, then integration until the map repeats; rows (m, r) are the outputs."""
+    """Newton on the period map from a state, then integration until the map repeats; rows (m, r)
+    are the outputs."""
     settings, size = integrator.settings, integrator.size
     v, used, by_newton = integrator.vector(state), 0, False
     for _ in range(settings.newton_on_map):
@@ -70,7 +78,9 @@ def shoot(integrator: Integrator, state, rows) -> Steady:
         used += more
         v, more = _shortened(integrator, v, step, base)
         used += more
-    cycle, change, more = _until_periodic(integrator, integrator.from_vector(v), settings.periods_after_newton)
+    cycle, change, more = _until_periodic(
+        integrator, integrator.from_vector(v), settings.periods_after_newton
+    )
     return _steady(integrator, rows, cycle, change, used + more, by_newton)
 
 
@@ -81,7 +91,8 @@ def period_map(integrator: Integrator, v: np.ndarray) -> tuple[np.ndarray, bool]
 
 
 def newton_by_columns(integrator: Integrator, v, base, size):
-    """(Newton's step, periods integrated) from the whole derivative of the map; base = period_map(v)."""
+    """(Newton's step, periods integrated) from the whole derivative of the map; base =
+    period_map(v)."""
     J, h = np.empty((len(v), len(v))), integrator.settings.difference * size
     for c in range(len(v)):
         moved = v.copy()
@@ -92,7 +103,8 @@ def newton_by_columns(integrator: Integrator, v, base, size):
 
 
 def newton_by_krylov(integrator: Integrator, v, base, size):
-    """(Newton's step, periods integrated) by GMRES on the differences of the map; base = period_map(v)."""
+    """(Newton's step, periods integrated) by GMRES on the differences of the map; base =
+    period_map(v)."""
     used = 0
 
     def apply(p):
@@ -102,14 +114,15 @@ def newton_by_krylov(integrator: Integrator, v, base, size):
         return p - (period_map(integrator, v + h * p)[0] - base) / h
 
     operator = LinearOperator((len(v), len(v)), matvec=apply)
-    error = np.abs(base - v).max()             # of the order of 1, or GMRES takes it for solved
+    error = np.abs(base - v).max()  # of the order of 1, or GMRES takes it for solved
     tolerance = {GMRES_TOLERANCE: integrator.settings.krylov}
     step, _ = gmres(operator, (base - v) / error, restart=40, maxiter=1, atol=0.0, **tolerance)
     return step * error, used
 
 
 def _shortened(integrator, v, step, base):
-    """(v, periods integrated): Newton's step, shortened until the map moves the state less; the plain map else."""
+    """(v, periods integrated): Newton's step, shortened until the map moves the state less; the
+    plain map else."""
     error, fractions = np.linalg.norm(base - v), integrator.settings.fractions
     for k, fraction in enumerate(fractions):
         new = v + fraction * step
@@ -133,7 +146,17 @@ def _until_periodic(integrator, state, max_periods):
 def _steady(integrator, rows, cycle, change, n, by_newton=False):
     stuck, repeats = integrator.stuck, integrator.settings.repeats
     sliders, from_position = stuck.balance.start
-    return Steady(stuck.harmonics(rows, cycle.force), stuck.relative_motion(cycle.force), change,
-                  bool(change <= repeats), n, cycle.dissipated, cycle.state, by_newton, bool(cycle.finished),
-                  integrator.method, "preloaded" if stuck.balance.problem.preloaded else "unloaded",
-                  "zero_force" if from_position else "given" if sliders.any() else "zero_slider")
+    return Steady(
+        stuck.harmonics(rows, cycle.force),
+        stuck.relative_motion(cycle.force),
+        change,
+        bool(change <= repeats),
+        n,
+        cycle.dissipated,
+        cycle.state,
+        by_newton,
+        bool(cycle.finished),
+        integrator.method,
+        "preloaded" if stuck.balance.problem.preloaded else "unloaded",
+        "zero_force" if from_position else "given" if sliders.any() else "zero_slider",
+    )

@@ -1,7 +1,8 @@
-"""Linear side of the time integration: the stuck system under its external forces, driven by the nonlinear force.
+"""Linear side of the time integration: the stuck system under its external forces, driven by the
+nonlinear force.
 
-The motion at the contacts is the steady response of the stuck system, known in closed form, plus what the nonlinear
-force g adds to it through the poles (see `poles`): u = known(t) + out z - S g.
+The motion at the contacts is the steady response of the stuck system, known in closed form, plus
+what the nonlinear force g adds to it through the poles (see `poles`): u = known(t) + out z - S g.
 """
 
 from dataclasses import dataclass
@@ -20,8 +21,8 @@ from tipdamp.hbm.time.settings import IntegrationSettings
 class StuckSystem:
     """The stuck system of a balance at angular frequency w, rad/s.
 
-    system : its matrices for the kernels (`events.System`); motion (m), force (N) : size of its vibration
-    weight : (2n,) m, poles counted by the motion that they make
+    system : its matrices for the kernels (`events.System`); motion (m), force (N) : size of its
+    vibration weight : (2n,) m, poles counted by the motion that they make
     """
 
     balance: HarmonicBalance
@@ -47,7 +48,8 @@ class StuckSystem:
         return len(self.contacts), self.balance.nd
 
     def known(self, t: np.ndarray) -> np.ndarray:
-        """(3, nt, P nd) motion of the stuck system under the external forces, rate and acceleration at nt instants."""
+        """(3, nt, P nd) motion of the stuck system under the external forces, rate and acceleration
+        at nt instants."""
         s = self.system
         turning = 1j * s.w * s.orders
         waves = np.exp(np.outer(t, turning))
@@ -72,7 +74,8 @@ class StuckSystem:
         return times(self.system.s, z) - push
 
     def modal(self, force: np.ndarray) -> np.ndarray:
-        """(m, H+1) complex modal response to the external and to the nonlinear force, harmonics (P nd, H+1)."""
+        """(m, H+1) complex modal response to the external and to the nonlinear force, harmonics (P
+        nd, H+1)."""
         b = self.balance
         factors = b.receptance.factors(self.w * np.arange(force.shape[1]))[0]
         return factors * (b.force_at(1.0) - b.shapes.T @ force)
@@ -86,15 +89,16 @@ class StuckSystem:
         return self.balance.shapes @ self.modal(force)
 
     def change(self, z: tuple, memory: tuple, force: np.ndarray) -> float:
-        """Largest change of motion and memory, each (before, after), relative to the vibration under the force."""
+        """Largest change of motion and memory, each (before, after), relative to the vibration
+        under the force."""
         size = np.abs(self.relative_motion(force)[:, 1:]).sum(axis=1).max(initial=0.0) + 1e-300
         moved = np.abs(self.system.out @ (z[1] - z[0])).max(initial=0.0)
         return float(max(moved, np.abs(memory[1] - memory[0]).max(initial=0.0)) / size)
 
 
 def stuck_system(balance: HarmonicBalance, w: float, settings: IntegrationSettings) -> StuckSystem:
-    """The stuck system of a balance; modes far above w follow statically (`massless_above`), springs hold what only
-    the mean of is held."""
+    """The stuck system of a balance; modes far above w follow statically (`massless_above`),
+    springs hold what only the mean of is held."""
     held = balance.problem.with_springs_alone()
     balance = balance if held is balance.problem else balance.rebuilt(held, balance.forces)
     problem, B, w = balance.problem, balance.problem.B, float(w)
@@ -104,9 +108,21 @@ def stuck_system(balance: HarmonicBalance, w: float, settings: IntegrationSettin
     factors = balance.receptance.factors(w * np.arange(balance.H + 1))[0]
     stuck = balance.shapes @ (factors * balance.force_at(1.0))
     orders = np.flatnonzero(np.any(balance.force_at(1.0) != 0, axis=0))
-    system = System(P.s, np.ascontiguousarray(np.hstack([out.real, -out.imag])),
-                    np.ascontiguousarray(np.vstack([into.real, into.imag])), P.flexibility(B), orders,
-                    np.ascontiguousarray(stuck[:, orders].astype(complex)), w)
+    system = System(
+        P.s,
+        np.ascontiguousarray(np.hstack([out.real, -out.imag])),
+        np.ascontiguousarray(np.vstack([into.real, into.imag])),
+        P.flexibility(B),
+        orders,
+        np.ascontiguousarray(stuck[:, orders].astype(complex)),
+        w,
+    )
     largest = np.abs(stuck).sum(axis=1)
-    return StuckSystem(balance, w, system, largest.max() + 1e-300, (stiffness * largest).max() + 1e-300,
-                       np.tile(np.abs(out).max(axis=0) + 1e-300, 2))
+    return StuckSystem(
+        balance,
+        w,
+        system,
+        largest.max() + 1e-300,
+        (stiffness * largest).max() + 1e-300,
+        np.tile(np.abs(out).max(axis=0) + 1e-300, 2),
+    )

@@ -1,8 +1,9 @@
-"""Solid cells: one data sheet per type, from which faces, numbering, shape functions and Jacobians follow.
+"""Solid cells: one data sheet per type, from which faces, numbering, shape functions and Jacobians
+follow.
 
-Nodes are numbered as gmsh does: corners, then the middles of edges, of four-sided faces, and of the cell. Reference
-coordinates: tetrahedra in x, y, z >= 0, x + y + z <= 1; hexahedra in [-1, 1]^3; wedges are the triangle times [-1, 1].
-"""
+Nodes are numbered as gmsh does: corners, then the middles of edges, of four-sided faces, and of the
+cell. Reference coordinates: tetrahedra in x, y, z >= 0, x + y + z <= 1; hexahedra in [-1, 1]^3;
+wedges are the triangle times [-1, 1]."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,12 +12,23 @@ from itertools import product
 
 import numpy as np
 
-_HEX = [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)]
+# fmt: off
+_HEX = [
+    (-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1),
+    (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1),
+]
+# fmt: on
 _TET = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 _WEDGE = [(0, 0, -1), (1, 0, -1), (0, 1, -1), (0, 0, 1), (1, 0, 1), (0, 1, 1)]
 
 # nodes between corners, in gmsh's order
-_HEX_EDGES = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 5), (2, 3), (2, 6), (3, 7), (4, 5), (4, 7), (5, 6), (6, 7)]
+# fmt: off
+_HEX_EDGES = [
+    (0, 1), (0, 3), (0, 4), (1, 2),
+    (1, 5), (2, 3), (2, 6), (3, 7),
+    (4, 5), (4, 7), (5, 6), (6, 7),
+]
+# fmt: on
 _TET_EDGES = [(0, 1), (1, 2), (2, 0), (3, 0), (3, 2), (3, 1)]
 _WEDGE_EDGES = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 4), (2, 5), (3, 4), (3, 5), (4, 5)]
 _HEX_QUADS = [(0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7)]
@@ -48,25 +60,34 @@ def _hex_rule(n):
 
 
 # triangles, weights sum to 1: 3 points, exact to degree 2; 6 points, degree 4 [Strang and Fix 1973]
-_TRIANGLES = {3: [(1 / 6, 1 / 3)], 6: [(0.445948490915965, 0.223381589678011), (0.091576213509771, 0.109951743655322)]}
+_TRIANGLES = {
+    3: [(1 / 6, 1 / 3)],
+    6: [(0.445948490915965, 0.223381589678011), (0.091576213509771, 0.109951743655322)],
+}
 
 
 def _wedge_rule(triangle, line):
     x, w = _line(line)
-    plane = [(p, q, weight / 2) for a, weight in _TRIANGLES[triangle]
-             for p, q in ((a, a), (a, 1 - 2 * a), (1 - 2 * a, a))]
+    plane = [
+        (p, q, weight / 2)
+        for a, weight in _TRIANGLES[triangle]
+        for p, q in ((a, a), (a, 1 - 2 * a), (1 - 2 * a, a))
+    ]
     points = [(p, q, z) for (p, q, _), z in product(plane, x)]
     return np.array(points), np.array([wt * wz for (_, _, wt), wz in product(plane, w)])
 
 
 def _tet_rule(n):
-    """4 points, exact to degree 2; 14 points, exact to degree 5, all weights positive [Walkington 2000]."""
+    """4 points, exact to degree 2; 14 points, exact to degree 5, all weights positive [Walkington
+    2000]."""
     if n == 4:
         a = (5 - np.sqrt(5)) / 20
         return np.array([[a, a, a], *(np.where(np.eye(3) > 0, 1 - 3 * a, a))]), np.full(4, 1 / 24)
     points, weights = [], []
-    for a, weight in ((0.31088591926330060980, 0.11268792571801585080),
-                      (0.092735250310891226402, 0.073493043116361949544)):
+    for a, weight in (
+        (0.31088591926330060980, 0.11268792571801585080),
+        (0.092735250310891226402, 0.073493043116361949544),
+    ):
         points += [[a, a, a], *(np.where(np.eye(3) > 0, 1 - 3 * a, a))]
         weights += [weight / 6] * 4
     c = 0.045503704125649649492
@@ -80,10 +101,11 @@ def _tet_rule(n):
 class Cell:
     """One type of cell.
 
-    reference : (n, 3) - places of the nodes; corners - how many of them are corners; edges - corner pairs
-    powers : (n, 3) - exponents of the monomials that the shape functions span
-    points, weights : (q, 3), (q,) - integration, full in the sense of the hexahedra's 2x2x2 and 3x3x3 Gauss points
-    faces : node numbers of each face: corners counter-clockwise from outside, then edges, then the centre
+    reference : (n, 3) - places of the nodes; corners - how many of them are corners; edges - corner
+    pairs powers : (n, 3) - exponents of the monomials that the shape functions span
+    points, weights : (q, 3), (q,) - integration, full in the sense of the hexahedra's 2x2x2 and
+    3x3x3 Gauss points faces : node numbers of each face: corners counter-clockwise from outside,
+    then edges, then the centre
     """
 
     name: str
@@ -104,7 +126,8 @@ class Cell:
         return _monomials(points, self.powers) @ self._coefficients
 
     def gradient(self, points: np.ndarray) -> np.ndarray:
-        """(q, 3, n) derivatives of the shape functions with respect to the reference coordinates."""
+        """(q, 3, n) derivatives of the shape functions with respect to the reference
+        coordinates."""
         parts = []
         for k in range(3):
             lowered = self.powers - np.eye(3, dtype=int)[k]
@@ -117,12 +140,14 @@ class Cell:
         return np.linalg.inv(_monomials(self.reference, self.powers))
 
     def mirrored(self) -> np.ndarray:
-        """Columns that turn an inside-out cell around: the nodes with x and y of the reference exchanged."""
+        """Columns that turn an inside-out cell around: the nodes with x and y of the reference
+        exchanged."""
         return _find(self.reference, self.reference[:, [1, 0, 2]])
 
     def columns(self, edges: Sequence[tuple[int, int]]) -> np.ndarray:
-        """Columns that bring a cell whose middle nodes come in the order of `edges` (corner pairs) into ours."""
-        corner = self.reference[:self.corners]
+        """Columns that bring a cell whose middle nodes come in the order of `edges` (corner pairs)
+        into ours."""
+        corner = self.reference[: self.corners]
         theirs = np.vstack([corner, *[corner[list(e)].mean(axis=0) for e in edges]])
         return _find(theirs, self.reference)
 
@@ -152,34 +177,65 @@ def _make(name, corner, between, powers, rule, face_corners):
 
 
 _ALL = [tuple(range(8))]
-CELLS = {cell.name: cell for cell in (
-    _make("tetra", _TET, [], _powers(1, lambda *p: sum(p) <= 1), _tet_rule(4), _TET_FACES),
-    _make("tetra10", _TET, _TET_EDGES, _powers(2, lambda *p: sum(p) <= 2), _tet_rule(14), _TET_FACES),
-    _make("hexahedron", _HEX, [], _powers(1, lambda *p: True), _hex_rule(2), _HEX_FACES),
-    _make("hexahedron20", _HEX, _HEX_EDGES, _SERENDIPITY, _hex_rule(3), _HEX_FACES),
-    _make("hexahedron27", _HEX, [*_HEX_EDGES, *_HEX_QUADS, *_ALL], _powers(2, lambda *p: True), _hex_rule(3),
-          _HEX_FACES),
-    _make("wedge", _WEDGE, [], _powers(1, lambda i, j, k: i + j <= 1), _wedge_rule(3, 2), _WEDGE_FACES),
-    _make("wedge15", _WEDGE, _WEDGE_EDGES, _WEDGE15, _wedge_rule(6, 3), _WEDGE_FACES),
-    _make("wedge18", _WEDGE, [*_WEDGE_EDGES, *_WEDGE_QUADS], _powers(2, lambda i, j, k: i + j <= 2),
-          _wedge_rule(6, 3), _WEDGE_FACES),
-)}
+CELLS = {
+    cell.name: cell
+    for cell in (
+        _make("tetra", _TET, [], _powers(1, lambda *p: sum(p) <= 1), _tet_rule(4), _TET_FACES),
+        _make(
+            "tetra10",
+            _TET,
+            _TET_EDGES,
+            _powers(2, lambda *p: sum(p) <= 2),
+            _tet_rule(14),
+            _TET_FACES,
+        ),
+        _make("hexahedron", _HEX, [], _powers(1, lambda *p: True), _hex_rule(2), _HEX_FACES),
+        _make("hexahedron20", _HEX, _HEX_EDGES, _SERENDIPITY, _hex_rule(3), _HEX_FACES),
+        _make(
+            "hexahedron27",
+            _HEX,
+            [*_HEX_EDGES, *_HEX_QUADS, *_ALL],
+            _powers(2, lambda *p: True),
+            _hex_rule(3),
+            _HEX_FACES,
+        ),
+        _make(
+            "wedge",
+            _WEDGE,
+            [],
+            _powers(1, lambda i, j, k: i + j <= 1),
+            _wedge_rule(3, 2),
+            _WEDGE_FACES,
+        ),
+        _make("wedge15", _WEDGE, _WEDGE_EDGES, _WEDGE15, _wedge_rule(6, 3), _WEDGE_FACES),
+        _make(
+            "wedge18",
+            _WEDGE,
+            [*_WEDGE_EDGES, *_WEDGE_QUADS],
+            _powers(2, lambda i, j, k: i + j <= 2),
+            _wedge_rule(6, 3),
+            _WEDGE_FACES,
+        ),
+    )
+}
 
 
 @cache
 def tables(kind: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shape functions (q, n), their gradients (q, 3, n) and weights (q,) at the integration points of a cell type."""
+    """Shape functions (q, n), their gradients (q, 3, n) and weights (q,) at the integration points
+    of a cell type."""
     cell = CELLS[kind]
     return cell.shape(cell.points), cell.gradient(cell.points), cell.weights
 
 
 def smallest_jacobians(kind: str, position: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """(c, 2) m3: smallest and largest Jacobian determinant over the corners and integration points of each cell.
+    """(c, 2) m3: smallest and largest Jacobian determinant over the corners and integration points
+    of each cell.
 
     Both positive: fine. Both negative: numbered inside out. Otherwise the cell is folded or flat.
     """
     cell = CELLS[kind]
-    gradient = cell.gradient(np.vstack([cell.reference[:cell.corners], cell.points]))
+    gradient = cell.gradient(np.vstack([cell.reference[: cell.corners], cell.points]))
     out = np.empty((len(cells), 2))
     for first in range(0, len(cells), 20000):
         part = slice(first, first + 20000)

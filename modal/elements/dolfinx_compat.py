@@ -1,6 +1,8 @@
-"""Blocks of cells in dolfinx, and forms on them as CSR matrices. The only file that knows dolfinx: 0.5.2 and 0.9.
+"""Blocks of cells in dolfinx, and forms on them as CSR matrices. The only file that knows dolfinx:
+0.5.2 and 0.9.
 
-What the two versions do differently is in the functions at the end; everything else is the same in both.
+What the two versions do differently is in the functions at the end; everything else is the same in
+both.
 """
 
 import logging
@@ -14,10 +16,14 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-# shape, degree, quadrature degree: full Gauss integration, stated because the default differs from code to code (and
-# moves preloads by 1e-5): 2x2x2 and 3x3x3 points for hexahedra
-CELLS = {"tetra": ("tetrahedron", 1, 2), "hexahedron": ("hexahedron", 1, 3), "tetra10": ("tetrahedron", 2, 4),
-         "hexahedron27": ("hexahedron", 2, 5)}
+# shape, degree, quadrature degree: full Gauss integration, stated because the default differs from
+# code to code (and moves preloads by 1e-5): 2x2x2 and 3x3x3 points for hexahedra
+CELLS = {
+    "tetra": ("tetrahedron", 1, 2),
+    "hexahedron": ("hexahedron", 1, 3),
+    "tetra10": ("tetrahedron", 2, 4),
+    "hexahedron27": ("hexahedron", 2, 5),
+}
 
 
 def takes(kind: str) -> bool:
@@ -35,8 +41,9 @@ def available() -> bool:
 
 @dataclass(frozen=True)
 class CellBlock:
-    """Cells of one type. V - dolfinx space of displacements, or of one direction of them; place : (k,) int - node of
-    the mesh of each of its k nodes; nodes - number of nodes of the whole mesh; kind - of CELLS."""
+    """Cells of one type. V - dolfinx space of displacements, or of one direction of them; place :
+    (k,) int - node of the mesh of each of its k nodes; nodes - number of nodes of the whole mesh;
+    kind - of CELLS."""
 
     V: Any
     place: np.ndarray
@@ -45,11 +52,13 @@ class CellBlock:
 
     @classmethod
     def of(cls, position: np.ndarray, kind: str, cells: np.ndarray) -> "CellBlock":
-        """position (n, 3) m of the mesh's nodes; cells (c, k) indices into it, numbered as gmsh does."""
+        """position (n, 3) m of the mesh's nodes; cells (c, k) indices into it, numbered as gmsh
+        does."""
         from tipdamp.modal.solvers import petsc
 
         petsc.start()
         import ufl
+
         with _interruptible():
             from dolfinx.io.gmshio import cell_perm_array
         from dolfinx.mesh import CellType, create_mesh
@@ -60,12 +69,15 @@ class CellBlock:
         order = cell_perm_array(CellType.__members__[shape], cells.shape[1])
         local = np.searchsorted(used, cells)[:, order].astype(np.int64)
         with _quiet_compiler():
-            grid = create_mesh(MPI.COMM_SELF, local, position[used], ufl.Mesh(_vector_element(shape, degree)))
+            grid = create_mesh(
+                MPI.COMM_SELF, local, position[used], ufl.Mesh(_vector_element(shape, degree))
+            )
             V = _space(grid, degree, (3,))
         return cls(V, used[_input_node(grid, V)], len(position), kind)
 
     def one_direction(self) -> "CellBlock":
-        """The same cells with one number a node: for a form that acts on each direction alike, a ninth of the work."""
+        """The same cells with one number a node: for a form that acts on each direction alike, a
+        ninth of the work."""
         with _quiet_compiler():
             V = _space(self.V.mesh, CELLS[self.kind][1], ())
         place = np.empty_like(self.place)
@@ -77,7 +89,9 @@ class CellBlock:
         """Measure of integrals over the cells, with full Gauss integration."""
         import ufl
 
-        return ufl.Measure("dx", domain=self.V.mesh, metadata={"quadrature_degree": CELLS[self.kind][2]})
+        return ufl.Measure(
+            "dx", domain=self.V.mesh, metadata={"quadrature_degree": CELLS[self.kind][2]}
+        )
 
     def constants(self, *values: float) -> list:
         """Numbers of a form that change from body to body without a new compilation."""
@@ -94,7 +108,8 @@ class CellBlock:
         return field
 
     def matrix(self, form: Any) -> sp.csr_matrix:
-        """A symmetric bilinear form over all dofs of the mesh (3 i + k for node i), zero rows where no cell is.
+        """A symmetric bilinear form over all dofs of the mesh (3 i + k for node i), zero rows where
+        no cell is.
 
         One of `one_direction` is taken for each of the three directions.
         """
@@ -114,13 +129,17 @@ class CellBlock:
 
 
 def _symmetric(A, place, size):
-    """(A + A') / 2 with the node i put at place[i] of `size`: numbers (or blocks of 3 x 3), columns, row pointer.
+    """(A + A') / 2 with the node i put at place[i] of `size`: numbers (or blocks of 3 x 3),
+    columns, row pointer.
 
     The numbers are moved once, each block as one: what is sorted and turned over is the pattern.
     """
-    row, column, entry = np.repeat(place, np.diff(A.indptr)), place[A.indices], np.arange(len(A.indices))
+    row = np.repeat(place, np.diff(A.indptr))
+    column = place[A.indices]
+    entry = np.arange(len(A.indices))
     here = sp.csr_matrix((entry, (row, column)), (size, size))
-    there = sp.csr_matrix((entry, (column, row)), (size, size))  # the pattern is symmetric: the same again
+    # the pattern is symmetric: the same again
+    there = sp.csr_matrix((entry, (column, row)), (size, size))
     data = A.data[here.data]
     data += np.moveaxis(A.data[there.data], -1, -2) if data.ndim == 3 else A.data[there.data]
     data /= 2
@@ -128,11 +147,14 @@ def _symmetric(A, place, size):
 
 
 def _in_each_direction(data, indices, indptr):
-    """A matrix by node that acts on each of the three directions alike and couples none, over all dofs."""
+    """A matrix by node that acts on each of the three directions alike and couples none, over all
+    dofs."""
     n = len(indptr) - 1
     tripled = sp.csr_matrix((data, indices, indptr), (n, n))[np.repeat(np.arange(n), 3)]
     direction = np.repeat(np.tile(np.arange(3, dtype=indices.dtype), n), np.diff(tripled.indptr))
-    return sp.csr_matrix((tripled.data, 3 * tripled.indices + direction, tripled.indptr), (3 * n, 3 * n))
+    return sp.csr_matrix(
+        (tripled.data, 3 * tripled.indices + direction, tripled.indptr), (3 * n, 3 * n)
+    )
 
 
 @contextmanager
@@ -156,7 +178,8 @@ def _quiet_compiler():
         logging.disable(before)
 
 
-# ---- what differs between the versions -------------------------------------------------------------------------
+# ---- what differs between the versions -----------------------------------------------------------
+
 
 def _vector_element(shape, degree):
     try:
@@ -193,5 +216,7 @@ def _input_node(grid, V):
     place[dofs] = np.asarray(grid.geometry.input_global_indices)[geometry]
     found = V.tabulate_dof_coordinates()[dofs]
     if np.abs(found - grid.geometry.x[geometry]).max() > 1e-12 * max(1.0, np.abs(found).max()):
-        raise RuntimeError("dofs and mesh nodes do not coincide: this dolfinx orders them differently")
+        raise RuntimeError(
+            "dofs and mesh nodes do not coincide: this dolfinx orders them differently"
+        )
     return place

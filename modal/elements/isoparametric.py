@@ -1,4 +1,5 @@
-"""K, M and K_g of a block of isoparametric cells, in numpy: any type of `cells.py`, for those dolfinx cannot take."""
+"""K, M and K_g of a block of isoparametric cells, in numpy: any type of `cells.py`, for those
+dolfinx cannot take."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -8,12 +9,16 @@ from tipdamp.modal.elements.cells import tables
 CHUNK = 2000  # cells at a time
 
 
-def stiffness_and_mass(position: np.ndarray, kind: str, cells: np.ndarray, lame: float, shear: float, density: float
-                       ) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-    """K (N/m) and consistent M (kg) over all dofs of the mesh (3 i + k for node i), CSR, isotropic linear elasticity.
+def stiffness_and_mass(
+    position: np.ndarray, kind: str, cells: np.ndarray, lame: float, shear: float, density: float
+) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    """K (N/m) and consistent M (kg) over all dofs of the mesh (3 i + k for node i), CSR, isotropic
+    linear elasticity.
 
-    position (n, 3) m; cells (c, k) indices into it; lame and shear are Lame's moduli in Pa, density in kg/m3.
-        K_ai,bj = integral of lame dN_a/dx_i dN_b/dx_j + shear (dN_a/dx_j dN_b/dx_i + delta_ij grad N_a . grad N_b)
+    position (n, 3) m; cells (c, k) indices into it; lame and shear are Lame's moduli in Pa, density
+    in kg/m3.
+        K_ai,bj = integral of lame dN_a/dx_i dN_b/dx_j + shear (dN_a/dx_j dN_b/dx_i + delta_ij grad
+        N_a . grad N_b)
     """
     n = len(position)
     indptr, indices, slot = _pattern(cells, n)
@@ -34,10 +39,16 @@ def stiffness_and_mass(position: np.ndarray, kind: str, cells: np.ndarray, lame:
     return ((K + K.T) / 2).tocsr(), ((M + M.T) / 2).tocsr()
 
 
-def stress_stiffness(position: np.ndarray, kind: str, cells: np.ndarray, lame: float, shear: float,
-                     displacement: np.ndarray) -> sp.csr_matrix:
-    """K_g (N/m) over all dofs of the mesh, CSR: integral of grad N_a . stress grad N_b, the same in each direction,
-    with the linear stress of a displacement (n, 3) m."""
+def stress_stiffness(
+    position: np.ndarray,
+    kind: str,
+    cells: np.ndarray,
+    lame: float,
+    shear: float,
+    displacement: np.ndarray,
+) -> sp.csr_matrix:
+    """K_g (N/m) over all dofs of the mesh, CSR: integral of grad N_a . stress grad N_b, the same in
+    each direction, with the linear stress of a displacement (n, 3) m."""
     n = len(position)
     indptr, indices, slot = _pattern(cells, n)
     G = np.zeros(len(indices))
@@ -45,7 +56,9 @@ def stress_stiffness(position: np.ndarray, kind: str, cells: np.ndarray, lame: f
         part = slice(first, first + CHUNK)
         gradient, volume = gradients(position[cells[part]], kind)
         stress = hooke(gradient @ displacement[cells[part]][:, None], lame, shear)
-        cell = np.einsum("cqia,cq,cqij,cqjb->cab", gradient, volume, stress, gradient, optimize=True)
+        cell = np.einsum(
+            "cqia,cq,cqij,cqjb->cab", gradient, volume, stress, gradient, optimize=True
+        )
         G += np.bincount(slot[part].ravel(), cell.ravel(), len(G))
     K = sp.bsr_matrix((G[:, None, None] * np.eye(3), indices, indptr), shape=(3 * n, 3 * n)).tocsr()
     K.eliminate_zeros()
@@ -53,7 +66,8 @@ def stress_stiffness(position: np.ndarray, kind: str, cells: np.ndarray, lame: f
 
 
 def _pattern(cells, n):
-    """Row pointer and columns of the node-to-node pattern, and the slot of each cell's (a, b) in it, (c, k, k)."""
+    """Row pointer and columns of the node-to-node pattern, and the slot of each cell's (a, b) in
+    it, (c, k, k)."""
     c, k = cells.shape
     key = (cells[:, :, None].astype(np.int64) * n + cells[:, None, :]).ravel()
     pairs, slot = np.unique(key, return_inverse=True)
@@ -66,7 +80,11 @@ def _cell_matrices(corner, kind, lame, shear, density):
     c, k = corner.shape[:2]
     gradient, volume = gradients(corner, kind)
     g = gradient.transpose(0, 1, 3, 2).reshape(c, -1, 3 * k)
-    G = ((g * volume[:, :, None]).transpose(0, 2, 1) @ g).reshape(c, k, 3, k, 3).transpose(0, 1, 3, 2, 4)
+    G = (
+        ((g * volume[:, :, None]).transpose(0, 2, 1) @ g)
+        .reshape(c, k, 3, k, 3)
+        .transpose(0, 1, 3, 2, 4)
+    )
     stiffness = lame * G + shear * G.swapaxes(3, 4)
     stiffness += shear * np.einsum("cabii->cab", G)[..., None, None] * np.eye(3)
     N = tables(kind)[0]
@@ -75,14 +93,19 @@ def _cell_matrices(corner, kind, lame, shear, density):
 
 
 def hooke(slope: np.ndarray, lame: float, shear: float) -> np.ndarray:
-    """(..., 3, 3) Pa: stress of the displacement gradients (..., 3, 3), isotropic, linear; Lame's moduli in Pa."""
+    """(..., 3, 3) Pa: stress of the displacement gradients (..., 3, 3), isotropic, linear; Lame's
+    moduli in Pa."""
     strain = (slope + slope.swapaxes(-1, -2)) / 2
-    return 2 * shear * strain + lame * np.trace(strain, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    return 2 * shear * strain + lame * np.trace(strain, axis1=-2, axis2=-1)[
+        ..., None, None
+    ] * np.eye(3)
 
 
 def gradients(corner: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients of the shape functions (c, q, 3, n) 1/m and volumes (c, q) m3 at the integration points of cells with
-    nodes at `corner` (c, n, 3) m."""
+    """Gradients of the shape functions (c, q, 3, n) 1/m and volumes (c, q) m3 at the integration
+    points of cells with nodes at `corner` (c, n, 3) m."""
     _, dN, weight = tables(kind)
     J = np.einsum("qin,cnj->cqij", dN, corner, optimize=True)
-    return np.linalg.solve(J, np.broadcast_to(dN, (len(corner), *dN.shape))), np.linalg.det(J) * weight
+    return np.linalg.solve(J, np.broadcast_to(dN, (len(corner), *dN.shape))), np.linalg.det(
+        J
+    ) * weight

@@ -1,4 +1,5 @@
-"""Sparse factors of a positive definite matrix: CHOLMOD through PETSc, SuperLU where PETSc is missing.
+"""Sparse factors of a positive definite matrix: CHOLMOD through PETSc, SuperLU where PETSc is
+missing.
 
 Both have `solve(right)` -> K^-1 right for (d, m).
 """
@@ -10,7 +11,8 @@ from tipdamp.modal.solvers import petsc
 
 
 class SingularStiffness(RuntimeError):
-    """A linear solve did not satisfy its own equations: the stiffness matrix leaves a motion free."""
+    """A linear solve did not satisfy its own equations: the stiffness matrix leaves a motion
+    free."""
 
 
 def sparse_factor(K: sp.csr_matrix) -> "Cholmod | SuperLU":
@@ -34,13 +36,17 @@ class Cholmod:
         try:
             self.pc.setUp()
         except PETSc.Error as error:
-            raise SingularStiffness(f"the Cholesky factorisation failed (PETSc error {error.ierr}): "
-                                    "the stiffness matrix is not positive definite") from None
+            raise SingularStiffness(
+                f"the Cholesky factorisation failed (PETSc error {error.ierr}): "
+                "the stiffness matrix is not positive definite"
+            ) from None
         self.factor = self.pc.getFactorMatrix()
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """K^-1 right, (d, m)."""
-        dense = self.PETSc.Mat().createDense(right.shape, array=np.asfortranarray(right), comm=self.PETSc.COMM_SELF)
+        dense = self.PETSc.Mat().createDense(
+            right.shape, array=np.asfortranarray(right), comm=self.PETSc.COMM_SELF
+        )
         x = np.empty(right.shape, order="F")
         out = self.PETSc.Mat().createDense(right.shape, array=x, comm=self.PETSc.COMM_SELF)
         self.factor.matSolve(dense, out)
@@ -56,8 +62,12 @@ class SuperLU:
         from scipy.sparse.linalg import splu
 
         try:
-            self.factor = splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-                               options={"SymmetricMode": True})
+            self.factor = splu(
+                K.tocsc(),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
         except RuntimeError as error:
             raise SingularStiffness(f"the factorisation failed: {error}") from None
 

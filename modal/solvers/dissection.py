@@ -1,7 +1,9 @@
-"""Nested dissection of a body by its node positions: the order in which a sparse factorisation fills little.
+"""Nested dissection of a body by its node positions: the order in which a sparse factorisation
+fills little.
 
-A set of nodes is cut in the middle of its longest extent; the nodes of one side that touch the other separate them and
-come after both.     [George 1973; geometric cuts: Miller, Teng, Thurston and Vavasis 1997]
+A set of nodes is cut in the middle of its longest extent; the nodes of one side that touch the
+other separate them and come after both.     [George 1973; geometric cuts: Miller, Teng, Thurston
+and Vavasis 1997]
 """
 
 from dataclasses import dataclass
@@ -14,17 +16,18 @@ import scipy.sparse as sp
 class DissectionSettings:
     """Of the cuts."""
 
-    leaf: int = 48              # nodes that are not cut further: a dense front of them is as fast
-    layer: float = 1e-6         # of the extent of a set: nodes that near to each other lie in one layer
+    leaf: int = 48  # nodes that are not cut further: a dense front of them is as fast
+    layer: float = 1e-6  # of the extent of a set: nodes that near to each other lie in one layer
 
 
 SETTINGS = DissectionSettings()
 
 
-def dissection(graph: sp.csr_matrix, position: np.ndarray, settings: DissectionSettings = SETTINGS
-               ) -> list[tuple[np.ndarray, int]]:
-    """Sets of nodes in the order of their elimination, each with the number of its children among those before it: the
-    last ones that are nobody's yet.
+def dissection(
+    graph: sp.csr_matrix, position: np.ndarray, settings: DissectionSettings = SETTINGS
+) -> list[tuple[np.ndarray, int]]:
+    """Sets of nodes in the order of their elimination, each with the number of its children among
+    those before it: the last ones that are nobody's yet.
 
     graph (n, n) CSR, positive where two nodes touch; position (n, 3).
     """
@@ -34,8 +37,8 @@ def dissection(graph: sp.csr_matrix, position: np.ndarray, settings: DissectionS
 
 
 def _cut(graph, position, nodes, mark, settings, sets):
-    """Puts those of the nodes into the sets, and returns how many of these are nobody's children; mark (n,) scratch of
-    zeros."""
+    """Puts those of the nodes into the sets, and returns how many of these are nobody's children;
+    mark (n,) scratch of zeros."""
     x = position[nodes]
     along = x[:, np.ptp(x, axis=0).argmax()] if len(x) > settings.leaf else np.zeros(len(x))
     low, high = _halves(nodes, along, settings.layer)
@@ -47,7 +50,9 @@ def _cut(graph, position, nodes, mark, settings, sets):
         separator, low = low[touching[0]], low[~touching[0]]
     else:
         separator, high = high[touching[1]], high[~touching[1]]
-    children = sum(_cut(graph, position, part, mark, settings, sets) for part in (low, high) if len(part))
+    children = sum(
+        _cut(graph, position, part, mark, settings, sets) for part in (low, high) if len(part)
+    )
     if not len(separator):
         return children
     sets.append((separator, children))
@@ -55,7 +60,8 @@ def _cut(graph, position, nodes, mark, settings, sets):
 
 
 def _halves(nodes, along, layer):
-    """The nodes below and above the gap between layers that is nearest to the median; none above in a single layer."""
+    """The nodes below and above the gap between layers that is nearest to the median; none above in
+    a single layer."""
     order = np.argsort(along, kind="stable")
     step = np.flatnonzero(np.diff(along[order]) > layer * (along[order[-1]] - along[order[0]])) + 1
     if not len(step):

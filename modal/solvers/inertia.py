@@ -1,8 +1,10 @@
-"""How many modes lie below a frequency, counted by the signs of a factorisation: no mode can hide from it.
+"""How many modes lie below a frequency, counted by the signs of a factorisation: no mode can hide
+from it.
 
-K - omega^2 M = L D L' has as many negative pivots as (K, M) has eigenvalues below omega^2 [Sylvester's law of inertia;
-Parlett, The Symmetric Eigenvalue Problem, sec. 3.3]. MUMPS pivots in blocks of one and two; SuperLU, where PETSc is
-missing, stays on the diagonal, which the residual of a solve must bear out.
+K - omega^2 M = L D L' has as many negative pivots as (K, M) has eigenvalues below omega^2
+[Sylvester's law of inertia; Parlett, The Symmetric Eigenvalue Problem, sec. 3.3]. MUMPS pivots in
+blocks of one and two; SuperLU, where PETSc is missing, stays on the diagonal, which the residual of
+a solve must bear out.
 """
 
 from dataclasses import dataclass
@@ -19,21 +21,24 @@ from tipdamp.modal.solvers import petsc
 class InertiaSettings:
     """Of a count of negative pivots."""
 
-    dense: int = 300                # up to this size LAPACK gives the signs
-    backward_error: float = 1e-10   # |A x - b| / (|A| |x| + |b|), infinity norms: the pivots are those of A to that
-    zero_pivot: float = 1e-15       # of the largest eigenvalue: a smaller one has no sign
-    raised_by: float = 1e-7         # of a frequency that hits a mode
+    dense: int = 300  # up to this size LAPACK gives the signs
+    # |A x - b| / (|A| |x| + |b|), infinity norms: the pivots are those of A to that
+    backward_error: float = 1e-10
+    zero_pivot: float = 1e-15  # of the largest eigenvalue: a smaller one has no sign
+    raised_by: float = 1e-7  # of a frequency that hits a mode
     attempts: int = 5
 
 
 SETTINGS = InertiaSettings()
 
 
-def modes_below(K: sp.csr_matrix, M: sp.csr_matrix, omega: float, settings: InertiaSettings = SETTINGS) -> int:
+def modes_below(
+    K: sp.csr_matrix, M: sp.csr_matrix, omega: float, settings: InertiaSettings = SETTINGS
+) -> int:
     """Number of modes of (K, M) with a frequency below omega, rad/s. K may be singular.
 
-    A frequency that hits a mode is raised by 1e-7 of itself. Raises RuntimeError when no trustworthy factor is found.
-    """
+    A frequency that hits a mode is raised by 1e-7 of itself. Raises RuntimeError when no
+    trustworthy factor is found."""
     if not K.shape[0]:
         return 0
     for attempt in range(settings.attempts):
@@ -41,8 +46,10 @@ def modes_below(K: sp.csr_matrix, M: sp.csr_matrix, omega: float, settings: Iner
         count = _negative_pivots(shifted, settings)
         if count is not None:
             return count
-    raise RuntimeError(f"the modes below {omega / (2 * np.pi):g} Hz could not be counted: "
-                       "no factorisation of K - omega^2 M solves its own equations")
+    raise RuntimeError(
+        f"the modes below {omega / (2 * np.pi):g} Hz could not be counted: "
+        "no factorisation of K - omega^2 M solves its own equations"
+    )
 
 
 def _negative_pivots(A, settings):
@@ -70,11 +77,11 @@ def _mumps(PETSc, A, b):
 
 
 def mumps_inertia(PETSc: Any, matrix: Any, right: Any) -> tuple[int | None, Any]:
-    """Negative pivots of a symmetric PETSc matrix over its ranks, None where pivots vanish, and the solution for the
-    right-hand side by the same factor; (None, None) without a factor."""
+    """Negative pivots of a symmetric PETSc matrix over its ranks, None where pivots vanish, and the
+    solution for the right-hand side by the same factor; (None, None) without a factor."""
     matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
-    # 24: zero pivots are reported, without which there is no inertia; 7: PORD, the best ordering of Debian's MUMPS;
-    # 14: room for delayed pivots, in percent
+    # 24: zero pivots are reported, without which there is no inertia; 7: PORD, the best ordering of
+    # Debian's MUMPS; 14: room for delayed pivots, in percent
     for control, value in ((24, 1), (7, 4), (14, 50)):
         PETSc.Options()[f"tipdamp_inertia_mat_mumps_icntl_{control}"] = value
     pc = PETSc.PC().create(matrix.comm)
@@ -103,7 +110,12 @@ def _superlu(A, b):
     from scipy.sparse.linalg import splu
 
     try:
-        factor = splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        factor = splu(
+            A.tocsc(),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
     except RuntimeError:
         return None, None
     if not np.array_equal(factor.perm_r, factor.perm_c):

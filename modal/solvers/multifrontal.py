@@ -1,8 +1,9 @@
-"""Cholesky factor of a body's stiffness that carries some rows W with it: W K^-1 W' and W K^-1 f without back-solves.
+"""Cholesky factor of a body's stiffness that carries some rows W with it: W K^-1 W' and W K^-1 f
+without back-solves.
 
-The augmented matrix [K W'; W 0] is eliminated on K, front by front of a nested dissection: a row of W takes part in the
-fronts alone that its dofs lead to, and what the elimination leaves is -W K^-1 W'.  [Duff and Reid 1983: multifrontal]
-"""
+The augmented matrix [K W'; W 0] is eliminated on K, front by front of a nested dissection: a row of
+W takes part in the fronts alone that its dofs lead to, and what the elimination leaves is -W K^-1
+W'.  [Duff and Reid 1983: multifrontal]"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,12 +16,12 @@ from scipy.linalg.lapack import dpotrf
 from tipdamp.hbm.compiled import njit
 from tipdamp.modal.solvers.cholesky import SingularStiffness
 
-CHUNK = 1 << 22         # numbers of the factor that lie together: small fronts are solved in one go
+CHUNK = 1 << 22  # numbers of the factor that lie together: small fronts are solved in one go
 
 
 class _Left(NamedTuple):
-    """What a front leaves to the next one: matrices of its later dofs (b,), lower part of (b, b), and of its rows of W,
-    (c, b)."""
+    """What a front leaves to the next one: matrices of its later dofs (b,), lower part of (b, b),
+    and of its rows of W, (c, b)."""
 
     later: np.ndarray
     rows: np.ndarray
@@ -29,8 +30,9 @@ class _Left(NamedTuple):
 
 
 class _Chunk(NamedTuple):
-    """Fronts, one behind the other. sizes (k, 2): of pivots, and of them with later dofs and rows of W; places: all of
-    these, rows counted behind the dofs; values: the columns of the factor at each pivot, from the diagonal on."""
+    """Fronts, one behind the other. sizes (k, 2): of pivots, and of them with later dofs and rows
+    of W; places: all of these, rows counted behind the dofs; values: the columns of the factor at
+    each pivot, from the diagonal on."""
 
     sizes: np.ndarray
     places: np.ndarray
@@ -39,12 +41,17 @@ class _Chunk(NamedTuple):
     @classmethod
     def of(cls, fronts):
         sizes, places, values = zip(*fronts, strict=True)
-        return cls(np.array(sizes), np.concatenate(places), values[0] if len(values) == 1 else np.concatenate(values))
+        return cls(
+            np.array(sizes),
+            np.concatenate(places),
+            values[0] if len(values) == 1 else np.concatenate(values),
+        )
 
 
 class CarryingFactor:
-    """K (d, d) > 0 with W (n, d), CSR; sets : dofs in the order of their elimination and the number of children of
-    each, as of `dissection`. Raises SingularStiffness where K is not positive definite."""
+    """K (d, d) > 0 with W (n, d), CSR; sets : dofs in the order of their elimination and the number
+    of children of each, as of `dissection`. Raises SingularStiffness where K is not positive
+    definite."""
 
     def __init__(self, K: sp.csr_matrix, W: sp.csr_matrix, sets: Sequence[tuple[np.ndarray, int]]):
         assembly = _FrontAssembly(K, W.T.tocsr(), np.concatenate([one for one, _ in sets]))
@@ -80,10 +87,10 @@ class CarryingFactor:
 
     def back(self, swept: np.ndarray, force: np.ndarray) -> np.ndarray:
         """K^-1 (load - W' force), (d,), of a load that was swept and of (n,)."""
-        x = np.concatenate([swept[:self.dofs], force])
+        x = np.concatenate([swept[: self.dofs], force])
         for one in reversed(self.chunks):
             _backward(*one, x)
-        return x[:self.dofs]
+        return x[: self.dofs]
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """K^-1 right, (d, m)."""
@@ -92,7 +99,7 @@ class CarryingFactor:
 
     def felt(self, load: np.ndarray) -> np.ndarray:
         """W K^-1 load, (n,) of (d,), without the way back."""
-        return -self.swept(load)[self.dofs:]
+        return -self.swept(load)[self.dofs :]
 
 
 class _FrontAssembly:
@@ -100,11 +107,17 @@ class _FrontAssembly:
 
     def __init__(self, K, Wt, order):
         self.K, self.Wt, self.order, self.rank = K, Wt, order, np.argsort(order)
-        self.at, self.row_at = np.zeros(len(order), dtype=np.int64), np.zeros(Wt.shape[1], dtype=np.int64)
+        self.at, self.row_at = (
+            np.zeros(len(order), dtype=np.int64),
+            np.zeros(Wt.shape[1], dtype=np.int64),
+        )
 
     def front(self, pivots, children):
-        """Pivots, later dofs and rows of a front, and its matrices: (f, f), (b, f), (b, b) and (c, f), (c, b) of W."""
-        f, K, W = len(pivots), self._entries(self.K, pivots), self._entries(self.Wt, pivots)
+        """Pivots, later dofs and rows of a front, and its matrices: (f, f), (b, f), (b, b) and (c,
+        f), (c, b) of W."""
+        f = len(pivots)
+        K = self._entries(self.K, pivots)
+        W = self._entries(self.Wt, pivots)
         ahead = self.rank[K[0]] >= self.rank[pivots[0]]
         row, column, value = (one[ahead] for one in K)
         met = np.concatenate([self.rank[row], *(self.rank[one.later] for one in children)])
@@ -112,8 +125,16 @@ class _FrontAssembly:
         rows = np.unique(np.concatenate([W[0], *(one.rows for one in children)]))
         self.at[pivots], self.at[later] = np.arange(f), f + np.arange(len(later))
         self.row_at[rows] = np.arange(len(rows))
-        own, below, square, first, rest = (np.zeros(shape, order="F") for shape in (
-            (f, f), (len(later), f), (len(later),) * 2, (len(rows), f), (len(rows), len(later))))
+        own, below, square, first, rest = (
+            np.zeros(shape, order="F")
+            for shape in (
+                (f, f),
+                (len(later), f),
+                (len(later),) * 2,
+                (len(rows), f),
+                (len(rows), len(later)),
+            )
+        )
         row = self.at[row]
         inside = row < f
         own[row[inside], column[inside]] = value[inside]
@@ -131,7 +152,8 @@ class _FrontAssembly:
 
     @staticmethod
     def _entries(matrix, pivots):
-        """Column of each entry in the rows `pivots` of a CSR matrix, position of its row among them, and value."""
+        """Column of each entry in the rows `pivots` of a CSR matrix, position of its row among
+        them, and value."""
         some = matrix[pivots]
         return some.indices, np.repeat(np.arange(len(pivots)), np.diff(some.indptr)), some.data
 
@@ -140,9 +162,13 @@ def _eliminated(later, rows, own, below, square, first, rest):
     """What a front leaves, the columns of its factor, and those at the rows of W (c, f)."""
     L, failed = dpotrf(own, lower=1, overwrite_a=1)
     if failed:
-        raise SingularStiffness("the Cholesky factorisation failed: the stiffness matrix is not positive definite")
-    below, first = (dtrsm(1.0, L, one, side=1, lower=1, trans_a=1, overwrite_b=1) if len(one) else one
-                    for one in (below, first))
+        raise SingularStiffness(
+            "the Cholesky factorisation failed: the stiffness matrix is not positive definite"
+        )
+    below, first = (
+        dtrsm(1.0, L, one, side=1, lower=1, trans_a=1, overwrite_b=1) if len(one) else one
+        for one in (below, first)
+    )
     if len(below):
         square = dsyrk(-1.0, below, beta=1.0, c=square, lower=1, overwrite_c=1)
         if len(first):
@@ -156,10 +182,10 @@ def _columns(L, below, first):
     f, b, c = len(L), len(below), len(first)
     values, at = np.empty(f * (f + 1) // 2 + f * (b + c)), 0
     for j in range(f):
-        values[at:at + f - j] = L[j:, j]
-        values[at + f - j:at + f - j + b] = below[:, j]
+        values[at : at + f - j] = L[j:, j]
+        values[at + f - j : at + f - j + b] = below[:, j]
         at += f - j + b + c
-        values[at - c:at] = first[:, j]
+        values[at - c : at] = first[:, j]
     return values
 
 
@@ -168,12 +194,13 @@ def _forward(sizes, index, values, x):
     """Eliminates the pivots of a chunk from the right-hand side x (d + n,), in place."""
     at, here = 0, 0
     for f, n in sizes:
-        rows = index[here:here + n]
+        rows = index[here : here + n]
         w = x[rows]
         for j in range(f):
             y = w[j] / values[at]
             w[j] = y
-            column, rest = values[at + 1:at + n - j], w[j + 1:]     # indices that are seen to be in range: vectorised
+            # indices that are seen to be in range: vectorised
+            column, rest = values[at + 1 : at + n - j], w[j + 1 :]
             for i in range(len(column)):
                 rest[i] -= y * column[i]
             at += n - j
@@ -189,11 +216,11 @@ def _backward(sizes, index, values, x):
     for k in range(len(sizes) - 1, -1, -1):
         f, n = sizes[k]
         here -= n
-        rows = index[here:here + n]
+        rows = index[here : here + n]
         w = x[rows]
         for j in range(f - 1, -1, -1):
             at -= n - j
-            column, rest, known = values[at + 1:at + n - j], w[j + 1:], 0.0
+            column, rest, known = values[at + 1 : at + n - j], w[j + 1 :], 0.0
             for i in range(len(column)):
                 known += column[i] * rest[i]
             w[j] = (w[j] - known) / values[at]
@@ -202,7 +229,8 @@ def _backward(sizes, index, values, x):
 
 @njit(cache=True)
 def _add(matrix, rows, columns, block, lower):
-    """Adds a block to the rows and columns of a matrix, or of a square block the lower part alone."""
+    """Adds a block to the rows and columns of a matrix, or of a square block the lower part
+    alone."""
     for j in range(len(columns)):
         for i in range(j if lower else 0, len(rows)):
             matrix[rows[i], columns[j]] += block[i, j]

@@ -1,4 +1,5 @@
-"""Lowest modes by SLEPc: Krylov-Schur on the inverse of K, on one process or on the ranks of an mpirun."""
+"""Lowest modes by SLEPc: Krylov-Schur on the inverse of K, on one process or on the ranks of an
+mpirun."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,8 +15,9 @@ from tipdamp.modal.solvers.cholesky import Cholmod
 class SlepcSettings:
     """Of Krylov-Schur."""
 
-    tolerance: float = 1e-8     # of the residual; omega^2 is good to its square
-    basis: int = 2              # vectors per mode: one restart, or none; with three a fifth slower, with five twice
+    tolerance: float = 1e-8  # of the residual; omega^2 is good to its square
+    # vectors per mode: one restart, or none; with three a fifth slower, with five twice
+    basis: int = 2
     restarts: int = 500
 
 
@@ -31,8 +33,11 @@ def start() -> Any:
     return SLEPc
 
 
-def lowest_with(factor: Cholmod, M: sp.csr_matrix, asked: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """omega^2 (asked,) or more of the lowest modes, ascending, and the shapes (d, count), on the factor of K."""
+def lowest_with(
+    factor: Cholmod, M: sp.csr_matrix, asked: int, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """omega^2 (asked,) or more of the lowest modes, ascending, and the shapes (d, count), on the
+    factor of K."""
     B = petsc.matrix(factor.PETSc, M)
     lam, shapes = lowest(factor.A, B, asked, factor=factor.factor)
     phi = np.column_stack([shape.getArray() for shape in shapes[:count]])
@@ -41,12 +46,15 @@ def lowest_with(factor: Cholmod, M: sp.csr_matrix, asked: int, count: int) -> tu
     return lam, phi
 
 
-def lowest(A: Any, B: Any, count: int, *, factor: Any = None, settings: SlepcSettings = SETTINGS
-           ) -> tuple[np.ndarray, list]:
-    """omega^2 (m,) ascending and shapes, m PETSc vectors, of the lowest modes of A x = omega^2 B x: m >= count.
+def lowest(
+    A: Any, B: Any, count: int, *, factor: Any = None, settings: SlepcSettings = SETTINGS
+) -> tuple[np.ndarray, list]:
+    """omega^2 (m,) ascending and shapes, m PETSc vectors, of the lowest modes of A x = omega^2 B x:
+    m >= count.
 
-    A, B : PETSc matrices, A positive definite; factor : that of A where there is one, which is used and left as it is,
-    otherwise MUMPS makes one over the ranks of A. Raises RuntimeError when fewer converge.
+    A, B : PETSc matrices, A positive definite; factor : that of A where there is one, which is used
+    and left as it is, otherwise MUMPS makes one over the ranks of A. Raises RuntimeError when fewer
+    converge.
     """
     SLEPc = start()
     eps = SLEPc.EPS().create(A.comm)
@@ -58,7 +66,8 @@ def lowest(A: Any, B: Any, count: int, *, factor: Any = None, settings: SlepcSet
     eps.setTolerances(settings.tolerance, settings.restarts)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
     eps.setTarget(0.0)
-    eps.setPurify(factor is None)  # a back-solve a mode; `Factor` does better with all modes at once
+    # a back-solve a mode; `Factor` does better with all modes at once
+    eps.setPurify(factor is None)
     transform = eps.getST()
     transform.setType(SLEPc.ST.Type.SINVERT)
     transform.setShift(0.0)

@@ -14,12 +14,18 @@ class AssembledBodies:
     def __init__(self, bodies: list[Body]):
         ends = np.cumsum([body.dofs for body in bodies])
         self.size = int(ends[-1])
-        self._bodies = {body.name: (body, int(end) - body.dofs) for body, end in zip(bodies, ends, strict=True)}
+        self._bodies = {
+            body.name: (body, int(end) - body.dofs) for body, end in zip(bodies, ends, strict=True)
+        }
 
     def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
         """(3n, size): x, y, z of nodes and contact points in turn, as `Body.motion_of`."""
         if body not in self._bodies:
-            raise InputError(f"there is no body '{shown(str(body))}'; {nearest(str(body), list(self._bodies))}")
+            raise InputError(
+                f"there is no body '{shown(str(body))}'; {nearest(str(body), list(self._bodies))}"
+            )
         one, start = self._bodies[str(body)]
         own = one.motion_of(str(body), numbers)
-        return sp.csr_matrix((own.data, own.indices + start, own.indptr), shape=(own.shape[0], self.size))
+        return sp.csr_matrix(
+            (own.data, own.indices + start, own.indptr), shape=(own.shape[0], self.size)
+        )

@@ -1,13 +1,14 @@
 """Bodies as their contact pairs see them: the compliance of what is held, and the loose motions.
 
-K q + B' N = f with a stiffness K that may leave bodies floating: a gauge holds the loose motions Z (orthonormal),
-H = K + g Z Z', and X = g H^-1 Z are these motions with what K makes of them (Z itself where it floats exactly). Then
+K q + B' N = f with a stiffness K that may leave bodies floating: a gauge holds the loose motions Z
+(orthonormal), H = K + g Z Z', and X = g H^-1 Z are these motions with what K makes of them (Z
+itself where it floats exactly). Then
 
     q = H^-1 (f - B' N) + X a,    X' K Z a = X' (f - B' N)
 
-is the same problem: the balance of the loose motions stands alone, and keeps its digits whatever moves how far.
-Springs k that hold motions s = a' q are pairs that are always closed: their forces k s are eliminated from it.
-"""
+is the same problem: the balance of the loose motions stands alone, and keeps its digits whatever
+moves how far. Springs k that hold motions s = a' q are pairs that are always closed: their forces k
+s are eliminated from it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,16 +25,17 @@ from tipdamp.static_contact.bodies.free_motions import FreeMotions, free_motions
 from tipdamp.static_contact.bodies.rigid_motions import RigidMotionSettings, loose, rigid_motions
 from tipdamp.static_contact.normal.normal_contact import Loading
 
-UNFELT = 1e-9        # of a motion: what a spring feels of it by rounding
-DOUBTFUL = 1e-10     # of the stiffness of single dofs: a motion that meets less is loose, or pushed (negative)
+UNFELT = 1e-9  # of a motion: what a spring feels of it by rounding
+# of the stiffness of single dofs: a motion that meets less is loose, or pushed (negative)
+DOUBTFUL = 1e-10
 
 
 @dataclass(frozen=True)
 class Loose:
-    """rigid : (r, 6 b) - unit rigid motions; floats : (6 b, m) coefficients of those that K does not resist
-    free - of them, those that no pair and no spring resists either
-    Z : (r, h) orthonormal - those that pairs, springs or weak stiffness hold; idle : (r, i) - the free ones
-    resisted : (r, h) - K Z, zero of what floats
+    """rigid : (r, 6 b) - unit rigid motions; floats : (6 b, m) coefficients of those that K does
+    not resist free - of them, those that no pair and no spring resists either
+    Z : (r, h) orthonormal - those that pairs, springs or weak stiffness hold; idle : (r, i) - the
+    free ones resisted : (r, h) - K Z, zero of what floats
     """
 
     rigid: np.ndarray
@@ -44,9 +46,16 @@ class Loose:
     resisted: np.ndarray
 
     @classmethod
-    def of(cls, model: ReducedModel, motion: sp.csr_matrix, pushed: np.ndarray, held: Sequence[HeldMotion],
-           settings: RigidMotionSettings) -> "Loose":
-        """motion (3P, r) of the pairs, of which springs act on the rows `pushed`; held - springs that hold motions."""
+    def of(
+        cls,
+        model: ReducedModel,
+        motion: sp.csr_matrix,
+        pushed: np.ndarray,
+        held: Sequence[HeldMotion],
+        settings: RigidMotionSettings,
+    ) -> "Loose":
+        """motion (3P, r) of the pairs, of which springs act on the rows `pushed`; held - springs
+        that hold motions."""
         rigid = rigid_motions(model)
         floats = loose(model, rigid, settings=settings)
         floating = rigid @ floats
@@ -54,9 +63,13 @@ class Loose:
         free = free_motions(model, rigid, floats @ left, motion, pushed, settings)
         idle = np.linalg.qr(free.shape)[0]
         floating = _beside(idle, floating)
-        weak = _beside(np.hstack([idle, floating]), rigid @ loose(model, rigid, settings.weak, settings))
+        weak = _beside(
+            np.hstack([idle, floating]), rigid @ loose(model, rigid, settings.weak, settings)
+        )
         Z = np.hstack([floating, weak])
-        return cls(rigid, floats, free, Z, idle, np.hstack([np.zeros(floating.shape), model.K @ weak]))
+        return cls(
+            rigid, floats, free, Z, idle, np.hstack([np.zeros(floating.shape), model.K @ weak])
+        )
 
 
 def spring_rows(held: Sequence[HeldMotion], size: int) -> np.ndarray:
@@ -86,11 +99,17 @@ def _beside(Q, motions):
 class Compliance:
     """A reduced model and its pairs, factored once.
 
-    B : (P, r) CSR normal motion of the pairs; G : (P, P) m/N; Y : (P, h), E : (h, h) - as in `normal_contact`
-    """
+    B : (P, r) CSR normal motion of the pairs; G : (P, P) m/N; Y : (P, h), E : (h, h) - as in
+    `normal_contact`"""
 
-    def __init__(self, model: ReducedModel, pairs: ContactTable, kn: np.ndarray, held: Sequence[HeldMotion],
-                 settings: RigidMotionSettings):
+    def __init__(
+        self,
+        model: ReducedModel,
+        pairs: ContactTable,
+        kn: np.ndarray,
+        held: Sequence[HeldMotion],
+        settings: RigidMotionSettings,
+    ):
         """Raises InputError where a motion that is not known to be rigid meets no stiffness."""
         motion = relative_motion(model, pairs)
         self.K, self.B = model.K, motion[2::3].tocsr()
@@ -100,7 +119,7 @@ class Compliance:
         diagonal = model.K.diagonal()
         self.gauge = float(np.median(diagonal[diagonal > 0])) if (diagonal > 0).any() else 1.0
         self.factor = self._factored(model)
-        weak = self.resisted.any(axis=0)        # what floats exactly is its own shape
+        weak = self.resisted.any(axis=0)  # what floats exactly is its own shape
         self.X = self.Z.copy()
         self.X[:, weak] = self.gauge * self._solve(self.Z[:, weak])
         self.Y, self.E0, self.G = self.B @ self.X, self.X.T @ self.resisted, self._compliance()
@@ -148,9 +167,13 @@ class Compliance:
         more = _beside(gauged, shape[:, value < DOUBTFUL] / size[:, None])
         self.Z, self.resisted = np.hstack([self.Z, more]), np.hstack([self.resisted, K @ more])
         try:
-            return sl.cho_factor(H + self.gauge * (1 + np.abs(value).max()) * (more @ more.T), check_finite=False)
+            return sl.cho_factor(
+                H + self.gauge * (1 + np.abs(value).max()) * (more @ more.T), check_finite=False
+            )
         except np.linalg.LinAlgError:
-            raise InputError("K is indefinite beyond what contact could restrain: check its signs") from None
+            raise InputError(
+                "K is indefinite beyond what contact could restrain: check its signs"
+            ) from None
 
     def loading(self, load: np.ndarray) -> Loading:
         """Of a load (r,) N."""
@@ -160,17 +183,22 @@ class Compliance:
             u, work = u - self.pushed @ first, work - self.turned.T @ first
         return Loading(u, work, near)
 
-    def spring_forces(self, applied: np.ndarray, force: np.ndarray, amount: np.ndarray) -> np.ndarray:
+    def spring_forces(
+        self, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
+    ) -> np.ndarray:
         """(s,) N or N m on the springs that hold motions, as of `displacement`."""
         if not len(self.held):
             return np.zeros(0)
         return self.S @ (self.U.T @ (applied - self.B.T @ force) + self.turned @ amount)
 
-    def displacement(self, loading: Loading, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
-                     ) -> tuple[np.ndarray, np.ndarray]:
-        """q (r,) m and the forces (r,) N of bodies, K q, and springs under applied (r,), of which `loading` was made,
-        and contact forces (P,)."""
+    def displacement(
+        self, loading: Loading, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """q (r,) m and the forces (r,) N of bodies, K q, and springs under applied (r,), of which
+        `loading` was made, and contact forces (P,)."""
         spring = self.spring_forces(applied, force, amount)
         near = self._pushed(loading.near, applied, force) - self.U @ spring
-        return (near + self.X @ amount,
-                self.K @ near + self.Z @ (self.E0 @ amount) + self.held.T @ spring)              # K X = Z E
+        return (
+            near + self.X @ amount,
+            self.K @ near + self.Z @ (self.E0 @ amount) + self.held.T @ spring,
+        )  # K X = Z E

@@ -1,7 +1,8 @@
-"""Rigid motions that neither the bodies nor the contact resist: found, named, and refused where they are loaded.
+"""Rigid motions that neither the bodies nor the contact resist: found, named, and refused where
+they are loaded.
 
-Contact pairs resist a motion that their normals face by more than the errors of coordinates. How stiff the springs are
-does not matter: soft ones resist as well as stiff ones.
+Contact pairs resist a motion that their normals face by more than the errors of coordinates. How
+stiff the springs are does not matter: soft ones resist as well as stiff ones.
 """
 
 from collections.abc import Sequence
@@ -24,9 +25,10 @@ from tipdamp.static_contact.bodies.rigid_motions import SETTINGS, RigidMotionSet
 class FreeMotions:
     """Rigid motions that neither the bodies nor the pairs resist.
 
-    rigid : (r, 6 b), coefficients : (6 b, m) - each motion in its columns; names - m of (name, unit)
-    owner : (r,) str - the body of each dof; faced : (m,) - largest motion of a pair, of the largest one of a node
-    """
+    rigid : (r, 6 b), coefficients : (6 b, m) - each motion in its columns; names - m of (name,
+    unit)
+    owner : (r,) str - the body of each dof; faced : (m,) - largest motion of a pair, of the largest
+    one of a node"""
 
     rigid: np.ndarray
     coefficients: np.ndarray
@@ -48,7 +50,10 @@ class FreeMotions:
     @cached_property
     def _bodies(self):
         """Dofs of nodes of each body, and (m,) how far each motion moves them."""
-        mine = (np.flatnonzero(self._nodal & (self.owner == body)) for body in sorted(set(self.owner.tolist())))
+        mine = (
+            np.flatnonzero(self._nodal & (self.owner == body))
+            for body in sorted(set(self.owner.tolist()))
+        )
         return [(dofs, np.abs(self.shape[dofs]).max(axis=0, initial=0.0)) for dofs in mine]
 
     @cached_property
@@ -67,54 +72,90 @@ class FreeMotions:
         return self.rigid @ np.linalg.lstsq(self.rigid.T @ self.rigid, forces, rcond=None)[0]
 
     def reach(self, load: np.ndarray) -> np.ndarray:
-        """(m,) What the load (r,) on the bodies that take part in each motion could do at most along it, N or N m."""
-        return sum((most * np.abs(load[mine]).sum() for mine, most in self._bodies), np.zeros(len(self.names)))
+        """(m,) What the load (r,) on the bodies that take part in each motion could do at most
+        along it, N or N m."""
+        return sum(
+            (most * np.abs(load[mine]).sum() for mine, most in self._bodies),
+            np.zeros(len(self.names)),
+        )
 
     def _exceeds(self, amounts, load, share):
-        """(m,) bool - amounts above a share of the reach of the load, and above rounding of all of it."""
+        """(m,) bool - amounts above a share of the reach of the load, and above rounding of all of
+        it."""
         everything = self._most * np.abs(load[self._nodal]).sum()
-        return np.abs(amounts) > np.maximum(share * self.reach(load), self.settings.rounding * everything)
+        return np.abs(amounts) > np.maximum(
+            share * self.reach(load), self.settings.rounding * everything
+        )
 
     def refuse(self, amounts: np.ndarray, load: np.ndarray) -> None:
-        """InputError where forces do more along a motion than inexact meshes explain: amounts (m,) of load (r,)."""
+        """InputError where forces do more along a motion than inexact meshes explain: amounts (m,)
+        of load (r,)."""
         too_much = self._exceeds(amounts, load, self.settings.taken_up)
-        loaded = [f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it" + (
-                      f" (the normals face it by {faced:.1e} of its size, which counts as resisted above facing = "
-                      f"{self.settings.facing:g})" if faced > self.settings.mentioned else "")
-                  for (name, unit), amount, faced, much in zip(self.names, amounts, self.faced, too_much, strict=True)
-                  if much]
+        loaded = [
+            f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it"
+            + (
+                f" (the normals face it by {faced:.1e} of its size, which counts as resisted "
+                f"above facing = {self.settings.facing:g})"
+                if faced > self.settings.mentioned
+                else ""
+            )
+            for (name, unit), amount, faced, much in zip(
+                self.names, amounts, self.faced, too_much, strict=True
+            )
+            if much
+        ]
         if loaded:
-            raise InputError(f"{'; '.join(loaded)}; take the load off, or hold the motion (hold, in [damper] or "
-                             "[model] of a study)")
+            raise InputError(
+                f"{'; '.join(loaded)}; take the load off, or hold the motion (hold, in [damper] or "
+                "[model] of a study)"
+            )
 
     def taken_up(self, along: np.ndarray) -> np.ndarray:
-        """(r,) nodal forces that do the work `along` (m,): pure couples against rolls, pure forces against slides, so
-        that the balance of forces on the normals stays what it was."""
+        """(r,) nodal forces that do the work `along` (m,): pure couples against rolls, pure forces
+        against slides, so that the balance of forces on the normals stays what it was."""
         return self._resultants @ along
 
     def reactions(self, amounts: np.ndarray, load: np.ndarray, above: float) -> dict[str, float]:
-        """{name: N or N m} constraint reactions: the amounts (m,) above a share of what the load (r,) could do."""
+        """{name: N or N m} constraint reactions: the amounts (m,) above a share of what the load
+        (r,) could do."""
         found: dict[str, float] = {}
-        for (name, _), amount, much in zip(self.names, amounts, self._exceeds(amounts, load, above), strict=True):
-            again = sum(one.startswith(name) for one in found)          # of another body, or another piece
+        for (name, _), amount, much in zip(
+            self.names, amounts, self._exceeds(amounts, load, above), strict=True
+        ):
+            again = sum(one.startswith(name) for one in found)  # of another body, or another piece
             if much:
                 found[f"{name} ({again + 1})" if again else name] = float(amount)
         return found
 
 
-def free_motions(model: ReducedModel, rigid: np.ndarray, floats: np.ndarray, motion: sp.csr_matrix, rows: np.ndarray,
-                 settings: RigidMotionSettings = SETTINGS) -> FreeMotions:
-    """Of a model; rigid (r, 6 b), floats (6 b, m) as of `loose`; motion (3P, r) of the pairs, of which springs, however
-    soft, act on `rows`."""
+def free_motions(
+    model: ReducedModel,
+    rigid: np.ndarray,
+    floats: np.ndarray,
+    motion: sp.csr_matrix,
+    rows: np.ndarray,
+    settings: RigidMotionSettings = SETTINGS,
+) -> FreeMotions:
+    """Of a model; rigid (r, 6 b), floats (6 b, m) as of `loose`; motion (3P, r) of the pairs, of
+    which springs, however soft, act on `rows`."""
     return unresisted(rigid, floats, motion, rows, model.body, settings, _lengths(model))
 
 
-def unresisted(rigid: np.ndarray, coefficients: np.ndarray, motion: sp.csr_matrix, rows: np.ndarray, owner: np.ndarray,
-               settings: RigidMotionSettings = SETTINGS, weight: ArrayLike = 1.0) -> FreeMotions:
-    """Those of the motions `coefficients` (6 b, m) of bodies that float which no normal faces by more than `facing`.
+def unresisted(
+    rigid: np.ndarray,
+    coefficients: np.ndarray,
+    motion: sp.csr_matrix,
+    rows: np.ndarray,
+    owner: np.ndarray,
+    settings: RigidMotionSettings = SETTINGS,
+    weight: ArrayLike = 1.0,
+) -> FreeMotions:
+    """Those of the motions `coefficients` (6 b, m) of bodies that float which no normal faces by
+    more than `facing`.
 
-    motion (3P, r) of the pairs; rows - those of it that are resisted; owner (r,) body of each dof; weight : (r,) m -
-    turns displacements into metres. Motions that no body and no pair has in common are kept apart.
+    motion (3P, r) of the pairs; rows - those of it that are resisted; owner (r,) body of each dof;
+    weight : (r,) m - turns displacements into metres. Motions that no body and no pair has in
+    common are kept apart.
     """
     weight = np.broadcast_to(weight, len(rigid))[:, None]
     B = motion[rows]
@@ -126,11 +167,14 @@ def unresisted(rigid: np.ndarray, coefficients: np.ndarray, motion: sp.csr_matri
         part = part @ np.linalg.svd(B @ (rigid @ part))[2].T
         together.append(part[:, _faced(motion, rows, rigid @ part, weight) <= settings.facing])
     reduced, names = name_motions(rigid, np.hstack(together).T)
-    return FreeMotions(rigid, reduced.T, names, owner, _faced(motion, rows, rigid @ reduced.T, weight), settings)
+    return FreeMotions(
+        rigid, reduced.T, names, owner, _faced(motion, rows, rigid @ reduced.T, weight), settings
+    )
 
 
 def _in_common(coefficients, faced):
-    """Index arrays of motions (6 b, m) that move the same bodies, or the same pairs, faced (P, m)."""
+    """Index arrays of motions (6 b, m) that move the same bodies, or the same pairs, faced (P,
+    m)."""
     if not coefficients.shape[1]:
         return []
     bodies = coefficients.reshape(-1, 6, coefficients.shape[1]).any(axis=1)
@@ -140,11 +184,13 @@ def _in_common(coefficients, faced):
 
 
 def _faced(motion, rows, shapes, weight):
-    """(m,) largest resisted motion of a pair over the largest motion of a pair: a direction cosine; column by column.
-    Pairs on the axis of a rotation do not move."""
+    """(m,) largest resisted motion of a pair over the largest motion of a pair: a direction cosine;
+    column by column. Pairs on the axis of a rotation do not move."""
     moved = motion @ shapes
     still = SETTINGS.on_axis * np.abs(weight * shapes).max(axis=0)
-    return np.abs(moved[rows]).max(axis=0, initial=0.0) / np.maximum(np.abs(moved).max(axis=0, initial=0.0), still)
+    return np.abs(moved[rows]).max(axis=0, initial=0.0) / np.maximum(
+        np.abs(moved).max(axis=0, initial=0.0), still
+    )
 
 
 def _lengths(model):
@@ -153,22 +199,26 @@ def _lengths(model):
     for body in set(model.body.tolist()):
         mine = model.body == body
         turning = mine & np.isin(model.direction, ROTATIONS)
-        if turning.any():                       # a body of contact points alone has no nodes
-            out[turning] = np.ptp(model.position[mine & model.moves], axis=0).max(initial=0.0) or 1.0
+        if turning.any():  # a body of contact points alone has no nodes
+            out[turning] = (
+                np.ptp(model.position[mine & model.moves], axis=0).max(initial=0.0) or 1.0
+            )
     return out
 
 
-def name_motions(rigid: np.ndarray, coefficients: np.ndarray, settings: RigidMotionSettings = SETTINGS
-                 ) -> tuple[np.ndarray, list[tuple[str, str]]]:
-    """Unit rigid motions (m, 6 b) that span the free ones, each named after the slide or rotation that leads it.
+def name_motions(
+    rigid: np.ndarray, coefficients: np.ndarray, settings: RigidMotionSettings = SETTINGS
+) -> tuple[np.ndarray, list[tuple[str, str]]]:
+    """Unit rigid motions (m, 6 b) that span the free ones, each named after the slide or rotation
+    that leads it.
 
-    What rotates is a roll, whatever its axis; what is left are slides. Each kind is row reduced with complete pivoting,
-    rotations weighed by the size of the body. coefficients (m, 6 b)
+    What rotates is a roll, whatever its axis; what is left are slides. Each kind is row reduced
+    with complete pivoting, rotations weighed by the size of the body. coefficients (m, 6 b)
     """
     if not len(coefficients):
         return coefficients, []
     size = np.linalg.norm(rigid.reshape(len(rigid), -1, 2, 3), axis=(0, 3))
-    weight = np.repeat(size / size[:, :1], 3)                   # 1, 1, 1, arm, arm, arm of each body
+    weight = np.repeat(size / size[:, :1], 3)  # 1, 1, 1, arm, arm, arm of each body
     rows = np.linalg.qr((coefficients * weight).T)[0].T
     rolls = np.tile(np.repeat([False, True], 3), rows.shape[1] // 6)
     way, share, _ = np.linalg.svd(rows[:, rolls])
@@ -178,21 +228,30 @@ def name_motions(rigid: np.ndarray, coefficients: np.ndarray, settings: RigidMot
     for kind in (False, True):
         mine = list(map(int, np.flatnonzero(rolled == kind)))
         while left := [i for i in mine if i not in names]:
-            at, j = np.unravel_index(np.abs(rows[left] * (rolls == kind)).argmax(), (len(left), rows.shape[1]))
+            at, j = np.unravel_index(
+                np.abs(rows[left] * (rolls == kind)).argmax(), (len(left), rows.shape[1])
+            )
             i = left[at]
             names[i] = RIGID_MOTIONS[j % 6]
             rows[i] *= weight[j] / rows[i, j]
             for other in np.flatnonzero(rolled >= kind):
                 if other != i:
                     rows[other] -= rows[other, j] / rows[i, j] * rows[i]
-    return np.divide(rows, weight, out=np.zeros_like(rows), where=weight > 0), [names[i] for i in range(len(rows))]
+    return np.divide(rows, weight, out=np.zeros_like(rows), where=weight > 0), [
+        names[i] for i in range(len(rows))
+    ]
 
 
-def name_of_drift(rigid: np.ndarray, ways: np.ndarray, B: np.ndarray, drift: np.ndarray,
-                  settings: RigidMotionSettings = SETTINGS) -> str:
-    """The rigid motion of the floating bodies that comes nearest to the motion of the pairs drift (P,): the roll that
-    leads it, or a slide where it hardly rolls. rigid (r, 6 b), ways (6 b, m) as of `loose`; B (P, r) normal motion of
-    the pairs."""
+def name_of_drift(
+    rigid: np.ndarray,
+    ways: np.ndarray,
+    B: np.ndarray,
+    drift: np.ndarray,
+    settings: RigidMotionSettings = SETTINGS,
+) -> str:
+    """The rigid motion of the floating bodies that comes nearest to the motion of the pairs drift
+    (P,): the roll that leads it, or a slide where it hardly rolls. rigid (r, 6 b), ways (6 b, m) as
+    of `loose`; B (P, r) normal motion of the pairs."""
     coefficients = ways @ np.linalg.lstsq(B @ rigid @ ways, drift, rcond=None)[0]
     amount = np.abs(coefficients) * np.linalg.norm(rigid, axis=0)
     rolls = np.tile(np.repeat([False, True], 3), len(amount) // 6)

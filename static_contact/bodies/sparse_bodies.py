@@ -1,7 +1,9 @@
-"""Static contact of the unreduced bodies, for thousands of pairs: nothing is condensed but the compliance at the pairs.
+"""Static contact of the unreduced bodies, for thousands of pairs: nothing is condensed but the
+compliance at the pairs.
 
-Each body has one sparse Cholesky factor. One that floats is held at six dofs of three nodes, statically determinate: a
-load that is balanced, as every load with its contact forces is, puts no force on them, whatever they are.
+Each body has one sparse Cholesky factor. One that floats is held at six dofs of three nodes,
+statically determinate: a load that is balanced, as every load with its contact forces is, puts no
+force on them, whatever they are.
 
     bodies = SparseBodies.of([blades, damper])
     StaticContact(bodies, pairs, compliance=SparseCompliance).solve(load)
@@ -32,8 +34,8 @@ from tipdamp.static_contact.normal.normal_contact import Loading
 
 @dataclass(frozen=True)
 class SparseBodies:
-    """The dofs of bodies one behind the other: as a ReducedModel names them, with K and M (r, r) as CSR; loads {name:
-    (r,) N} are those that the bodies have, side by side."""
+    """The dofs of bodies one behind the other: as a ReducedModel names them, with K and M (r, r) as
+    CSR; loads {name: (r,) N} are those that the bodies have, side by side."""
 
     bodies: tuple[Body, ...]
     K: sp.csr_matrix
@@ -47,23 +49,36 @@ class SparseBodies:
 
     @classmethod
     def of(cls, bodies: list[Body]) -> "SparseBodies":
-        """Raises InputError where a body is not supported as declared, floats in pieces, or has the name of another."""
+        """Raises InputError where a body is not supported as declared, floats in pieces, or has the
+        name of another."""
         names = [one.name for one in bodies]
         if not names or len(set(names)) < len(names):
             twice = [name for name in names if names.count(name) > 1]
-            raise InputError(f"two bodies '{twice[0]}': give each its own name" if twice else "no bodies")
+            raise InputError(
+                f"two bodies '{twice[0]}': give each its own name" if twice else "no bodies"
+            )
         for one in bodies:
             if check_support(one) and (count := parts(one).max() + 1) > 1:
-                raise InputError(f"body '{one.name}' floats in {count} pieces that share no node: make each a body of "
-                                 "its own, or join the meshes")
+                raise InputError(
+                    f"body '{one.name}' floats in {count} pieces that share no node: make each a "
+                    "body of its own, or join the meshes"
+                )
         join = np.concatenate
-        K, M = (sp.block_diag(each, format="csr") for each in zip(*((one.K, one.M) for one in bodies), strict=True))
-        return cls(tuple(bodies), K, M,
-                   np.repeat([one.name for one in bodies], [one.dofs for one in bodies]),
-                   join([one.node[one.dof_node] for one in bodies]),
-                   join([np.array(DIRECTIONS)[one.dof_direction] for one in bodies]),
-                   join([one.position[one.dof_node] for one in bodies]),
-                   {one.name: one.rigid_motions()[:, :6 * one.free] for one in bodies}, side_by_side(bodies))
+        K, M = (
+            sp.block_diag(each, format="csr")
+            for each in zip(*((one.K, one.M) for one in bodies), strict=True)
+        )
+        return cls(
+            tuple(bodies),
+            K,
+            M,
+            np.repeat([one.name for one in bodies], [one.dofs for one in bodies]),
+            join([one.node[one.dof_node] for one in bodies]),
+            join([np.array(DIRECTIONS)[one.dof_direction] for one in bodies]),
+            join([one.position[one.dof_node] for one in bodies]),
+            {one.name: one.rigid_motions()[:, : 6 * one.free] for one in bodies},
+            side_by_side(bodies),
+        )
 
     @property
     def size(self) -> int:
@@ -76,11 +91,16 @@ class SparseBodies:
         return np.ones(self.size, dtype=bool)
 
     def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
-        """(3n, r): x, y, z of nodes and contact points in turn; raises InputError for a node without a dof."""
+        """(3n, r): x, y, z of nodes and contact points in turn; raises InputError for a node
+        without a dof."""
         one = next((one for one in self.bodies if one.name == body), None)
-        if one is not None and len(fixed := np.intersect1d(numbers, np.setdiff1d(one.node, one.node[one.dof_node]))):
-            raise InputError(f"node {fixed[0]} of body '{body}' is clamped: take it out of the contact ({len(fixed)} "
-                             "such)")
+        if one is not None and len(
+            fixed := np.intersect1d(numbers, np.setdiff1d(one.node, one.node[one.dof_node]))
+        ):
+            raise InputError(
+                f"node {fixed[0]} of body '{body}' is clamped: take it out of the contact "
+                f"({len(fixed)} such)"
+            )
         return AssembledBodies(list(self.bodies)).motion_of(body, numbers)
 
 
@@ -90,21 +110,27 @@ class SparseCompliance(Compliance):
     def _factored(self, model):
         ends = np.cumsum([0, *(one.dofs for one in model.bodies)])
         self.parts = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False)]
-        return [self._carrying(one, part, model.position[part]) for one, part in zip(model.bodies, self.parts,
-                                                                                     strict=True)]
+        return [
+            self._carrying(one, part, model.position[part])
+            for one, part in zip(model.bodies, self.parts, strict=True)
+        ]
 
     def _carrying(self, body, part, position):
         K = pinned(body)
         try:
             return CarryingFactor(K, self.B[:, part], elimination(K, body.dof_node, position))
         except SingularStiffness:
-            raise negative_stiffness(body, "a motion of the supported body meets it, or none") from None
+            raise negative_stiffness(
+                body, "a motion of the supported body meets it, or none"
+            ) from None
 
     def _solve(self, right):
         found = np.zeros(right.shape)
         for factor, part in zip(self.factor, self.parts, strict=True):
             if right[part].any():
-                found[part] = factor.solve(right[part].reshape(part.stop - part.start, -1)).reshape(right[part].shape)
+                found[part] = factor.solve(right[part].reshape(part.stop - part.start, -1)).reshape(
+                    right[part].shape
+                )
         return found
 
     def _compliance(self):
@@ -114,16 +140,23 @@ class SparseCompliance(Compliance):
         return _whole(G)
 
     def _near(self, load):
-        near = tuple(factor.swept(load[part]) for factor, part in zip(self.factor, self.parts, strict=True))
-        return -sum(swept[part.stop - part.start:] for swept, part in zip(near, self.parts, strict=True)), near
+        near = tuple(
+            factor.swept(load[part]) for factor, part in zip(self.factor, self.parts, strict=True)
+        )
+        return -sum(
+            swept[part.stop - part.start :] for swept, part in zip(near, self.parts, strict=True)
+        ), near
 
     def _pushed(self, near, load, force):
         """What forces do along free motions, by inexact meshes, does not go into the pins."""
-        q = np.concatenate([factor.back(one, force) for factor, one in zip(self.factor, near, strict=True)])
+        q = np.concatenate(
+            [factor.back(one, force) for factor, one in zip(self.factor, near, strict=True)]
+        )
         return q - self.pinned @ (self.loose.idle.T @ (load - self.B.T @ force))
 
-    def displacement(self, loading: Loading, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
-                     ) -> tuple[np.ndarray, np.ndarray]:
+    def displacement(
+        self, loading: Loading, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """As of `Compliance`; what the pins make of free motions is left out."""
         q, elastic = super().displacement(loading, applied, force, amount)
         return q - self.loose.idle @ (self.loose.idle.T @ q), elastic
@@ -135,12 +168,15 @@ class SparseCompliance(Compliance):
 
 
 class SparseStuckBodies(StuckBodies):
-    """As `stuck_bodies.StuckBodies`, of a SparseBodies: the springs join the bodies to one sparse matrix."""
+    """As `stuck_bodies.StuckBodies`, of a SparseBodies: the springs join the bodies to one sparse
+    matrix."""
 
     def __init__(self, model: SparseBodies, B: sp.csr_matrix, k0: np.ndarray):
         self.B, self.k, A = B, k0, (model.K + B.T @ sp.diags(k0) @ B).tocsr()
         ends = np.cumsum([0, *(len(one.node) for one in model.bodies)])
-        node = np.concatenate([first + one.dof_node for first, one in zip(ends, model.bodies, strict=False)])
+        node = np.concatenate(
+            [first + one.dof_node for first, one in zip(ends, model.bodies, strict=False)]
+        )
         self.factor = CarryingFactor(A, B, elimination(A, node, model.position))
         self.G = _whole(self.factor.take_compliance())
 
@@ -170,13 +206,17 @@ def pinned(body: Body) -> sp.csr_matrix:
     return (body.K + sp.diags(springs)).tocsr()
 
 
-def elimination(K: sp.csr_matrix, node: np.ndarray, position: np.ndarray) -> list[tuple[np.ndarray, int]]:
-    """Dofs in the order of their elimination from K (d, d), as `modal.solvers.multifrontal` takes them; node (d,) index
-    of the node of each, position (d, 3) m."""
+def elimination(
+    K: sp.csr_matrix, node: np.ndarray, position: np.ndarray
+) -> list[tuple[np.ndarray, int]]:
+    """Dofs in the order of their elimination from K (d, d), as `modal.solvers.multifrontal` takes
+    them; node (d,) index of the node of each, position (d, 3) m."""
     _, first, node = np.unique(node, return_index=True, return_inverse=True)
     d, n = len(node), len(first)
     of_node = sp.csr_matrix((np.ones(d), (np.arange(d), node)), (d, n))
     pattern = sp.csr_matrix((np.ones(K.nnz), K.indices, K.indptr), K.shape)
     dofs = np.split(np.argsort(node, kind="stable"), np.cumsum(np.bincount(node))[:-1])
-    return [(np.concatenate([dofs[i] for i in nodes]), children)
-            for nodes, children in dissection((of_node.T @ pattern @ of_node).tocsr(), position[first])]
+    return [
+        (np.concatenate([dofs[i] for i in nodes]), children)
+        for nodes, children in dissection((of_node.T @ pattern @ of_node).tocsr(), position[first])
+    ]

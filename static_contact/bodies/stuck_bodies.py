@@ -12,7 +12,8 @@ from tipdamp.static_contact.normal.closed_factor import ClosedFactor
 
 
 class StuckBodies:
-    """The bodies K (r, r) with the springs k (3P,) N/m at all pairs, B (3P, r): A = K + B' k B, factored, and
+    """The bodies K (r, r) with the springs k (3P,) N/m at all pairs, B (3P, r): A = K + B' k B,
+    factored, and
     G = B A^-1 B' (3P, 3P).
 
     Raises LinAlgError or SingularStiffness where A is singular.
@@ -36,11 +37,15 @@ class StuckBodies:
         return self.G @ force
 
     def renew(self, tangent: np.ndarray) -> bool:
-        """Whether the springs k are others now, nearer to the tangents (P, 3, 3) of the pairs: never."""
+        """Whether the springs k are others now, nearer to the tangents (P, 3, 3) of the pairs:
+        never."""
         return False
 
-    def step(self, F: np.ndarray, E: np.ndarray, D: np.ndarray, opened: np.ndarray, enough: float) -> np.ndarray:
-        """-[E + G D]^-1 F to `enough` m, F (3P,); E, D (P, 3, 3) of the pairs, of which most are I, 0.
+    def step(
+        self, F: np.ndarray, E: np.ndarray, D: np.ndarray, opened: np.ndarray, enough: float
+    ) -> np.ndarray:
+        """-[E + G D]^-1 F to `enough` m, F (3P,); E, D (P, 3, 3) of the pairs, of which most are I,
+        0.
 
         opened (P,) bool - pairs with E = I, D = -k: they have a factor that is kept.
         """
@@ -53,10 +58,15 @@ class StuckBodies:
     def _step(self, F, E, D, moved, opened):
         """With the pairs `moved` (P,) in one system behind the open rows (3P,)."""
         rows = (3 * np.flatnonzero(moved)[:, None] + np.arange(3)).ravel()
-        V = self._opened.solve(opened, np.column_stack([F, self.G[:, rows]])) if opened.any() else np.zeros(
-            (len(F), 1 + len(rows)))
+        V = (
+            self._opened.solve(opened, np.column_stack([F, self.G[:, rows]]))
+            if opened.any()
+            else np.zeros((len(F), 1 + len(rows)))
+        )
         own = np.arange(len(rows)).reshape(-1, 3)
-        system = _times(self.G[np.ix_(rows, rows)] + self.G[np.ix_(rows, opened)] @ V[opened, 1:], D[moved])
+        system = _times(
+            self.G[np.ix_(rows, rows)] + self.G[np.ix_(rows, opened)] @ V[opened, 1:], D[moved]
+        )
         system[own[:, :, None], own[:, None]] += E[moved]
         right = -F[rows] - self.G[np.ix_(rows, opened)] @ V[opened, 0]
         try:
@@ -81,9 +91,11 @@ def _times(G, D):
     return np.einsum("npi,pij->npj", G.reshape(len(G), len(D), 3), D).reshape(G.shape)
 
 
-def stuck_springs(model: ReducedModel, pairs: ContactTable, B: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
-    """(3P,) N/m the springs of stuck pairs, t1, t2, n pair by pair, and (3P,) bool - rigid ones, for which the bodies'
-    own stiffness at the pair stands in, the same for both tangents."""
+def stuck_springs(
+    model: ReducedModel, pairs: ContactTable, B: sp.csr_matrix
+) -> tuple[np.ndarray, np.ndarray]:
+    """(3P,) N/m the springs of stuck pairs, t1, t2, n pair by pair, and (3P,) bool - rigid ones,
+    for which the bodies' own stiffness at the pair stands in, the same for both tangents."""
     given = np.column_stack([pairs.kt, pairs.kt, pairs.kn])
     carried = pairs.weight[:, None] > 0
     k = np.multiply(given, pairs.weight[:, None], out=np.zeros_like(given), where=carried).ravel()
@@ -92,15 +104,22 @@ def stuck_springs(model: ReducedModel, pairs: ContactTable, B: sp.csr_matrix) ->
     return k0.ravel(), np.isinf(k)
 
 
-def reference_stiffness(K: np.ndarray, B: np.ndarray | sp.spmatrix, spring: np.ndarray) -> np.ndarray:
-    """(P,) N/m: the pair's own spring, but no stiffer than the bodies at the pair, so that the sum stays well scaled.
+def reference_stiffness(
+    K: np.ndarray, B: np.ndarray | sp.spmatrix, spring: np.ndarray
+) -> np.ndarray:
+    """(P,) N/m: the pair's own spring, but no stiffer than the bodies at the pair, so that the sum
+    stays well scaled.
 
     K (r, r); B (P, r) one row for each pair; spring (P,) N/m, may be inf, 0 where nothing acts.
     """
     B = sp.csr_matrix(B)
     size = np.asarray(B.multiply(B).sum(axis=1)).ravel()
-    local = np.divide(np.asarray(B.multiply(B @ K).sum(axis=1)).ravel(), size**2, out=np.zeros(B.shape[0]),
-                      where=size > 0)
+    local = np.divide(
+        np.asarray(B.multiply(B @ K).sum(axis=1)).ravel(),
+        size**2,
+        out=np.zeros(B.shape[0]),
+        where=size > 0,
+    )
     local = np.where(local > 0, local, local.max(initial=0.0))
     finite = spring[np.isfinite(spring)]
     return np.minimum(spring, np.where(local > 0, local, finite.max(initial=1.0)))

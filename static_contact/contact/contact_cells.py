@@ -1,8 +1,9 @@
 """Cells of a contact side, and the order in which they leave the contact as its kept part shrinks.
 
-A cell is a contact point with its own area, or all points in an interval along the axis and one across it. The closed
-part of a side shrinks from its edge inwards: of the cells there the one of the least pressure goes first, and what lay
-behind it is at the edge then. So it shrinks where the preload fades, and has no holes.
+A cell is a contact point with its own area, or all points in an interval along the axis and one
+across it. The closed part of a side shrinks from its edge inwards: of the cells there the one of
+the least pressure goes first, and what lay behind it is at the edge then. So it shrinks where the
+preload fades, and has no holes.
 """
 
 import heapq
@@ -25,12 +26,16 @@ Order = Literal["from_edge", "least_loaded", "from_middle"]
 class CellSettings:
     """Of cells and their neighbours."""
 
-    reach: float = 3.0          # of the usual distance of neighbours: longer edges of a triangle bridge a hole
-    straight: float = 0.1       # of its length: a triangle at the rim that is lower spans points of one row
-    alike: float = 1e-2         # of the largest pressure: nearer ones are noise of a mesh, and the outer one goes first
-    round: float = 1e-3         # sine: four places that near to one circle have two diagonals, of which none counts
-    same: float = 1e-9          # share: nearer ones are the same to rounding
-    flat: float = 1e-6          # width over length below which the points lie on one line
+    # of the usual distance of neighbours: longer edges of a triangle bridge a hole
+    reach: float = 3.0
+    # of its length: a triangle at the rim that is lower spans points of one row
+    straight: float = 0.1
+    # of the largest pressure: nearer ones are noise of a mesh, and the outer one goes first
+    alike: float = 1e-2
+    # sine: four places that near to one circle have two diagonals, of which none counts
+    round: float = 1e-3
+    same: float = 1e-9  # share: nearer ones are the same to rounding
+    flat: float = 1e-6  # width over length below which the points lie on one line
 
 
 SETTINGS = CellSettings()
@@ -38,8 +43,9 @@ SETTINGS = CellSettings()
 
 @dataclass(frozen=True)
 class Fade:
-    """Of each contact (P,): the share of the closed area of its side that is kept when it begins to leave, and when it
-    is gone. Contacts of a cell have these in common; those open at rest leave at once."""
+    """Of each contact (P,): the share of the closed area of its side that is kept when it begins to
+    leave, and when it is gone. Contacts of a cell have these in common; those open at rest leave at
+    once."""
 
     begins: np.ndarray
     gone: np.ndarray
@@ -47,8 +53,11 @@ class Fade:
     def factors(self, share: float) -> np.ndarray:
         """(P,) 0..1: what is left of each contact where that share of the closed area is kept."""
         width = self.begins - self.gone
-        return np.where(width > 0, np.clip((share - self.gone) / np.where(width > 0, width, 1.0), 0, 1),
-                        share >= self.begins - SETTINGS.same)
+        return np.where(
+            width > 0,
+            np.clip((share - self.gone) / np.where(width > 0, width, 1.0), 0, 1),
+            share >= self.begins - SETTINGS.same,
+        )
 
     @property
     def shares(self) -> np.ndarray:
@@ -60,13 +69,23 @@ class Fade:
         return Fade(self.begins, self.begins)
 
 
-def fade_of(pairs: ContactTable, area: np.ndarray, load: np.ndarray, axis: ArrayLike, order: Order = "from_edge",
-            size: float | None = None, mirrors: Sequence[Mirror] = (), settings: CellSettings = SETTINGS) -> Fade:
-    """How the contacts of a table leave as its closed part shrinks, on every side in the same proportion.
+def fade_of(
+    pairs: ContactTable,
+    area: np.ndarray,
+    load: np.ndarray,
+    axis: ArrayLike,
+    order: Order = "from_edge",
+    size: float | None = None,
+    mirrors: Sequence[Mirror] = (),
+    settings: CellSettings = SETTINGS,
+) -> Fade:
+    """How the contacts of a table leave as its closed part shrinks, on every side in the same
+    proportion.
 
-    area : (P,) m2, or m where a side is a line; load : (P,) N, static, closed where positive; size : m of cells, None:
-    every contact for itself; order : "from_edge", "least_loaded" by the pressure wherever it is, "from_middle" of the
-    axis outwards; mirrors - what is mirrored leaves together
+    area : (P,) m2, or m where a side is a line; load : (P,) N, static, closed where positive; size
+    : m of cells, None: every contact for itself; order : "from_edge", "least_loaded" by the
+    pressure wherever it is, "from_middle" of the axis outwards; mirrors - what is mirrored leaves
+    together
     """
     begins, gone = np.ones(len(pairs)), np.ones(len(pairs))
     along = pairs.position @ (np.asarray(axis, dtype=float) / np.linalg.norm(axis))
@@ -86,8 +105,11 @@ def fade_of(pairs: ContactTable, area: np.ndarray, load: np.ndarray, axis: Array
             leaves = in_order(away)
         else:
             rank = np.round(pressure / pressure.max() / settings.alike + settings.same)
-            leaves = (np.argsort(rank, kind="stable") if order == "least_loaded" else
-                      peeled(rank, *_all_surroundings(pairs.select(mine), cell, settings)))
+            leaves = (
+                np.argsort(rank, kind="stable")
+                if order == "least_loaded"
+                else peeled(rank, *_all_surroundings(pairs.select(mine), cell, settings))
+            )
         left = 1 - np.r_[0.0, np.cumsum(own[leaves])] / own.sum()
         place = np.argsort(leaves)
         begins[mine], gone[mine] = left[place][cell], np.maximum(left[place + 1][cell], 0.0)
@@ -134,8 +156,8 @@ def plane_of(pairs: ContactTable) -> np.ndarray:
 
 
 def cells_in(plane: np.ndarray, size: float | None) -> np.ndarray:
-    """(p,) number of the cell of each place (p, 2); squares of about that size in m that fill the side, or each place
-    its own."""
+    """(p,) number of the cell of each place (p, 2); squares of about that size in m that fill the
+    side, or each place its own."""
     if size is None:
         return np.arange(len(plane))
     low, extent = plane.min(axis=0), np.ptp(plane, axis=0)
@@ -145,12 +167,18 @@ def cells_in(plane: np.ndarray, size: float | None) -> np.ndarray:
     return np.unique(square, axis=0, return_inverse=True)[1].ravel()
 
 
-def surroundings(plane: np.ndarray, cell: np.ndarray, settings: CellSettings) -> tuple[np.ndarray, list[set[int]]]:
-    """(cells (c,) bool at the rim of the side, neighbours of each cell); all are at the rim where the places (p, 2) lie
-    on a line."""
+def surroundings(
+    plane: np.ndarray, cell: np.ndarray, settings: CellSettings
+) -> tuple[np.ndarray, list[set[int]]]:
+    """(cells (c,) bool at the rim of the side, neighbours of each cell); all are at the rim where
+    the places (p, 2) lie on a line."""
     count = int(cell.max()) + 1
     rim, beside = np.ones(count, dtype=bool), [set[int]() for _ in range(count)]
-    spread = np.linalg.svd(plane - plane.mean(axis=0), compute_uv=False) if len(plane) > 3 else np.zeros(2)
+    spread = (
+        np.linalg.svd(plane - plane.mean(axis=0), compute_uv=False)
+        if len(plane) > 3
+        else np.zeros(2)
+    )
     if spread[-1] <= settings.flat * spread[0]:
         return rim, beside
     lines, outer = _rim_of(plane, Delaunay(plane).simplices, settings)
@@ -164,36 +192,46 @@ def surroundings(plane: np.ndarray, cell: np.ndarray, settings: CellSettings) ->
 
 
 def _rim_of(plane, corner, settings):
-    """(lines (l, 2), those of them at the rim (m, 2)) of triangles (t, 3), without those at the rim that span a bay or
-    a row of points which is not quite straight."""
+    """(lines (l, 2), those of them at the rim (m, 2)) of triangles (t, 3), without those at the rim
+    that span a bay or a row of points which is not quite straight."""
     length = np.linalg.norm(plane[corner] - plane[np.roll(corner, -1, axis=1)], axis=2)
     usual = np.median(length)
     while True:
         lines = np.sort(np.stack([corner, np.roll(corner, -1, axis=1)], axis=2), axis=2)
-        found, place, times = np.unique(lines.reshape(-1, 2), axis=0, return_inverse=True, return_counts=True)
+        found, place, times = np.unique(
+            lines.reshape(-1, 2), axis=0, return_inverse=True, return_counts=True
+        )
         outer = (times == 1)[place.ravel()].reshape(-1, 3)
         a, b = (plane[corner[:, k]] - plane[corner[:, 0]] for k in (1, 2))
         height = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])[:, None] / length
-        bad = (outer & ((length > settings.reach * usual) | (height < settings.straight * length))).any(axis=1)
+        bad = (
+            outer & ((length > settings.reach * usual) | (height < settings.straight * length))
+        ).any(axis=1)
         if not bad.any() or bad.all():
-            return found[~_either_way(plane, corner, place.reshape(-1, 3), settings)], found[times == 1]
+            return found[~_either_way(plane, corner, place.reshape(-1, 3), settings)], found[
+                times == 1
+            ]
         corner, length = corner[~bad], length[~bad]
 
 
 def _either_way(plane, corner, line, settings):
-    """(l,) bool: lines between two triangles (t, 3) that could as well be cut along the other diagonal, as rectangles
-    can; line (t, 3) - number of the line from each corner to the next."""
+    """(l,) bool: lines between two triangles (t, 3) that could as well be cut along the other
+    diagonal, as rectangles can; line (t, 3) - number of the line from each corner to the next."""
     start, end, apex = (plane[np.roll(corner, -k, axis=1)] for k in range(3))
     a, b = start - apex, end - apex
-    turn = (np.einsum("tki,tki->tk", a, b) + 1j * np.abs(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]))
+    turn = np.einsum("tki,tki->tk", a, b) + 1j * np.abs(
+        a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    )
     both, times = np.ones(line.max() + 1, dtype=complex), np.bincount(line.ravel())
     np.multiply.at(both, line, turn / np.abs(turn))
-    return (times == 2) & (np.abs(both.imag) < settings.round)        # opposite angles of a circle add up to pi
+    # opposite angles of a circle add up to pi
+    return (times == 2) & (np.abs(both.imag) < settings.round)
 
 
 def peeled(rank: np.ndarray, rim: np.ndarray, beside: list[set[int]]) -> np.ndarray:
-    """(c,) cells in the order in which they leave: of those at the edge the one of the smallest rank (c,), of equal
-    ones the one that is there for longest; what lay behind it is at the edge then. -inf: open, there from the start."""
+    """(c,) cells in the order in which they leave: of those at the edge the one of the smallest
+    rank (c,), of equal ones the one that is there for longest; what lay behind it is at the edge
+    then. -inf: open, there from the start."""
     seen, leaves = rim | np.isneginf(rank), list[int]()
     edge = [(rank[c], k, c) for k, c in enumerate(map(int, np.flatnonzero(seen)))]
     heapq.heapify(edge)

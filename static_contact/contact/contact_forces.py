@@ -1,4 +1,5 @@
-"""What the frictionless static contact gives: forces of the pairs, and with them the displacement of the bodies."""
+"""What the frictionless static contact gives: forces of the pairs, and with them the displacement
+of the bodies."""
 
 from dataclasses import dataclass
 
@@ -11,8 +12,8 @@ from tipdamp.hbm.contact import ContactTable
 class LoadedMotion:
     """A rigid motion of the bodies that no contact normal resists, and how the load acts along it.
 
-    name - for example 'roll about the damper axis'; unit - 'N' or 'N m'; load - of the applied loads along it.
-    """
+    name - for example 'roll about the damper axis'; unit - 'N' or 'N m'; load - of the applied
+    loads along it."""
 
     name: str
     unit: str
@@ -21,14 +22,16 @@ class LoadedMotion:
 
 @dataclass(frozen=True)
 class StaticForces:
-    """pairs - the table with its preload: the contact force of closed pairs, -kn times the opening of open ones (0
-    where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far a pair stands open, 0 where closed
-    motions - free ones and the load along each; held : {name: N or N m} - force on what holds a motion
-    reactions : {name: N or N m} - of loads and contact forces along free motions, taken up in the reference
-    state; empty where that is no more than 1e-10 of it
-    balance - |sum of contact forces, loads and constraint reactions| / |sum of loads| on the floating dampers, None
-    where none floats
-    iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a singular set
+    """pairs - the table with its preload: the contact force of closed pairs, -kn times the opening
+    of open ones (0 where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far
+    a pair stands open, 0 where closed motions - free ones and the load along each; held : {name: N
+    or N m} - force on what holds a motion reactions : {name: N or N m} - of loads and contact
+    forces along free motions, taken up in the reference state; empty where that is no more than
+    1e-10 of it
+    balance - |sum of contact forces, loads and constraint reactions| / |sum of loads| on the
+    floating dampers, None where none floats
+    iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a
+    singular set
     or sets that cycled, 'unloaded' where no load acts and the bodies fit without any force
     """
 

@@ -1,4 +1,5 @@
-"""Frictionless balance of the free damper: the normal force on each side.     [Zucca 2016, sec. 7.1, figure 6]"""
+"""Frictionless balance of the free damper: the normal force on each side.     [Zucca 2016, sec.
+7.1, figure 6]"""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -9,7 +10,8 @@ from tipdamp.static_contact.bodies.rigid_motions import SETTINGS, RigidMotionSet
 
 
 def side_normals(pairs: ContactTable) -> dict[str, np.ndarray]:
-    """Mean unit normal of each side of the damper, (3,), from the damper into the blade or the ground."""
+    """Mean unit normal of each side of the damper, (3,), from the damper into the blade or the
+    ground."""
     normals, pairs = {}, pairs.select(pairs.damper_body != GROUND)
     for side in pairs.sides:
         mean = pairs.normal[pairs.side == side].mean(axis=0)
@@ -18,34 +20,48 @@ def side_normals(pairs: ContactTable) -> dict[str, np.ndarray]:
 
 
 def beside(held: ArrayLike, forces: np.ndarray) -> np.ndarray:
-    """The part of forces (3,) or (3, n) across the directions `held` (m, 3) along which the damper is held."""
+    """The part of forces (3,) or (3, n) across the directions `held` (m, 3) along which the damper
+    is held."""
     ways = np.reshape(held, (-1, 3)).astype(float)
     return forces - np.linalg.pinv(ways) @ (ways @ forces) if len(ways) else forces
 
 
-def side_forces(normals: dict[str, np.ndarray], pull: ArrayLike, settings: RigidMotionSettings = SETTINGS,
-                held: ArrayLike = ()) -> dict[str, float]:
+def side_forces(
+    normals: dict[str, np.ndarray],
+    pull: ArrayLike,
+    settings: RigidMotionSettings = SETTINGS,
+    held: ArrayLike = (),
+) -> dict[str, float]:
     """Force N on each side from sum_s N_s n_s = pull, with the pull (3,) N on the damper.
 
-    Sides that share their force with others, as two lands with one normal do, are left out: there elasticity decides.
-    The blade pushes the damper by -N n, and what holds the damper along the directions `held` (m, 3) takes the load
-    there. Raises InputError when the sides leave more than 1e-3 of the pull, or one would have to pull the damper.
-    """
+    Sides that share their force with others, as two lands with one normal do, are left out: there
+    elasticity decides. The blade pushes the damper by -N n, and what holds the damper along the
+    directions `held` (m, 3) takes the load there. Raises InputError when the sides leave more than
+    1e-3 of the pull, or one would have to pull the damper."""
     pull = beside(held, np.asarray(pull, dtype=float))
     A = beside(held, np.column_stack(list(normals.values())))
     force, *_ = np.linalg.lstsq(A, pull, rcond=None)
     left = pull - A @ force
     size = np.linalg.norm(pull)
     _, amount, way = np.linalg.svd(A)
-    shared = way[(amount > settings.parallel).sum():]         # of forces: what changes nothing on the damper
+    # of forces: what changes nothing on the damper
+    shared = way[(amount > settings.parallel).sum() :]
     alone = np.abs(shared).max(axis=0, initial=0.0) < settings.parallel
     if np.linalg.norm(left) > settings.taken_up * size:
-        along = (np.round(left / np.linalg.norm(left), 3) + 0.0).tolist()          # no -0.0
-        raise InputError(f"sides {', '.join(normals)} cannot balance the pull {pull.tolist()} N without friction: a "
-                         f"residual of {np.linalg.norm(left):.3g} N along {along} remains; take it off, or "
-                         "hold the damper there (hold, in [damper] or [model] of a study)")
+        along = (np.round(left / np.linalg.norm(left), 3) + 0.0).tolist()  # no -0.0
+        raise InputError(
+            f"sides {', '.join(normals)} cannot balance the pull {pull.tolist()} N without "
+            f"friction: a residual of {np.linalg.norm(left):.3g} N along {along} remains; take it "
+            "off, or hold the damper there (hold, in [damper] or [model] of a study)"
+        )
     for name, value, known in zip(normals, force, alone, strict=True):
         if known and value < -settings.rounding * size:
-            raise InputError(f"side '{name}' would have to pull the damper ({value:.3g} N): check the pull direction "
-                             "and the normals")
-    return {name: value for name, value, known in zip(normals, force.tolist(), alone, strict=True) if known}
+            raise InputError(
+                f"side '{name}' would have to pull the damper ({value:.3g} N): check the pull "
+                "direction and the normals"
+            )
+    return {
+        name: value
+        for name, value, known in zip(normals, force.tolist(), alone, strict=True)
+        if known
+    }

@@ -1,13 +1,16 @@
-"""Static contact with Coulomb friction along a history of loads: preload depends on how the load was reached.
+"""Static contact with Coulomb friction along a history of loads: preload depends on how the load
+was reached.
 
     K q + B' f = F,    N = max(0, kn (u_n - g0)),    T = kt (u_t - w)  with  |T| <= mu N
 
-Where the limit is reached the slider w follows. kn = inf (hard contact) and kt = inf (no creep before slip) may be:
-0 <= N complementary to g0 - u_n >= 0, and u_t = w until |T| = mu N. The bodies are condensed on the pairs: with springs
-k0 at all of them (their own, or the bodies' own stiffness for rigid ones) u = u0 - G (f - k0 u), G = B A^-1 B',
-A = K + B' k0 B. The unknown is z = u + f/k0 where a spring is rigid (the force is a plain function of it, that of the
-spring k0: the resolvent of the unilateral law) and z = u elsewhere, so that Newton's matrix differs from the identity
-only where a pair is rigid, slips or is open. Each increment of the load is solved by return mapping from the sliders of
+Where the limit is reached the slider w follows. kn = inf (hard contact) and kt = inf (no creep
+before slip) may be: 0 <= N complementary to g0 - u_n >= 0, and u_t = w until |T| = mu N. The bodies
+are condensed on the pairs: with springs k0 at all of them (their own, or the bodies' own stiffness
+for rigid ones) u = u0 - G (f - k0 u), G = B A^-1 B', A = K + B' k0 B. The unknown is z = u + f/k0
+where a spring is rigid (the force is a plain function of it, that of the spring k0: the resolvent
+of the unilateral law) and z = u elsewhere, so that Newton's matrix differs from the identity only
+where a pair is rigid, slips or is open. Each increment of the load is solved by return mapping from
+the sliders of
 the last.
 """
 
@@ -35,11 +38,12 @@ class FrictionSettings:
     """Of the increments of a history and of Newton's method in each of them."""
 
     iterations: int = 40
-    tolerance: float = 1e-11    # of the relative motion
-    residual: float = 1e-8      # of the largest load of the history, in the equilibrium of a state that converged
-    far: float = 1e6            # a step that many times the motion has met a singular matrix
-    dashpot_steps: int = 60     # in which the dashpots of an increment fade
-    halvings: int = 4           # of an increment that does not converge
+    tolerance: float = 1e-11  # of the relative motion
+    # of the largest load of the history, in the equilibrium of a state that converged
+    residual: float = 1e-8
+    far: float = 1e6  # a step that many times the motion has met a singular matrix
+    dashpot_steps: int = 60  # in which the dashpots of an increment fade
+    halvings: int = 4  # of an increment that does not converge
 
 
 SETTINGS = FrictionSettings()
@@ -58,13 +62,14 @@ class _Outcome(NamedTuple):
 class FrictionState:
     """One equilibrium of the history.
 
-    pairs - with the preload (negative = open; where kn = inf the contact force, 0 = open); opening : (P,) m - how far
-    a pair stands open, 0 where closed; tangential : (P, 2) N along t1, t2; slider : (P, 2) m, w in
-    T = kt (u_t - w) (where kt = inf the motion itself): the `start` of a response with origin 'unloaded' under the same
-    static load
-    slips : (P,) bool - at the limit; displacement : (r,) m; load : (r,) N; time - loads passed so far (1.5: half way
-    from the first to the second); residual - |K q + B' f - F| / largest |F| of the history; iterations; converged
-    """
+    pairs - with the preload (negative = open; where kn = inf the contact force, 0 = open); opening
+    : (P,) m - how far a pair stands open, 0 where closed; tangential : (P, 2) N along t1, t2;
+    slider : (P, 2) m, w in
+    T = kt (u_t - w) (where kt = inf the motion itself): the `start` of a response with origin
+    'unloaded' under the same static load
+    slips : (P,) bool - at the limit; displacement : (r,) m; load : (r,) N; time - loads passed so
+    far (1.5: half way from the first to the second); residual - |K q + B' f - F| / largest |F| of
+    the history; iterations; converged"""
 
     pairs: ContactTable
     opening: np.ndarray
@@ -79,9 +84,11 @@ class FrictionState:
     converged: bool
 
     def __repr__(self) -> str:
-        return (f"<FrictionState: time {self.time:g}, {len(self.pairs)} pairs, {int(self.slips.sum())} slip, "
-                f"{int((self.force <= 0).sum())} open; residual {self.residual:.1e}, "
-                f"{'converged' if self.converged else 'not converged'}>")
+        return (
+            f"<FrictionState: time {self.time:g}, {len(self.pairs)} pairs, "
+            f"{int(self.slips.sum())} slip, {int((self.force <= 0).sum())} open; residual "
+            f"{self.residual:.1e}, {'converged' if self.converged else 'not converged'}>"
+        )
 
     @property
     def force(self) -> np.ndarray:
@@ -92,14 +99,22 @@ class FrictionState:
 class FrictionalContact:
     """One model and its pairs, factored once.
 
-    coupled=False: each tangent has its own limit mu N, as the law DryFriction2T has; True: the resultant of both has.
-    Raises InputError when even stuck pairs leave a motion free.
+    coupled=False: each tangent has its own limit mu N, as the law DryFriction2T has; True: the
+    resultant of both has. Raises InputError when even stuck pairs leave a motion free.
     """
 
-    def __init__(self, model: ReducedModel | Any, pairs: ContactTable, *, coupled: bool = False,
-                 settings: FrictionSettings = SETTINGS, stuck: Callable[..., StuckBodies] = StuckBodies):
-        """stuck : how the bodies are factored, `sparse_bodies.SparseStuckBodies` for a `sparse_bodies.SparseBodies`,
-        `iterative_bodies.IterativeStuckBodies` for one with thousands of pairs; `stuck_bodies` chooses."""
+    def __init__(
+        self,
+        model: ReducedModel | Any,
+        pairs: ContactTable,
+        *,
+        coupled: bool = False,
+        settings: FrictionSettings = SETTINGS,
+        stuck: Callable[..., StuckBodies] = StuckBodies,
+    ):
+        """stuck : how the bodies are factored, `sparse_bodies.SparseStuckBodies` for a
+        `sparse_bodies.SparseBodies`, `iterative_bodies.IterativeStuckBodies` for one with thousands
+        of pairs; `stuck_bodies` chooses."""
         check_pairs(pairs)
         self.model, self.pairs, self.coupled, self.settings = model, pairs, coupled, settings
         self.B = relative_motion(model, pairs)
@@ -108,26 +123,38 @@ class FrictionalContact:
         self.law = CoulombSprings(self.kn, self.kt, pairs.mu, coupled)
         self.slack = np.divide(1.0, self.k0, out=np.zeros(len(self.k0)), where=self.rigid)
         rigid = rigid_motions(model)
-        names = free_motions(model, rigid, loose(model, rigid), self.B, np.flatnonzero(self.k0 > 0)).names
+        names = free_motions(
+            model, rigid, loose(model, rigid), self.B, np.flatnonzero(self.k0 > 0)
+        ).names
         if names:
-            raise InputError(f"{', '.join(n for n, _ in names)}: not even stuck pairs resist this; hold it (hold, in "
-                             "[damper] or [model] of a study)")
+            raise InputError(
+                f"{', '.join(n for n, _ in names)}: not even stuck pairs resist this; hold it "
+                "(hold, in [damper] or [model] of a study)"
+            )
         try:
             self.bodies = stuck(model, self.B, self.k0)
         except (np.linalg.LinAlgError, SingularStiffness):
-            raise InputError("a motion meets no stiffness, or too little beside that of the bodies for double "
-                             "precision: the stiffness of the model with all pairs stuck is singular") from None
+            raise InputError(
+                "a motion meets no stiffness, or too little beside that of the bodies for double "
+                "precision: the stiffness of the model with all pairs stuck is singular"
+            ) from None
 
-    def solve(self, loads: ArrayLike, *, steps: int = 20, gap: np.ndarray | None = None) -> tuple[FrictionState, ...]:
-        """The states along the history that goes straight from no load to each of `loads` (n, r) N in turn.
+    def solve(
+        self, loads: ArrayLike, *, steps: int = 20, gap: np.ndarray | None = None
+    ) -> tuple[FrictionState, ...]:
+        """The states along the history that goes straight from no load to each of `loads` (n, r) N
+        in turn.
 
-        steps : increments for each of them. An increment that does not converge is halved; where that does not help
-        the history ends with a state that says so (converged=False): a load beyond what friction holds, or one that
-        lifts the damper off, has no equilibrium.
+        steps : increments for each of them. An increment that does not converge is halved; where
+        that does not help the history ends with a state that says so (converged=False): a load
+        beyond what friction holds, or one that lifts the damper off, has no equilibrium.
         """
         if isinstance(steps, bool) or not isinstance(steps, Integral) or steps < 1:
             raise InputError(f"steps = {steps!r}: must be a whole number, 1 or more")
-        loads = [finite_values("load", load, self.model.size, "dofs of the model") for load in np.atleast_2d(loads)]
+        loads = [
+            finite_values("load", load, self.model.size, "dofs of the model")
+            for load in np.atleast_2d(loads)
+        ]
         loads = np.vstack([np.zeros(self.model.size), *loads])
         gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
         scale = np.linalg.norm(loads, axis=1).max()
@@ -143,18 +170,23 @@ class FrictionalContact:
                     size /= 2
                     continue
                 z = z if found is None else found
-                states.append(self._state(z, w, gap, load, _Outcome(now, scale, iterations, found is not None)))
+                states.append(
+                    self._state(
+                        z, w, gap, load, _Outcome(now, scale, iterations, found is not None)
+                    )
+                )
                 if not states[-1].converged:
                     return tuple(states)
                 w, time = states[-1].slider, now
         return tuple(states)
 
     def _increment(self, load, before, z, w, gap):
-        """Motion (3P,) under `load`, from z under the load `before`; None without one; and the Newton steps.
+        """Motion (3P,) under `load`, from z under the load `before`; None without one; and the
+        Newton steps.
 
-        Where Newton does not converge, dashpots with a part of the stuck springs take the pairs from z to the
-        equilibrium in some steps: the part falls as long as these converge, and at last Newton must do without.
-        """
+        Where Newton does not converge, dashpots with a part of the stuck springs take the pairs
+        from z to the equilibrium in some steps: the part falls as long as these converge, and at
+        last Newton must do without."""
         found, total = self._equilibrium(load, z + self.bodies.felt(load - before), w, gap)
         damped, at = 1.0, z
         for _ in range(self.settings.dashpot_steps):
@@ -170,15 +202,17 @@ class FrictionalContact:
         return found, total
 
     def _equilibrium(self, load, z, w, gap, damped=0.0):
-        """Newton for u - u0 + G (f - k u + damped k0 (u - start)) = 0, and its steps; None where it fails."""
+        """Newton for u - u0 + G (f - k u + damped k0 (u - start)) = 0, and its steps; None where it
+        fails."""
         start = z - self.slack * self.law.forces(z, w, gap)[0]
         u0 = self.bodies.felt(load)
 
         def residual(z):
             f, tangent, _ = self.law.forces(z, w, gap)
             u = z - self.slack * f
-            return u - u0 + self.bodies.push(f - (self.bodies.k - damped * self.k0) * u
-                                             - damped * self.k0 * start), tangent
+            return u - u0 + self.bodies.push(
+                f - (self.bodies.k - damped * self.k0) * u - damped * self.k0 * start
+            ), tangent
 
         size = np.linalg.norm(u0) + np.linalg.norm(z)
         F, tangent = residual(z)
@@ -189,7 +223,8 @@ class FrictionalContact:
             dz = self._newton(F, tangent, self.bodies.k - damped * self.k0, damped, 0.1 * enough)
             if not np.linalg.norm(dz) <= self.settings.far * size:
                 break
-            for part in (1.0, 0.5, 0.25, 0.125, 1.0):       # where none of these helps the full step is taken
+            # where none of these helps the full step is taken
+            for part in (1.0, 0.5, 0.25, 0.125, 1.0):
                 G, tangent = residual(z + part * dz)
                 if np.linalg.norm(G) < norm:
                     break
@@ -202,8 +237,13 @@ class FrictionalContact:
     def _newton(self, F, tangent, k, damped, enough):
         """The step from F to `enough` m: E = du/dz = I - f'/k0 where rigid, D = f' - k E."""
         E = np.eye(3) - self.slack.reshape(-1, 3, 1) * tangent
-        return self.bodies.step(F, E, tangent - k.reshape(-1, 3, 1) * E,
-                                ~tangent.any(axis=(1, 2)) & (damped == 0.0), enough)
+        return self.bodies.step(
+            F,
+            E,
+            tangent - k.reshape(-1, 3, 1) * E,
+            ~tangent.any(axis=(1, 2)) & (damped == 0.0),
+            enough,
+        )
 
     def _state(self, z, w, gap, load, outcome):
         f, _, slips = self.law.forces(z, w, gap)
@@ -212,16 +252,28 @@ class FrictionalContact:
         left = np.linalg.norm(self.model.K @ q + self.B.T @ f - load)
         residual = float(left / outcome.scale) if outcome.scale > 0 else float(left)
         f, motion, z = f.reshape(-1, 3), u.reshape(-1, 3), z.reshape(-1, 3)
-        reach = np.divide(f[:, :2], self.kt[:, None], out=np.zeros((len(f), 2)), where=self.kt[:, None] > 0)
+        reach = np.divide(
+            f[:, :2], self.kt[:, None], out=np.zeros((len(f), 2)), where=self.kt[:, None] > 0
+        )
         slider = np.where(slips[:, None], z[:, :2] - reach, w)
-        if not self.coupled:      # a tangent that does not slip keeps its slider to the last digit
+        if not self.coupled:  # a tangent that does not slip keeps its slider to the last digit
             still = np.abs(self.kt[:, None] * (z[:, :2] - w)) <= (self.pairs.mu * f[:, 2])[:, None]
             slider = np.where(still, w, slider)
         open_by = gap - motion[:, 2]
         preload = np.where(self.rigid[2::3] | (f[:, 2] > 0), f[:, 2], -self.kn * open_by)
-        return FrictionState(self.pairs.replace(preload=preload, gap=gap), np.where(f[:, 2] > 0, 0.0, open_by),
-                             f[:, :2].copy(), slider, slips & (f[:, 2] > 0), q, load, float(outcome.time), residual,
-                             outcome.iterations, outcome.converged and residual <= self.settings.residual)
+        return FrictionState(
+            self.pairs.replace(preload=preload, gap=gap),
+            np.where(f[:, 2] > 0, 0.0, open_by),
+            f[:, :2].copy(),
+            slider,
+            slips & (f[:, 2] > 0),
+            q,
+            load,
+            float(outcome.time),
+            residual,
+            outcome.iterations,
+            outcome.converged and residual <= self.settings.residual,
+        )
 
 
 def _at(loads, time):

@@ -1,8 +1,9 @@
-"""Mirror planes of a contact: where its places and its preload map are symmetric within the noise of the meshes.
+"""Mirror planes of a contact: where its places and its preload map are symmetric within the noise
+of the meshes.
 
-What is kept of a symmetric contact must be symmetric, too: else the kept part carries a moment that the damper does
-not have. A mesh generator breaks the symmetry by percents; here its noise is measured, and mirrored parts are found.
-"""
+What is kept of a symmetric contact must be symmetric, too: else the kept part carries a moment that
+the damper does not have. A mesh generator breaks the symmetry by percents; here its noise is
+measured, and mirrored parts are found."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -20,10 +21,14 @@ from tipdamp.hbm.contact import ContactTable
 class MirrorSettings:
     """When a contact counts as symmetric."""
 
-    map: float = 0.05       # of the forces: meshes of one body differ by 1 to 2 %, a pull 1 % off the middle by 6
-    around: int = 6         # neighbours: those of a point in all directions, of cells three times as long as wide
-    reach: float = 1.0      # of the distance of the last of them: a point whose image lies further off has no partner
-    alike: float = 0.25     # of the distance of the first: nearer to its partner a point is its mirror image
+    # of the forces: meshes of one body differ by 1 to 2 %, a pull 1 % off the middle by 6
+    map: float = 0.05
+    # neighbours: those of a point in all directions, of cells three times as long as wide
+    around: int = 6
+    # of the distance of the last of them: a point whose image lies further off has no partner
+    reach: float = 1.0
+    # of the distance of the first: nearer to its partner a point is its mirror image
+    alike: float = 0.25
 
 
 SETTINGS = MirrorSettings()
@@ -32,8 +37,9 @@ SETTINGS = MirrorSettings()
 @dataclass(frozen=True)
 class Mirror:
     """normal : (3,) unit, offset : m - of the plane normal . x = offset
-    image : (P, 3) m of the contacts; onto {side: side}; noise - of the map, sum of the differences over the sum of the
-    forces; pairwise - whether each contact is the image of one other, or of itself."""
+    image : (P, 3) m of the contacts; onto {side: side}; noise - of the map, sum of the differences
+    over the sum of the forces; pairwise - whether each contact is the image of one other, or of
+    itself."""
 
     normal: np.ndarray
     offset: float
@@ -43,19 +49,32 @@ class Mirror:
     pairwise: bool
 
 
-def mirrors_of(pairs: ContactTable, area: np.ndarray, load: np.ndarray, axis: ArrayLike, pull: ArrayLike,
-               settings: MirrorSettings = SETTINGS) -> list[Mirror]:
-    """The planes about which the closed contact is symmetric: across the axis, and along the axis and the pull.
+def mirrors_of(
+    pairs: ContactTable,
+    area: np.ndarray,
+    load: np.ndarray,
+    axis: ArrayLike,
+    pull: ArrayLike,
+    settings: MirrorSettings = SETTINGS,
+) -> list[Mirror]:
+    """The planes about which the closed contact is symmetric: across the axis, and along the axis
+    and the pull.
 
-    area : (P,) m2, or m of a line; load : (P,) N, static, closed where positive; axis, pull (3,). The second plane
-    exchanges the sides; it counts only where the contacts of both are images of each other one by one.
+    area : (P,) m2, or m of a line; load : (P,) N, static, closed where positive; axis, pull (3,).
+    The second plane exchanges the sides; it counts only where the contacts of both are images of
+    each other one by one.
     """
     along = np.asarray(axis, dtype=float)
-    across, rows = np.cross(along, np.asarray(pull, dtype=float)), np.flatnonzero(pairs.carrying & (area > 0))
+    across = np.cross(along, np.asarray(pull, dtype=float))
+    rows = np.flatnonzero(pairs.carrying & (area > 0))
     found = []
     for normal in (along, across):
         size = np.linalg.norm(normal)
-        if size > 0 and len(rows) and (one := _mirror(pairs, rows, (area, load), normal / size, settings)):
+        if (
+            size > 0
+            and len(rows)
+            and (one := _mirror(pairs, rows, (area, load), normal / size, settings))
+        ):
             if normal is along or one.pairwise:
                 found.append(one)
     return found
@@ -67,21 +86,32 @@ def _mirror(pairs, rows, fields, normal, settings):
     offset = float(area[rows] @ (pairs.position[rows] @ normal) / area[rows].sum())
     image = pairs.position - 2 * np.outer(pairs.position @ normal - offset, normal)
     onto, noise, pairwise = {}, 0.0, True
-    of_side = {side: rows[pairs.side[rows] == side] for side in pairs.sides if (pairs.side[rows] == side).any()}
+    of_side = {
+        side: rows[pairs.side[rows] == side]
+        for side in pairs.sides
+        if (pairs.side[rows] == side).any()
+    }
     facing = {side: pairs.normal[mine].mean(axis=0) for side, mine in of_side.items()}
     for side, mine in of_side.items():
         turned = facing[side] - 2 * (facing[side] @ normal) * normal
         far, partner, onto[side] = min(
-            ((*cKDTree(pairs.position[of_side[other]]).query(image[mine]), other) for other in
-             sorted(of_side, key=lambda other: other != side)),
-            key=lambda found: found[0].mean() * (1 + np.linalg.norm(facing[found[2]] - turned)))
+            (
+                (*cKDTree(pairs.position[of_side[other]]).query(image[mine]), other)
+                for other in sorted(of_side, key=lambda other: other != side)
+            ),
+            key=lambda found: found[0].mean() * (1 + np.linalg.norm(facing[found[2]] - turned)),
+        )
         theirs = of_side[onto[side]]
         near, around = _spacing(pairs.position[theirs], settings)
         if far.max() > settings.reach * around:
             return None
-        pairwise &= bool(far.max() < settings.alike * near) and len(mine) == len(theirs) == len(np.unique(partner))
+        pairwise &= bool(far.max() < settings.alike * near) and len(mine) == len(theirs) == len(
+            np.unique(partner)
+        )
         there = _pressure_at(pairs.select(theirs), load[theirs] / area[theirs], image[mine])
-        noise += float(area[mine] @ np.abs(np.maximum(load[mine] / area[mine], 0) - np.maximum(there, 0)))
+        noise += float(
+            area[mine] @ np.abs(np.maximum(load[mine] / area[mine], 0) - np.maximum(there, 0))
+        )
     noise /= np.maximum(load[rows], 0).sum() or np.inf
     if noise > settings.map or any(onto[onto[side]] != side for side in onto):
         return None
@@ -89,8 +119,13 @@ def _mirror(pairs, rows, fields, normal, settings):
 
 
 def _spacing(places, settings):
-    """m: usual distance of a place (p, 3) from the nearest other one, and from the last of those around it."""
-    far = cKDTree(places).query(places, min(settings.around + 1, len(places)))[0].reshape(len(places), -1)
+    """m: usual distance of a place (p, 3) from the nearest other one, and from the last of those
+    around it."""
+    far = (
+        cKDTree(places)
+        .query(places, min(settings.around + 1, len(places)))[0]
+        .reshape(len(places), -1)
+    )
     usual = np.median(far[:, 1:], axis=0) if far.shape[1] > 1 else np.full(1, np.inf)
     return usual[0], usual[-1]
 
@@ -102,17 +137,18 @@ def _pressure_at(pairs, pressure, places):
     nearest = pressure[cKDTree(pairs.position).query(places)[1]]
     try:
         between = LinearNDInterpolator(known, pressure)(wanted)
-    except QhullError:                           # a line of contacts
+    except QhullError:  # a line of contacts
         order = np.argsort(known[:, 0])
         between = np.interp(wanted[:, 0], known[order, 0], pressure[order])
     return np.where(np.isnan(between), nearest, between)
 
 
 def mirrored_cells(pairs: ContactTable, cell: np.ndarray, mirrors: Iterable[Mirror]) -> np.ndarray:
-    """(P,) cells with all that are images of each other as one; cell (P,) int, of one side each, -1: none.
+    """(P,) cells with all that are images of each other as one; cell (P,) int, of one side each,
+    -1: none.
 
-    Where contacts are no images of each other one by one, a cell belongs to the one that its image lies nearest to.
-    """
+    Where contacts are no images of each other one by one, a cell belongs to the one that its image
+    lies nearest to."""
     used = np.flatnonzero(cell >= 0)
     count, links = int(cell.max(initial=-1)) + 1, [np.empty((0, 2), dtype=int)]
     size = np.maximum(np.bincount(cell[used], minlength=count), 1)[:, None]
@@ -120,15 +156,22 @@ def mirrored_cells(pairs: ContactTable, cell: np.ndarray, mirrors: Iterable[Mirr
     first[cell[used]] = used
 
     def middles(place):
-        return np.column_stack([np.bincount(cell[used], place[used, k], count) for k in range(3)]) / size
+        return (
+            np.column_stack([np.bincount(cell[used], place[used, k], count) for k in range(3)])
+            / size
+        )
 
     middle, side = middles(pairs.position), pairs.side[first]
     for mirror in mirrors:
         image = middles(mirror.image)
         for name, other in mirror.onto.items():
-            mine, theirs = (np.intersect1d(np.flatnonzero(side == s), cell[used]) for s in (name, other))
+            mine, theirs = (
+                np.intersect1d(np.flatnonzero(side == s), cell[used]) for s in (name, other)
+            )
             if len(mine) and len(theirs):
-                links.append(np.column_stack([mine, theirs[cKDTree(middle[theirs]).query(image[mine])[1]]]))
+                links.append(
+                    np.column_stack([mine, theirs[cKDTree(middle[theirs]).query(image[mine])[1]]])
+                )
     a, b = np.concatenate(links).T
     graph = sp.coo_matrix((np.ones(len(a), dtype=np.int8), (a, b)), shape=(count, count))
     label = sp.csgraph.connected_components(graph, directed=False)[1]

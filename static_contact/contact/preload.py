@@ -1,10 +1,11 @@
 """Unilateral static contact of the free damper: the signed preload of every pair.
 
-    K q + B_n' N = f,    0 <= N  complementary to  g0 + N/kn - B_n q >= 0        (kn = inf: hard contact)
+    K q + B_n' N = f,    0 <= N  complementary to  g0 + N/kn - B_n q >= 0        (kn = inf: hard
+    contact)
 
-The elastic bodies are already condensed on the pairs (Schur stiffness); `compliance` factors them once, and what
-remains is a complementarity problem in the contact forces and the motions of bodies that float (`normal_contact`). A
-further load or gap costs milliseconds.
+The elastic bodies are already condensed on the pairs (Schur stiffness); `compliance` factors them
+once, and what remains is a complementarity problem in the contact forces and the motions of bodies
+that float (`normal_contact`). A further load or gap costs milliseconds.
 """
 
 import warnings
@@ -26,7 +27,11 @@ from tipdamp.static_contact.bodies.rigid_motions import SETTINGS as RIGID
 from tipdamp.static_contact.bodies.rigid_motions import RigidMotionSettings
 from tipdamp.static_contact.bodies.stuck_bodies import reference_stiffness
 from tipdamp.static_contact.contact.contact_forces import LoadedMotion, Preload, StaticForces
-from tipdamp.static_contact.normal.complementarity import ContactSolution, NoEquilibrium, solve_complementarity
+from tipdamp.static_contact.normal.complementarity import (
+    ContactSolution,
+    NoEquilibrium,
+    solve_complementarity,
+)
 from tipdamp.static_contact.normal.normal_contact import NormalContact
 from tipdamp.static_contact.normal.unloaded import unstressed
 
@@ -35,8 +40,10 @@ from tipdamp.static_contact.normal.unloaded import unstressed
 class StaticSettings:
     """Of the static solution."""
 
-    residual: float = 1e-8      # of the load: what may stay unbalanced, in all dofs and in the sum on a damper
-    reported: float = 1e-10     # of the load's reach along a free motion: smaller constraint reactions are rounding
+    # of the load: what may stay unbalanced, in all dofs and in the sum on a damper
+    residual: float = 1e-8
+    # of the load's reach along a free motion: smaller constraint reactions are rounding
+    reported: float = 1e-10
     rigid: RigidMotionSettings = RIGID
 
 
@@ -44,39 +51,64 @@ SETTINGS = StaticSettings()
 
 
 class StaticContact:
-    """The frictionless problem of one model and one set of pairs, factored once, solved for many loads and gaps."""
+    """The frictionless problem of one model and one set of pairs, factored once, solved for many
+    loads and gaps."""
 
-    def __init__(self, model: ReducedModel | Any, pairs: ContactTable, settings: StaticSettings = SETTINGS,
-                 held: Sequence[HeldMotion] = (), compliance: Callable[..., Compliance] = Compliance):
-        """settings.rigid.facing : may be lowered when coordinates are exact; held : rigid motions on springs;
-        compliance : how the bodies are factored, `sparse_bodies.SparseCompliance` for a `sparse_bodies.SparseBodies`.
-        Raises InputError without pairs, and where a motion that is not known to be rigid meets no stiffness."""
+    def __init__(
+        self,
+        model: ReducedModel | Any,
+        pairs: ContactTable,
+        settings: StaticSettings = SETTINGS,
+        held: Sequence[HeldMotion] = (),
+        compliance: Callable[..., Compliance] = Compliance,
+    ):
+        """settings.rigid.facing : may be lowered when coordinates are exact; held : rigid motions
+        on springs; compliance : how the bodies are factored, `sparse_bodies.SparseCompliance` for a
+        `sparse_bodies.SparseBodies`. Raises InputError without pairs, and where a motion that is
+        not known to be rigid meets no stiffness."""
         check_pairs(pairs)
         self.model, self.pairs, self.settings, self.held = model, pairs, settings, held
-        self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
+        self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(
+            pairs.carrying, pairs.weight, 1.0
+        )
         self.bodies = compliance(model, pairs, self.kn, held, settings.rigid)
         self.B, self.motions, self.loose = self.bodies.B, self.bodies.loose.free, self.bodies.loose
         c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
         A = self.bodies.G
         A[np.diag_indices(len(c))] += c
-        self.normal = NormalContact(A, c, self.bodies.Y, self.bodies.E,
-                                    reference_stiffness(model.K, self.B, self.kn), self.kn > 0)
+        self.normal = NormalContact(
+            A,
+            c,
+            self.bodies.Y,
+            self.bodies.E,
+            reference_stiffness(model.K, self.B, self.kn),
+            self.kn > 0,
+        )
         if not self.normal.held():
-            raise InputError("a motion meets no stiffness, or too little beside that of the bodies for double "
-                             "precision. K is singular: an unrestrained motion is not a rigid-body motion of a free "
-                             "body with known node positions; where a body floats, name its motions (rigid of "
-                             "ReducedModel.from_matrices)")
+            raise InputError(
+                "a motion meets no stiffness, or too little beside that of the bodies for double "
+                "precision. K is singular: an unrestrained motion is not a rigid-body motion of "
+                "a free body with known node positions; where a body floats, name its motions "
+                "(rigid of ReducedModel.from_matrices)"
+            )
         self._warn_of_rounding()
 
-    def solve(self, load: np.ndarray, *, gap: np.ndarray | None = None, constrain: bool = False,
-              near: StaticForces | None = None) -> Preload:
-        """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others, (P,) m.
+    def solve(
+        self,
+        load: np.ndarray,
+        *,
+        gap: np.ndarray | None = None,
+        constrain: bool = False,
+        near: StaticForces | None = None,
+    ) -> Preload:
+        """Preloads under load (r,) N on the dofs of the model, with the table's gaps or others,
+        (P,) m.
 
-        A load along a motion that no contact resists raises InputError with its amount; below 1e-3 of what the load
-        could do along it, as inexact meshes leave it, or with constrain=True, a constraint takes it up in the reference
-        state instead, and its reaction is reported. Raises InputError when the load lifts the damper off, and when the
-        solution leaves more than 1e-8 of the load unbalanced. near - a solution with almost the same closed pairs.
-        """
+        A load along a motion that no contact resists raises InputError with its amount; below 1e-3
+        of what the load could do along it, as inexact meshes leave it, or with constrain=True, a
+        constraint takes it up in the reference state instead, and its reaction is reported. Raises
+        InputError when the load lifts the damper off, and when the solution leaves more than 1e-8
+        of the load unbalanced. near - a solution with almost the same closed pairs."""
         load, gap, taken = self._given(load, gap, constrain)
         loading = self.bodies.loading(load - taken)
         found, q = self._contact(load - taken, loading, gap, near)
@@ -84,13 +116,21 @@ class StaticContact:
             q, elastic = self.bodies.displacement(loading, load - taken, found.N, found.amount)
         else:
             elastic = np.zeros(len(q))
-        forces, residual = self._checked(load, gap, taken, found, elastic + self.B.T @ found.N - load, constrain)
+        forces, residual = self._checked(
+            load, gap, taken, found, elastic + self.B.T @ found.N - load, constrain
+        )
         return Preload(**vars(forces), displacement=q, residual=residual)
 
-    def forces(self, load: np.ndarray, *, gap: np.ndarray | None = None, constrain: bool = False,
-               near: StaticForces | None = None) -> StaticForces:
-        """As `solve`, without the displacement of the bodies, whose balance alone is checked: for many further cases
-        of bodies with many dofs."""
+    def forces(
+        self,
+        load: np.ndarray,
+        *,
+        gap: np.ndarray | None = None,
+        constrain: bool = False,
+        near: StaticForces | None = None,
+    ) -> StaticForces:
+        """As `solve`, without the displacement of the bodies, whose balance alone is checked: for
+        many further cases of bodies with many dofs."""
         load, gap, taken = self._given(load, gap, constrain)
         found, _ = self._contact(load - taken, self.bodies.loading(load - taken), gap, near)
         idle = self.loose.idle
@@ -98,16 +138,22 @@ class StaticContact:
         return self._checked(load, gap, taken, found, left, constrain)[0]
 
     def _warn_of_rounding(self):
-        """Of motions that the bodies resist too little for a spring that is meant, and too much for the contact."""
-        contact = self.kn @ (self.B @ self.loose.Z)**2 if np.isfinite(self.kn).all() else np.inf
+        """Of motions that the bodies resist too little for a spring that is meant, and too much for
+        the contact."""
+        contact = self.kn @ (self.B @ self.loose.Z) ** 2 if np.isfinite(self.kn).all() else np.inf
         own = np.abs(np.einsum("ij,ij->j", self.loose.Z, self.loose.resisted))
         share = own / (own + contact)
-        doubtful = (own < self.settings.rigid.doubtful * self.bodies.gauge) & (share > self.settings.residual)
+        doubtful = (own < self.settings.rigid.doubtful * self.bodies.gauge) & (
+            share > self.settings.residual
+        )
         if doubtful.any():
-            warnings.warn(f"K resists {int(doubtful.sum())} rigid motions of bodies by less than "
-                          f"{self.settings.rigid.doubtful:g} of the stiffness of their dofs, which carries up to "
-                          f"{share[doubtful].max():.1e} of a load on them: where a body floats this is rounding; name "
-                          "its motions (rigid of ReducedModel.from_matrices)", stacklevel=3)
+            warnings.warn(
+                f"K resists {int(doubtful.sum())} rigid motions of bodies by less than "
+                f"{self.settings.rigid.doubtful:g} of the stiffness of their dofs, which carries "
+                f"up to {share[doubtful].max():.1e} of a load on them: where a body floats this "
+                "is rounding; name its motions (rigid of ReducedModel.from_matrices)",
+                stacklevel=3,
+            )
 
     def _given(self, load, gap, constrain):
         """Load and gaps, looked at, and what constraints take up of the load."""
@@ -119,13 +165,15 @@ class StaticContact:
         return load, gap, self.motions.taken_up(along)
 
     def _checked(self, load, gap, taken, found, left, constrain):
-        """StaticForces of a solution that leaves `left` (r,) N of the load unbalanced, and how much that is."""
+        """StaticForces of a solution that leaves `left` (r,) N of the load unbalanced, and how much
+        that is."""
         force, kn = found.N, self.kn
         along, idle = self.motions.shape.T @ load, self.loose.idle
         applied = load - taken
         scale, reaction = load if load.any() else abs(self.B).T @ np.abs(force), {}
         if _ratio(left, scale) > self.settings.residual:
-            # the gauge balances the part of the contact forces along nearly free motions: tilted normals slide a little
+            # the gauge balances the part of the contact forces along nearly free motions: tilted
+            # normals slide a little
             taken = taken - idle @ (idle.T @ (left + taken))
             left = left + taken
             amounts = self.motions.shape.T @ taken
@@ -133,40 +181,63 @@ class StaticContact:
                 self.motions.refuse(amounts, scale)
             reaction = self.motions.reactions(amounts, scale, self.settings.reported)
         if not _ratio(left, scale) <= self.settings.residual:
-            raise InputError(f"the static solution leaves {_ratio(left, scale):.1e} of the load unbalanced (allowed: "
-                             f"{self.settings.residual:g}): the model's K is too ill-conditioned")
+            raise InputError(
+                f"the static solution leaves {_ratio(left, scale):.1e} of the load unbalanced "
+                f"(allowed: {self.settings.residual:g}): the model's K is too ill-conditioned"
+            )
         held = self.bodies.spring_forces(applied, force, found.amount)
-        balance = self._balance((load - taken if reaction else load) - self.bodies.held.T @ held, force)
+        balance = self._balance(
+            (load - taken if reaction else load) - self.bodies.held.T @ held, force
+        )
         if balance is not None and not balance <= self.settings.residual:
-            raise InputError(f"the contact forces leave {balance:.1e} of the load on the damper unbalanced (allowed: "
-                             f"{self.settings.residual:g}): the model's K resists, or drives, the motion of a damper "
-                             "that floats")
+            raise InputError(
+                f"the contact forces leave {balance:.1e} of the load on the damper unbalanced "
+                f"(allowed: {self.settings.residual:g}): the model's K resists, or drives, the "
+                "motion of a damper that floats"
+            )
         spring = np.where(np.isinf(kn), 0.0, kn)
         return StaticForces(
-            pairs=self.pairs.replace(preload=np.where(found.closed, force, spring * (found.u - gap)), gap=gap),
-            force=force, opening=np.where(found.closed, 0.0, gap - found.u),
-            motions=tuple(LoadedMotion(*name, float(amount)) for name, amount in zip(self.motions.names, along, strict=True)),
-            reactions=reaction, held={one.name: float(f) for one, f in zip(self.held, held, strict=True)},
-            balance=balance, iterations=found.sets, method=found.method), _ratio(left, scale)
+            pairs=self.pairs.replace(
+                preload=np.where(found.closed, force, spring * (found.u - gap)), gap=gap
+            ),
+            force=force,
+            opening=np.where(found.closed, 0.0, gap - found.u),
+            motions=tuple(
+                LoadedMotion(*name, float(amount))
+                for name, amount in zip(self.motions.names, along, strict=True)
+            ),
+            reactions=reaction,
+            held={one.name: float(f) for one, f in zip(self.held, held, strict=True)},
+            balance=balance,
+            iterations=found.sets,
+            method=found.method,
+        ), _ratio(left, scale)
 
     def _contact(self, applied, loading, gap, near):
-        """The solution of the contact, and the displacement (r,) where no load acts and the bodies fit without force.
-        """
+        """The solution of the contact, and the displacement (r,) where no load acts and the bodies
+        fit without force."""
         loose = self.loose
         if not applied.any():
             may_close = self.normal.free
             q = unstressed(loose.rigid @ loose.floats, self.B[may_close], gap[may_close])
             if q is not None:
                 none = np.zeros(len(gap))
-                return ContactSolution(self.B @ q, none, np.zeros(loose.Z.shape[1]), none > 0, 0, "unloaded"), q
+                return ContactSolution(
+                    self.B @ q, none, np.zeros(loose.Z.shape[1]), none > 0, 0, "unloaded"
+                ), q
         try:
-            return solve_complementarity(self.normal, loading, gap,
-                                         start=None if near is None else near.opening <= 0), None
+            return solve_complementarity(
+                self.normal, loading, gap, start=None if near is None else near.opening <= 0
+            ), None
         except NoEquilibrium as error:
             if error.drift is None:
                 raise
-            name = name_of_drift(loose.rigid, loose.floats, self.B, error.drift, self.settings.rigid)
-            raise NoEquilibrium(f"{error}, the load leaves it free to move: {name}", error.drift) from None
+            name = name_of_drift(
+                loose.rigid, loose.floats, self.B, error.drift, self.settings.rigid
+            )
+            raise NoEquilibrium(
+                f"{error}, the load leaves it free to move: {name}", error.drift
+            ) from None
 
     @cached_property
     def _dampers(self):
@@ -180,12 +251,16 @@ class StaticContact:
                 known = known[:, np.arange(known.shape[1]) % 6 < 3]
                 motions = np.zeros((len(mine), known.shape[1]))
                 motions[mine] = known
-            if np.abs(self.model.K @ motions).max(initial=0.0) < self.settings.rigid.free_stiffness * most:
+            if (
+                np.abs(self.model.K @ motions).max(initial=0.0)
+                < self.settings.rigid.free_stiffness * most
+            ):
                 slides.append(motions)
         return np.hstack(slides)
 
     def _balance(self, load, force):
-        """Sum of the contact forces and the load on the dampers that float, against the load; None where none does."""
+        """Sum of the contact forces and the load on the dampers that float, against the load; None
+        where none does."""
         total = np.linalg.norm(self._dampers.T @ load)
         left = np.linalg.norm(self._dampers.T @ (load - self.B.T @ force))
         return float(left / total) if total > 0 else None
@@ -198,7 +273,9 @@ def check_pairs(pairs: ContactTable) -> None:
     check_pairs_once("contact table", pairs)
 
 
-def preload(model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, constrain: bool = False) -> Preload:
+def preload(
+    model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, constrain: bool = False
+) -> Preload:
     """One load case of `StaticContact`."""
     return StaticContact(model, pairs).solve(load, constrain=constrain)
 
@@ -207,8 +284,14 @@ def finite_values(name: str, given: ArrayLike, size: int, of: str) -> np.ndarray
     """The numbers (size,), all finite; InputError otherwise."""
     values = np.asarray(given, dtype=float)
     if values.shape != (size,) or not np.isfinite(values).all():
-        odd = f"shape {values.shape}" if values.shape != (size,) else f"{values[~np.isfinite(values)][0]} among them"
-        raise InputError(f"{name}: {odd}; allowed are {size} finite numbers, one for each of the {of}")
+        odd = (
+            f"shape {values.shape}"
+            if values.shape != (size,)
+            else f"{values[~np.isfinite(values)][0]} among them"
+        )
+        raise InputError(
+            f"{name}: {odd}; allowed are {size} finite numbers, one for each of the {of}"
+        )
     return values
 
 

@@ -1,4 +1,5 @@
-"""Where Newton on the full model ends without an answer: sets of closed pairs by pivoting and proximal points."""
+"""Where Newton on the full model ends without an answer: sets of closed pairs by pivoting and
+proximal points."""
 
 from typing import Any
 
@@ -14,10 +15,11 @@ from tipdamp.static_contact.normal.complementarity import (
 
 
 class FullSets:
-    """The problem of `newton.ContactNewton` as a `complementarity.ContactProblem`: one factor for each set.
+    """The problem of `newton.ContactNewton` as a `complementarity.ContactProblem`: one factor for
+    each set.
 
-    B : (P, n) motion of the pairs, without the multipliers of hard ones; free : (P,) bool - pairs that may close
-    """
+    B : (P, n) motion of the pairs, without the multipliers of hard ones; free : (P,) bool - pairs
+    that may close"""
 
     def __init__(self, newton, B, free):
         self.newton, self.free, self.k0, self.factored = newton, free, newton.k, 0
@@ -27,26 +29,40 @@ class FullSets:
         self.found = {}
 
     def solve(self) -> tuple[np.ndarray, float]:
-        """k (C x - gap) of closed pairs and k (u - gap) of open ones as motions C x, and the residual."""
+        """k (C x - gap) of closed pairs and k (u - gap) of open ones as motions C x, and the
+        residual."""
         gap = self.newton.gap
         found = solve_complementarity(self, None, gap)
         push = np.where(found.closed, found.N, self.k0 * (found.u - gap))
-        return (gap + np.divide(push, self.k0, out=np.zeros(len(gap)), where=self.k0 > 0),
-                self.found[found.u.tobytes()])
+        return (
+            gap + np.divide(push, self.k0, out=np.zeros(len(gap)), where=self.k0 > 0),
+            self.found[found.u.tobytes()],
+        )
 
-    def wrong(self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray) -> np.ndarray:
+    def wrong(
+        self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray
+    ) -> np.ndarray:
         """(P,) bool - closed pairs that pull, open pairs that overlap."""
         return wrong_pairs(self, closed, u, N, gap)
 
-    def solve_set(self, closed: np.ndarray, u0: Any, gap: np.ndarray, anchor: float = 0.0, at: np.ndarray | float = 0.0
-                  ) -> SetSolution:
-        """As `complementarity.ContactProblem.solve_set`; the load stands in the equations, not in u0."""
+    def solve_set(
+        self,
+        closed: np.ndarray,
+        u0: Any,
+        gap: np.ndarray,
+        anchor: float = 0.0,
+        at: np.ndarray | float = 0.0,
+    ) -> SetSolution:
+        """As `complementarity.ContactProblem.solve_set`; the load stands in the equations, not in
+        u0."""
         newton, k = self.newton, self.k0
         anchors = anchor * (self.B_own.T @ sp.diags(k) @ self.B)
         newton.set_closed(newton.tangent, closed.astype(float), anchors)
         self.factored += 1
         right, x, F = newton.x.duplicate(), newton.x.duplicate(), newton.x.duplicate()
-        right.getArray()[:] = newton.f + newton.C_own.T @ (closed * k * gap) + self.B_own.T @ (anchor * k * at)
+        right.getArray()[:] = (
+            newton.f + newton.C_own.T @ (closed * k * gap) + self.B_own.T @ (anchor * k * at)
+        )
         ksp = newton.direct(newton.PETSc.KSP().create(newton.comm))
         ksp.setOptionsPrefix("tipdamp_full_")
         ksp.setOperators(newton.tangent)
@@ -54,7 +70,8 @@ class FullSets:
             ksp.solve(right, x)
             newton.tangent.mult(x, F)
             F.axpy(-1.0, right)
-            solved = F.norm() <= newton.settings.set_residual * right.norm()        # not so where it is no number
+            # not so where it is no number
+            solved = F.norm() <= newton.settings.set_residual * right.norm()
         except newton.PETSc.Error:
             solved = False
         if not solved:

@@ -1,12 +1,15 @@
-"""The preload by the other route: Newton on the unreduced finite-element equations, with PETSc, alone or under mpirun.
+"""The preload by the other route: Newton on the unreduced finite-element equations, with PETSc,
+alone or under mpirun.
 
-    K q + B_n' N = f,    N = max(0, kn (B_n q - g0));    hard pairs (kn = inf):  N = max(0, k (p + B_n q - g0)) = k p
+    K q + B_n' N = f,    N = max(0, kn (B_n q - g0));    hard pairs (kn = inf):  N = max(0, k (p +
+    B_n q - g0)) = k p
 
-Nothing is condensed: the dofs of all bodies are the unknowns, distributed over the ranks, and with them p of the hard
-pairs. Their second line is the augmented Lagrangian of the unilateral condition: its solution does not depend on
-k > 0, and Newton's matrix stays symmetric, though indefinite. Where SNES ends without an answer, because a set of
-closed pairs on its way holds nothing or the sets cycle, pivoting and the proximal point method of `complementarity.py`
-go on with the same matrices. Every rank needs only its own rows of K (`ranks.py`);
+Nothing is condensed: the dofs of all bodies are the unknowns, distributed over the ranks, and with
+them p of the hard pairs. Their second line is the augmented Lagrangian of the unilateral condition:
+its solution does not depend on k > 0, and Newton's matrix stays symmetric, though indefinite. Where
+SNES ends without an answer, because a set of closed pairs on its way holds nothing or the sets
+cycle, pivoting and the proximal point method of `complementarity.py` go on with the same matrices.
+Every rank needs only its own rows of K (`ranks.py`);
 factors and vectors are distributed (CHOLMOD alone; MUMPS under MPI and for hard pairs).
 """
 
@@ -33,11 +36,12 @@ from tipdamp.static_contact.normal.unloaded import unstressed
 class FullSettings:
     """Of Newton's method on the full model."""
 
-    tolerance: float = 1e-10    # of the load, at which SNES stops
+    tolerance: float = 1e-10  # of the load, at which SNES stops
     iterations: int = 60
-    residual: float = 1e-8      # of the load, in an answer that is accepted
+    residual: float = 1e-8  # of the load, in an answer that is accepted
     set_residual: float = 1e-8  # of the right-hand side, in the solve on one set of closed pairs
-    reported: float = 1e-8      # of the load's reach along a free motion: smaller constraint reactions are rounding
+    # of the load's reach along a free motion: smaller constraint reactions are rounding
+    reported: float = 1e-8
 
 
 SETTINGS = FullSettings()
@@ -45,9 +49,10 @@ SETTINGS = FullSettings()
 
 @dataclass(frozen=True)
 class FullPreload:
-    """pairs - with the preload, the same on every rank (hard pairs: the contact force, 0 = open); force : (P,) N
-    iterations - Newton steps, or matrices factored where these did not end; residual - of the equations, of |f|
-    reactions : {name: N or N m} - of loads and contact forces along motions that no contact resists, as
+    """pairs - with the preload, the same on every rank (hard pairs: the contact force, 0 = open);
+    force : (P,) N iterations - Newton steps, or matrices factored where these did not end; residual
+    - of the equations, of |f| reactions : {name: N or N m} - of loads and contact forces along
+    motions that no contact resists, as
     inexact coordinates leave them; as in `preload.Preload`."""
 
     pairs: ContactTable
@@ -57,14 +62,19 @@ class FullPreload:
     reactions: dict[str, float]
 
 
-def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict[str, np.ndarray],
-                 settings: FullSettings = SETTINGS) -> FullPreload:
+def full_preload(
+    bodies: list[Body],
+    pairs: ContactTable,
+    loads: dict[str, np.ndarray],
+    settings: FullSettings = SETTINGS,
+) -> FullPreload:
     """Signed preload of every pair under nodal forces {body: (d,) N}; to be called on all ranks.
 
-    bodies - whole, or with the rows of this rank only (`ranks.distributed_bodies`). Raises InputError when forces do
-    more than 1e-3 of what the load could along a motion that no contact resists, NoEquilibrium (an InputError) when the
-    load lifts the damper off, and RuntimeError when the residual stays above 1e-8 of the load. Without load both are
-    measured against the contact forces (of overlaps that no motion of the damper takes back).
+    bodies - whole, or with the rows of this rank only (`ranks.distributed_bodies`). Raises
+    InputError when forces do more than 1e-3 of what the load could along a motion that no contact
+    resists, NoEquilibrium (an InputError) when the load lifts the damper off, and RuntimeError when
+    the residual stays above 1e-8 of the load. Without load both are measured against the contact
+    forces (of overlaps that no motion of the damper takes back).
     """
     PETSc = petsc.start()
     if PETSc is None:
@@ -75,41 +85,68 @@ def full_preload(bodies: list[Body], pairs: ContactTable, loads: dict[str, np.nd
     B = motion[2::3].tocsr()
     hard = np.flatnonzero(np.isinf(pairs.kn) & pairs.carrying)
     low, high = own = own_rows(comm, len(f) + len(hard))
-    K = sp.block_diag([*(b.K for b in bodies), sp.csr_matrix((len(hard), len(hard)))], format="csr")[low:high]
-    diagonal = _whole_diagonal(comm, K, low)[:len(f)]
+    K = sp.block_diag(
+        [*(b.K for b in bodies), sp.csr_matrix((len(hard), len(hard)))], format="csr"
+    )[low:high]
+    diagonal = _whole_diagonal(comm, K, low)[: len(f)]
     k = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
-    k[hard] = (B.power(2) @ diagonal)[hard]               # the bodies' own stiffness, for the scale alone
+    k[hard] = (B.power(2) @ diagonal)[hard]  # the bodies' own stiffness, for the scale alone
     may_close = pairs.carrying & (k > 0)
     rigid = sl.block_diag(*(b.rigid_motions() if b.free else np.zeros((b.dofs, 0)) for b in bodies))
     if not f.any():
         q = unstressed(rigid @ moving(rigid), B[may_close], pairs.gap[may_close])
         if q is not None:
             return _result(pairs, k * (B @ q - pairs.gap), np.zeros(len(pairs)), 0, 0.0, {})
-    motions = unresisted(rigid, moving(rigid), motion, 3 * np.flatnonzero(may_close) + 2,
-                         np.repeat([b.name for b in bodies], [b.dofs for b in bodies]))
+    motions = unresisted(
+        rigid,
+        moving(rigid),
+        motion,
+        3 * np.flatnonzero(may_close) + 2,
+        np.repeat([b.name for b in bodies], [b.dofs for b in bodies]),
+    )
     work = motions.shape.T @ f
     motions.refuse(work, f)
     pinned = np.concatenate([_pins(motions, diagonal), -k[hard]])
     K = (K + sp.diags(pinned, format="csr")[low:high]).tocsr()
-    equations = Equations(K, _with_multipliers(B, hard), k, pairs.gap,
-                          np.concatenate([f - motions.taken_up(work), np.zeros(len(hard))]), definite=not len(hard))
+    equations = Equations(
+        K,
+        _with_multipliers(B, hard),
+        k,
+        pairs.gap,
+        np.concatenate([f - motions.taken_up(work), np.zeros(len(hard))]),
+        definite=not len(hard),
+    )
     u, iterations, residual = _solved(ContactNewton(PETSc, own, equations, settings), B, may_close)
     signed = k * (u - pairs.gap)
     force = np.maximum(signed, 0.0)
-    reaction, scale = motions.shape.T @ (f - B.T @ force), f if f.any() else abs(B).T @ force
+    reaction = motions.shape.T @ (f - B.T @ force)
+    scale = f if f.any() else abs(B).T @ force
     motions.refuse(reaction, scale)
-    return _result(pairs, signed, force, iterations, residual, motions.reactions(reaction, scale, settings.reported))
+    return _result(
+        pairs,
+        signed,
+        force,
+        iterations,
+        residual,
+        motions.reactions(reaction, scale, settings.reported),
+    )
 
 
 def _with_multipliers(B, hard):
-    """C (P, dofs and multipliers): the motion of the pairs, and for each hard pair its unknown p."""
+    """C (P, dofs and multipliers): the motion of the pairs, and for each hard pair its unknown
+    p."""
     own = sp.csr_matrix((np.ones(len(hard)), (hard, range(len(hard)))), (B.shape[0], len(hard)))
     return sp.hstack([B, own]).tocsr()
 
 
 def _result(pairs, signed, force, iterations, residual, reaction):
-    return FullPreload(pairs.replace(preload=np.where(np.isinf(pairs.kn), force, signed)), force, iterations, residual,
-                       reaction)
+    return FullPreload(
+        pairs.replace(preload=np.where(np.isinf(pairs.kn), force, signed)),
+        force,
+        iterations,
+        residual,
+        reaction,
+    )
 
 
 def _solved(system, B, carrying):
@@ -121,31 +158,33 @@ def _solved(system, B, carrying):
         iterations += pivoting.factored
     system.destroy()
     if not residual <= system.settings.residual:
-        raise RuntimeError(f"Newton on the full model ended at a residual of {residual:.1e} of the load")
+        raise RuntimeError(
+            f"Newton on the full model ended at a residual of {residual:.1e} of the load"
+        )
     return u, iterations, residual
 
 
 def _whole_diagonal(comm, rows, low):
     """(n,) diagonal of a matrix of which each rank has the rows from `low`, on every rank."""
     own = np.zeros(rows.shape[1])
-    own[low:low + rows.shape[0]] = rows.diagonal(low)
+    own[low : low + rows.shape[0]] = rows.diagonal(low)
     return comm.tompi4py().allreduce(own)
 
 
 def _pins(motions, diagonal):
-    """(d,) springs to ground that hold each free motion at one dof: what normals tilted by inexact coordinates do along
-    it is all that they carry."""
+    """(d,) springs to ground that hold each free motion at one dof: what normals tilted by inexact
+    coordinates do along it is all that they carry."""
     pins, shape = np.zeros(len(diagonal)), motions.shape
     if shape.shape[1]:
-        pivots = sl.qr(shape.T, mode="r", pivoting=True)[1][:shape.shape[1]]
+        pivots = sl.qr(shape.T, mode="r", pivoting=True)[1][: shape.shape[1]]
         pins[pivots] = diagonal[pivots]
     return pins
 
 
 @dataclass(frozen=True)
 class Equations:
-    """K x + C' max(0, k (C x - gap)) = f; K : this rank's rows; C : (P, n); k, gap : (P,) N/m, m; f : (n,) N
-    definite - without multipliers of hard pairs"""
+    """K x + C' max(0, k (C x - gap)) = f; K : this rank's rows; C : (P, n); k, gap : (P,) N/m, m; f
+    : (n,) N definite - without multipliers of hard pairs"""
 
     K: sp.csr_matrix
     C: sp.csr_matrix
@@ -158,7 +197,9 @@ class Equations:
 class ContactNewton:
     """The equations with the rows low..high on this rank; the motions C x of the pairs on all."""
 
-    def __init__(self, PETSc, own: tuple[int, int], equations: Equations, settings: FullSettings = SETTINGS):
+    def __init__(
+        self, PETSc, own: tuple[int, int], equations: Equations, settings: FullSettings = SETTINGS
+    ):
         self.PETSc, self.comm, self.settings = PETSc, PETSc.COMM_WORLD, settings
         self.K, self.C, self.k, self.gap = equations.K, equations.C, equations.k, equations.gap
         f, C, k, gap, self.definite = equations.f, self.C, self.k, self.gap, equations.definite
@@ -167,7 +208,8 @@ class ContactNewton:
         overlap = k * np.maximum(-gap, 0.0)
         self.load = np.linalg.norm(f) if f.any() else np.linalg.norm(abs(C).T @ overlap)
         self.C_own = C[:, slice(*own)].tocsr()
-        self.base, self.tangent = self._matrix(self.K), self._matrix(self._rows(0.5))      # a half: no entry cancels
+        # a half: no entry cancels
+        self.base, self.tangent = self._matrix(self.K), self._matrix(self._rows(0.5))
 
     def _matrix(self, rows):
         A = petsc.matrix_of_rows(self.PETSc, rows, self.comm)
@@ -184,7 +226,9 @@ class ContactNewton:
         """The linear solver: one factorisation each."""
         ksp.setType("preonly")
         ksp.getPC().setType("cholesky")
-        ksp.getPC().setFactorSolverType("cholmod" if self.comm.size == 1 and self.definite else "mumps")
+        ksp.getPC().setFactorSolverType(
+            "cholmod" if self.comm.size == 1 and self.definite else "mumps"
+        )
         return ksp
 
     def motion(self, x: Any) -> np.ndarray:
@@ -202,7 +246,8 @@ class ContactNewton:
         self.set_closed(J, self.motion(x) > self.gap)
 
     def set_closed(self, J: Any, closed: np.ndarray, more: Any = None) -> None:
-        """New values in the old pattern: what is open, or cancels, stays there as zero. more - rows to be added."""
+        """New values in the old pattern: what is open, or cancels, stays there as zero. more - rows
+        to be added."""
         rows = self._rows(closed) if more is None else (self._rows(closed) + more).tocsr()
         rows.sort_indices()
         index = self.PETSc.IntType
@@ -211,7 +256,8 @@ class ContactNewton:
         J.assemble()
 
     def solve(self) -> tuple[np.ndarray, int, float]:
-        """Motion of the pairs (P,), Newton steps, residual; from the state with every pair closed."""
+        """Motion of the pairs (P,), Newton steps, residual; from the state with every pair
+        closed."""
         snes = self.PETSc.SNES().create(self.comm)
         snes.setOptionsPrefix("tipdamp_full_")
         F = self.x.duplicate()
@@ -220,8 +266,12 @@ class ContactNewton:
         snes.setType("newtonls")
         self.PETSc.Options()["tipdamp_full_snes_linesearch_type"] = "basic"
         snes.setFromOptions()
-        snes.setTolerances(rtol=0.0, atol=self.settings.tolerance * self.load, stol=0.0,
-                           max_it=self.settings.iterations)
+        snes.setTolerances(
+            rtol=0.0,
+            atol=self.settings.tolerance * self.load,
+            stol=0.0,
+            max_it=self.settings.iterations,
+        )
         ksp = self.direct(snes.getKSP())
         start = F.duplicate()
         start.getArray()[:] = self.f + self.C_own.T @ (self.k * self.gap)
@@ -232,10 +282,10 @@ class ContactNewton:
             snes.solve(None, self.x)
             self.residual(None, self.x, F)
             left = F.norm() / self.load
-        except self.PETSc.Error:         # no factor: the pairs that are closed hold nothing
+        except self.PETSc.Error:  # no factor: the pairs that are closed hold nothing
             left = np.inf
         out = self.motion(self.x), snes.getIterationNumber(), left
-        for one in (snes, F, start):     # on all ranks alike: the collector is not
+        for one in (snes, F, start):  # on all ranks alike: the collector is not
             one.destroy()
         return out
 

@@ -1,7 +1,8 @@
-"""Row partition: bodies of which each rank of an mpirun holds its own rows only, so that memory falls with the ranks.
+"""Row partition: bodies of which each rank of an mpirun holds its own rows only, so that memory
+falls with the ranks.
 
-A rank assembles the cells that touch its nodes: their rows of K and M are then complete. Meshes, dof tables and vectors
-are whole on every rank; they are small beside the matrices.
+A rank assembles the cells that touch its nodes: their rows of K and M are then complete. Meshes,
+dof tables and vectors are whole on every rank; they are small beside the matrices.
 """
 
 from collections.abc import Sequence
@@ -39,7 +40,8 @@ class Part:
 
 
 def own_rows(comm: Any, size: int) -> tuple[int, int]:
-    """First and last row, exclusive, of this rank: PETSc's own layout of `size` rows, the first ranks one more."""
+    """First and last row, exclusive, of this rank: PETSc's own layout of `size` rows, the first
+    ranks one more."""
     each, more = divmod(size, comm.size)
     low = comm.rank * each + min(comm.rank, more)
     return low, low + each + (comm.rank < more)
@@ -53,8 +55,10 @@ def distributed_bodies(parts: list[Part], comm: Any, extra: int = 0) -> list[Bod
     dofs = [3 * int((~part.clamped).sum()) for part in parts]
     low, high = own_rows(comm, sum(dofs) + extra)
     first = np.cumsum([0, *dofs])
-    return [_rows(part, max(low - a, 0), max(min(high - a, n), 0)) for part, a, n in zip(parts, first, dofs,
-                                                                                         strict=False)]
+    return [
+        _rows(part, max(low - a, 0), max(min(high - a, n), 0))
+        for part, a, n in zip(parts, first, dofs, strict=False)
+    ]
 
 
 def _rows(part, low, high):
@@ -63,41 +67,62 @@ def _rows(part, low, high):
     keep = np.flatnonzero(np.repeat(~part.clamped, 3))
     mine = np.zeros(count, dtype=bool)
     mine[keep[low:high] // 3] = True
-    body = Body(name=part.name, node=mesh.node, position=mesh.position, dof_node=keep // 3, dof_direction=keep % 3,
-                K=sp.csr_matrix((len(keep),) * 2), M=sp.csr_matrix((len(keep),) * 2), groups=dict(mesh.groups),
-                free=part.free, provenance={"mesh": mesh.source}, piece_of_node=parts(mesh)[1])
+    body = Body(
+        name=part.name,
+        node=mesh.node,
+        position=mesh.position,
+        dof_node=keep // 3,
+        dof_direction=keep % 3,
+        K=sp.csr_matrix((len(keep),) * 2),
+        M=sp.csr_matrix((len(keep),) * 2),
+        groups=dict(mesh.groups),
+        free=part.free,
+        provenance={"mesh": mesh.source},
+        piece_of_node=parts(mesh)[1],
+    )
     if not mine.any():
         return body
     touching = {kind: mine[cells].any(axis=1) for kind, cells in mesh.cells.items()}
     used = np.unique(np.concatenate([mesh.cells[kind][t].ravel() for kind, t in touching.items()]))
     local = {kind: t for kind, t in touching.items() if t.any()}
-    piece = replace(mesh, node=mesh.node[used], position=mesh.position[used], groups={},
-                    cells={kind: np.searchsorted(used, mesh.cells[kind][t]) for kind, t in local.items()},
-                    number={kind: mesh.number[kind][t] for kind, t in local.items() if kind in mesh.number})
+    piece = replace(
+        mesh,
+        node=mesh.node[used],
+        position=mesh.position[used],
+        groups={},
+        cells={kind: np.searchsorted(used, mesh.cells[kind][t]) for kind, t in local.items()},
+        number={kind: mesh.number[kind][t] for kind, t in local.items() if kind in mesh.number},
+    )
     K, M = _assembled(piece, part)
     place = np.full(3 * count, -1)
     place[keep] = np.arange(len(keep))
-    place = place[(3 * used[:, None] + np.arange(3)).ravel()]          # of the piece's dofs in the body
+    place = place[(3 * used[:, None] + np.arange(3)).ravel()]  # of the piece's dofs in the body
     size = (len(keep), len(keep))
     held = np.setdiff1d(np.arange(3 * count), keep)
     to_held = np.full(3 * count, -1)
     to_held[held] = np.arange(len(held))
     to_held = to_held[(3 * used[:, None] + np.arange(3)).ravel()]
-    return replace(body, K=_spread(K, (place, place), (low, high), size),
-                   M=_spread(M, (place, place), (low, high), size),
-                   M_clamped=_spread(M, (place, to_held), (low, high), (len(keep), len(held))))
+    return replace(
+        body,
+        K=_spread(K, (place, place), (low, high), size),
+        M=_spread(M, (place, place), (low, high), size),
+        M_clamped=_spread(M, (place, to_held), (low, high), (len(keep), len(held))),
+    )
 
 
 def _assembled(piece, part):
-    """K and M of the piece by our own assembler: dolfinx hangs at exit where the ranks have not called it alike."""
-    found = [stiffness_and_mass(piece.position, kind, cells, of.lame, of.shear, of.density)
-             for kind, cells, of in blocks(piece, part.material, part.other_materials)]
+    """K and M of the piece by our own assembler: dolfinx hangs at exit where the ranks have not
+    called it alike."""
+    found = [
+        stiffness_and_mass(piece.position, kind, cells, of.lame, of.shear, of.density)
+        for kind, cells, of in blocks(piece, part.material, part.other_materials)
+    ]
     return sum(K for K, _ in found), sum(M for _, M in found)
 
 
 def _spread(matrix, places, own, size):
-    """Rows own[0]..own[1] of a matrix of that size from the matrix of the piece, whose rows and columns stand at
-    `places`; those at -1 drop out."""
+    """Rows own[0]..own[1] of a matrix of that size from the matrix of the piece, whose rows and
+    columns stand at `places`; those at -1 drop out."""
     entries = matrix.tocoo()
     row, column = places[0][entries.row], places[1][entries.col]
     good = (row >= own[0]) & (row < own[1]) & (column >= 0)

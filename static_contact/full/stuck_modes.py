@@ -22,10 +22,11 @@ from tipdamp.static_contact.tuning.stuck_assembly import stuck_springs
 class StuckModeSettings:
     """Of the modes over the ranks of an mpirun."""
 
-    beyond: int = 4             # modes beyond those asked for, to see a gap above them
-    trials: int = 4             # bases tried where the inertia counts more modes than were found
-    residual: float = 1e-6      # of the stiffness force of a mode, and of the load of the solve that backs a count
-    few: int = 600              # springs in which two sets may differ to share a factor: a dense column each
+    beyond: int = 4  # modes beyond those asked for, to see a gap above them
+    trials: int = 4  # bases tried where the inertia counts more modes than were found
+    # of the stiffness force of a mode, and of the load of the solve that backs a count
+    residual: float = 1e-6
+    few: int = 600  # springs in which two sets may differ to share a factor: a dense column each
 
 
 SETTINGS = StuckModeSettings()
@@ -33,20 +34,26 @@ SETTINGS = StuckModeSettings()
 
 @dataclass(frozen=True)
 class StuckSet:
-    """A set of pairs (the rows of one table, with weights of its own) with its roll springs; hz (m,): its lowest
-    frequencies by a reduction of the same bodies."""
+    """A set of pairs (the rows of one table, with weights of its own) with its roll springs; hz
+    (m,): its lowest frequencies by a reduction of the same bodies."""
 
     pairs: ContactTable
     springs: Sequence[RollSpring]
     hz: np.ndarray
 
 
-def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs: Sequence[RollSpring] = (), *,
-                  together: bool = False) -> np.ndarray:
+def full_stuck_hz(
+    bodies: list[Body],
+    pairs: ContactTable,
+    count: int,
+    springs: Sequence[RollSpring] = (),
+    *,
+    together: bool = False,
+) -> np.ndarray:
     """(count,) Hz: lowest modes of the unreduced bodies joined by the stuck springs of the pairs.
 
-    springs : RollSpring records on rows of `pairs`; together : all ranks of an mpirun share the work on one problem.
-    """
+    springs : RollSpring records on rows of `pairs`; together : all ranks of an mpirun share the
+    work on one problem."""
     K, M, rows = _matrices(bodies, pairs, springs)
     K = K + rows.T @ sp.diags(_stiffness(pairs, springs, springs)) @ rows
     if together:
@@ -55,10 +62,11 @@ def full_stuck_hz(bodies: list[Body], pairs: ContactTable, count: int, springs: 
     return omega / (2 * np.pi)
 
 
-def full_stuck_sets(bodies: list[Body], sets: Sequence[StuckSet], settings: StuckModeSettings = SETTINGS
-                    ) -> list[np.ndarray]:
-    """(m,) Hz of each set as from `full_stuck_hz`, on the factor of the first one where they differ from it by a change
-    of low rank."""
+def full_stuck_sets(
+    bodies: list[Body], sets: Sequence[StuckSet], settings: StuckModeSettings = SETTINGS
+) -> list[np.ndarray]:
+    """(m,) Hz of each set as from `full_stuck_hz`, on the factor of the first one where they differ
+    from it by a change of low rank."""
     springs = list({(s.low, s.high): s for one in sets for s in one.springs}.values())
     K, M, rows = _matrices(bodies, sets[0].pairs, springs)
     k = np.array([_stiffness(one.pairs, one.springs, springs) for one in sets])
@@ -70,29 +78,44 @@ def full_stuck_sets(bodies: list[Body], sets: Sequence[StuckSet], settings: Stuc
 
     factor = Factor(K + rows.T @ sp.diags(k[0]) @ rows)
     solved = factor.solve(rows[differ].T.toarray())
-    hz = {i: found(sets[i], factor.changed(rows[differ], solved, (k[i] - k[0])[differ])) for i in np.flatnonzero(near)}
-    del factor, solved                                   # before there is another
-    hz |= {i: found(sets[i], Factor(K + rows.T @ sp.diags(k[i]) @ rows)) for i in np.flatnonzero(~near)}
+    hz = {
+        i: found(sets[i], factor.changed(rows[differ], solved, (k[i] - k[0])[differ]))
+        for i in np.flatnonzero(near)
+    }
+    del factor, solved  # before there is another
+    hz |= {
+        i: found(sets[i], Factor(K + rows.T @ sp.diags(k[i]) @ rows)) for i in np.flatnonzero(~near)
+    }
     return [hz[i] for i in range(len(sets))]
 
 
 def _matrices(bodies, pairs, springs):
-    """K, M of the bodies, and rows of unit stiffness: relative motion at the pairs, roll at the springs."""
+    """K, M of the bodies, and rows of unit stiffness: relative motion at the pairs, roll at the
+    springs."""
     B = relative_motion(AssembledBodies(bodies), pairs)
     roll = [(B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance for s in springs]
-    return (*(sp.block_diag(part, format="csr") for part in ([b.K for b in bodies], [b.M for b in bodies])),
-            sp.vstack([B, *roll], format="csr"))
+    return (
+        *(
+            sp.block_diag(part, format="csr")
+            for part in ([b.K for b in bodies], [b.M for b in bodies])
+        ),
+        sp.vstack([B, *roll], format="csr"),
+    )
 
 
 def _stiffness(pairs, springs, places):
     """(n,) N/m of the rows of `_matrices` with springs at `places`."""
     own = {(s.low, s.high): s.k for s in springs}
-    return np.concatenate([stuck_springs(pairs).ravel(), [own.get((s.low, s.high), 0.0) for s in places]])
+    return np.concatenate(
+        [stuck_springs(pairs).ravel(), [own.get((s.low, s.high), 0.0) for s in places]]
+    )
 
 
-def modes_over_ranks(K: sp.csr_matrix, M: sp.csr_matrix, count: int,
-                     settings: StuckModeSettings = SETTINGS) -> np.ndarray:
-    """omega (count,) rad/s with matrices and factor distributed over the ranks; counted by inertia, as on one process.
+def modes_over_ranks(
+    K: sp.csr_matrix, M: sp.csr_matrix, count: int, settings: StuckModeSettings = SETTINGS
+) -> np.ndarray:
+    """omega (count,) rad/s with matrices and factor distributed over the ranks; counted by inertia,
+    as on one process.
 
     Raises RuntimeError when a mode is missed or its residual exceeds 1e-6 of its stiffness force.
     """
@@ -103,24 +126,28 @@ def modes_over_ranks(K: sp.csr_matrix, M: sp.csr_matrix, count: int,
     asked = count + settings.beyond
     for _ in range(settings.trials):
         lam, shapes = slepc.lowest(A, B, asked)
-        gaps = lam[count:] / lam[count - 1:-1]
-        top = count + int(gaps.argmax())                 # modes below the widest gap above those asked for
+        gaps = lam[count:] / lam[count - 1 : -1]
+        top = count + int(gaps.argmax())  # modes below the widest gap above those asked for
         shift = np.sqrt(lam[top - 1] * lam[top])
         there = _modes_below(PETSc, A, B, shift, settings.residual)
         if there == top:
             break
-        asked += max(there - top, 0) + settings.beyond           # a larger basis finds them, in general
+        asked += max(there - top, 0) + settings.beyond  # a larger basis finds them, in general
     else:
-        raise RuntimeError(f"{top} modes found below {np.sqrt(shift) / (2 * np.pi):g} Hz, where the inertia counts "
-                           f"{there}")
+        raise RuntimeError(
+            f"{top} modes found below {np.sqrt(shift) / (2 * np.pi):g} Hz, where the inertia "
+            f"counts {there}"
+        )
     for value, shape in zip(lam[:count], shapes, strict=False):
         rest = A * shape
         size = rest.norm()
         rest.axpy(-float(value), B * shape)
         residual = rest.norm() / size
         if not residual <= settings.residual:
-            raise RuntimeError(f"the residual of a mode is {residual:.1e} of its stiffness force, allowed "
-                               f"{settings.residual:g}")
+            raise RuntimeError(
+                f"the residual of a mode is {residual:.1e} of its stiffness force, allowed "
+                f"{settings.residual:g}"
+            )
     return np.sqrt(lam[:count])
 
 
@@ -141,8 +168,10 @@ def _modes_below(PETSc, A, B, lam, residual):
         if one is not None:
             one.destroy()
     if not trusted:
-        raise RuntimeError(f"the modes below {np.sqrt(lam) / (2 * np.pi):g} Hz could not be counted: no factor of "
-                           "K - omega^2 M solves its own equations")
+        raise RuntimeError(
+            f"the modes below {np.sqrt(lam) / (2 * np.pi):g} Hz could not be counted: no factor of "
+            "K - omega^2 M solves its own equations"
+        )
     return negative
 
 

@@ -1,12 +1,13 @@
-"""One Cholesky factor for many sets of closed pairs: rows that come and go are bordered, until they are many.
+"""One Cholesky factor for many sets of closed pairs: rows that come and go are bordered, until they
+are many.
 
 With the factor L L' = A of the rows of a base set, a set that differs by the rows j solves
 
     [A  V] [x]   [b]      V : columns of A where j came, unit columns where j went (there x = 0)
     [V' D] [y] = [d]      D : the block of A where j came, 0 where j went
 
-through the Schur complement D - (L^-1 V)' (L^-1 V) of the size of j.  [Gill, Murray, Saunders and Wright 1990]
-"""
+through the Schur complement D - (L^-1 V)' (L^-1 V) of the size of j.  [Gill, Murray, Saunders and
+Wright 1990]"""
 
 from dataclasses import dataclass
 
@@ -19,29 +20,34 @@ from scipy.linalg.lapack import dpotrf
 class FactorSettings:
     """When a set gets a factor of its own."""
 
-    share: float = 0.1      # of the base set: so many changed rows cost about as much as a new factor
-    few: int = 64           # a set that small always has its own
+    share: float = 0.1  # of the base set: so many changed rows cost about as much as a new factor
+    few: int = 64  # a set that small always has its own
 
 
 SETTINGS = FactorSettings()
 
 
 class ClosedFactor:
-    """A (P, P) symmetric, positive definite on every set that is solved for; it is not copied whole."""
+    """A (P, P) symmetric, positive definite on every set that is solved for; it is not copied
+    whole."""
 
     def __init__(self, A: np.ndarray, settings: FactorSettings = SETTINGS):
         self.A, self.settings = A, settings
         self.base = np.zeros(0, dtype=int)
         self.L = np.zeros((0, 0))
-        self.changed: np.ndarray = np.zeros(0, dtype=int)       # rows that have a column in `bordered`
-        self.bordered = np.zeros((0, 0), order="F")             # L^-1 V
+        self.changed: np.ndarray = np.zeros(0, dtype=int)  # rows that have a column in `bordered`
+        self.bordered = np.zeros((0, 0), order="F")  # L^-1 V
 
     def solve(self, closed: np.ndarray, right: np.ndarray) -> np.ndarray:
-        """(P, k): A^-1 right (P, k) on the rows `closed` (P,) bool, zero elsewhere. LinAlgError where A is singular
-        there."""
+        """(P, k): A^-1 right (P, k) on the rows `closed` (P,) bool, zero elsewhere. LinAlgError
+        where A is singular there."""
         rows = np.flatnonzero(closed)
         change = np.setxor1d(rows, self.base, assume_unique=True)
-        if len(change) > self.settings.share * len(self.base) or len(rows) <= self.settings.few and len(change):
+        if (
+            len(change) > self.settings.share * len(self.base)
+            or len(rows) <= self.settings.few
+            and len(change)
+        ):
             self._factor(rows)
             change = rows[:0]
         x = np.zeros(right.shape)

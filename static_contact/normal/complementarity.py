@@ -1,9 +1,11 @@
-"""Unilateral contact as a linear complementarity problem on the normal motion of the pairs: which of them are closed.
+"""Unilateral contact as a linear complementarity problem on the normal motion of the pairs: which
+of them are closed.
 
     0 <= N  complementary to  g + c N - u >= 0
 
-u : normal motion, N : contact force, g : gap, c = 1/kn : compliance of a pair (0: hard contact). How u and N of a set
-follow from the load is the problem's affair (`normal_contact`, `full.closed_sets`).
+u : normal motion, N : contact force, g : gap, c = 1/kn : compliance of a pair (0: hard contact).
+How u and N of a set follow from the load is the problem's affair (`normal_contact`,
+`full.closed_sets`).
 """
 
 from dataclasses import dataclass
@@ -18,21 +20,24 @@ from tipdamp.hbm.errors import InputError
 class ComplementaritySettings:
     """Of the pivoting and of the proximal point method."""
 
-    steps: int = 2000               # sets that pivoting tries
-    patience: int = 10              # full steps that may fail to reduce the number of wrong pairs
-    rounding: float = 1e-13         # of the largest force: below it the sign of a force is rounding
-    rounds: int = 60                # of the proximal point method
-    anchor: float = 1e-2            # share of k0 that anchors the pairs at first
-    weakest: float = 1e-8           # share of k0 that anchors them at last
-    anchor_force: float = 1e-10     # of the largest force, in any anchor of an answer that is accepted at once
-    anchor_forces: float = 5e-9     # of all forces, in all anchors of the best answer where they fade no further
+    steps: int = 2000  # sets that pivoting tries
+    patience: int = 10  # full steps that may fail to reduce the number of wrong pairs
+    rounding: float = 1e-13  # of the largest force: below it the sign of a force is rounding
+    rounds: int = 60  # of the proximal point method
+    anchor: float = 1e-2  # share of k0 that anchors the pairs at first
+    weakest: float = 1e-8  # share of k0 that anchors them at last
+    # of the largest force, in any anchor of an answer that is accepted at once
+    anchor_force: float = 1e-10
+    # of all forces, in all anchors of the best answer where they fade no further
+    anchor_forces: float = 5e-9
 
 
 SETTINGS = ComplementaritySettings()
 
 
 class NoEquilibrium(InputError):
-    """The closed pairs do not hold the bodies; drift - (P,) motion of the pairs that goes on, None where not known."""
+    """The closed pairs do not hold the bodies; drift - (P,) motion of the pairs that goes on, None
+    where not known."""
 
     def __init__(self, message: str, drift: np.ndarray | None = None):
         super().__init__(message)
@@ -44,7 +49,8 @@ class Cycling(RuntimeError):
 
 
 class SetSolution(NamedTuple):
-    """u, N : (P,) motion and force of the pairs of one set; amount : (h,) of the loose motions of the bodies"""
+    """u, N : (P,) motion and force of the pairs of one set; amount : (h,) of the loose motions of
+    the bodies"""
 
     u: np.ndarray
     N: np.ndarray
@@ -64,7 +70,8 @@ class ContactSolution(NamedTuple):
 
 
 class ComplementarityProblem(Protocol):
-    """What `solve_complementarity` asks of a problem; k0 : (P,) N/m reference springs, free : (P,) bool - may close."""
+    """What `solve_complementarity` asks of a problem; k0 : (P,) N/m reference springs, free : (P,)
+    bool - may close."""
 
     @property
     def k0(self) -> np.ndarray:
@@ -74,16 +81,31 @@ class ComplementarityProblem(Protocol):
     def free(self) -> np.ndarray:
         """(P,) bool."""
 
-    def solve_set(self, closed: np.ndarray, u0: Any, gap: np.ndarray, anchor: float = 0.0,
-                  at: np.ndarray | float = 0.0) -> SetSolution:
-        """With the pairs `closed` (P,) bool closed and all others open, under a load u0 in the problem's own terms."""
+    def solve_set(
+        self,
+        closed: np.ndarray,
+        u0: Any,
+        gap: np.ndarray,
+        anchor: float = 0.0,
+        at: np.ndarray | float = 0.0,
+    ) -> SetSolution:
+        """With the pairs `closed` (P,) bool closed and all others open, under a load u0 in the
+        problem's own terms."""
 
-    def wrong(self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray) -> np.ndarray:
+    def wrong(
+        self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray
+    ) -> np.ndarray:
         """(P,) bool - closed pairs that pull, open pairs that overlap."""
 
 
-def wrong_pairs(problem: ComplementarityProblem, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray,
-                rounding: float = SETTINGS.rounding) -> np.ndarray:
+def wrong_pairs(
+    problem: ComplementarityProblem,
+    closed: np.ndarray,
+    u: np.ndarray,
+    N: np.ndarray,
+    gap: np.ndarray,
+    rounding: float = SETTINGS.rounding,
+) -> np.ndarray:
     """(P,) bool - closed pairs that pull and open pairs that overlap, by more than rounding."""
     push = np.where(closed, -N, problem.k0 * (u - gap))
     return problem.free & (push > rounding * np.abs(np.where(closed, N, push)).max(initial=0.0))
@@ -91,19 +113,25 @@ def wrong_pairs(problem: ComplementarityProblem, closed: np.ndarray, u: np.ndarr
 
 def no_equilibrium(closed: np.ndarray, drift: np.ndarray | None = None) -> NoEquilibrium:
     """The error that says that the closed pairs leave a motion of the damper free."""
-    return NoEquilibrium(f"the {int(closed.sum())} pairs that stay closed do not hold the damper", drift)
+    return NoEquilibrium(
+        f"the {int(closed.sum())} pairs that stay closed do not hold the damper", drift
+    )
 
 
-def solve_complementarity(problem: ComplementarityProblem, u0: Any, gap: np.ndarray,
-                          settings: ComplementaritySettings = SETTINGS,
-                          start: np.ndarray | None = None) -> ContactSolution:
+def solve_complementarity(
+    problem: ComplementarityProblem,
+    u0: Any,
+    gap: np.ndarray,
+    settings: ComplementaritySettings = SETTINGS,
+    start: np.ndarray | None = None,
+) -> ContactSolution:
     """The solution under a load u0 in the problem's own terms, with the gaps (P,) m.
 
-    Semismooth Newton (all wrong pairs change at once) from the pairs `start` (P,) bool, or all closed; where that does
-    not reduce their number, one pair at a time until it does, which cannot cycle in exact arithmetic [Judice and Pires
-    1994: block principal pivoting]. Where a set on the way does not hold the bodies, or rounding makes the sets cycle
-    because some pairs are only just closed, `_proximal` goes on. Raises NoEquilibrium where nothing holds the bodies.
-    """
+    Semismooth Newton (all wrong pairs change at once) from the pairs `start` (P,) bool, or all
+    closed; where that does not reduce their number, one pair at a time until it does, which cannot
+    cycle in exact arithmetic [Judice and Pires 1994: block principal pivoting]. Where a set on the
+    way does not hold the bodies, or rounding makes the sets cycle because some pairs are only just
+    closed, `_proximal` goes on. Raises NoEquilibrium where nothing holds the bodies."""
     try:
         return _pivot(problem, u0, gap, settings, start=start)
     except (NoEquilibrium, Cycling) as error:
@@ -114,15 +142,19 @@ def solve_complementarity(problem: ComplementarityProblem, u0: Any, gap: np.ndar
 
 
 def _proximal(problem, u0, gap, settings):
-    """As `solve_complementarity`, by the proximal point method: every pair is anchored weakly to its last position,
-    which holds the bodies whatever the set, until the anchor forces vanish: 1e-10 of the largest force at once, or the
-    least that was met in many rounds, up to 5e-9 of the forces. Raises NoEquilibrium where they do not vanish; None
-    where no set was found even with anchors.
+    """As `solve_complementarity`, by the proximal point method: every pair is anchored weakly to
+    its last position, which holds the bodies whatever the set, until the anchor forces vanish:
+    1e-10 of the largest force at once, or the least that was met in many rounds, up to 5e-9 of the
+    forces. Raises NoEquilibrium where they do not vanish; None where no set was found even with
+    anchors.
 
-    It converges whenever there is a solution [Rockafellar 1976], also where several positions of the bodies are
-    solutions, as under a load that balances on a single line of pairs.
+    It converges whenever there is a solution [Rockafellar 1976], also where several positions of
+    the bodies are solutions, as under a load that balances on a single line of pairs.
     """
-    at, total, anchor, weakest = gap, 0, settings.anchor, settings.weakest
+    at = gap
+    total = 0
+    anchor = settings.anchor
+    weakest = settings.weakest
     best, least, drift = None, settings.anchor_forces, None
     for _ in range(settings.rounds):
         try:
@@ -171,6 +203,8 @@ def _pivot(problem, u0, gap, settings, anchor=0.0, at=0.0, start=None):
             patience -= 1
         if patience < 0:
             method = "pivoting"
-            wrong[:np.flatnonzero(wrong)[-1]] = False
+            wrong[: np.flatnonzero(wrong)[-1]] = False
         closed = closed ^ wrong
-    raise Cycling("the set of closed pairs was not found: this should not happen, please report the case")
+    raise Cycling(
+        "the set of closed pairs was not found: this should not happen, please report the case"
+    )

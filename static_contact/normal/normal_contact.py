@@ -1,10 +1,12 @@
-"""The frictionless contact of elastic bodies that may float, in the forces of the pairs and the motions of the bodies.
+"""The frictionless contact of elastic bodies that may float, in the forces of the pairs and the
+motions of the bodies.
 
     u = u0 - G N + Y a,     E a + Y' N = w,      u = g + c N where closed,  N = 0 where open
 
-u : normal motion, N : contact force, g : gap, c = 1/kn. G is the compliance of the bodies, held against their loose
-motions; a are the amplitudes of these, Y their motion at the pairs, E the stiffness that they meet (0 where the body
-floats: then Y' N = w is its balance), w the work of the load on them.
+u : normal motion, N : contact force, g : gap, c = 1/kn. G is the compliance of the bodies, held
+against their loose motions; a are the amplitudes of these, Y their motion at the pairs, E the
+stiffness that they meet (0 where the body floats: then Y' N = w is its balance), w the work of the
+load on them.
 """
 
 from dataclasses import dataclass
@@ -21,19 +23,22 @@ from tipdamp.static_contact.normal.complementarity import SetSolution, no_equili
 class SetSettings:
     """Of the solution on one set."""
 
-    singular: float = 1e-12     # of the stiffness of single loose motions: a set below it does not hold the bodies
-    rounding: float = 5e-12     # of the largest force: below it the sign of a force is rounding (hard contact of beams)
-    repeats: int = 2            # steps of iterative refinement at most
-    refined: float = 1e-15      # of the terms of the equations of a set: what no refinement makes smaller
-    residual: float = 1e-8      # of a solve on one set, of the load
+    # of the stiffness of single loose motions: a set below it does not hold the bodies
+    singular: float = 1e-12
+    # of the largest force: below it the sign of a force is rounding (hard contact of beams)
+    rounding: float = 5e-12
+    repeats: int = 2  # steps of iterative refinement at most
+    # of the terms of the equations of a set: what no refinement makes smaller
+    refined: float = 1e-15
+    residual: float = 1e-8  # of a solve on one set, of the load
 
 
 SETTINGS = SetSettings()
 
 
 class Loading(NamedTuple):
-    """What the load does without contact: u0 : (P,) m motion of the pairs; work : (h,) along the loose motions
-    near : what was solved for it, which `Compliance.displacement` goes on from
+    """What the load does without contact: u0 : (P,) m motion of the pairs; work : (h,) along the
+    loose motions near : what was solved for it, which `Compliance.displacement` goes on from
     """
 
     u0: np.ndarray
@@ -45,8 +50,8 @@ class Loading(NamedTuple):
 class NormalContact:
     """The bodies and pairs of one problem.
 
-    A : (P, P) m/N, G + diag(c); c : (P,) m/N; Y : (P, h) m; E : (h, h); k0 : (P,) N/m - for the scale of forces, and
-    anchors; free : (P,) bool - may close
+    A : (P, P) m/N, G + diag(c); c : (P,) m/N; Y : (P, h) m; E : (h, h); k0 : (P,) N/m - for the
+    scale of forces, and anchors; free : (P,) bool - may close
     """
 
     A: np.ndarray
@@ -57,11 +62,18 @@ class NormalContact:
     free: np.ndarray
     settings: SetSettings = SETTINGS
 
-    def solve_set(self, closed: np.ndarray, load: Loading, gap: np.ndarray, anchor: float = 0.0,
-                  at: np.ndarray | float = 0.0) -> SetSolution:
+    def solve_set(
+        self,
+        closed: np.ndarray,
+        load: Loading,
+        gap: np.ndarray,
+        anchor: float = 0.0,
+        at: np.ndarray | float = 0.0,
+    ) -> SetSolution:
         """With the pairs `closed` (P,) bool closed and all others open.
 
-        anchor : share of k0 that acts as a spring between each pair and its motion `at` (proximal term)
+        anchor : share of k0 that acts as a spring between each pair and its motion `at` (proximal
+        term)
         Raises NoEquilibrium where the system of this set is singular.
         """
         if not anchor:
@@ -69,7 +81,9 @@ class NormalContact:
         # each pair and its anchor k together: u = g + soft F, with F = N + k (u - at)
         k = anchor * self.k0
         acting = k > 0
-        soft = np.where(closed, self.c / (1 + k * self.c), np.divide(1.0, k, out=np.ones(len(k)), where=acting))
+        soft = np.where(
+            closed, self.c / (1 + k * self.c), np.divide(1.0, k, out=np.ones(len(k)), where=acting)
+        )
         together = np.where(closed, (gap + k * self.c * at) / (1 + k * self.c), at)
         A = self.A.copy()
         A[np.diag_indices(len(k))] += soft - self.c
@@ -79,7 +93,8 @@ class NormalContact:
 
     def _balanced(self, closed, load, gap):
         """As `solve_set`, without anchors."""
-        Y, right = np.where(closed[:, None], self.Y, 0.0), np.where(closed, load.u0 - gap, 0.0)
+        Y = np.where(closed[:, None], self.Y, 0.0)
+        right = np.where(closed, load.u0 - gap, 0.0)
         try:
             X = self._factor.solve(closed, np.column_stack([right, Y]))
             T = self.E + Y.T @ X[:, 1:]
@@ -99,24 +114,33 @@ class NormalContact:
             raise no_equilibrium(closed) from None
         if not off <= self.settings.residual:
             raise no_equilibrium(closed)
-        return SetSolution(np.where(closed, gap + self.c * N, load.u0 - pressed + self.c * N + self.Y @ a), N, a)
+        return SetSolution(
+            np.where(closed, gap + self.c * N, load.u0 - pressed + self.c * N + self.Y @ a), N, a
+        )
 
     def _left(self, closed, right, work, N, a):
-        """A N (P,), what N and a leave of the closed pairs' equations (P,), and how much that, and what they leave of
-        the balance, is of the terms."""
+        """A N (P,), what N and a leave of the closed pairs' equations (P,), and how much that, and
+        what they leave of the balance, is of the terms."""
         pressed, moved, held = self.A @ N, np.where(closed, self.Y @ a, 0.0), self.E @ a
         left = np.where(closed, right - pressed + moved, 0.0)
         size = np.linalg.norm(right) + np.linalg.norm(moved) + np.linalg.norm(self.A.diagonal() * N)
         sums = np.abs(work) + np.abs(held) + np.abs(N) @ np.abs(self.Y)
         unbalanced = np.abs(work - held - N @ self.Y) / np.where(sums > 0, sums, 1.0)
-        return pressed, left, max(np.linalg.norm(left) / size if size > 0 else 0.0, unbalanced.max(initial=0.0))
+        return (
+            pressed,
+            left,
+            max(np.linalg.norm(left) / size if size > 0 else 0.0, unbalanced.max(initial=0.0)),
+        )
 
-    def wrong(self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray) -> np.ndarray:
+    def wrong(
+        self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray
+    ) -> np.ndarray:
         """(P,) bool - closed pairs that pull, open pairs that overlap."""
         return wrong_pairs(self, closed, u, N, gap, self.settings.rounding)
 
     def held(self) -> bool:
-        """Whether all pairs together hold the bodies, were they as stiff as they look one by one."""
+        """Whether all pairs together hold the bodies, were they as stiff as they look one by
+        one."""
         k = np.divide(1.0, self.A.diagonal(), out=np.zeros(len(self.c)), where=self.free)
         return self._holds(self.E + self.Y.T * k @ self.Y)
 
@@ -135,6 +159,7 @@ class NormalContact:
             return True
         if not self._scale.all():
             return False
-        return np.abs(np.linalg.eigvalsh(T / np.outer(self._scale, self._scale))).min() > self.settings.singular
-
-
+        return (
+            np.abs(np.linalg.eigvalsh(T / np.outer(self._scale, self._scale))).min()
+            > self.settings.singular
+        )

@@ -1,4 +1,5 @@
-"""Two elastic bodies in contact: their combined constants, and what a stiffness of the pair consists of.
+"""Two elastic bodies in contact: their combined constants, and what a stiffness of the pair
+consists of.
 
 Symbols: E, nu, G = E / (2 (1 + nu)) of each body; E* the combined (plane-strain) modulus.
 Source: Johnson, Contact Mechanics (1985), ch. 4 and 5; Dundurs' constants with Johnson's sign.
@@ -14,16 +15,31 @@ from tipdamp.hbm.errors import InputError
 Values = float | np.ndarray
 
 
-def require(name: str, value: Any, low: float, high: float = np.inf, *, open_low: bool = False, unit: str = "") -> Any:
-    """Return `value` if all of it is a finite number within low..high (above low with open_low), else InputError."""
+def require(
+    name: str,
+    value: Any,
+    low: float,
+    high: float = np.inf,
+    *,
+    open_low: bool = False,
+    unit: str = "",
+) -> Any:
+    """Return `value` if all of it is a finite number within low..high (above low with open_low),
+    else InputError."""
     number = np.asarray(value)
     if number.dtype.kind not in "iuf":  # text, None, True: never taken as numbers
-        raise InputError(f"{name} = {value!r} is not a number: allowed are real numbers{' in ' + unit if unit else ''}")
+        raise InputError(
+            f"{name} = {value!r} is not a number: allowed are real "
+            f"numbers{' in ' + unit if unit else ''}"
+        )
     above = number > low if open_low else number >= low
     if not np.all(np.isfinite(number) & above & (number <= high)):
         lower = f"{'>' if open_low else '>='} {low:g}" if np.isfinite(low) else "finite numbers"
         upper = f" and <= {high:g}" if np.isfinite(high) else ""
-        raise InputError(f"{name} = {value!r} is out of range: allowed {lower}{upper}{' ' + unit if unit else ''}")
+        raise InputError(
+            f"{name} = {value!r} is out of range: allowed "
+            f"{lower}{upper}{' ' + unit if unit else ''}"
+        )
     return value
 
 
@@ -64,7 +80,8 @@ class MaterialPair:
 
     @property
     def nu_tangential(self) -> float:
-        """Poisson's ratio of the one body whose tangential compliance is that of both: the mean weighted by 1/G."""
+        """Poisson's ratio of the one body whose tangential compliance is that of both: the mean
+        weighted by 1/G."""
         return (self.nu1 / self.G1 + self.nu2 / self.G2) / self.shear_compliance
 
     @property
@@ -75,16 +92,18 @@ class MaterialPair:
 
     @property
     def dundurs_beta(self) -> float:
-        """Coupling of normal and tangential traction, -0.5..0.5; all stiffnesses here take it as zero."""
+        """Coupling of normal and tangential traction, -0.5..0.5; all stiffnesses here take it as
+        zero."""
         a1, a2 = (1 - self.nu1) / self.G1, (1 - self.nu2) / self.G2
         return ((1 - 2 * self.nu1) / self.G1 - (1 - 2 * self.nu2) / self.G2) / (2 * (a1 + a2))
 
 
 class Stiffness(NamedTuple):
-    """Stiffness of the pair (compliances of both bodies added): N/m, or N/m2 where per unit length of a line."""
+    """Stiffness of the pair (compliances of both bodies added): N/m, or N/m2 where per unit length
+    of a line."""
 
     normal: Values
-    along: Values   # tangential, along the length (axis of the damper, t1)
+    along: Values  # tangential, along the length (axis of the damper, t1)
     across: Values  # tangential, across it (t2)
 
     def scaled(self, factor: float) -> "Stiffness":

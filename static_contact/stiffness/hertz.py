@@ -1,9 +1,10 @@
-"""Line contact of a cylinder and a plane [Hertz 1881; Johnson, Contact Mechanics (1985), section 4.2].
+"""Line contact of a cylinder and a plane [Hertz 1881; Johnson, Contact Mechanics (1985), section
+4.2].
 
     a^2 = 4 P R / (pi E*),    p0 = 2 P / (pi a)
 
-P load per length N/m, R relative radius m, half-width a m. The plane problem has no stiffness of its own; that of a
-cylinder of length L on half-spaces is the stiffness of a flat punch of L x 2a.
+P load per length N/m, R relative radius m, half-width a m. The plane problem has no stiffness of
+its own; that of a cylinder of length L on half-spaces is the stiffness of a flat punch of L x 2a.
 """
 
 import numpy as np
@@ -23,6 +24,8 @@ def hertz_peak_pressure(load: Values, half_width: Values) -> Values:
 
 
 def hertz_stiffness(pair: MaterialPair, length: Values, radius: Values, force: Values) -> Stiffness:
-    """Tangent stiffness (N/m), normal and tangential, of a cylinder of `length` and relative `radius` (m) under a
-    normal `force` (N)."""
-    return rectangle_stiffness(pair, length, 2 * hertz_half_width(force / length, radius, pair.E_star))
+    """Tangent stiffness (N/m), normal and tangential, of a cylinder of `length` and relative
+    `radius` (m) under a normal `force` (N)."""
+    return rectangle_stiffness(
+        pair, length, 2 * hertz_half_width(force / length, radius, pair.E_star)
+    )

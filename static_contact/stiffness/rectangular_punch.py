@@ -1,9 +1,10 @@
-"""Rigid rectangular punch L x w on a pair of half-spaces: stiffness from the table of rectangular_punch_bem.py.
+"""Rigid rectangular punch L x w on a pair of half-spaces: stiffness from the table of
+rectangular_punch_bem.py.
 
-Kn = E* L / c(0), Kt = 2 L / (c(nu) (1/G1 + 1/G2)), with c the dimensionless compliance along or across, a function
-of length/width and nu. Between the table's Chebyshev nodes c is the polynomial through them, in log(length/width)
-and nu; its error is below 1e-6 (error columns of the table, and the tests). Beyond 1e8 c goes on straight in the
-logarithm, as the slender limit does.
+Kn = E* L / c(0), Kt = 2 L / (c(nu) (1/G1 + 1/G2)), with c the dimensionless compliance along or
+across, a function of length/width and nu. Between the table's Chebyshev nodes c is the polynomial
+through them, in log(length/width) and nu; its error is below 1e-6 (error columns of the table, and
+the tests). Beyond 1e8 c goes on straight in the logarithm, as the slender limit does.
 """
 
 from functools import lru_cache
@@ -12,7 +13,12 @@ from pathlib import Path
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
+from tipdamp.static_contact.stiffness.elastic_constants import (
+    MaterialPair,
+    Stiffness,
+    Values,
+    require,
+)
 
 TABLE = Path(__file__).with_name("rectangular_punch_table.csv")
 LONGEST = 1e8  # length / width at the end of the table
@@ -20,10 +26,11 @@ ASPECT_NODES, NU_NODES = 33, 6
 
 
 def rectangle_stiffness(pair: MaterialPair, length: Values, width: Values) -> Stiffness:
-    """Normal, along and across stiffness (N/m) of a flat contact `length` x `width` (m, scalars or arrays).
+    """Normal, along and across stiffness (N/m) of a flat contact `length` x `width` (m, scalars or
+    arrays).
 
-    Rigid punch in the sense that all points of the contact move together; sharp edges; no coupling (beta = 0).
-    'along' is parallel to `length`, which may be the shorter side.
+    Rigid punch in the sense that all points of the contact move together; sharp edges; no coupling
+    (beta = 0). 'along' is parallel to `length`, which may be the shorter side.
     """
     length = np.asarray(require("length", length, 0, open_low=True, unit="m"), dtype=float)
     width = np.asarray(require("width", width, 0, open_low=True, unit="m"), dtype=float)
@@ -31,13 +38,17 @@ def rectangle_stiffness(pair: MaterialPair, length: Values, width: Values) -> St
     normal = rectangle_compliance(longer / shorter, 0.0)[0]
     by_longer, by_shorter = rectangle_compliance(longer / shorter, pair.nu_tangential)
     swap = width > length
-    along, across = np.where(swap, by_shorter, by_longer), np.where(swap, by_longer, by_shorter)
+    along = np.where(swap, by_shorter, by_longer)
+    across = np.where(swap, by_longer, by_shorter)
     shear = 2 * longer / pair.shear_compliance
-    return Stiffness(*(k[()] for k in (pair.E_star * longer / normal, shear / along, shear / across)))
+    return Stiffness(
+        *(k[()] for k in (pair.E_star * longer / normal, shear / along, shear / across))
+    )
 
 
 def rectangle_compliance(aspect: Values, nu: Values) -> tuple[np.ndarray, np.ndarray]:
-    """Dimensionless compliance (along the longer side, along the shorter side), aspect >= 1, 0 <= nu <= 0.5."""
+    """Dimensionless compliance (along the longer side, along the shorter side), aspect >= 1, 0 <=
+    nu <= 0.5."""
     require("aspect", aspect, 1)
     require("nu", nu, 0, 0.5)
     place = np.log(aspect)
@@ -52,18 +63,23 @@ def rectangle_compliance(aspect: Values, nu: Values) -> tuple[np.ndarray, np.nda
 
 
 def slender_strip_stiffness(pair: MaterialPair, length: Values, half_width: Values) -> np.ndarray:
-    """Normal stiffness (N/m) of a rigid strip, first order in 1/log: pi E* L / (2 (ln(4 L/a) - 1)). For comparison."""
+    """Normal stiffness (N/m) of a rigid strip, first order in 1/log: pi E* L / (2 (ln(4 L/a) - 1)).
+    For comparison."""
     return np.pi * pair.E_star * length / (2 * (np.log(4 * length / half_width) - 1))
 
 
 def uniform_line_stiffness(pair: MaterialPair, length: Values, half_width: Values) -> np.ndarray:
-    """Load over displacement at mid-length (N/m) of a uniform line load: pi E* L / (2 ln(2 L/a)). For comparison."""
+    """Load over displacement at mid-length (N/m) of a uniform line load: pi E* L / (2 ln(2 L/a)).
+    For comparison."""
     return np.pi * pair.E_star * length / (2 * np.log(2 * length / half_width))
 
 
 def table_nodes() -> tuple[np.ndarray, np.ndarray]:
-    """Chebyshev nodes (ends included) in log(aspect) over 1..LONGEST and in nu over 0..0.5: the rows of the table."""
-    aspect = np.exp(0.5 * np.log(LONGEST) * (1 - np.cos(np.pi * np.arange(ASPECT_NODES) / (ASPECT_NODES - 1))))
+    """Chebyshev nodes (ends included) in log(aspect) over 1..LONGEST and in nu over 0..0.5: the
+    rows of the table."""
+    aspect = np.exp(
+        0.5 * np.log(LONGEST) * (1 - np.cos(np.pi * np.arange(ASPECT_NODES) / (ASPECT_NODES - 1)))
+    )
     nu = 0.25 * (1 - np.cos(np.pi * np.arange(NU_NODES) / (NU_NODES - 1)))
     return aspect, nu
 
@@ -76,4 +92,7 @@ def _polynomials():
     matrices = []
     for nodes in (2 * np.log(aspect) / np.log(LONGEST) - 1, 4 * nu - 1):
         matrices.append(np.linalg.inv(chebyshev.chebvander(nodes, nodes.size - 1)))
-    return [matrices[0] @ table[:, column].reshape(aspect.size, nu.size) @ matrices[1].T for column in (2, 3)]
+    return [
+        matrices[0] @ table[:, column].reshape(aspect.size, nu.size) @ matrices[1].T
+        for column in (2, 3)
+    ]

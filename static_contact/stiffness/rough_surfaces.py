@@ -1,21 +1,28 @@
 """Interface of randomly rough surfaces in series with the smooth bodies.
 
-    K_rough = N / (gamma h_rms),   Kt_rough = K_rough Kt/Kn of a circular contact (2 (1 - nu)/(2 - nu) for equal nu)
+    K_rough = N / (gamma h_rms),   Kt_rough = K_rough Kt/Kn of a circular contact (2 (1 - nu)/(2 -
+    nu) for equal nu)
 
-The load falls off exponentially with the separation over the length gamma h_rms, whatever the nominal area.
-Source: Campana, Persson & Mueser, J. Phys.: Condens. Matter 23 (2011) 085001. Valid while the real contact is a small
-part of the nominal area.
+The load falls off exponentially with the separation over the length gamma h_rms, whatever the
+nominal area. Source: Campana, Persson & Mueser, J. Phys.: Condens. Matter 23 (2011) 085001. Valid
+while the real contact is a small part of the nominal area.
 """
 
 from dataclasses import dataclass
 
-from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, Values, require
+from tipdamp.static_contact.stiffness.elastic_constants import (
+    MaterialPair,
+    Stiffness,
+    Values,
+    require,
+)
 from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_stiffness
 
 
 @dataclass(frozen=True)
 class Roughness:
-    """h_rms : m, root mean square height of both surfaces combined; gamma : of order 0.5, by the roughness spectrum."""
+    """h_rms : m, root mean square height of both surfaces combined; gamma : of order 0.5, by the
+    roughness spectrum."""
 
     h_rms: float
     gamma: float

@@ -1,15 +1,16 @@
-"""Flat punch with rounded edges on a half-space, per unit length: load, half-width of contact, pressure.
+"""Flat punch with rounded edges on a half-space, per unit length: load, half-width of contact,
+pressure.
 
-One punch covers the three shapes of the paper (section 7.1, figure 5): flat part of half-width b, edges of radius R.
-b = 0 is the Hertz line (cylinder), R = 0 the sharp flat punch. Symbols: P load per length N/m, a half-width of
-contact m, E* combined modulus Pa; s = sqrt(a^2 - b^2).
+One punch covers the three shapes of the paper (section 7.1, figure 5): flat part of half-width b,
+edges of radius R. b = 0 is the Hertz line (cylinder), R = 0 the sharp flat punch. Symbols: P load
+per length N/m, a half-width of contact m, E* combined modulus Pa; s = sqrt(a^2 - b^2).
 
     P = E*/(2R) [ a^2 atan(s/b) - b s ]          dP/da = (E* a/R) atan(s/b)
     p(x) = E*/(pi R) integral over a' from max(b, |x|) to a of  a' atan(s'/b) / sqrt(a'^2 - x^2)
 
-The pressure is the sum of the flat-punch pressures dP / (pi sqrt(a'^2 - x^2)) of the growing contact: positive terms
-only, so that both limits stay exact. Closed form of the same: Ciavarella, Hills & Monno, Proc IMechE C 212 (1998) 319.
-"""
+The pressure is the sum of the flat-punch pressures dP / (pi sqrt(a'^2 - x^2)) of the growing
+contact: positive terms only, so that both limits stay exact. Closed form of the same: Ciavarella,
+Hills & Monno, Proc IMechE C 212 (1998) 319."""
 
 import numpy as np
 from scipy.optimize import brentq
@@ -20,27 +21,37 @@ from tipdamp.static_contact.stiffness.hertz import hertz_half_width
 from tipdamp.static_contact.stiffness.load_displacement import graded_nodes
 
 
-def punch_load(half_width: Values, flat_half_width: Values, radius: Values, e_star: Values) -> np.ndarray:
+def punch_load(
+    half_width: Values, flat_half_width: Values, radius: Values, e_star: Values
+) -> np.ndarray:
     """Load per length P (N/m) that opens the contact to `half_width` a >= b (m); R > 0."""
-    a, b = np.asarray(require("half_width", half_width, 0, unit="m"), dtype=float), flat_half_width
+    a = np.asarray(require("half_width", half_width, 0, unit="m"), dtype=float)
+    b = flat_half_width
     require("flat_half_width", b, 0, unit="m")
     require("radius", radius, 0, open_low=True, unit="m")
     if np.any(a < b):
-        raise InputError(f"half_width = {half_width!r} is out of range: allowed >= flat_half_width = {b:g} m, "
-                         "the flat part is always in contact")
+        raise InputError(
+            f"half_width = {half_width!r} is out of range: allowed >= flat_half_width = {b:g} m, "
+            "the flat part is always in contact"
+        )
     s = np.sqrt((a - b) * (a + b))
     if b == 0:
         return (np.pi * e_star * s**2 / (4 * radius))[()]
     return e_star * b**2 / (2 * radius) * _opening(s / b)
 
 
-def punch_half_width(load: Values, flat_half_width: Values, radius: Values, e_star: Values) -> np.ndarray:
+def punch_half_width(
+    load: Values, flat_half_width: Values, radius: Values, e_star: Values
+) -> np.ndarray:
     """Half-width of contact a (m) under P (N/m), scalar or array; 0 <= b, 0 <= R, not both zero."""
     return np.hypot(flat_half_width, _rim(load, flat_half_width, radius, e_star))
 
 
-def punch_pressure(x: Values, load: Values, flat_half_width: Values, radius: Values, e_star: Values) -> np.ndarray:
-    """Pressure (Pa) at `x` (m, scalar or array, measured from the centre) under P (N/m, scalar); 0 outside."""
+def punch_pressure(
+    x: Values, load: Values, flat_half_width: Values, radius: Values, e_star: Values
+) -> np.ndarray:
+    """Pressure (Pa) at `x` (m, scalar or array, measured from the centre) under P (N/m, scalar); 0
+    outside."""
     rim, b = _rim(load, flat_half_width, radius, e_star), flat_half_width
     x = np.abs(np.asarray(require("x", x, -np.inf, unit="m"), dtype=float))
     beyond = (x - b) * (x + b)  # x^2 - b^2, below rim^2 inside the contact
@@ -58,10 +69,14 @@ def punch_pressure(x: Values, load: Values, flat_half_width: Values, radius: Val
     return np.where(inside, e_star / (np.pi * radius) * integral, 0.0)[()]
 
 
-def punch_peak(load: Values, flat_half_width: Values, radius: Values, e_star: Values) -> tuple[float, float]:
-    """Position x >= 0 (m) and value (Pa) of the largest pressure; R > 0 (a sharp edge has no finite peak).
+def punch_peak(
+    load: Values, flat_half_width: Values, radius: Values, e_star: Values
+) -> tuple[float, float]:
+    """Position x >= 0 (m) and value (Pa) of the largest pressure; R > 0 (a sharp edge has no finite
+    peak).
 
-    With w = sqrt(a^2/x^2 - 1) b/s the condition dp/dx = 0 reads  w atanh(w) = (b/s) atan(s/b),  0 < w < 1.
+    With w = sqrt(a^2/x^2 - 1) b/s the condition dp/dx = 0 reads  w atanh(w) = (b/s) atan(s/b),  0 <
+    w < 1.
     """
     require("radius", radius, 0, open_low=True, unit="m")
     require("load", load, 0, open_low=True, unit="N/m")
@@ -75,7 +90,8 @@ def punch_peak(load: Values, flat_half_width: Values, radius: Values, e_star: Va
 
 
 def _rim(load, flat_half_width, radius, e_star):
-    """s = sqrt(a^2 - b^2), m, without the cancellation of a - b: the flat part b at s = 0, Hertz at s = a."""
+    """s = sqrt(a^2 - b^2), m, without the cancellation of a - b: the flat part b at s = 0, Hertz at
+    s = a."""
     b = require("flat_half_width", flat_half_width, 0, unit="m")
     require("radius", radius, 0, unit="m")
     require("e_star", e_star, 0, open_low=True, unit="Pa")
@@ -94,15 +110,20 @@ def _rim(load, flat_half_width, radius, e_star):
 
 
 def _opening(t):
-    """m(t) = (1 + t^2) atan t - t, the load of the punch over E* b^2 / (2R) at t = s/b; series where it cancels."""
+    """m(t) = (1 + t^2) atan t - t, the load of the punch over E* b^2 / (2R) at t = s/b; series
+    where it cancels."""
     t = np.asarray(t, dtype=float)
     small = np.minimum(t, 0.3)
-    series = sum((-1) ** (k + 1) * 2 * small ** (2 * k + 1) / ((2 * k - 1) * (2 * k + 1)) for k in range(1, 16))
+    series = sum(
+        (-1) ** (k + 1) * 2 * small ** (2 * k + 1) / ((2 * k - 1) * (2 * k + 1))
+        for k in range(1, 16)
+    )
     return np.where(t < 0.3, series, (1 + t**2) * np.arctan(t) - t)
 
 
 def _opening_root(target):
-    """t with m(t) = target. m is convex and rising, m' = 2 t atan t: Newton ends from any start above zero."""
+    """t with m(t) = target. m is convex and rising, m' = 2 t atan t: Newton ends from any start
+    above zero."""
     target = np.asarray(target, dtype=float)
     t = np.cbrt(1.5 * target) + np.sqrt(2 * target / np.pi)
     for _ in range(60):

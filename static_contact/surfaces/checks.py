@@ -1,4 +1,5 @@
-"""What is wrong with two surfaces that are said to be in contact: one line with set, count, distance and remedy."""
+"""What is wrong with two surfaces that are said to be in contact: one line with set, count,
+distance and remedy."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,73 +15,114 @@ from tipdamp.static_contact.surfaces.pairing import Side
 from tipdamp.static_contact.surfaces.settings import SurfaceSettings
 from tipdamp.static_contact.surfaces.weights import Overlap
 
-UNITS = (1e3, 1e-3, 25.4, 1 / 25.4, 0.0254, 1 / 0.0254, 1e2, 1e-2, 0.3048, 1 / 0.3048)    # between units in use
+# between units in use
+UNITS = (1e3, 1e-3, 25.4, 1 / 25.4, 0.0254, 1 / 0.0254, 1e2, 1e-2, 0.3048, 1 / 0.3048)
 
 
-def check_overlap(side: Side, met: Overlap, blade: Surface, damper: Surface, closed: bool,
-                  shown: Callable[[float], str], settings: SurfaceSettings) -> None:
-    """InputError where the surfaces do not overlap, do not oppose each other, penetrate, or two blade faces lie
-    opposite to one damper face. closed - wherever they lie they count as touching."""
-    counts = (f"side '{side.name}': {sum(map(len, damper.faces))} damper faces of '{side.damper}' and "
-              f"{sum(map(len, blade.faces))} blade faces of '{side.blade}'")
+def check_overlap(
+    side: Side,
+    met: Overlap,
+    blade: Surface,
+    damper: Surface,
+    closed: bool,
+    shown: Callable[[float], str],
+    settings: SurfaceSettings,
+) -> None:
+    """InputError where the surfaces do not overlap, do not oppose each other, penetrate, or two
+    blade faces lie opposite to one damper face. closed - wherever they lie they count as
+    touching."""
+    counts = (
+        f"side '{side.name}': {sum(map(len, damper.faces))} damper faces of '{side.damper}' and "
+        f"{sum(map(len, blade.faces))} blade faces of '{side.blade}'"
+    )
     factor = None if met.covered >= settings.seen else _unit_factor(blade, damper, settings)
     if factor:
         its, theirs = (shown(np.ptp(one.mesh.position, axis=0).max()) for one in (damper, blade))
-        raise InputError(f"{counts} do not meet: the damper is {its} in size, the blades {theirs}; {factor:.4g} times "
-                         "its coordinates would lie at the blades: the two files are in different units of length; "
-                         "export both in that of [units]")
+        raise InputError(
+            f"{counts} do not meet: the damper is {its} in size, the blades {theirs}; "
+            f"{factor:.4g} times its coordinates would lie at the blades: the two files are in "
+            "different units of length; export both in that of [units]"
+        )
     if not len(met.vertex):
         raise InputError(f"{counts} {_why_apart(blade, damper, shown, settings)}")
     if len(met.doubled):
         nearest, farthest = (shown(abs(round(float(gap), 9))) for gap in met.layers[0])
-        raise InputError(f"{counts}: the damper's faces lie opposite to two layers of blade faces at "
-                         f"{len(met.doubled)} places, at {_place(met.doubled[0], shown)} {nearest} and {farthest} "
-                         "away; name the faces of one layer for blade")
+        raise InputError(
+            f"{counts}: the damper's faces lie opposite to two layers of blade faces at "
+            f"{len(met.doubled)} places, at {_place(met.doubled[0], shown)} {nearest} and "
+            f"{farthest} away; name the faces of one layer for blade"
+        )
     if met.opposed.min() > settings.opposed:
-        raise InputError(f"{counts} are {met.opposed.min():.0f} degrees off being parallel where they face each other; "
-                         f"{settings.opposed:.0f} allowed: are these the faces that touch, and the meshes in place?")
+        raise InputError(
+            f"{counts} are {met.opposed.min():.0f} degrees off being parallel where they face "
+            f"each other; {settings.opposed:.0f} allowed: are these the faces that touch, and the "
+            "meshes in place?"
+        )
     size = np.sqrt(met.area)
     deep = met.least < -settings.penetration * size
     if deep.any() and not closed:
         i = int(np.where(deep, met.least, 0).argmin())
         place = _place(damper.mesh.position[met.vertex[i]], shown)
-        raise InputError(f"{counts} penetrate by more than {settings.penetration:g} of a face's size around "
-                         f"{int(deep.sum())} of {len(deep)} points, most by {shown(-met.least[i])} at "
-                         f"{place}; move the meshes apart, or let them count "
-                         "as touching: [contact] distance = \"closed\"")
+        raise InputError(
+            f"{counts} penetrate by more than {settings.penetration:g} of a face's size around "
+            f"{int(deep.sum())} of {len(deep)} points, most by {shown(-met.least[i])} at "
+            f"{place}; move the meshes apart, or let them count "
+            'as touching: [contact] distance = "closed"'
+        )
 
 
 def _why_apart(blade, damper, shown, settings) -> str:
     """The reason why no face lies opposite to another, and what to do."""
-    mine, theirs = (max(facets(surface, settings), key=lambda one: len(one.area)) for surface in (damper, blade))
+    mine, theirs = (
+        max(facets(surface, settings), key=lambda one: len(one.area)) for surface in (damper, blade)
+    )
     reach = reach_of(damper.mesh, settings)
     wide = overlap(damper, blade, replace(settings, reach=settings.farthest))
     if wide.covered > settings.seen:
         i = int(np.abs(wide.gap).argmin())
-        how = "penetrate each other by" if wide.gap[i] < 0 else "lie opposite to each other with a gap of"
-        return (f"{how} {shown(abs(wide.gap[i]))} or more; up to {shown(reach)} (a tenth of the damper) counts as "
-                "contact: move the meshes into place, or name the faces that touch")
+        how = (
+            "penetrate each other by"
+            if wide.gap[i] < 0
+            else "lie opposite to each other with a gap of"
+        )
+        return (
+            f"{how} {shown(abs(wide.gap[i]))} or more; up to {shown(reach)} (a tenth of the "
+            "damper) counts as contact: move the meshes into place, or name the faces that touch"
+        )
     distance, nearest = cKDTree(theirs.centre).query(mine.centre)
     i = int(distance.argmin())
     if distance[i] > reach + mine.radius[i] + theirs.radius[nearest[i]]:
-        return (f"do not touch: their centres are {shown(distance[i])} apart at the nearest, and gaps up to "
-                f"{shown(reach)} (a tenth of the damper) count; are the groups swapped, or the meshes out of place?")
+        return (
+            f"do not touch: their centres are {shown(distance[i])} apart at the nearest, and gaps "
+            f"up to {shown(reach)} (a tenth of the damper) count; are the groups swapped, or the "
+            "meshes out of place?"
+        )
     facing = -np.einsum("tx,tx->t", mine.normal, theirs.normal[nearest])
     if facing.max() < np.cos(np.radians(settings.facing)):
         angle = np.degrees(np.arccos(np.clip(facing.max(), -1, 1)))
-        return (f"do not face each other: their normals are {angle:.0f} degrees off opposition at least, "
-                f"{settings.facing:.0f} allowed; name the faces that touch (are the groups of two sides swapped?)")
-    return (f"do not overlap: seen along the normal they lie beside each other, {shown(distance[i])} from centre to "
-            "centre at the nearest; name the faces that lie opposite to each other")
+        return (
+            f"do not face each other: their normals are {angle:.0f} degrees off opposition at "
+            f"least, {settings.facing:.0f} allowed; name the faces that touch (are the groups of "
+            "two sides swapped?)"
+        )
+    return (
+        f"do not overlap: seen along the normal they lie beside each other, {shown(distance[i])} "
+        "from centre to centre at the nearest; name the faces that lie opposite to each other"
+    )
 
 
 def _unit_factor(blade: Surface, damper: Surface, settings: SurfaceSettings) -> float | None:
-    """The factor between two units by which most of the damper's faces would lie at those of the blade; of those that
-    bring all of them there the largest, as the blade is covered best."""
+    """The factor between two units by which most of the damper's faces would lie at those of the
+    blade; of those that bring all of them there the largest, as the blade is covered best."""
     mesh = damper.mesh
     size = float(np.ptp(mesh.position, axis=0).max() / np.ptp(blade.mesh.position, axis=0).max())
-    scaled = {f: overlap(Surface(replace(mesh, position=f * mesh.position), damper.faces), blade, settings)
-              for f in sorted(UNITS, reverse=True) if settings.smallest <= f * size <= 1 + SAME}
+    scaled = {
+        f: overlap(
+            Surface(replace(mesh, position=f * mesh.position), damper.faces), blade, settings
+        )
+        for f in sorted(UNITS, reverse=True)
+        if settings.smallest <= f * size <= 1 + SAME
+    }
     if not scaled:
         return None
     best = list(scaled)[first_largest([met.covered for met in scaled.values()])]

@@ -1,7 +1,7 @@
 """Intersections of triangles in a plane: Sutherland and Hodgman's clipping, all pairs at a time.
 
-[Sutherland and Hodgman 1974, Reentrant polygon clipping; as mortar methods use it: Puso and Laursen 2004, sec. 4.2]
-"""
+[Sutherland and Hodgman 1974, Reentrant polygon clipping; as mortar methods use it: Puso and Laursen
+2004, sec. 4.2]"""
 
 import numpy as np
 
@@ -31,15 +31,20 @@ def _half_plane(polygon, count, a, b):
     m, v = polygon.shape[:2]
     there = np.arange(v) < count[:, None]
     along = b - a
-    height = along[:, :1] * (polygon[:, :, 1] - a[:, 1:]) - along[:, 1:] * (polygon[:, :, 0] - a[:, :1])
+    height = along[:, :1] * (polygon[:, :, 1] - a[:, 1:]) - along[:, 1:] * (
+        polygon[:, :, 0] - a[:, :1]
+    )
     following = np.where(np.arange(v) + 1 < count[:, None], np.arange(v) + 1, 0)
     rows = np.arange(m)[:, None]
     next_height, inside = height[rows, following], height >= 0
     crosses = there & (inside != (next_height >= 0))
-    share = np.divide(height, height - next_height, out=np.zeros_like(height), where=crosses)[:, :, None]
+    share = np.divide(height, height - next_height, out=np.zeros_like(height), where=crosses)[
+        :, :, None
+    ]
     cut = polygon + share * (polygon[rows, following] - polygon)
     corners = np.stack([polygon, cut], axis=2).reshape(m, 2 * v, 2)
     kept = np.stack([there & inside, crosses], axis=2).reshape(m, 2 * v)
-    count = kept.sum(axis=1)       # v + 1 at most, but for edges on the line: rounding may cross it more than twice
-    order = np.argsort(~kept, axis=1, kind="stable")[:, :count.max(initial=v)]
+    # v + 1 at most, but for edges on the line: rounding may cross it more than twice
+    count = kept.sum(axis=1)
+    order = np.argsort(~kept, axis=1, kind="stable")[:, : count.max(initial=v)]
     return corners[rows, order], count

@@ -1,7 +1,9 @@
-"""A contact side as a surface: faces of a mesh, and the flat triangles (facets) that they are cut into.
+"""A contact side as a surface: faces of a mesh, and the flat triangles (facets) that they are cut
+into.
 
-Curved and four-sided faces are cut through all their nodes [Puso and Laursen 2004, sec. 4]; what is integrated on the
-facets is evaluated on the faces themselves, onto which their points are projected.
+Curved and four-sided faces are cut through all their nodes [Puso and Laursen 2004, sec. 4]; what is
+integrated on the facets is evaluated on the faces themselves, onto which their points are
+projected.
 """
 
 from dataclasses import dataclass
@@ -13,13 +15,15 @@ from tipdamp.modal.faces import face_corners, face_places, face_shapes
 from tipdamp.modal.mesh import Mesh
 from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 
-_WHOLE = [(0, 1, 2)]                                    # a straight triangle; places of nodes as `face_places` has them
+_WHOLE = [(0, 1, 2)]  # a straight triangle; places of nodes as `face_places` has them
 _QUARTERS = [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]
-_RIM = ((0, 1, 2, 3), (0, 4, 1, 5, 2, 6, 3, 7))         # of straight and of curved four-sided faces, around the centre
+# of straight and of curved four-sided faces, around the centre
+_RIM = ((0, 1, 2, 3), (0, 4, 1, 5, 2, 6, 3, 7))
 
 
 class Surface(NamedTuple):
-    """Faces of a mesh: [(f, k) node indices], the corners first, counter-clockwise seen from outside."""
+    """Faces of a mesh: [(f, k) node indices], the corners first, counter-clockwise seen from
+    outside."""
 
     mesh: Mesh
     faces: list[np.ndarray]
@@ -62,7 +66,10 @@ def facets(surface: Surface, settings: SurfaceSettings = DEFAULT) -> list[Facets
     """The facets of a surface, one record for each number k of nodes of a face."""
     mesh, blocks = surface
     kinds = sorted({block.shape[1] for block in blocks if len(block)})
-    return [_cut(mesh.position, np.concatenate([b for b in blocks if b.shape[1] == k]), settings) for k in kinds]
+    return [
+        _cut(mesh.position, np.concatenate([b for b in blocks if b.shape[1] == k]), settings)
+        for k in kinds
+    ]
 
 
 def _cut(position, faces, settings):
@@ -72,7 +79,10 @@ def _cut(position, faces, settings):
     size = np.linalg.norm(place - place[:, :1], axis=2).max(axis=1)
     curved = np.linalg.norm(place - straight, axis=2).max(axis=1) > settings.straight * size
     face, reference = [], []
-    for mine, cut in ((np.flatnonzero(~curved), _cuts(corners, False)), (np.flatnonzero(curved), _cuts(corners, True))):
+    for mine, cut in (
+        (np.flatnonzero(~curved), _cuts(corners, False)),
+        (np.flatnonzero(curved), _cuts(corners, True)),
+    ):
         face.append(np.repeat(mine, len(cut)))
         reference.append(np.tile(cut, (len(mine), 1, 1)))
     face, reference = np.concatenate(face), np.concatenate(reference)
@@ -80,7 +90,15 @@ def _cut(position, faces, settings):
     corner = np.einsum("tck,tkx->tcx", shape, place[face])
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     twice = np.linalg.norm(across, axis=1)
-    return Facets(faces, place, face, reference, corner, across / np.maximum(twice, 1e-300)[:, None], twice / 2)
+    return Facets(
+        faces,
+        place,
+        face,
+        reference,
+        corner,
+        across / np.maximum(twice, 1e-300)[:, None],
+        twice / 2,
+    )
 
 
 def _cuts(corners, curved) -> np.ndarray:

@@ -1,12 +1,15 @@
-"""Normals of the smooth surface that the nodes of faces lie on, exact on planes, spheres and circular cylinders.
+"""Normals of the smooth surface that the nodes of faces lie on, exact on planes, spheres and
+circular cylinders.
 
-The normals at two points of a circle make the same angle with the chord between them, on either side of it:
+The normals at two points of a circle make the same angle with the chord between them, on either
+side of it:
 
     (x_i - x_j) . (n_i + n_j) = 0,    |n_i| = 1
 
-which is solved by least squares over all nodes near each other [the symmetric objective of Rusinkiewicz 2019, A
-symmetric objective function for ICP, eq. 6]. Means of the normals of faces are wrong to the first order of the face
-size at the rim of a side and where faces differ in size: a round side would resist rolling.
+which is solved by least squares over all nodes near each other [the symmetric objective of
+Rusinkiewicz 2019, A symmetric objective function for ICP, eq. 6]. Means of the normals of faces are
+wrong to the first order of the face size at the rim of a side and where faces differ in size: a
+round side would resist rolling.
 """
 
 from collections.abc import Sequence
@@ -26,8 +29,8 @@ Faces = Sequence[tuple[np.ndarray, np.ndarray]]
 class _Sheet(NamedTuple):
     """s nodes of faces; those on a crease are there once for each side of it.
 
-    of : (i,) int - the one of each node of each face in turn; place : (s, 3) m; mean : (s, 3) unit normals of the faces
-    known : (s,) bool - inside of a plane part, where the mean is exact
+    of : (i,) int - the one of each node of each face in turn; place : (s, 3) m; mean : (s, 3) unit
+    normals of the faces known : (s,) bool - inside of a plane part, where the mean is exact
     """
 
     of: np.ndarray
@@ -37,10 +40,12 @@ class _Sheet(NamedTuple):
 
 
 def smooth_normals(kinds: Faces, settings: SurfaceSettings = DEFAULT) -> list[np.ndarray]:
-    """(f, k, 3) at the nodes of faces [(f, k) node indices, (f, k, 3) m their places]: outward, of length 1 at corners.
+    """(f, k, 3) at the nodes of faces [(f, k) node indices, (f, k, 3) m their places]: outward, of
+    length 1 at corners.
 
-    The shape functions interpolate them as they do the places: a node halfway between two corners has the mean of their
-    normals. Nothing is smooth across edges where faces meet at more than `crease` degrees.
+    The shape functions interpolate them as they do the places: a node halfway between two corners
+    has the mean of their normals. Nothing is smooth across edges where faces meet at more than
+    `crease` degrees.
     """
     kinds = [(faces, place) for faces, place in kinds]
     between = [_between_corners(place, settings) for _, place in kinds]
@@ -48,18 +53,21 @@ def smooth_normals(kinds: Faces, settings: SurfaceSettings = DEFAULT) -> list[np
     normal = _chordal(sheet, _near(kinds, sheet, between), settings)
     found, start = [], 0
     for (faces, place), mean in zip(kinds, between, strict=True):
-        own = normal[sheet.of[start:start + faces.size]].reshape(place.shape)
+        own = normal[sheet.of[start : start + faces.size]].reshape(place.shape)
         found.append(np.where(mean[:, :, None], _from_corners(own), own))
         start += faces.size
     return found
 
 
-def bulge(shape: np.ndarray, place: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """At points with the functions `shape` (m, k) of the nodes of their faces, whose places and smooth normals are
-    (m, k, 3): normals (m, 3), and by how much the smooth surface lies above the faces there (m,) m.
+def bulge(
+    shape: np.ndarray, place: np.ndarray, normal: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """At points with the functions `shape` (m, k) of the nodes of their faces, whose places and
+    smooth normals are (m, k, 3): normals (m, 3), and by how much the smooth surface lies above the
+    faces there (m,) m.
 
-    2 h = sum_k N_k x_k . n_k - x . n : on a circle, of which a face is a chord, h is R - |x| to the fourth order.
-    """
+    2 h = sum_k N_k x_k . n_k - x . n : on a circle, of which a face is a chord, h is R - |x| to the
+    fourth order."""
     arm = place - place[:, :1]
     n = np.einsum("mk,mkx->mx", shape, normal)
     own = np.einsum("mk,mkx,mkx->m", shape, arm, normal)
@@ -67,7 +75,8 @@ def bulge(shape: np.ndarray, place: np.ndarray, normal: np.ndarray) -> tuple[np.
 
 
 def tangents(normal: np.ndarray) -> np.ndarray:
-    """(m, 2, 3): two axes of the planes with the normals (m, 3), so that axis 1 x axis 2 is the normal."""
+    """(m, 2, 3): two axes of the planes with the normals (m, 3), so that axis 1 x axis 2 is the
+    normal."""
     least = np.eye(3)[np.abs(normal).argmin(axis=1)]
     first = np.cross(normal, least)
     first /= np.linalg.norm(first, axis=1)[:, None]
@@ -84,8 +93,10 @@ def _from_corners(values):
 def _between_corners(place, settings):
     """(f, k) bool - nodes that lie between the corners as those of a straight face do."""
     size = np.linalg.norm(place - place[:, :1], axis=2).max(axis=1, initial=0.0)
-    found = np.linalg.norm(place - _from_corners(place), axis=2) <= settings.straight * size[:, None]
-    found[:, :face_corners(place.shape[1])] = False
+    found = (
+        np.linalg.norm(place - _from_corners(place), axis=2) <= settings.straight * size[:, None]
+    )
+    found[:, : face_corners(place.shape[1])] = False
     return found
 
 
@@ -97,8 +108,12 @@ def _sheet(kinds, settings):
     cosine = np.einsum("emx,emx->em", unit[edges[one]], unit[edges[other]]).min(axis=1, initial=1.0)
     smooth = cosine > np.cos(np.radians(settings.crease))
     a, b = edges[one[smooth]].ravel(), edges[other[smooth]].ravel()
-    count, of = connected_components(sp.csr_matrix((np.ones(len(a)), (a, b)), shape=(len(unit),) * 2), directed=False)
-    mean, place, known = np.zeros((count, 3)), np.empty((count, 3)), np.ones(count, dtype=bool)
+    count, of = connected_components(
+        sp.csr_matrix((np.ones(len(a)), (a, b)), shape=(len(unit),) * 2), directed=False
+    )
+    mean = np.zeros((count, 3))
+    place = np.empty((count, 3))
+    known = np.ones(count, dtype=bool)
     np.add.at(mean, of, across)
     mean /= np.maximum(np.linalg.norm(mean, axis=1), 1e-300)[:, None]
     place[of] = np.concatenate([p.reshape(-1, 3) for _, p in kinds])
@@ -108,22 +123,27 @@ def _sheet(kinds, settings):
 
 
 def _outward(place, settings):
-    """(f k, 3) normals at the nodes of each face for itself, as long as the face is large there; where it is drawn
-    together so much that it has none, that of the whole face."""
+    """(f k, 3) normals at the nodes of each face for itself, as long as the face is large there;
+    where it is drawn together so much that it has none, that of the whole face."""
     k = place.shape[1]
     found = np.cross(*np.einsum("crk,fkx->rfcx", face_shapes(k, face_places(k))[1], place))
     size, whole = np.linalg.norm(found, axis=2)[:, :, None], found.mean(axis=1)[:, None]
-    return np.where(size > settings.straight * np.linalg.norm(whole, axis=2)[:, :, None], found, whole).reshape(-1, 3)
+    return np.where(
+        size > settings.straight * np.linalg.norm(whole, axis=2)[:, :, None], found, whole
+    ).reshape(-1, 3)
 
 
 def _edges(kinds):
-    """(h, 3) int: first, last and middle node of the edges of each face in turn, counted face by face, the node of the
-    lower index first (and again where there is none in the middle); and pairs (e,), (e,) of those that are one edge."""
+    """(h, 3) int: first, last and middle node of the edges of each face in turn, counted face by
+    face, the node of the lower index first (and again where there is none in the middle); and pairs
+    (e,), (e,) of those that are one edge."""
     ends, nodes, start = [], [], 0
     for faces, _ in kinds:
         k = faces.shape[1]
         side = np.arange(face_corners(k))
-        local = np.column_stack([side, np.roll(side, -1), side + len(side) if k > len(side) else side])
+        local = np.column_stack(
+            [side, np.roll(side, -1), side + len(side) if k > len(side) else side]
+        )
         its = start + k * np.arange(len(faces))[:, None, None] + local
         turned = faces[:, local[:, 0]] > faces[:, local[:, 1]]
         its[turned, :2] = its[turned, 1::-1]
@@ -132,37 +152,50 @@ def _edges(kinds):
         ends.append(its.reshape(-1, 3))
         nodes.append(np.sort(faces[:, local[:, :2]], axis=2).reshape(-1, 2))
         start += faces.size
-    _, label, count = np.unique(np.concatenate(nodes), axis=0, return_inverse=True, return_counts=True)
+    _, label, count = np.unique(
+        np.concatenate(nodes), axis=0, return_inverse=True, return_counts=True
+    )
     order = np.argsort(label.ravel(), kind="stable")
     first = (np.cumsum(count) - count)[count == 2]
     return np.concatenate(ends), order[first], order[first + 1]
 
 
 def _near(kinds, sheet, between):
-    """Pairs (p,), (p,) of nodes of the sheet that are in one face, or in two that have a node in common; without those
-    between corners."""
-    face = np.concatenate([np.full(0, 0), *(np.repeat(np.arange(len(f)), f.shape[1]) for f, _ in kinds)])
+    """Pairs (p,), (p,) of nodes of the sheet that are in one face, or in two that have a node in
+    common; without those between corners."""
+    face = np.concatenate(
+        [np.full(0, 0), *(np.repeat(np.arange(len(f)), f.shape[1]) for f, _ in kinds)]
+    )
     starts = np.cumsum([0, *(len(f) for f, _ in kinds)])
     face = face + np.repeat(starts[:-1], [f.size for f, _ in kinds])
     own = ~np.concatenate([b.ravel() for b in between])
-    there = sp.csr_matrix((np.ones(own.sum()), (face[own], sheet.of[own])), shape=(starts[-1], len(sheet.place)))
+    there = sp.csr_matrix(
+        (np.ones(own.sum()), (face[own], sheet.of[own])), shape=(starts[-1], len(sheet.place))
+    )
     ring = there.T @ there
     return sp.triu(ring @ ring, 1).nonzero()
 
 
 def _chordal(sheet, pairs, settings):
-    """(s, 3) unit normals that meet the chords between pairs (p,), (p,) of nodes alike, the nearer the better."""
+    """(s, 3) unit normals that meet the chords between pairs (p,), (p,) of nodes alike, the nearer
+    the better."""
     normal, free = sheet.mean.copy(), np.flatnonzero(~sheet.known)
     i, j = pairs
     chord = sheet.place[i] - sheet.place[j]
     length = np.linalg.norm(chord, axis=1)
-    weighed = np.divide(chord, length[:, None]**2, out=np.zeros_like(chord), where=length[:, None] > 0)
+    weighed = np.divide(
+        chord, length[:, None] ** 2, out=np.zeros_like(chord), where=length[:, None] > 0
+    )
     weighed *= length.min(initial=np.inf, where=length > 0)
     for _ in range(settings.turns if len(free) and len(i) else 0):
         axes = tangents(normal)
-        A = (_along(weighed, axes, i) + _along(weighed, axes, j))[:, np.column_stack([2 * free, 2 * free + 1]).ravel()]
+        A = (_along(weighed, axes, i) + _along(weighed, axes, j))[
+            :, np.column_stack([2 * free, 2 * free + 1]).ravel()
+        ]
         off = np.einsum("px,px->p", weighed, normal[i] + normal[j])
-        turn = lsmr(A, -off, atol=settings.solved, btol=settings.solved, maxiter=settings.most_steps)[0].reshape(-1, 2)
+        turn = lsmr(
+            A, -off, atol=settings.solved, btol=settings.solved, maxiter=settings.most_steps
+        )[0].reshape(-1, 2)
         normal[free] += np.einsum("sa,sax->sx", turn, axes[free])
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         if np.abs(turn).max() < settings.turned:
@@ -173,5 +206,11 @@ def _chordal(sheet, pairs, settings):
 def _along(vector, axes, node):
     """(p, 2 s) CSR: components of vectors (p, 3) along the axes (s, 2, 3) of their nodes (p,)."""
     p = len(node)
-    return sp.csr_matrix((np.einsum("px,pax->pa", vector, axes[node]).ravel(), np.column_stack([
-        2 * node, 2 * node + 1]).ravel(), np.arange(0, 2 * p + 1, 2)), shape=(p, 2 * len(axes)))
+    return sp.csr_matrix(
+        (
+            np.einsum("px,pax->pa", vector, axes[node]).ravel(),
+            np.column_stack([2 * node, 2 * node + 1]).ravel(),
+            np.arange(0, 2 * p + 1, 2),
+        ),
+        shape=(p, 2 * len(axes)),
+    )

@@ -1,8 +1,10 @@
-"""The overlap of two surfaces: pieces of facets that lie opposite to each other, and the contact points on them.
+"""The overlap of two surfaces: pieces of facets that lie opposite to each other, and the contact
+points on them.
 
-Each facet of the damper is a plane onto which the blade's facets are projected and clipped [Puso and Laursen 2004]; at
-the quadrature points of the pieces both faces are met along the facet's normal, so that the forces and moments of both
-sides are in balance, whatever is integrated (weights.py).
+Each facet of the damper is a plane onto which the blade's facets are projected and clipped [Puso
+and Laursen 2004]; at the quadrature points of the pieces both faces are met along the facet's
+normal, so that the forces and moments of both sides are in balance, whatever is integrated
+(weights.py).
 """
 
 from dataclasses import dataclass, replace
@@ -14,7 +16,13 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.modal.faces import face_corners, face_shapes, triangle_rule
 from tipdamp.modal.mesh import Mesh
 from tipdamp.static_contact.surfaces.clip import areas, intersections
-from tipdamp.static_contact.surfaces.facets import Facets, Surface, barycentric, facets, vertex_shapes
+from tipdamp.static_contact.surfaces.facets import (
+    Facets,
+    Surface,
+    barycentric,
+    facets,
+    vertex_shapes,
+)
 from tipdamp.static_contact.surfaces.normals import bulge, smooth_normals, tangents
 from tipdamp.static_contact.surfaces.search import candidates
 from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
@@ -28,16 +36,29 @@ def reach_of(damper: Mesh, settings: SurfaceSettings = DEFAULT) -> float:
 
 def overlap(damper: Surface, blade: Surface, settings: SurfaceSettings = DEFAULT) -> Overlap:
     """The contact points of two surfaces."""
-    mine, theirs, reach = facets(damper, settings), facets(blade, settings), reach_of(damper.mesh, settings)
+    mine = facets(damper, settings)
+    theirs = facets(blade, settings)
+    reach = reach_of(damper.mesh, settings)
     local = Corners.of(mine)
     sums = Sums(local.first[-1], len(damper.mesh.node), len(blade.mesh.node))
-    doubled, layers, total, covered = [np.empty((0, 3))], [np.empty((0, 2))], 0.0, 0.0
-    its, others = (smooth_normals([(F.faces, F.place) for F in kinds], settings) for kinds in (mine, theirs))
+    doubled = [np.empty((0, 3))]
+    layers = [np.empty((0, 2))]
+    total = 0.0
+    covered = 0.0
+    its, others = (
+        smooth_normals([(F.faces, F.place) for F in kinds], settings) for kinds in (mine, theirs)
+    )
     for D, normals, first in zip(mine, its, local.first, strict=False):
-        cover, gaps = np.zeros(len(D.area)), np.tile([np.inf, -np.inf], (len(D.area), 1))
+        cover = np.zeros(len(D.area))
+        gaps = np.tile([np.inf, -np.inf], (len(D.area), 1))
         for B, opposite in zip(theirs, others, strict=True):
-            for points, pair, area, gap in _pieces((D, B), (normals, opposite), (
-                    first, *sums.damper.shape, len(blade.mesh.node)), reach, settings):
+            for points, pair, area, gap in _pieces(
+                (D, B),
+                (normals, opposite),
+                (first, *sums.damper.shape, len(blade.mesh.node)),
+                reach,
+                settings,
+            ):
                 sums.add(points)
                 np.add.at(cover, pair, area)
                 np.minimum.at(gaps[:, 0], pair[area > 0], gap[area > 0])
@@ -46,17 +67,23 @@ def overlap(damper: Surface, blade: Surface, settings: SurfaceSettings = DEFAULT
         doubled.append(D.centre[twice])
         layers.append(gaps[twice])
         total, covered = total + D.area.sum(), covered + np.minimum(cover, D.area).sum()
-    return replace(sums.points(mine, local, settings), covered=covered / total if total else 0.0,
-                   doubled=np.concatenate(doubled), layers=np.concatenate(layers))
+    return replace(
+        sums.points(mine, local, settings),
+        covered=covered / total if total else 0.0,
+        doubled=np.concatenate(doubled),
+        layers=np.concatenate(layers),
+    )
 
 
 def _pieces(both, smooth, sizes, reach, settings):
-    """QuadraturePoints of the overlap of both, facets D of the damper and B of the blade; and of the pieces the facet
-    of the damper, area and mean gap (s,). smooth - the normals at the nodes of their faces; sizes - first of the
-    Corners of D, their number, nodes of both."""
+    """QuadraturePoints of the overlap of both, facets D of the damper and B of the blade; and of
+    the pieces the facet of the damper, area and mean gap (s,). smooth - the normals at the nodes of
+    their faces; sizes - first of the Corners of D, their number, nodes of both."""
     D, B = both
     i, j = candidates(D, B, reach, settings)
-    rule = triangle_rule(3 if face_corners(D.faces.shape[1]) == face_corners(B.faces.shape[1]) == 3 else 4)
+    rule = triangle_rule(
+        3 if face_corners(D.faces.shape[1]) == face_corners(B.faces.shape[1]) == 3 else 4
+    )
     for start in range(0, len(i), settings.block):
         block = slice(start, start + settings.block)
         found = _integrate(D, B, i[block], j[block], rule, settings)
@@ -78,27 +105,37 @@ def _within(found, both, smooth, sizes, reach):
     psi = vertex_shapes(width, on_damper.reference[near])
     normal, high = bulge(on_damper.shape[near], D.place[face], smooth[0][face])
     higher = bulge(on_blade.shape[near], B.place[other], smooth[1][other])[1]
-    apart = np.einsum("mx,mx->m", on_blade.place[near] - on_damper.place[near], normal) / np.linalg.norm(normal, axis=1)
-    points = QuadraturePoints((weight / on_damper.slant)[near], _rows(psi, own, corners),
-                              _rows(on_damper.shape[near], D.faces[face], damper),
-                              _rows(on_blade.shape[near], B.faces[other], blade), on_damper.normal[near],
-                              on_blade.normal[near], normal, apart - high - higher)
+    apart = np.einsum(
+        "mx,mx->m", on_blade.place[near] - on_damper.place[near], normal
+    ) / np.linalg.norm(normal, axis=1)
+    points = QuadraturePoints(
+        (weight / on_damper.slant)[near],
+        _rows(psi, own, corners),
+        _rows(on_damper.shape[near], D.faces[face], damper),
+        _rows(on_blade.shape[near], B.faces[other], blade),
+        on_damper.normal[near],
+        on_blade.normal[near],
+        normal,
+        apart - high - higher,
+    )
     return points, i, per_piece, gap.reshape(-1, q).mean(axis=1)
 
 
 def _rows(values, columns, size):
     """CSR with the values (m, k) in the columns (m, k)."""
     m, k = values.shape
-    return sp.csr_matrix((values.ravel(), columns.ravel(), np.arange(0, m * k + 1, k)), shape=(m, size))
+    return sp.csr_matrix(
+        (values.ravel(), columns.ravel(), np.arange(0, m * k + 1, k)), shape=(m, size)
+    )
 
 
 def _integrate(D, B, i, j, rule, settings):
-    """Quadrature points of the pieces of pairs of facets, q a piece in turn: (facet of D, of B) of each piece, weights
-    (m,) m2, the points on both faces; None where no two facets overlap."""
+    """Quadrature points of the pieces of pairs of facets, q a piece in turn: (facet of D, of B) of
+    each piece, weights (m,) m2, the points on both faces; None where no two facets overlap."""
     origin, axes = D.corner[i, 0], tangents(D.normal[i])
     mine = np.einsum("mcx,max->mca", D.corner[i] - origin[:, None], axes)
     theirs = np.einsum("mcx,max->mca", B.corner[j] - origin[:, None], axes)
-    turned = theirs[:, ::-1]                               # the blade's facets face the other way
+    turned = theirs[:, ::-1]  # the blade's facets face the other way
     piece, pair = intersections(turned, mine)
     area = areas(piece)
     solid = area > settings.sliver * D.area[i[pair]]
@@ -112,15 +149,24 @@ def _integrate(D, B, i, j, rule, settings):
     q = len(weights)
     rows = np.repeat(pair, q)
     place = origin[rows] + np.einsum("ma,max->mx", at, axes[rows])
-    faces = [_Landed.on(F, F.face[k[rows]], np.einsum("mc,mcr->mr", barycentric(flat[rows], at), F.reference[k[rows]]),
-                        place, axes[rows], settings) for F, k, flat in ((D, i, mine), (B, j, theirs))]
+    faces = [
+        _Landed.on(
+            F,
+            F.face[k[rows]],
+            np.einsum("mc,mcr->mr", barycentric(flat[rows], at), F.reference[k[rows]]),
+            place,
+            axes[rows],
+            settings,
+        )
+        for F, k, flat in ((D, i, mine), (B, j, theirs))
+    ]
     return (i[pair], j[pair]), weight, *faces
 
 
 @dataclass(frozen=True)
 class _Landed:
-    """m points on faces: reference (m, 2), shape (m, k) functions, place (m, 3) m, normal (m, 3), slant (m,) - cosine
-    of the normal to the direction of projection."""
+    """m points on faces: reference (m, 2), shape (m, k) functions, place (m, 3) m, normal (m, 3),
+    slant (m,) - cosine of the normal to the direction of projection."""
 
     reference: np.ndarray
     shape: np.ndarray
@@ -129,10 +175,18 @@ class _Landed:
     slant: np.ndarray
 
     @classmethod
-    def on(cls, F: Facets, face: np.ndarray, start: np.ndarray, place: np.ndarray, axes: np.ndarray,
-           settings: SurfaceSettings) -> "_Landed":
-        """Where the lines through `place` (m, 3), normal to axes (m, 2, 3), meet the faces: Newton's method from the
-        reference coordinates `start`. InputError where a face is so distorted that they do not."""
+    def on(
+        cls,
+        F: Facets,
+        face: np.ndarray,
+        start: np.ndarray,
+        place: np.ndarray,
+        axes: np.ndarray,
+        settings: SurfaceSettings,
+    ) -> "_Landed":
+        """Where the lines through `place` (m, 3), normal to axes (m, 2, 3), meet the faces:
+        Newton's method from the reference coordinates `start`. InputError where a face is so
+        distorted that they do not."""
         xi, k, left = start.copy(), F.faces.shape[1], np.arange(len(face))
         limit = settings.landed * F.size
         for _ in range(settings.steps):
@@ -143,17 +197,32 @@ class _Landed:
             left, flat, slope = left[far], flat[far], slope[far]
             if not len(left):
                 break
-            J = np.einsum("mrx,max->mar", np.einsum("mrk,mkx->mrx", slope, F.place[face[left]]), axes[left])
+            J = np.einsum(
+                "mrx,max->mar", np.einsum("mrk,mkx->mrx", slope, F.place[face[left]]), axes[left]
+            )
             det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
-            xi[left] -= np.column_stack([J[:, 1, 1] * flat[:, 0] - J[:, 0, 1] * flat[:, 1],
-                                         J[:, 0, 0] * flat[:, 1] - J[:, 1, 0] * flat[:, 0]]) / det[:, None]
+            xi[left] -= (
+                np.column_stack(
+                    [
+                        J[:, 1, 1] * flat[:, 0] - J[:, 0, 1] * flat[:, 1],
+                        J[:, 0, 0] * flat[:, 1] - J[:, 1, 0] * flat[:, 0],
+                    ]
+                )
+                / det[:, None]
+            )
         else:
             at = np.round(place[left[0]], 6).tolist()
-            raise InputError(f"a face near {at} m is so distorted that points near it have no place on it; refine the "
-                             "mesh there")
+            raise InputError(
+                f"a face near {at} m is so distorted that points near it have no place on it; "
+                "refine the mesh there"
+            )
         shape, slope = face_shapes(k, xi)
         normal = np.cross(*np.einsum("mrk,mkx->rmx", slope, F.place[face]))
         normal /= np.linalg.norm(normal, axis=1)[:, None]
-        return cls(xi, shape, np.einsum("mk,mkx->mx", shape, F.place[face]), normal,
-                   np.abs(np.einsum("mx,mx->m", normal, np.cross(axes[:, 0], axes[:, 1]))))
-
+        return cls(
+            xi,
+            shape,
+            np.einsum("mk,mkx->mx", shape, F.place[face]),
+            normal,
+            np.abs(np.einsum("mx,mx->m", normal, np.cross(axes[:, 0], axes[:, 1]))),
+        )

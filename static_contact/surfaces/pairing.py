@@ -15,15 +15,16 @@ from tipdamp.modal.mesh import Mesh
 from tipdamp.static_contact.surfaces.normals import smooth_normals
 from tipdamp.static_contact.surfaces.pick import faces_of
 
-# degrees; a round side meets a flat one along a line, where both normals agree to the angle that a face of it spans
+# degrees; a round side meets a flat one along a line, where both normals agree to the angle that a
+# face of it spans
 LARGEST_ANGLE = 20.0
-TIE = 1e-9              # cosines of faces that oppose each other equally well
+TIE = 1e-9  # cosines of faces that oppose each other equally well
 
 
 @dataclass(frozen=True)
 class Side:
-    """One contact side of the damper: its name, the node groups of the two meshes that meet there, and the names of the
-    two bodies."""
+    """One contact side of the damper: its name, the node groups of the two meshes that meet there,
+    and the names of the two bodies."""
 
     name: str
     blade: str
@@ -32,26 +33,42 @@ class Side:
     damper_body: str = "damper"
 
 
-def pair(blade: Mesh, damper: Mesh, side: Side, *, axis: ArrayLike, pull: ArrayLike, tolerance: float,
-         shown: Callable[[float], str] = "{:.3g} m".format) -> ContactTable:
+def pair(
+    blade: Mesh,
+    damper: Mesh,
+    side: Side,
+    *,
+    axis: ArrayLike,
+    pull: ArrayLike,
+    tolerance: float,
+    shown: Callable[[float], str] = "{:.3g} m".format,
+) -> ContactTable:
     """Match the nodes of both groups one to one within `tolerance` m and give each pair its frame.
 
     kn, kt, mu and gap of the table are still 0: they come from the study or from `stiffness`.
 
-    axis (3,): along the damper; pull (3,): direction of Fc, which orders the rows: row 0 is the one farthest against
-    it (the lower edge); shown - how a length in m is written. Raises InputError with the number of unmatched nodes and
-    the tolerance that would match them; when normals do not oppose each other; when stations and rows do not form a
-    grid.
+    axis (3,): along the damper; pull (3,): direction of Fc, which orders the rows: row 0 is the one
+    farthest against it (the lower edge); shown - how a length in m is written. Raises InputError
+    with the number of unmatched nodes and the tolerance that would match them; when normals do not
+    oppose each other; when stations and rows do not form a grid.
     """
     b_nodes, d_nodes = blade.group(side.blade), damper.group(side.damper)
     b_index, d_index = blade.index(b_nodes), damper.index(d_nodes)
     match = _match(blade.position[b_index], damper.position[d_index], side, tolerance, shown)
     d_nodes, d_index = d_nodes[match], d_index[match]
     along_axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    facing = [(on_blade, on_damper, side, number) for on_blade, on_damper, number in zip(
-        _normals(blade, side.blade, b_index), _normals(damper, side.damper, d_index), b_nodes, strict=True)]
+    facing = [
+        (on_blade, on_damper, side, number)
+        for on_blade, on_damper, number in zip(
+            _normals(blade, side.blade, b_index),
+            _normals(damper, side.damper, d_index),
+            b_nodes,
+            strict=True,
+        )
+    ]
     mean = np.mean([_shared_normal(*one) for one in facing], axis=0)
-    normals = np.array([_shared_normal(*one, mean) for one in facing])       # an edge node may face two ways
+    # an edge node may face two ways
+    normals = np.array([_shared_normal(*one, mean) for one in facing])
     frame = contact_frames(normals, along_axis, side)
     position = blade.position[b_index]
     along = position @ along_axis
@@ -59,31 +76,52 @@ def pair(blade: Mesh, damper: Mesh, side: Side, *, axis: ArrayLike, pull: ArrayL
     order = np.lexsort((row, station))
     P = len(order)
     full = np.full
-    return ContactTable(side=full(P, side.name), station=station, row=row, blade_body=full(P, side.blade_body),
-                        blade_node=b_nodes, damper_body=full(P, side.damper_body), damper_node=d_nodes,
-                        position=position, frame=frame, gap=np.zeros(P), kn=np.zeros(P), kt=np.zeros(P),
-                        mu=np.zeros(P), preload=np.zeros(P), weight=np.ones(P)).select(order)
+    return ContactTable(
+        side=full(P, side.name),
+        station=station,
+        row=row,
+        blade_body=full(P, side.blade_body),
+        blade_node=b_nodes,
+        damper_body=full(P, side.damper_body),
+        damper_node=d_nodes,
+        position=position,
+        frame=frame,
+        gap=np.zeros(P),
+        kn=np.zeros(P),
+        kt=np.zeros(P),
+        mu=np.zeros(P),
+        preload=np.zeros(P),
+        weight=np.ones(P),
+    ).select(order)
 
 
 def matches(blade: Mesh, damper: Mesh, side: Side, tolerance: float) -> bool:
     """Whether the nodes of the two groups of a side lie at one place each, within `tolerance` m."""
-    places = [mesh.position[mesh.index(mesh.group(group))] for mesh, group in ((blade, side.blade),
-                                                                               (damper, side.damper))]
+    places = [
+        mesh.position[mesh.index(mesh.group(group))]
+        for mesh, group in ((blade, side.blade), (damper, side.damper))
+    ]
     distance, nearest = cKDTree(places[1]).query(places[0])
-    return len(places[0]) == len(places[1]) == len(np.unique(nearest)) and bool((distance <= tolerance).all())
+    return len(places[0]) == len(places[1]) == len(np.unique(nearest)) and bool(
+        (distance <= tolerance).all()
+    )
 
 
 def offsets(pairs: ContactTable, blade: Mesh, damper: Mesh) -> np.ndarray:
-    """(P,) m: distance of the two nodes of each pair along the normal; positive where the meshes leave a gap,
-    negative where they overlap."""
-    apart = blade.position[blade.index(pairs.blade_node)] - damper.position[damper.index(pairs.damper_node)]
+    """(P,) m: distance of the two nodes of each pair along the normal; positive where the meshes
+    leave a gap, negative where they overlap."""
+    apart = (
+        blade.position[blade.index(pairs.blade_node)]
+        - damper.position[damper.index(pairs.damper_node)]
+    )
     return np.einsum("ij,ij->i", apart, pairs.normal)
 
 
 def join(*tables: ContactTable) -> ContactTable:
     """The tables of all sides as one."""
-    return ContactTable(**{f.name: np.concatenate([vars(t)[f.name] for t in tables])
-                           for f in fields(ContactTable)})
+    return ContactTable(
+        **{f.name: np.concatenate([vars(t)[f.name] for t in tables]) for f in fields(ContactTable)}
+    )
 
 
 def _match(blade, damper, side, tolerance, shown):
@@ -94,20 +132,30 @@ def _match(blade, damper, side, tolerance, shown):
     worst = max(distance.max(), back.max())
     if unmatched or len(np.unique(nearest)) < len(nearest):
         shared = len(nearest) - len(np.unique(nearest))
-        advice = (f"{shared} share their nearest partner with another: the two surfaces need the same nodes" if shared
-                  else "the two surfaces need the same nodes" if len(blade) != len(damper)
-                  else f"tolerance = {shown(1.1 * worst)} would match them")
-        advice += ("; unlike meshes meet as surfaces: [contact] method = \"auto\" or \"surfaces\" with kn_per_area, "
-                   "kn_total or a model in the place of a stiffness per node")
-        raise InputError(f"side '{side.name}': {len(blade)} blade nodes in '{side.blade}' and {len(damper)} damper "
-                         f"nodes in '{side.damper}', {unmatched} without a partner within {shown(tolerance)} "
-                         f"(largest distance {shown(worst)}); {advice}")
+        advice = (
+            f"{shared} share their nearest partner with another: the two surfaces need the same "
+            "nodes"
+            if shared
+            else "the two surfaces need the same nodes"
+            if len(blade) != len(damper)
+            else f"tolerance = {shown(1.1 * worst)} would match them"
+        )
+        advice += (
+            '; unlike meshes meet as surfaces: [contact] method = "auto" or "surfaces" with '
+            "kn_per_area, "
+            "kn_total or a model in the place of a stiffness per node"
+        )
+        raise InputError(
+            f"side '{side.name}': {len(blade)} blade nodes in '{side.blade}' and {len(damper)} "
+            f"damper nodes in '{side.damper}', {unmatched} without a partner within "
+            f"{shown(tolerance)} (largest distance {shown(worst)}); {advice}"
+        )
     return nearest
 
 
 def _normals(mesh, group, index):
-    """[(m, 3)] outward normals at the nodes `index`: those of the smooth surface of the group's faces that hold it, or,
-    where none does, of every boundary face there."""
+    """[(m, 3)] outward normals at the nodes `index`: those of the smooth surface of the group's
+    faces that hold it, or, where none does, of every boundary face there."""
     blocks = [block for block in faces_of(mesh, group) if len(block)]
     normals = smooth_normals([(block, mesh.position[block]) for block in blocks]) if blocks else []
     own: dict[int, list[np.ndarray]] = {}
@@ -120,8 +168,8 @@ def _normals(mesh, group, index):
 
 
 def _shared_normal(blade, damper, side, number, mean=None):
-    """Normal into the blade, from the two faces that oppose each other best (a node may sit on an edge); of several
-    that do the one nearest to the mean normal of the side (3,)."""
+    """Normal into the blade, from the two faces that oppose each other best (a node may sit on an
+    edge); of several that do the one nearest to the mean normal of the side (3,)."""
     if not len(blade) or not len(damper):
         raise InputError(f"side '{side.name}': node {number} is not on the surface of its mesh")
     cosine = blade @ damper.T
@@ -131,24 +179,31 @@ def _shared_normal(blade, damper, side, number, mean=None):
         i, j = best[first_largest(-blade[best[:, 0]] @ mean)]
     angle = np.degrees(np.arccos(np.clip(-cosine[i, j], -1, 1)))
     if angle > LARGEST_ANGLE:
-        raise InputError(f"side '{side.name}', blade node {number}: normals of the two faces must oppose each other, "
-                         f"they are {180 - angle:.0f} degrees apart (180 wanted, {LARGEST_ANGLE:.0f} allowed off)")
+        raise InputError(
+            f"side '{side.name}', blade node {number}: normals of the two faces must oppose each "
+            f"other, they are {180 - angle:.0f} degrees apart (180 wanted, {LARGEST_ANGLE:.0f} "
+            "allowed off)"
+        )
     return -blade[i]
 
 
 def contact_frames(normals: np.ndarray, axis: np.ndarray, side: Side) -> np.ndarray:
-    """(n, 3, 3): rows t1 along the axis (unit vector), t2, n of each normal (n, 3); InputError where it is the axis."""
+    """(n, 3, 3): rows t1 along the axis (unit vector), t2, n of each normal (n, 3); InputError
+    where it is the axis."""
     t1 = axis - normals * (normals @ axis)[:, None]
     length = np.linalg.norm(t1, axis=1)
     if (length < 1e-3).any():
-        raise InputError(f"side '{side.name}': the damper axis is along a contact normal; state [damper] axis")
+        raise InputError(
+            f"side '{side.name}': the damper axis is along a contact normal; state [damper] axis"
+        )
     t1 /= length[:, None]
     return np.stack([t1, np.cross(normals, t1), normals], axis=1)
 
 
 def _grid(along, up, side, tolerance):
-    """Station and row of each node. Where stations hold different numbers of nodes, as on the faces of 20-node
-    hexahedra, a row is what lies at one height, and the lowest row must be there at every station."""
+    """Station and row of each node. Where stations hold different numbers of nodes, as on the faces
+    of 20-node hexahedra, a row is what lies at one height, and the lowest row must be there at
+    every station."""
     station = _clusters(along, tolerance)
     rows = np.bincount(station)
     if (rows == rows[0]).all():
@@ -161,9 +216,11 @@ def _grid(along, up, side, tolerance):
     twice = len(np.unique(station * (row.max() + 1) + row)) < len(row)
     if twice or (np.bincount(station[row == 0], minlength=len(rows)) != 1).any():
         odd = int(np.flatnonzero(rows != rows[0])[0])
-        raise InputError(f"side '{side.name}': station {odd} has {rows[odd]} nodes, station 0 has {rows[0]}, and they "
-                         "do not lie in rows along the axis; every station needs the lowest row, and rows apart by "
-                         "more than the tolerance")
+        raise InputError(
+            f"side '{side.name}': station {odd} has {rows[odd]} nodes, station 0 has {rows[0]}, "
+            "and they do not lie in rows along the axis; every station needs the lowest row, and "
+            "rows apart by more than the tolerance"
+        )
     return station, row
 
 

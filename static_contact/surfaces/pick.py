@@ -18,9 +18,11 @@ Vector = tuple[float, float, float]
 class FacePick:
     """Boundary faces that fulfil all that is stated.
 
-    plane : normal of a plane through `point`; cylinder : axis of a cylinder through `point` with `radius` m
-    tolerance : m - how far nodes may be off plane or cylinder; None: a hundredth of the size of the face
-    within : m - no farther from the other body, and facing it; box : two corners, all nodes between them
+    plane : normal of a plane through `point`; cylinder : axis of a cylinder through `point` with
+    `radius` m tolerance : m - how far nodes may be off plane or cylinder; None: a hundredth of the
+    size of the face
+    within : m - no farther from the other body, and facing it; box : two corners, all nodes between
+    them
     group : faces of this group only
     """
 
@@ -33,8 +35,11 @@ class FacePick:
     box: tuple[Vector, Vector] | None = None
     group: str = ""
 
-    def faces(self, mesh: Mesh, other: Mesh, settings: SurfaceSettings = DEFAULT) -> list[np.ndarray]:
-        """(f, k) node indices of the faces, in the blocks of `boundary_faces`; all empty where there are none."""
+    def faces(
+        self, mesh: Mesh, other: Mesh, settings: SurfaceSettings = DEFAULT
+    ) -> list[np.ndarray]:
+        """(f, k) node indices of the faces, in the blocks of `boundary_faces`; all empty where
+        there are none."""
         blocks = faces_of(mesh, self.group) if self.group else boundary_faces(mesh)
         found = []
         for block in blocks:
@@ -44,13 +49,23 @@ class FacePick:
         return found if self.within is None else _near(mesh, found, other, self.within, settings)
 
     def why_none(self, mesh: Mesh, other: Mesh, shown: Callable[[float], str]) -> str:
-        """What is nearest where `faces` finds none, and the remedy; shown - how a length in m is written."""
-        if self.within is not None and (left := sum(map(len, replace(self, within=None).faces(mesh, other)))):
-            return (f"{left} faces fulfil the rest, but none of them lies within {shown(self.within)} of a face of "
-                    f"{other.source} that faces it; enlarge within, or see whether the meshes are in place")
+        """What is nearest where `faces` finds none, and the remedy; shown - how a length in m is
+        written."""
+        if self.within is not None and (
+            left := sum(map(len, replace(self, within=None).faces(mesh, other)))
+        ):
+            return (
+                f"{left} faces fulfil the rest, but none of them lies within {shown(self.within)} "
+                f"of a face of {other.source} that faces it; enlarge within, or see whether the "
+                "meshes are in place"
+            )
         boxed = replace(self, plane=None, cylinder=None, within=None).faces(mesh, other)
         if not any(map(len, boxed)):
-            return "none has all its nodes in the box; enlarge it" if self.box else f"group '{self.group}' has none"
+            return (
+                "none has all its nodes in the box; enlarge it"
+                if self.box
+                else f"group '{self.group}' has none"
+            )
         part = facets(Surface(mesh, boxed))
         off = [self._off(mesh.position[p.faces]).max(axis=1) for p in part]
         k = int(np.argmin([o.min() for o in off]))
@@ -61,12 +76,20 @@ class FacePick:
             axis, arm = _unit(self.cylinder), part[k].centre[t] - np.array(self.point)
             form, normal = "cylinder", arm - (arm @ axis) * axis
         angle = np.degrees(np.arccos(np.clip(abs(part[k].normal[t] @ _unit(normal)), 0, 1)))
-        return (f"the nearest lies {shown(off[k][i])} off the {form} and its normal {angle:.2g} degrees; correct the "
-                f"{form}, or state tolerance, how far nodes may be off (now "
-                + ("a hundredth of the face's size)" if self.tolerance is None else f"{shown(self.tolerance)})"))
+        return (
+            f"the nearest lies {shown(off[k][i])} off the {form} and its normal {angle:.2g} "
+            f"degrees; correct the {form}, or state tolerance, how far nodes may be off (now "
+            + (
+                "a hundredth of the face's size)"
+                if self.tolerance is None
+                else f"{shown(self.tolerance)})"
+            )
+        )
 
     def _on_form(self, place, size):
-        return self._off(place).max(axis=1, initial=0.0) <= (0.01 * size if self.tolerance is None else self.tolerance)
+        return self._off(place).max(axis=1, initial=0.0) <= (
+            0.01 * size if self.tolerance is None else self.tolerance
+        )
 
     def _off(self, place):
         off = np.zeros(place.shape[:2])
@@ -87,14 +110,14 @@ class FacePick:
 
 
 def faces_of(mesh: Mesh, group: str) -> list[np.ndarray]:
-    """Boundary faces of a group, in the blocks of `boundary_faces`: its face set, or those with all nodes in it, or,
-    where the group holds corner nodes alone, those with all corners in it."""
+    """Boundary faces of a group, in the blocks of `boundary_faces`: its face set, or those with all
+    nodes in it, or, where the group holds corner nodes alone, those with all corners in it."""
     found = group_faces(mesh, group)
     if any(len(block) for block in found):
         return found
     member = np.zeros(len(mesh.node), dtype=bool)
     member[mesh.index(mesh.group(group))] = True
-    return [b[member[b[:, :face_corners(b.shape[1])]].all(axis=1)] for b in boundary_faces(mesh)]
+    return [b[member[b[:, : face_corners(b.shape[1])]].all(axis=1)] for b in boundary_faces(mesh)]
 
 
 def _unit(direction):
@@ -102,7 +125,8 @@ def _unit(direction):
 
 
 def _near(mesh, blocks, other, distance, settings):
-    """The faces of which a part lies within `distance` of a face of the other body that faces them."""
+    """The faces of which a part lies within `distance` of a face of the other body that faces
+    them."""
     theirs = facets(Surface(other, boundary_faces(other)), settings)
     found = []
     for block in blocks:
@@ -120,18 +144,31 @@ def _near(mesh, blocks, other, distance, settings):
 
 
 def _spread(mine: Facets) -> np.ndarray:
-    """(7 t, 3): the centre of every facet and points just inside of its corners and of the middles of its edges."""
+    """(7 t, 3): the centre of every facet and points just inside of its corners and of the middles
+    of its edges."""
     ends = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
-    return np.concatenate([mine.centre, *(0.05 * mine.centre + 0.475 * (mine.corner[:, a] + mine.corner[:, b])
-                                          for a, b in ends)])
+    return np.concatenate(
+        [
+            mine.centre,
+            *(
+                0.05 * mine.centre + 0.475 * (mine.corner[:, a] + mine.corner[:, b])
+                for a, b in ends
+            ),
+        ]
+    )
 
 
 def _facing(points, normals, theirs: Facets, distance, settings):
     """Of points (m, 3) with normals those near a facet that faces them, and these facets."""
     _, nearest = cKDTree(theirs.centre).query(points, min(settings.near, len(theirs.centre)))
     nearest = nearest.reshape(len(points), -1)
-    facing = np.einsum("tx,tkx->tk", normals, theirs.normal[nearest]) < -np.cos(np.radians(settings.facing))
-    apart = np.stack([triangle_distance(theirs.corner[nearest[:, k]], points) for k in range(nearest.shape[1])], 1)
+    facing = np.einsum("tx,tkx->tk", normals, theirs.normal[nearest]) < -np.cos(
+        np.radians(settings.facing)
+    )
+    apart = np.stack(
+        [triangle_distance(theirs.corner[nearest[:, k]], points) for k in range(nearest.shape[1])],
+        1,
+    )
     met = facing & (apart <= distance)
     return np.flatnonzero(met.any(axis=1)), nearest[met]
 
@@ -141,12 +178,19 @@ def triangle_distance(corner: np.ndarray, point: np.ndarray) -> np.ndarray:
     best = np.full(len(point), np.inf)
     for a, b in ((0, 1), (1, 2), (2, 0)):
         along, arm = corner[:, b] - corner[:, a], point - corner[:, a]
-        share = np.clip(np.einsum("mx,mx->m", arm, along) / np.einsum("mx,mx->m", along, along), 0, 1)
+        share = np.clip(
+            np.einsum("mx,mx->m", arm, along) / np.einsum("mx,mx->m", along, along), 0, 1
+        )
         best = np.minimum(best, np.linalg.norm(arm - share[:, None] * along, axis=1))
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     over = np.ones(len(point), dtype=bool)
     for a, b in ((0, 1), (1, 2), (2, 0)):
-        over &= np.einsum("mx,mx->m", np.cross(corner[:, b] - corner[:, a], point - corner[:, a]), normal) >= 0
+        over &= (
+            np.einsum(
+                "mx,mx->m", np.cross(corner[:, b] - corner[:, a], point - corner[:, a]), normal
+            )
+            >= 0
+        )
     height = np.abs(np.einsum("mx,mx->m", point - corner[:, 0], normal))
     return np.where(over, height, best)

@@ -1,4 +1,5 @@
-"""Contact between unlike meshes: surfaces of blade and damper become a contact table and the points of both bodies."""
+"""Contact between unlike meshes: surfaces of blade and damper become a contact table and the points
+of both bodies."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -27,8 +28,8 @@ from tipdamp.static_contact.surfaces.weights import Overlap
 class MeshPoints:
     """n contact points on one mesh.
 
-    number : (n,) int; position : (n, 3) m - weighted means of the nodes'; node : (u,) int - the mesh's numbers
-    weight : (n, u) CSR - of these nodes, rows of sum 1
+    number : (n,) int; position : (n, 3) m - weighted means of the nodes'; node : (u,) int - the
+    mesh's numbers weight : (n, u) CSR - of these nodes, rows of sum 1
     """
 
     number: np.ndarray
@@ -38,7 +39,9 @@ class MeshPoints:
 
     def on(self, body: Body) -> ContactPoints:
         """The points on the free dofs of the body that was made of the mesh."""
-        motion = sp.kron(self.weight, sp.eye(3), format="csr") @ body.motion_of(body.name, self.node)
+        motion = sp.kron(self.weight, sp.eye(3), format="csr") @ body.motion_of(
+            body.name, self.node
+        )
         return ContactPoints(self.number, self.position, motion)
 
 
@@ -50,15 +53,22 @@ class FacingSides(NamedTuple):
     damper: Surface
 
 
-def surface_contact(surfaces: Sequence[FacingSides], *, axis: ArrayLike, pull: ArrayLike,
-                    closed: bool = False, shown: Callable[[float], str] = lambda metres: f"{metres:.3g} m",
-                    settings: SurfaceSettings = DEFAULT) -> tuple[ContactTable, MeshPoints, MeshPoints]:
-    """The contact table of some sides of one mesh of blades and one of a damper, and its points on either.
+def surface_contact(
+    surfaces: Sequence[FacingSides],
+    *,
+    axis: ArrayLike,
+    pull: ArrayLike,
+    closed: bool = False,
+    shown: Callable[[float], str] = lambda metres: f"{metres:.3g} m",
+    settings: SurfaceSettings = DEFAULT,
+) -> tuple[ContactTable, MeshPoints, MeshPoints]:
+    """The contact table of some sides of one mesh of blades and one of a damper, and its points on
+    either.
 
-    axis (3,): along the damper; pull (3,): orders the rows, row 0 is the one farthest against it; closed - the surfaces
-    count as touching, wherever they lie; shown - how lengths are written in messages. kn, kt and mu are still 0; area
-    and gap come from the surfaces. Raises InputError where surfaces do not face each other, as `checks` has it.
-    """
+    axis (3,): along the damper; pull (3,): orders the rows, row 0 is the one farthest against it;
+    closed - the surfaces count as touching, wherever they lie; shown - how lengths are written in
+    messages. kn, kt and mu are still 0; area and gap come from the surfaces. Raises InputError
+    where surfaces do not face each other, as `checks` has it."""
     found = []
     _check_once(surfaces, settings)
     for one in surfaces:
@@ -70,43 +80,75 @@ def surface_contact(surfaces: Sequence[FacingSides], *, axis: ArrayLike, pull: A
     counts = [len(met.vertex) for met in found]
     numbers = np.split(start + 1 + np.arange(sum(counts)), np.cumsum(counts)[:-1])
     places = [damper.position[met.vertex] for met in found]
-    sizes = [float(np.mean(np.concatenate([kind.size for kind in facets(one.damper)]))) for one in surfaces]
+    sizes = [
+        float(np.mean(np.concatenate([kind.size for kind in facets(one.damper)])))
+        for one in surfaces
+    ]
     grid = stations_and_rows(places, sizes, direction, np.asarray(pull, dtype=float), settings)
-    tables = [_table(one.side, met, number, damper, direction, at, closed)
-              for one, met, number, at in zip(surfaces, found, numbers, grid, strict=True)]
+    tables = [
+        _table(one.side, met, number, damper, direction, at, closed)
+        for one, met, number, at in zip(surfaces, found, numbers, grid, strict=True)
+    ]
     number = np.concatenate(numbers)
-    return join(*tables), _points(number, blade, [m.blade for m in found]), _points(number, damper,
-                                                                                    [m.damper for m in found])
+    return (
+        join(*tables),
+        _points(number, blade, [m.blade for m in found]),
+        _points(number, damper, [m.damper for m in found]),
+    )
 
 
 def _check_once(surfaces, settings):
-    """InputError where faces of both bodies that meet belong to two sides: their contact would count twice."""
+    """InputError where faces of both bodies that meet belong to two sides: their contact would
+    count twice."""
     for i, one in enumerate(surfaces):
         for other in surfaces[:i]:
-            damper, blade = _shared(one.damper, other.damper), _shared(one.blade, other.blade)
+            damper = _shared(one.damper, other.damper)
+            blade = _shared(one.blade, other.blade)
             some = all(any(map(len, surface.faces)) for surface in (damper, blade))
             if some and len(overlap(damper, blade, settings).vertex):
-                raise InputError(f"sides '{other.side.name}' and '{one.side.name}' share "
-                                 f"{sum(map(len, damper.faces))} faces of the damper and {sum(map(len, blade.faces))} "
-                                 "of the blades, which meet: their contact would count twice; make them one side, or "
-                                 "take the faces off one of them (a table with box = [...] picks some)")
+                raise InputError(
+                    f"sides '{other.side.name}' and '{one.side.name}' share "
+                    f"{sum(map(len, damper.faces))} faces of the damper and "
+                    f"{sum(map(len, blade.faces))} of the blades, which meet: their contact would "
+                    "count twice; make them one side, or take the faces off one of them (a table "
+                    "with box = [...] picks some)"
+                )
 
 
 def _shared(one: Surface, other: Surface) -> Surface:
     """The faces that are in both."""
     theirs = {key for block in other.faces for key in map(tuple, face_keys(block).tolist())}
-    return Surface(one.mesh, [block[[tuple(key) in theirs for key in face_keys(block).tolist()]]
-                              for block in one.faces if len(block)])
+    return Surface(
+        one.mesh,
+        [
+            block[[tuple(key) in theirs for key in face_keys(block).tolist()]]
+            for block in one.faces
+            if len(block)
+        ],
+    )
 
 
 def _table(side, met: Overlap, number, damper, axis, at, closed) -> ContactTable:
     station, row = at
     order, P = np.lexsort((row, station)), len(number)
-    return ContactTable(side=np.full(P, side.name), station=station, row=row, blade_body=np.full(P, side.blade_body),
-                        blade_node=number, damper_body=np.full(P, side.damper_body), damper_node=number,
-                        position=met.damper @ damper.position, frame=contact_frames(met.normal, axis, side),
-                        gap=np.zeros(P) if closed else met.gap, kn=np.zeros(P), kt=np.zeros(P), mu=np.zeros(P),
-                        preload=np.zeros(P), weight=np.ones(P), area=met.area).select(order)
+    return ContactTable(
+        side=np.full(P, side.name),
+        station=station,
+        row=row,
+        blade_body=np.full(P, side.blade_body),
+        blade_node=number,
+        damper_body=np.full(P, side.damper_body),
+        damper_node=number,
+        position=met.damper @ damper.position,
+        frame=contact_frames(met.normal, axis, side),
+        gap=np.zeros(P) if closed else met.gap,
+        kn=np.zeros(P),
+        kt=np.zeros(P),
+        mu=np.zeros(P),
+        preload=np.zeros(P),
+        weight=np.ones(P),
+        area=met.area,
+    ).select(order)
 
 
 def _points(number, mesh, weights) -> MeshPoints:
@@ -115,12 +157,23 @@ def _points(number, mesh, weights) -> MeshPoints:
     return MeshPoints(number, weight @ mesh.position, mesh.node[used], weight[:, used].tocsr())
 
 
-def check_faces(side: Side, what: str, group: str, mesh: Mesh, faces: list[np.ndarray],
-                why: str = "none is where it is looked for; widen the limits") -> None:
-    """InputError where there is no face of a side; what - "blade" or "damper"; why - of faces picked by geometry."""
+def check_faces(
+    side: Side,
+    what: str,
+    group: str,
+    mesh: Mesh,
+    faces: list[np.ndarray],
+    why: str = "none is where it is looked for; widen the limits",
+) -> None:
+    """InputError where there is no face of a side; what - "blade" or "damper"; why - of faces
+    picked by geometry."""
     if any(len(block) for block in faces):
         return
     if group in mesh.groups:
-        why = (f"none has all its corners among the {len(mesh.groups[group])} nodes of group '{group}'; name a "
-               "surface, or a [contact] tolerance within which its nodes match")
-    raise InputError(f"[contact.{side.name}] {what}: no face on the surface of {mesh.source}: {why}")
+        why = (
+            f"none has all its corners among the {len(mesh.groups[group])} nodes of group "
+            f"'{group}'; name a surface, or a [contact] tolerance within which its nodes match"
+        )
+    raise InputError(
+        f"[contact.{side.name}] {what}: no face on the surface of {mesh.source}: {why}"
+    )

@@ -6,14 +6,20 @@ from tipdamp.hbm.ties import SAME, in_order
 from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 
 
-def stations_and_rows(places: list[np.ndarray], sizes: list[float], axis: np.ndarray,
-                      up: np.ndarray, settings: SurfaceSettings = DEFAULT) -> list[tuple[np.ndarray, np.ndarray]]:
+def stations_and_rows(
+    places: list[np.ndarray],
+    sizes: list[float],
+    axis: np.ndarray,
+    up: np.ndarray,
+    settings: SurfaceSettings = DEFAULT,
+) -> list[tuple[np.ndarray, np.ndarray]]:
     """(station, row) of the points of each side, (n, 3) m, whose faces are `sizes` m in size.
 
-    Where the points of all sides lie on common lines across the axis, as on hexahedra, each line is a station; else
-    stations are intervals as wide as the faces. Rows are the lines of a side along the axis, or else intervals no
-    higher than the faces, from the one around its lower edge (row 0) to that around its upper one, the same in all
-    stations. Of several points in an interval of a station all but the lowest move up.
+    Where the points of all sides lie on common lines across the axis, as on hexahedra, each line is
+    a station; else stations are intervals as wide as the faces. Rows are the lines of a side along
+    the axis, or else intervals no higher than the faces, from the one around its lower edge (row 0)
+    to that around its upper one, the same in all stations. Of several points in an interval of a
+    station all but the lowest move up.
     """
     along = np.concatenate(places) @ axis
     size = max(sizes)
@@ -23,14 +29,17 @@ def stations_and_rows(places: list[np.ndarray], sizes: list[float], axis: np.nda
         place = (along - along.min()) / max(float(np.ptp(along)), 1e-300) * count
         label = np.minimum(place + SAME, count - 1).astype(int)
     found = []
-    for place, own, station in zip(places, sizes, np.split(label, np.cumsum([len(p) for p in places])[:-1]),
-                                   strict=True):
+    for place, own, station in zip(
+        places, sizes, np.split(label, np.cumsum([len(p) for p in places])[:-1]), strict=True
+    ):
         station = np.unique(station, return_inverse=True)[1]
         height = _height(place, axis, up)
         interval, spread = _lines(height, settings.line * own)
         if spread > settings.line * own:
             low, whole = height.min(), float(np.ptp(height))
-            interval = np.rint((height - low) / whole * np.ceil(whole / own - SAME) + SAME).astype(int)
+            interval = np.rint((height - low) / whole * np.ceil(whole / own - SAME) + SAME).astype(
+                int
+            )
         row = np.empty(len(place), dtype=np.int64)
         for k in np.unique(station):
             mine = np.flatnonzero(station == k)
@@ -49,7 +58,8 @@ def _height(place, axis, up):
 
 
 def _lines(values, step):
-    """Values that are no more than a step apart form a line: the line of each, and the widest line."""
+    """Values that are no more than a step apart form a line: the line of each, and the widest
+    line."""
     order = np.argsort(values)
     label = np.empty(len(values), dtype=np.int64)
     label[order] = np.cumsum(np.diff(values[order], prepend=values[order[0]]) > step)

@@ -2,16 +2,18 @@
 
     area_A = int psi_A dA,    u_A = int w_A u dA / area_A        on the blade and on the damper
 
-psi_A are the functions of the corners of the damper's faces, linear on triangles and bilinear on squares: positive, so
-that areas are, on quadratic faces too, and of sum 1, so that a uniform pressure p on the points is p on both surfaces:
-sum_A p area_A N_Ai = int p N_i dA.                  [Puso and Laursen 2004; Puso, Laursen and Solberg 2008, sec. 3]
+psi_A are the functions of the corners of the damper's faces, linear on triangles and bilinear on
+squares: positive, so that areas are, on quadratic faces too, and of sum 1, so that a uniform
+pressure p on the points is p on both surfaces: sum_A p area_A N_Ai = int p N_i dA.
+[Puso and Laursen 2004; Puso, Laursen and Solberg 2008, sec. 3]
 
-With w_A = psi_A a motion is read at the centre of the area of a corner, with the dual functions of the psi_A
-[Wohlmuth 2000] at the corner itself. int x^2 dA, by which a flank resists rolling, comes out too small in one case and
-too large in the other, by the same amount: w_A is the mean of both. On each face, with M = int psi psi' dA over what is
-covered of it and D = diag int psi dA, that is w = (I + D M^-1) psi / 2, again of sum 1 and with the integrals area_A.
-Of a face that is covered in part less of the second is taken, so that places stay in the part that is covered; second
-moments do not lose by it, since on each face the sum of area_A u_A is that of the corners whatever the share.
+With w_A = psi_A a motion is read at the centre of the area of a corner, with the dual functions of
+the psi_A [Wohlmuth 2000] at the corner itself. int x^2 dA, by which a flank resists rolling, comes
+out too small in one case and too large in the other, by the same amount: w_A is the mean of both.
+On each face, with M = int psi psi' dA over what is covered of it and D = diag int psi dA, that is w
+= (I + D M^-1) psi / 2, again of sum 1 and with the integrals area_A. Of a face that is covered in
+part less of the second is taken, so that places stay in the part that is covered; second moments do
+not lose by it, since on each face the sum of area_A u_A is that of the corners whatever the share.
 """
 
 from dataclasses import dataclass, field
@@ -30,10 +32,10 @@ class Overlap:
 
     vertex : (n,) int - node index in the damper's mesh; area : (n,) m2
     damper, blade : (n, nodes) CSR - weights of the nodes of either mesh, rows of sum 1
-    normal : (n, 3) - from the damper into the blade, read where the motions are: of the smooth surface (normals.py)
-    gap : (n,) m - mean between the smooth surfaces, negative: overlapping
-    opposed : (n,) degrees - mean normals of damper and blade off opposition; least : (n,) m - smallest gap
-    covered : share of the damper's facets that the blade covers
+    normal : (n, 3) - from the damper into the blade, read where the motions are: of the smooth
+    surface (normals.py) gap : (n,) m - mean between the smooth surfaces, negative: overlapping
+    opposed : (n,) degrees - mean normals of damper and blade off opposition; least : (n,) m -
+    smallest gap covered : share of the damper's facets that the blade covers
     doubled : (c, 3) m - centres of facets that lie opposite to two blade faces at once
     layers : (c, 2) m - smallest and largest gap there
     """
@@ -55,8 +57,8 @@ class Overlap:
 class QuadraturePoints:
     """m quadrature points; shapes (m, nodes) of the corners and of the nodes of both meshes.
 
-    normal, opposite : (m, 3) - of the faces of damper and blade; smooth : (m, 3) - of the damper's smooth surface
-    gap : (m,) m - between the smooth surfaces
+    normal, opposite : (m, 3) - of the faces of damper and blade; smooth : (m, 3) - of the damper's
+    smooth surface gap : (m,) m - between the smooth surfaces
     """
 
     weight: np.ndarray
@@ -73,8 +75,8 @@ class QuadraturePoints:
 class Corners:
     """The n corners of every face for themselves.
 
-    first : (kinds + 1,) - where those of each kind of faces begin, and n; width - corners of a face of each kind
-    vertex : (n,) - node index of each
+    first : (kinds + 1,) - where those of each kind of faces begin, and n; width - corners of a face
+    of each kind vertex : (n,) - node index of each
     """
 
     first: np.ndarray
@@ -85,23 +87,34 @@ class Corners:
     def of(cls, kinds: list[Facets]) -> "Corners":
         """Of the faces that the facets are cut from."""
         width = tuple(face_corners(D.faces.shape[1]) for D in kinds)
-        return cls(np.cumsum([0, *(len(D.faces) * w for D, w in zip(kinds, width, strict=True))]), width,
-                   np.concatenate([np.empty(0, int), *(D.faces[:, :w].ravel() for D, w in zip(kinds, width,
-                                                                                               strict=True))]))
+        return cls(
+            np.cumsum([0, *(len(D.faces) * w for D, w in zip(kinds, width, strict=True))]),
+            width,
+            np.concatenate(
+                [
+                    np.empty(0, int),
+                    *(D.faces[:, :w].ravel() for D, w in zip(kinds, width, strict=True)),
+                ]
+            ),
+        )
 
     def owners(self, kept: np.ndarray, area: np.ndarray) -> np.ndarray:
-        """(n,) the vertex whose point takes what is covered of each corner: its own where that is kept (nodes,) bool,
-        or else the one most covered, area (n,) m2, of the face."""
+        """(n,) the vertex whose point takes what is covered of each corner: its own where that is
+        kept (nodes,) bool, or else the one most covered, area (n,) m2, of the face."""
         found = self.vertex.copy()
         for w, start, end in zip(self.width, self.first[:-1], self.first[1:], strict=True):
-            vertex, share = self.vertex[start:end].reshape(-1, w), area[start:end].reshape(-1, w)
+            vertex = self.vertex[start:end].reshape(-1, w)
+            share = area[start:end].reshape(-1, w)
             most = np.take_along_axis(vertex, share.argmax(axis=1)[:, None], axis=1)
             found[start:end] = np.where(kept[vertex], vertex, most).ravel()
         return found
 
-    def weights(self, mass: sp.csr_matrix, most: np.ndarray, settings: SurfaceSettings) -> sp.csr_matrix:
-        """(n, n): the functions w in the psi, I + shift (D M^-1 - I) on each face; mass (n, n) - M of all faces;
-        most (n,) - largest psi where the face is covered, beyond which none is read at its place."""
+    def weights(
+        self, mass: sp.csr_matrix, most: np.ndarray, settings: SurfaceSettings
+    ) -> sp.csr_matrix:
+        """(n, n): the functions w in the psi, I + shift (D M^-1 - I) on each face; mass (n, n) - M
+        of all faces; most (n,) - largest psi where the face is covered, beyond which none is read
+        at its place."""
         found = []
         for w, start, end in zip(self.width, self.first[:-1], self.first[1:], strict=True):
             block = mass[start:end, start:end].tobsr((w, w))
@@ -111,10 +124,17 @@ class Corners:
             own, covered = M.sum(axis=2), most[start:end].reshape(-1, w)[block.indices]
             dual = own[:, :, None] * np.linalg.inv(M)
             mean = np.einsum("faa->fa", M) / own
-            within = ((covered - mean) / np.maximum(1 - mean, settings.dropped)).min(axis=1, initial=1.0)
-            shift = (settings.shift * np.clip(within / 0.5, 0, 1) * good)[:, None, None]   # 0.5: halfway at most
-            found.append(sp.bsr_matrix(((1 - shift) * np.eye(w) + shift * dual, block.indices, block.indptr),
-                                       shape=block.shape))
+            within = ((covered - mean) / np.maximum(1 - mean, settings.dropped)).min(
+                axis=1, initial=1.0
+            )
+            # 0.5: halfway at most
+            shift = (settings.shift * np.clip(within / 0.5, 0, 1) * good)[:, None, None]
+            found.append(
+                sp.bsr_matrix(
+                    ((1 - shift) * np.eye(w) + shift * dual, block.indices, block.indptr),
+                    shape=block.shape,
+                )
+            )
         return sp.block_diag(found, format="csr")
 
 
@@ -123,8 +143,9 @@ class Sums:
 
     def __init__(self, corners: int, damper: int, blade: int):
         local = corners
-        self.area, self.gap, self.normal, self.opposite, self.smooth = (np.zeros(shape) for shape in (
-            local, local, (local, 3), (local, 3), (local, 3)))
+        self.area, self.gap, self.normal, self.opposite, self.smooth = (
+            np.zeros(shape) for shape in (local, local, (local, 3), (local, 3), (local, 3))
+        )
         self.least, self.most = np.full(local, np.inf), np.zeros(local)
         self.mass = sp.csr_matrix((local, local))
         self.damper, self.blade = sp.csr_matrix((local, damper)), sp.csr_matrix((local, blade))
@@ -138,7 +159,10 @@ class Sums:
         self.opposite += weighted @ points.opposite
         self.smooth += weighted @ points.smooth
         self.gap += weighted @ points.gap
-        self.damper, self.blade = self.damper + weighted @ points.damper, self.blade + weighted @ points.blade
+        self.damper, self.blade = (
+            self.damper + weighted @ points.damper,
+            self.blade + weighted @ points.blade,
+        )
         near = points.corners.tocoo()
         np.minimum.at(self.least, near.col, points.gap[near.row])
         np.maximum.at(self.most, near.col, near.data)
@@ -147,19 +171,33 @@ class Sums:
         """The contact points; how much of the faces is covered, and what twice, is left open."""
         whole, n = whole_corners(kinds, self.damper.shape[1]), len(corners.vertex)
         least_of = settings.dropped * whole
-        owner = corners.owners(np.bincount(corners.vertex, self.area, len(whole)) > least_of, self.area)
+        owner = corners.owners(
+            np.bincount(corners.vertex, self.area, len(whole)) > least_of, self.area
+        )
         gather = sp.csr_matrix((np.ones(n), (owner, np.arange(n))), shape=(len(whole), n))
         area = gather @ self.area
         vertex = np.flatnonzero(area > least_of)
         area, gather, least = area[vertex], gather[vertex], np.full(len(whole), np.inf)
         mean = sp.diags(1 / area) @ gather @ corners.weights(self.mass, self.most, settings)
         np.minimum.at(least, corners.vertex, self.least)
-        normal, opposite, smooth = (gather @ self.normal, gather @ self.opposite, mean @ self.smooth)
-        cosine = np.einsum("nx,nx->n", normal, opposite) / np.linalg.norm(normal, axis=1) / np.linalg.norm(
-            opposite, axis=1)
-        return Overlap(vertex, area, _without_zeros(mean @ self.damper), _without_zeros(mean @ self.blade),
-                       smooth / np.linalg.norm(smooth, axis=1)[:, None], mean @ self.gap,
-                       np.degrees(np.arccos(np.clip(-cosine, -1, 1))), least[vertex])
+        normal = gather @ self.normal
+        opposite = gather @ self.opposite
+        smooth = mean @ self.smooth
+        cosine = (
+            np.einsum("nx,nx->n", normal, opposite)
+            / np.linalg.norm(normal, axis=1)
+            / np.linalg.norm(opposite, axis=1)
+        )
+        return Overlap(
+            vertex,
+            area,
+            _without_zeros(mean @ self.damper),
+            _without_zeros(mean @ self.blade),
+            smooth / np.linalg.norm(smooth, axis=1)[:, None],
+            mean @ self.gap,
+            np.degrees(np.arccos(np.clip(-cosine, -1, 1))),
+            least[vertex],
+        )
 
 
 def _without_zeros(matrix):
@@ -173,6 +211,8 @@ def whole_corners(kinds, nodes):
     area = np.zeros(nodes)
     for D in kinds:
         corners = face_corners(D.faces.shape[1])
-        mean = vertex_shapes(corners, D.reference.reshape(-1, 2)).reshape(-1, 3, corners).mean(axis=1)
+        mean = (
+            vertex_shapes(corners, D.reference.reshape(-1, 2)).reshape(-1, 3, corners).mean(axis=1)
+        )
         np.add.at(area, D.faces[D.face, :corners], D.area[:, None] * mean)
     return area

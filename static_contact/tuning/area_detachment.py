@@ -1,7 +1,9 @@
-"""Detachment by area: the closed part of every side shrinks by the same share until the stuck frequency meets a target.
+"""Detachment by area: the closed part of every side shrinks by the same share until the stuck
+frequency meets a target.
 
-Contact points of unlike meshes lie in no stations. What is kept of them is an area: continuous, the point at its edge
-with a part of its own, so that it does not depend on where the mesh has its points; or cell by cell.
+Contact points of unlike meshes lie in no stations. What is kept of them is an area: continuous, the
+point at its edge with a part of its own, so that it does not depend on where the mesh has its
+points; or cell by cell.
 """
 
 from collections.abc import Callable
@@ -28,8 +30,9 @@ class AreaStep:
 
 @dataclass(frozen=True)
 class AreaDetachment:
-    """pairs - the table with its weights times what is kept of each contact; history - the shares that were tried, the
-    largest first; hz_per_share - change of the stuck frequency with the share; target_hz - None where it was given."""
+    """pairs - the table with its weights times what is kept of each contact; history - the shares
+    that were tried, the largest first; hz_per_share - change of the stuck frequency with the share;
+    target_hz - None where it was given."""
 
     pairs: ContactTable
     chosen: AreaStep
@@ -42,21 +45,29 @@ class AreaDetachment:
 class AreaSettings:
     """Of the search for a share."""
 
-    tried: int = 33             # shares at first; two crossings of a target between two of them are not told apart
-    nearest: float = 1e-9       # of the whole area: to which the share is found
+    # shares at first; two crossings of a target between two of them are not told apart
+    tried: int = 33
+    nearest: float = 1e-9  # of the whole area: to which the share is found
 
 
 SETTINGS = AreaSettings()
 
 
-def detach_area(assembly: StuckAssembly, pairs: ContactTable, fade: Fade, target_hz: float, follow: np.ndarray,
-                options: DetachmentOptions, progress: Callable | None = None) -> AreaDetachment:
-    """Shrink the closed part of all sides until the tracked stuck frequency meets the target, or as nearly as whole
-    cells let it (`fade.whole()`).
+def detach_area(
+    assembly: StuckAssembly,
+    pairs: ContactTable,
+    fade: Fade,
+    target_hz: float,
+    follow: np.ndarray,
+    options: DetachmentOptions,
+    progress: Callable | None = None,
+) -> AreaDetachment:
+    """Shrink the closed part of all sides until the tracked stuck frequency meets the target, or as
+    nearly as whole cells let it (`fade.whole()`).
 
-    follow (r,) : mass-normalised shape of the tracked mode; progress(step, part done); of the options springs, load,
-    conserve and met_hz count. The largest share that meets the target is taken. Raises InputError "not reachable: a..b
-    Hz" where none does.
+    follow (r,) : mass-normalised shape of the tracked mode; progress(step, part done); of the
+    options springs, load, conserve and met_hz count. The largest share that meets the target is
+    taken. Raises InputError "not reachable: a..b Hz" where none does.
     """
     search, settings = search_of(assembly, pairs, follow, options), SETTINGS
     whole, shares, tried = _tried(fade)
@@ -67,36 +78,56 @@ def detach_area(assembly: StuckAssembly, pairs: ContactTable, fade: Fade, target
             progress(history[-1], (k + 1) / len(tried))
     i = _crossing(history, target_hz, whole)
     if whole:
-        history[i + 1:i + 1] = [_step(search, fade, s) for s in shares[tried[i] + 1:tried[i + 1]]]
+        history[i + 1 : i + 1] = [
+            _step(search, fade, s) for s in shares[tried[i] + 1 : tried[i + 1]]
+        ]
         chosen = min(history[i:], key=lambda step: abs(step.hz - target_hz))
     else:
         high, low = history[i], history[i + 1]
-        share = float(brentq(lambda s: search.find(fade.factors(s) * pairs.weight)[0] - target_hz, low.share,
-                             high.share, xtol=settings.nearest))
+        share = float(
+            brentq(
+                lambda s: search.find(fade.factors(s) * pairs.weight)[0] - target_hz,
+                low.share,
+                high.share,
+                xtol=settings.nearest,
+            )
+        )
         chosen = _step(search, fade, share)
         if abs(chosen.hz - target_hz) > options.met_hz:
-            raise InputError(f"target {target_hz:g} Hz: the tracked mode jumps from one mode to another where "
-                             f"{100 * share:.3g} % of the closed area are kept, and no share meets the target (nearest "
-                             f"{chosen.hz:.1f} Hz)")
+            raise InputError(
+                f"target {target_hz:g} Hz: the tracked mode jumps from one mode to another where "
+                f"{100 * share:.3g} % of the closed area are kept, and no share meets the target "
+                f"(nearest {chosen.hz:.1f} Hz)"
+            )
     return _found(search, fade, chosen, history, target_hz)
 
 
-def keep_area(assembly: StuckAssembly, pairs: ContactTable, fade: Fade, share: float, follow: np.ndarray,
-              options: DetachmentOptions) -> AreaDetachment:
-    """Keep a share (0..1] of the closed area of every side. Raises InputError where that is less than one cell."""
+def keep_area(
+    assembly: StuckAssembly,
+    pairs: ContactTable,
+    fade: Fade,
+    share: float,
+    follow: np.ndarray,
+    options: DetachmentOptions,
+) -> AreaDetachment:
+    """Keep a share (0..1] of the closed area of every side. Raises InputError where that is less
+    than one cell."""
     search = search_of(assembly, pairs, follow, options)
     whole, shares, tried = _tried(fade)
     if whole:
         if share < shares[-1] - SETTINGS.nearest:
-            raise InputError(f"{100 * share:.3g} % of the closed area is less than one cell, which is "
-                             f"{100 * shares[-1]:.3g} %: keep more, or take smaller cells")
+            raise InputError(
+                f"{100 * share:.3g} % of the closed area is less than one cell, which is "
+                f"{100 * shares[-1]:.3g} %: keep more, or take smaller cells"
+            )
         share = shares[shares <= share + SETTINGS.nearest][0]
     chosen = _step(search, fade, share)
     return _found(search, fade, chosen, [_step(search, fade, s) for s in shares[tried]], None)
 
 
 def _tried(fade) -> tuple[bool, np.ndarray, np.ndarray]:
-    """Whether cells leave whole, all shares that differ then, or evenly spread ones, and which of them are tried."""
+    """Whether cells leave whole, all shares that differ then, or evenly spread ones, and which of
+    them are tried."""
     whole = bool((fade.begins == fade.gone).all())
     shares = fade.shares if whole else np.linspace(1, 0, SETTINGS.tried)[:-1]
     return whole, shares, np.unique(np.linspace(0, len(shares) - 1, SETTINGS.tried).astype(int))
@@ -107,20 +138,34 @@ def _step(search, fade, share) -> AreaStep:
 
 
 def _crossing(history, target_hz, whole) -> int:
-    """The first step after which the frequency has passed the target; half a cell beyond the ends is still nearest."""
+    """The first step after which the frequency has passed the target; half a cell beyond the ends
+    is still nearest."""
     hz = np.array([step.hz for step in history])
     over = (hz[:-1] - target_hz) * (hz[1:] - target_hz) <= 0
     if over.any():
         return int(over.argmax())
     reach = np.abs(np.diff(hz)).max() / 2 if whole else 0.0
     if not hz.min() - reach <= target_hz <= hz.max() + reach:
-        raise InputError(f"target {target_hz:g} Hz is not reachable: {hz.min():.0f}..{hz.max():.0f} Hz with "
-                         f"{100 * history[-1].share:.3g}..100 % of the closed area kept")
+        raise InputError(
+            f"target {target_hz:g} Hz is not reachable: {hz.min():.0f}..{hz.max():.0f} Hz with "
+            f"{100 * history[-1].share:.3g}..100 % of the closed area kept"
+        )
     return min(int(np.abs(hz - target_hz).argmin()), len(hz) - 2)
 
 
 def _found(search, fade, chosen, history, target_hz) -> AreaDetachment:
-    history = sorted({step.share: step for step in (*history, chosen)}.values(), key=lambda step: -step.share)
-    slope = np.gradient([s.hz for s in history], [s.share for s in history]) if len(history) > 1 else [0.0]
-    return AreaDetachment(search.table(fade.factors(chosen.share) * search.pairs.weight), chosen, tuple(history),
-                          float(slope[history.index(chosen)]), target_hz)
+    history = sorted(
+        {step.share: step for step in (*history, chosen)}.values(), key=lambda step: -step.share
+    )
+    slope = (
+        np.gradient([s.hz for s in history], [s.share for s in history])
+        if len(history) > 1
+        else [0.0]
+    )
+    return AreaDetachment(
+        search.table(fade.factors(chosen.share) * search.pairs.weight),
+        chosen,
+        tuple(history),
+        float(slope[history.index(chosen)]),
+        target_hz,
+    )

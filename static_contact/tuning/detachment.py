@@ -1,7 +1,8 @@
 """Detachment: stations detached until the stuck frequency meets a target.
 
-[Zucca 2016, sec. 8: "starting from the middle of the damper sides, contact pairs are progressively detached until
-the resonance frequency of the model at full-stick matches"]. Pairs that are open at rest do not stick.
+[Zucca 2016, sec. 8: "starting from the middle of the damper sides, contact pairs are progressively
+detached until the resonance frequency of the model at full-stick matches"]. Pairs that are open at
+rest do not stick.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -22,8 +23,8 @@ from tipdamp.static_contact.tuning.stuck_search import StuckSearch
 
 @dataclass(frozen=True)
 class Step:
-    """One set of kept stations and its stuck frequency; front counts the stations with the smaller coordinate;
-    mac as in `StuckModes`."""
+    """One set of kept stations and its stuck frequency; front counts the stations with the smaller
+    coordinate; mac as in `StuckModes`."""
 
     front: int
     back: int
@@ -41,7 +42,8 @@ class GradedStation:
 
 @dataclass(frozen=True)
 class StationWorth:
-    """hz - what the stuck frequency would lose without this station (kept), or gain with it (not kept)."""
+    """hz - what the stuck frequency would lose without this station (kept), or gain with it (not
+    kept)."""
 
     station: int
     kept: bool
@@ -50,10 +52,10 @@ class StationWorth:
 
 @dataclass(frozen=True)
 class Detachment:
-    """pairs - the table with weight 0 on detached pairs; chosen - the set nearest the target; history - all sets that
-    were tried; stations - kept ones; graded - None where all are whole; worth - of every station, beside the chosen set
-    of whole stations; equivalent - sets within the scatter of the target, the nearest first; target_hz - None where the
-    stations were given."""
+    """pairs - the table with weight 0 on detached pairs; chosen - the set nearest the target;
+    history - all sets that were tried; stations - kept ones; graded - None where all are whole;
+    worth - of every station, beside the chosen set of whole stations; equivalent - sets within the
+    scatter of the target, the nearest first; target_hz - None where the stations were given."""
 
     pairs: ContactTable
     chosen: Step
@@ -69,14 +71,16 @@ class Detachment:
 @dataclass(frozen=True)
 class DetachmentOptions:
     """springs(pairs) -> RollSpring records that go with the carrying pairs, or None
-    load : (P,) N - static normal force that each pair stands for; pairs without one do not stick. None: all do
-    order : "from_middle": every number of stations at the two ends; "least_loaded": by the load of the stations
-    graded : the last station keeps the part of its area with which the target is met
+    load : (P,) N - static normal force that each pair stands for; pairs without one do not stick.
+    None: all do order : "from_middle": every number of stations at the two ends; "least_loaded": by
+    the load of the stations graded : the last station keeps the part of its area with which the
+    target is met
     scatter_hz : sets whose frequency is as near to the target fit equally well
     at_least - stations that stay on each side; conserve - see `keep_ends`
-    allowed(weight (P,)) -> whether a set may be chosen, or None: any; asked of the sets that fit best
-    tie_hz - sets nearer to each other than this, by rounding of mirrored ones, fit alike: the more even one is taken
-    met_hz - how near a graded station must bring the frequency to the target"""
+    allowed(weight (P,)) -> whether a set may be chosen, or None: any; asked of the sets that fit
+    best
+    tie_hz - sets nearer to each other than this, by rounding of mirrored ones, fit alike: the more
+    even one is taken met_hz - how near a graded station must bring the frequency to the target"""
 
     springs: Callable | None = None
     load: np.ndarray | None = None
@@ -102,17 +106,28 @@ class _KeptStations:
     kept: np.ndarray
 
 
-def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float, follow: np.ndarray,
-                 options: DetachmentOptions = DEFAULT, progress: Callable | None = None) -> Detachment:
-    """Detach stations on all sides and keep those whose tracked stuck frequency is nearest the target.
+def detach_until(
+    assembly: StuckAssembly,
+    pairs: ContactTable,
+    target_hz: float,
+    follow: np.ndarray,
+    options: DetachmentOptions = DEFAULT,
+    progress: Callable | None = None,
+) -> Detachment:
+    """Detach stations on all sides and keep those whose tracked stuck frequency is nearest the
+    target.
 
-    follow (r,): mass-normalised shape of the tracked mode; progress(step, part done). All sets of the order are tried:
-    where two modes come close the tracked frequency may rise as stations go. Raises InputError "not reachable: a..b
-    Hz" when the target lies outside what they give, and where no set is allowed.
+    follow (r,): mass-normalised shape of the tracked mode; progress(step, part done). All sets of
+    the order are tried: where two modes come close the tracked frequency may rise as stations go.
+    Raises InputError "not reachable: a..b Hz" when the target lies outside what they give, and
+    where no set is allowed.
     """
     search = search_of(assembly, pairs, follow, options)
-    sets = list(_from_middle(pairs, search.closed, options.at_least) if options.order == "from_middle"
-                else _least_loaded(pairs, search.closed, options))
+    sets = list(
+        _from_middle(pairs, search.closed, options.at_least)
+        if options.order == "from_middle"
+        else _least_loaded(pairs, search.closed, options)
+    )
     history = []
     for i, one in enumerate(sets):
         history.append(_step(search, one))
@@ -120,38 +135,76 @@ def detach_until(assembly: StuckAssembly, pairs: ContactTable, target_hz: float,
             progress(history[-1], (i + 1) / len(sets))
     _check_reach(history, target_hz, options, int(pairs.station.max()) + 1)
     best, passed_over = _best_allowed(sets, history, target_hz, pairs, options)
-    weight, chosen, graded = np.where(sets[best].kept, pairs.weight, 0.0), history[best], None
+    weight = np.where(sets[best].kept, pairs.weight, 0.0)
+    chosen = history[best]
+    graded = None
     worth = _worth(search, pairs, weight)
     if options.graded and chosen.hz != target_hz:
         weight, chosen, graded = _graded(search, pairs, sets, history, (best, target_hz, options))
-    alike = (s for s, one in zip(history, sets, strict=True)
-             if abs(s.hz - target_hz) <= options.scatter_hz and _may_be_chosen(one, pairs, options))
+    alike = (
+        s
+        for s, one in zip(history, sets, strict=True)
+        if abs(s.hz - target_hz) <= options.scatter_hz and _may_be_chosen(one, pairs, options)
+    )
     equal = sorted(alike, key=lambda s: _fit(s, target_hz, options.tie_hz))
-    return Detachment(search.table(weight), chosen, tuple(history), target_hz, _stations(pairs, weight), worth, graded,
-                      tuple(equal), passed_over)
+    return Detachment(
+        search.table(weight),
+        chosen,
+        tuple(history),
+        target_hz,
+        _stations(pairs, weight),
+        worth,
+        graded,
+        tuple(equal),
+        passed_over,
+    )
 
 
-def keep_stations(assembly: StuckAssembly, pairs: ContactTable, ends: tuple[int, int], follow: np.ndarray,
-                  options: DetachmentOptions = DEFAULT) -> Detachment:
-    """Keep the given numbers of stations at both ends, (front, back). Raises InputError when there are not so many."""
+def keep_stations(
+    assembly: StuckAssembly,
+    pairs: ContactTable,
+    ends: tuple[int, int],
+    follow: np.ndarray,
+    options: DetachmentOptions = DEFAULT,
+) -> Detachment:
+    """Keep the given numbers of stations at both ends, (front, back). Raises InputError when there
+    are not so many."""
     stations = int(pairs.station.max()) + 1
     if sum(ends) > stations:
-        raise InputError(f"{ends[0]} + {ends[1]} stations are to be kept, the sides have {stations}")
-    return keep_weights(assembly, pairs, np.where(ends_of(pairs, *ends), pairs.weight, 0.0), follow, options, ends)
+        raise InputError(
+            f"{ends[0]} + {ends[1]} stations are to be kept, the sides have {stations}"
+        )
+    return keep_weights(
+        assembly, pairs, np.where(ends_of(pairs, *ends), pairs.weight, 0.0), follow, options, ends
+    )
 
 
-def keep_weights(assembly: StuckAssembly, pairs: ContactTable, weight: np.ndarray, follow: np.ndarray,
-                 options: DetachmentOptions = DEFAULT, ends: tuple[int, int] | None = None) -> Detachment:
-    """Keep pairs with the given weights (P,); ends - (front, back) stations, counted from the middle where None."""
+def keep_weights(
+    assembly: StuckAssembly,
+    pairs: ContactTable,
+    weight: np.ndarray,
+    follow: np.ndarray,
+    options: DetachmentOptions = DEFAULT,
+    ends: tuple[int, int] | None = None,
+) -> Detachment:
+    """Keep pairs with the given weights (P,); ends - (front, back) stations, counted from the
+    middle where None."""
     search = search_of(assembly, pairs, follow, options)
     front, back = ends or halves(pairs, weight > 0)
     step = Step(front, back, *search.find(weight))
-    return Detachment(search.table(weight), step, (step,), None, _stations(pairs, weight),
-                      _worth(search, pairs, weight))
+    return Detachment(
+        search.table(weight),
+        step,
+        (step,),
+        None,
+        _stations(pairs, weight),
+        _worth(search, pairs, weight),
+    )
 
 
-def search_of(assembly: StuckAssembly, pairs: ContactTable, follow: np.ndarray,
-              options: DetachmentOptions) -> StuckSearch:
+def search_of(
+    assembly: StuckAssembly, pairs: ContactTable, follow: np.ndarray, options: DetachmentOptions
+) -> StuckSearch:
     """The stuck frequencies of sets of the pairs; those that carry no load do not stick."""
     closed = pairs.carrying if options.load is None else pairs.carrying & (options.load > 0)
     conserve = (lambda kept: conserve_total(kept, pairs)) if options.conserve else None
@@ -178,28 +231,46 @@ def _best_allowed(sets, history, target_hz, pairs, options) -> tuple[int, tuple[
         if _may_be_chosen(sets[i], pairs, options):
             return i, tuple(passed_over)
         passed_over.append(history[i])
-    raise InputError(f"target {target_hz:g} Hz: every set of stations leaves too large a moment of the preload; set "
-                     "[tune] preload = \"resolved\"")
+    raise InputError(
+        f"target {target_hz:g} Hz: every set of stations leaves too large a moment of the preload; "
+        f"set "
+        '[tune] preload = "resolved"'
+    )
 
 
 def _from_middle(pairs, closed, at_least) -> Iterator[_KeptStations]:
-    """Every number of stations at the two ends, at least one at each; those that differ in open pairs alone once."""
+    """Every number of stations at the two ends, at least one at each; those that differ in open
+    pairs alone once."""
     stations = int(pairs.station.max()) + 1
     yield _KeptStations((stations + 1) // 2, stations // 2, pairs.carrying)
     counts = range(1, stations)
-    front = [n for n in counts if n == 1 or (closed & ends_of(pairs, n, 0) & ~ends_of(pairs, n - 1, 0)).any()]
-    back = [n for n in counts if n == 1 or (closed & ends_of(pairs, 0, n) & ~ends_of(pairs, 0, n - 1)).any()]
+    front = [
+        n
+        for n in counts
+        if n == 1 or (closed & ends_of(pairs, n, 0) & ~ends_of(pairs, n - 1, 0)).any()
+    ]
+    back = [
+        n
+        for n in counts
+        if n == 1 or (closed & ends_of(pairs, 0, n) & ~ends_of(pairs, 0, n - 1)).any()
+    ]
     for count in range(stations - 1, max(at_least, 2) - 1, -1):
-        for f in sorted((f for f in front if count - f in back), key=lambda f: abs(2 * f - count - 0.5)):
+        for f in sorted(
+            (f for f in front if count - f in back), key=lambda f: abs(2 * f - count - 0.5)
+        ):
             if (closed & ~ends_of(pairs, f, count - f)).any():
                 yield _KeptStations(f, count - f, ends_of(pairs, f, count - f) & pairs.carrying)
 
 
 def _least_loaded(pairs, closed, options) -> Iterator[_KeptStations]:
-    """Stations leave by their part of the side's load, summed over the sides; of equal ones the inner first."""
+    """Stations leave by their part of the side's load, summed over the sides; of equal ones the
+    inner first."""
     load = np.where(closed, 1.0 if options.load is None else options.load, 0.0)
-    share = sum((load / load[pairs.side == side].sum()) * (pairs.side == side) for side in pairs.sides
-                if load[pairs.side == side].any())
+    share = sum(
+        (load / load[pairs.side == side].sum()) * (pairs.side == side)
+        for side in pairs.sides
+        if load[pairs.side == side].any()
+    )
     stations = np.unique(pairs.station[closed])
     share = np.round(np.bincount(pairs.station, share)[stations] + SAME, 6)
     order = stations[np.lexsort((-np.abs(stations - pairs.station.max() / 2), -share))]
@@ -217,16 +288,19 @@ def halves(pairs: ContactTable, kept: np.ndarray) -> tuple[int, int]:
 
 def _check_reach(history: Sequence[Step], target_hz, options, stations):
     found = np.sort([s.hz for s in history])
-    # half a step beyond the last set is still nearest to it; a graded station reaches no further than the sets
+    # half a step beyond the last set is still nearest to it; a graded station reaches no further
+    # than the sets
     reach = 0.0 if options.graded or len(found) < 2 else np.diff(found).max() / 2
     if not found[0] - reach <= target_hz <= found[-1] + reach:
-        raise InputError(f"target {target_hz:g} Hz is not reachable: {found[0]:.0f}..{found[-1]:.0f} Hz with "
-                         f"{options.at_least}..{stations} stations kept")
+        raise InputError(
+            f"target {target_hz:g} Hz is not reachable: {found[0]:.0f}..{found[-1]:.0f} Hz with "
+            f"{options.at_least}..{stations} stations kept"
+        )
 
 
 def _graded(search, pairs, sets, history, goal):
-    """(weight (P,), Step, GradedStation): between the chosen set and the next one on the other side of the target, the
-    smallest difference and the most even set first."""
+    """(weight (P,), Step, GradedStation): between the chosen set and the next one on the other side
+    of the target, the smallest difference and the most even set first."""
     best, target_hz, options = goal
     stuck = np.array([one.kept & search.closed for one in sets])
     own, above = stuck[best], history[best].hz > target_hz
@@ -234,24 +308,37 @@ def _graded(search, pairs, sets, history, goal):
     beyond = np.array([s.hz <= target_hz if above else s.hz >= target_hz for s in history])
     there = np.flatnonzero(nested & beyond)
     if not len(there):
-        raise InputError(f"target {target_hz:g} Hz: no station beside the {history[best].front} + {history[best].back} "
-                         "kept ones bridges it; set [tune] graded = false")
-    order = sorted(there, key=lambda i: ((stuck[i] != own).sum(), abs(sets[i].front - sets[i].back), -sets[i].front))
+        raise InputError(
+            f"target {target_hz:g} Hz: no station beside the {history[best].front} + "
+            f"{history[best].back} kept ones bridges it; set [tune] graded = false"
+        )
+    order = sorted(
+        there,
+        key=lambda i: ((stuck[i] != own).sum(), abs(sets[i].front - sets[i].back), -sets[i].front),
+    )
     for other in order:
         large, small = (best, other) if above else (other, best)
         last = stuck[large] & ~stuck[small]
         weight = partial(_with_part, pairs, last, np.where(sets[small].kept, pairs.weight, 0.0))
-        part = float(brentq(lambda a, of=weight: search.find(of(a))[0] - target_hz, 0.0, 1.0, xtol=1e-9))
+        part = float(
+            brentq(lambda a, of=weight: search.find(of(a))[0] - target_hz, 0.0, 1.0, xtol=1e-9)
+        )
         if options.allowed is None or options.allowed(weight(part)):
             break
     else:
-        raise InputError(f"target {target_hz:g} Hz: every part of a station leaves too large a moment of the preload; "
-                         "set [tune] graded = false")
-    step = replace(history[large], **dict(zip(("hz", "mac"), search.find(weight(part)), strict=True)))
+        raise InputError(
+            f"target {target_hz:g} Hz: every part of a station leaves too large a moment of the "
+            "preload; set [tune] graded = false"
+        )
+    step = replace(
+        history[large], **dict(zip(("hz", "mac"), search.find(weight(part)), strict=True))
+    )
     if abs(step.hz - target_hz) > options.met_hz:
-        raise InputError(f"target {target_hz:g} Hz: the tracked mode jumps from one mode to another while station "
-                         f"{pairs.station[last][0]} is graded, and no part of it meets the target (nearest "
-                         f"{step.hz:.1f} Hz); set [tune] graded = false")
+        raise InputError(
+            f"target {target_hz:g} Hz: the tracked mode jumps from one mode to another while "
+            f"station {pairs.station[last][0]} is graded, and no part of it meets the target "
+            f"(nearest {step.hz:.1f} Hz); set [tune] graded = false"
+        )
     return weight(part), step, GradedStation(int(pairs.station[last][0]), part)
 
 

@@ -1,4 +1,5 @@
-"""Roll stiffness of a flat that a single row of pairs cannot represent: declared springs at each kept station."""
+"""Roll stiffness of a flat that a single row of pairs cannot represent: declared springs at each
+kept station."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +13,8 @@ from tipdamp.hbm.model import ReducedModel
 
 @dataclass(frozen=True)
 class RollSpring:
-    """k : N m/rad on theta = (u_n[high] - u_n[low]) / distance, the relative roll of two faces at one station.
+    """k : N m/rad on theta = (u_n[high] - u_n[low]) / distance, the relative roll of two faces at
+    one station.
 
     low, high - rows of the contact table; distance : m between them."""
 
@@ -22,12 +24,14 @@ class RollSpring:
     distance: float
 
 
-def roll_springs(pairs: ContactTable, side: str, width: float, stiffness: float | None) -> list[RollSpring]:
+def roll_springs(
+    pairs: ContactTable, side: str, width: float, stiffness: float | None
+) -> list[RollSpring]:
     """Roll stiffness of a flat of this width, which one row of pairs in its place does not have.
 
-    pairs - the full patch, with weight 0 on what is detached; width : m. One spring at each station that carries:
-    kn w^2 / 12 with the kn of its carrying pairs (stiffness=None), or the given total (N m/rad) by their weight.
-    """
+    pairs - the full patch, with weight 0 on what is detached; width : m. One spring at each station
+    that carries: kn w^2 / 12 with the kn of its carrying pairs (stiffness=None), or the given total
+    (N m/rad) by their weight."""
     mine = np.flatnonzero(pairs.side == side)
     kn, weight = ((c * pairs.weight)[mine] for c in (pairs.kn, np.ones(len(pairs))))
     order = mine[np.lexsort((pairs.row[mine], pairs.station[mine]))]
@@ -36,19 +40,29 @@ def roll_springs(pairs: ContactTable, side: str, width: float, stiffness: float 
     low, high = order[first], order[first + count - 1]
     on = weight > 0
     if (count[on] < 2).any():
-        raise InputError(f"side '{side}': a roll stiffness needs at least two rows of nodes across the flat; "
-                         "set roll_stiffness = 0 or mesh the flat with more rows")
+        raise InputError(
+            f"side '{side}': a roll stiffness needs at least two rows of nodes across the flat; "
+            "set roll_stiffness = 0 or mesh the flat with more rows"
+        )
     k = kn * width**2 / 12 if stiffness is None else stiffness * weight / weight.sum()
     distance = np.linalg.norm(pairs.position[high] - pairs.position[low], axis=1)
-    return [RollSpring(float(k[i]), int(low[i]), int(high[i]), float(distance[i])) for i in np.flatnonzero(on)]
+    return [
+        RollSpring(float(k[i]), int(low[i]), int(high[i]), float(distance[i]))
+        for i in np.flatnonzero(on)
+    ]
 
 
 def spring_directions(B: np.ndarray, springs: Sequence[RollSpring]) -> np.ndarray:
-    """(m, r) rows of unit stiffness; B (3P, r): relative motion at the pairs, rows t1, t2, n of each."""
-    return np.array([(B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance for s in springs]).reshape(-1, B.shape[1])
+    """(m, r) rows of unit stiffness; B (3P, r): relative motion at the pairs, rows t1, t2, n of
+    each."""
+    return np.array([(B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance for s in springs]).reshape(
+        -1, B.shape[1]
+    )
 
 
-def spring_rows(model: ReducedModel, pairs: ContactTable, springs: Sequence[RollSpring]) -> np.ndarray:
+def spring_rows(
+    model: ReducedModel, pairs: ContactTable, springs: Sequence[RollSpring]
+) -> np.ndarray:
     """(m, r) rows e of the springs: e'e sums to their stiffness in the reduced dofs."""
     if not springs:
         return np.zeros((0, model.size))
@@ -56,7 +70,9 @@ def spring_rows(model: ReducedModel, pairs: ContactTable, springs: Sequence[Roll
     return np.sqrt([s.k for s in springs])[:, None] * spring_directions(B, springs)
 
 
-def with_springs(model: ReducedModel, pairs: ContactTable, springs: list[RollSpring]) -> ReducedModel:
+def with_springs(
+    model: ReducedModel, pairs: ContactTable, springs: list[RollSpring]
+) -> ReducedModel:
     """The model with the declared roll springs in its stiffness."""
     e = spring_rows(model, pairs, springs)
     return model.with_stiffness(model.K + e.T @ e)

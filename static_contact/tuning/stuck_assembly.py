@@ -13,15 +13,15 @@ from tipdamp.hbm.ties import first_largest
 from tipdamp.modal.repeated import SETTINGS as REPEATED
 from tipdamp.modal.repeated import turned
 
-MODES = 20          # computed at first; doubled until what is asked for is among them
-ENOUGH = 0.9        # of the followed shape must lie in the modes that were computed
+MODES = 20  # computed at first; doubled until what is asked for is among them
+ENOUGH = 0.9  # of the followed shape must lie in the modes that were computed
 
 
 @dataclass(frozen=True)
 class StuckModes:
     """hz : (m,) ascending; shapes : (r, m) mass-normalised; tracked - index of the followed mode
-    mac - energy-weighted MAC of that mode and the followed shape, (follow' M phi)^2 over the whole assembly, 0..1
-    """
+    mac - energy-weighted MAC of that mode and the followed shape, (follow' M phi)^2 over the whole
+    assembly, 0..1"""
 
     hz: np.ndarray
     shapes: np.ndarray
@@ -37,8 +37,8 @@ class StuckModes:
 class StuckAssembly:
     """Stuck modes of one model for many sets of pairs: M is factored once.
 
-    motion(model, pairs) -> (3P, r) relative motion at the pairs, rows t1, t2, n of each in turn; another one than that
-    of nodal dofs where the pairs do not act on these.
+    motion(model, pairs) -> (3P, r) relative motion at the pairs, rows t1, t2, n of each in turn;
+    another one than that of nodal dofs where the pairs do not act on these.
     """
 
     def __init__(self, model: ReducedModel, motion: Callable | None = None):
@@ -46,17 +46,26 @@ class StuckAssembly:
         try:
             self.L = np.linalg.cholesky(model.M)
         except np.linalg.LinAlgError:
-            raise InputError("the mass matrix is not positive definite: condense massless dofs first") from None
+            raise InputError(
+                "the mass matrix is not positive definite: condense massless dofs first"
+            ) from None
         half = sl.solve_triangular(self.L, model.K, lower=True)
         self.K = sl.solve_triangular(self.L, half.T, lower=True)
 
-    def modes(self, pairs: ContactTable, follow: np.ndarray, *, above_hz: float = 0.0,
-              extra: np.ndarray | None = None) -> StuckModes:
+    def modes(
+        self,
+        pairs: ContactTable,
+        follow: np.ndarray,
+        *,
+        above_hz: float = 0.0,
+        extra: np.ndarray | None = None,
+    ) -> StuckModes:
         """Lowest modes with every carrying pair stuck (kt, kt, kn).
 
-        follow (r,): mass-normalised shape; the mode of the highest MAC with it, (follow' M phi)^2, is the tracked one.
-        Modes of one frequency count as one: the shapes are such that one of them has all of the followed shape.
-        For a shape without damper this is the MAC of the blades times their part of the kinetic energy.
+        follow (r,): mass-normalised shape; the mode of the highest MAC with it, (follow' M phi)^2,
+        is the tracked one. Modes of one frequency count as one: the shapes are such that one of
+        them has all of the followed shape. For a shape without damper this is the MAC of the blades
+        times their part of the kinetic energy.
         extra : (m, r) rows e with springs e'e added to K (declared roll springs), or None.
         As many modes are computed as reach above_hz and hold most of the followed shape.
         """
@@ -97,6 +106,7 @@ def stuck_springs(pairs: ContactTable) -> np.ndarray:
 
 
 def stuck_rows(model: ReducedModel, pairs: ContactTable) -> np.ndarray:
-    """(3P, r) rows b of the carrying pairs with b'b summing to the stuck stiffness B' diag(kt, kt, kn) B."""
+    """(3P, r) rows b of the carrying pairs with b'b summing to the stuck stiffness B' diag(kt, kt,
+    kn) B."""
     pairs = pairs.select(pairs.carrying)
     return np.sqrt(stuck_springs(pairs).ravel())[:, None] * nodal_motion(model, pairs)

@@ -13,13 +13,21 @@ from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly, stuck_sp
 
 
 class StuckSearch:
-    """pairs - the table of which sets are taken; closed (P,) bool - those that stick where they are kept
-    follow (r,) - mass-normalised shape of the tracked mode; springs(pairs) -> RollSpring records, or None
-    conserve(table) - gives the kept pairs the stiffness of all, or None
+    """pairs - the table of which sets are taken; closed (P,) bool - those that stick where they are
+    kept
+    follow (r,) - mass-normalised shape of the tracked mode; springs(pairs) -> RollSpring records,
+    or None conserve(table) - gives the kept pairs the stiffness of all, or None
     """
 
-    def __init__(self, assembly: StuckAssembly, pairs: ContactTable, closed: np.ndarray, follow: np.ndarray,
-                 springs: Callable | None = None, conserve: Callable | None = None):
+    def __init__(
+        self,
+        assembly: StuckAssembly,
+        pairs: ContactTable,
+        closed: np.ndarray,
+        follow: np.ndarray,
+        springs: Callable | None = None,
+        conserve: Callable | None = None,
+    ):
         self.pairs, self.closed, self._springs, self._conserve = pairs, closed, springs, conserve
         if not closed.any():
             raise InputError("no contact pair is closed at rest: nothing sticks")
@@ -29,9 +37,14 @@ class StuckSearch:
         self._place = {(s.low, s.high): i for i, s in enumerate(own)}
         rows = np.vstack([B[np.repeat(closed, 3)], spring_directions(B, own)])
         lam, y = sl.eigh(assembly.K)
-        self._mode = FollowedMode(lam, sl.solve_triangular(assembly.L.T, y, lower=False), rows, model.M @ follow)
-        whole = assembly.modes(self._stuck(pairs), follow, extra=np.sqrt([s.k for s in own])[:, None]
-                               * spring_directions(B, own) if own else None)
+        self._mode = FollowedMode(
+            lam, sl.solve_triangular(assembly.L.T, y, lower=False), rows, model.M @ follow
+        )
+        whole = assembly.modes(
+            self._stuck(pairs),
+            follow,
+            extra=np.sqrt([s.k for s in own])[:, None] * spring_directions(B, own) if own else None,
+        )
         self._shifts: dict[int, Shifted | Assembled] = {}
         self._shifted = self._about((2 * np.pi * whole.tracked_hz) ** 2)
 
@@ -41,12 +54,12 @@ class StuckSearch:
         if not kept.carrying.any():
             raise InputError("no contact pairs are left: a free damper needs some on both sides")
         k = np.zeros(len(self._mode.V))
-        k[:3 * int(self.closed.sum())] = stuck_springs(kept)[self.closed].ravel()
+        k[: 3 * int(self.closed.sum())] = stuck_springs(kept)[self.closed].ravel()
         for s in self._springs(kept) if self._springs else ():
             if (s.low, s.high) in self._place:
                 k[3 * int(self.closed.sum()) + self._place[s.low, s.high]] = s.k
         lam, mac = self._shifted.find(k)
-        self._shifted = self._about(lam)       # for the next set, which will not lie far off
+        self._shifted = self._about(lam)  # for the next set, which will not lie far off
         return float(np.sqrt(max(lam, 0.0)) / (2 * np.pi)), mac
 
     def table(self, weight: np.ndarray) -> ContactTable:

@@ -1,4 +1,5 @@
-"""Benchmarks run on one thread: that is set here, before numpy loads its BLAS (`record.one_thread` makes sure)."""
+"""Benchmarks run on one thread: that is set here, before numpy loads its BLAS (`record.one_thread`
+makes sure)."""
 
 import os
 import sys

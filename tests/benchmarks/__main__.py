@@ -4,8 +4,8 @@ A figure there that an ordinary test holds names the test.
 
     python -m tests.benchmarks [NAME ...]
 
-Figures go to build/benchmarks/NAME.json. A benchmark that fails is named at the end; the others go on. Needs ccx
-(Debian: calculix-ccx) and the package index (for the peer, into a venv of its own).
+Figures go to build/benchmarks/NAME.json. A benchmark that fails is named at the end; the others go
+on. Needs ccx (Debian: calculix-ccx) and the package index (for the peer, into a venv of its own).
 """
 
 import argparse
@@ -16,9 +16,25 @@ import time
 
 from tests.benchmarks.record import ROOT
 
-RUNS = ("speed", "curves", "kills", "point_floor", "force_residuals", "rig", "robustness", "robustness_integration",
-        "calculix", "calculix_surfaces", "calculix_modes", "cost_floor", "growth", "hundreds", "interface",
-        "many_points", "jobs")
+RUNS = (
+    "speed",
+    "curves",
+    "kills",
+    "point_floor",
+    "force_residuals",
+    "rig",
+    "robustness",
+    "robustness_integration",
+    "calculix",
+    "calculix_surfaces",
+    "calculix_modes",
+    "cost_floor",
+    "growth",
+    "hundreds",
+    "interface",
+    "many_points",
+    "jobs",
+)
 
 
 def main():
@@ -31,8 +47,11 @@ def main():
     failed = []
     for name in names:
         print(f"== {name}, {time.strftime('%H:%M')}", flush=True)
-        if subprocess.run([sys.executable, "-m", f"tests.benchmarks.{name}"], cwd=ROOT,
-                          env=os.environ | {"PYTHONPATH": path}).returncode:
+        if subprocess.run(
+            [sys.executable, "-m", f"tests.benchmarks.{name}"],
+            cwd=ROOT,
+            env=os.environ | {"PYTHONPATH": path},
+        ).returncode:
             failed.append(name)
     sys.exit(f"failed: {', '.join(failed)}" if failed else None)
 

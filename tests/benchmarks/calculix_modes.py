@@ -1,10 +1,12 @@
-"""Twenty modes of a clamped block of 8-node hexahedra, beside CalculiX (apt: calculix-ccx) on the same mesh.
+"""Twenty modes of a clamped block of 8-node hexahedra, beside CalculiX (apt: calculix-ccx) on the
+same mesh.
 
     python -m tests.benchmarks.calculix_modes [--cells 16 32 64] [--modes 20]
 
-The solver of ccx is SPOOLES, with which Debian builds it. Largest deviation of the frequencies, and CPU seconds from
-the mesh in memory (here) or in its file (CalculiX) to the modes. CalculiX prints seven digits. Ours include the count
-by inertia, which CalculiX has not; its time is also given by itself.
+The solver of ccx is SPOOLES, with which Debian builds it. Largest deviation of the frequencies, and
+CPU seconds from the mesh in memory (here) or in its file (CalculiX) to the modes. CalculiX prints
+seven digits. Ours include the count by inertia, which CalculiX has not; its time is also given by
+itself.
 """
 
 import argparse
@@ -41,7 +43,11 @@ def ours(mesh, modes):
     ended = time.process_time()
     assert modes_below(body.K, body.M, 1.0001 * omega[-1]) >= modes
     count = time.process_time() - ended
-    return omega / (2 * np.pi), (assembled - began, factored - assembled, ended - factored - count, count), body.dofs
+    return (
+        omega / (2 * np.pi),
+        (assembled - began, factored - assembled, ended - factored - count, count),
+        body.dofs,
+    )
 
 
 def calculix(mesh, modes):
@@ -49,15 +55,22 @@ def calculix(mesh, modes):
         job = Path(folder, "block.inp")
         with open(job, "w") as f:
             f.write("*NODE, NSET=ALL\n")
-            f.writelines(f"{n},{x:.17g},{y:.17g},{z:.17g}\n" for n, (x, y, z) in zip(mesh.node, mesh.position,
-                                                                                  strict=True))
+            f.writelines(
+                f"{n},{x:.17g},{y:.17g},{z:.17g}\n"
+                for n, (x, y, z) in zip(mesh.node, mesh.position, strict=True)
+            )
             f.write("*ELEMENT, TYPE=C3D8, ELSET=ALL\n")
-            f.writelines(f"{i + 1}," + ",".join(map(str, mesh.node[c])) + "\n"
-                         for i, c in enumerate(mesh.cells["hexahedron"]))
+            f.writelines(
+                f"{i + 1}," + ",".join(map(str, mesh.node[c])) + "\n"
+                for i, c in enumerate(mesh.cells["hexahedron"])
+            )
             f.write("*NSET, NSET=CLAMP\n" + "".join(f"{n},\n" for n in mesh.group("z0")))
-            f.write(f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{STEEL.E:g},{STEEL.nu:g}\n*DENSITY\n{STEEL.density:g}\n"
-                    f"*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n*BOUNDARY\nCLAMP,1,3\n"
-                    f"*STEP\n*FREQUENCY\n{modes}\n*END STEP\n")
+            f.write(
+                "*MATERIAL, "
+                f"NAME=STEEL\n*ELASTIC\n{STEEL.E:g},{STEEL.nu:g}\n*DENSITY\n{STEEL.density:g}\n"
+                "*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL\n*BOUNDARY\nCLAMP,1,3\n"
+                f"*STEP\n*FREQUENCY\n{modes}\n*END STEP\n"
+            )
         seconds = run_ccx(folder, "block")
         hz = []
         for line in Path(folder, "block.dat").read_text().splitlines():
@@ -80,14 +93,30 @@ def main():
     print(f"{dofs} dofs, {arguments.modes} modes, {mine[0]:.3f} to {mine[-1]:.3f} Hz")
     print(f"largest deviation {np.abs(mine / theirs - 1).max():.1e}")
     named = dict(zip(("assembly", "factor", "modes", "count"), parts, strict=True))
-    print("here      " + ", ".join(f"{name} {t:.1f}" for name, t in named.items()) + f", in all {sum(parts):.1f} CPU s")
-    print(f"CalculiX  {seconds:.1f} CPU s, {seconds / sum(parts):.1f} times as long, "
-          f"{seconds / sum(parts[:3]):.1f} times as long as without the count")
-    record("calculix_modes", {
-        "load": os.getloadavg()[0], "ccx": ccx_version(), "dofs": dofs, "modes": arguments.modes,
-        "deviation": np.abs(mine / theirs - 1).max(), "hz": [mine[0], mine[-1]], "calculix_s": seconds,
-        "ratio": seconds / sum(parts), "ratio_without_count": seconds / sum(parts[:3]),
-        **{f"{name}_s": t for name, t in named.items()}})
+    print(
+        "here      "
+        + ", ".join(f"{name} {t:.1f}" for name, t in named.items())
+        + f", in all {sum(parts):.1f} CPU s"
+    )
+    print(
+        f"CalculiX  {seconds:.1f} CPU s, {seconds / sum(parts):.1f} times as long, "
+        f"{seconds / sum(parts[:3]):.1f} times as long as without the count"
+    )
+    record(
+        "calculix_modes",
+        {
+            "load": os.getloadavg()[0],
+            "ccx": ccx_version(),
+            "dofs": dofs,
+            "modes": arguments.modes,
+            "deviation": np.abs(mine / theirs - 1).max(),
+            "hz": [mine[0], mine[-1]],
+            "calculix_s": seconds,
+            "ratio": seconds / sum(parts),
+            "ratio_without_count": seconds / sum(parts[:3]),
+            **{f"{name}_s": t for name, t in named.items()},
+        },
+    )
 
 
 if __name__ == "__main__":

@@ -2,10 +2,11 @@
 
     python -m tests.benchmarks.curves [--repeats 5]
 
-Drawn by PCHIP through the points of each tool over 700..1200 Hz; its error is the largest distance, of the peak, to a
-curve of many points made here. The peer runs at several step sizes: its time at our error lies on the straight line
-through its figures, logarithmic, that enclose it. It samples (128 a period), which alone is up to 4e-4 of the peak. The
-figures go to build/benchmarks/curves.json.
+Drawn by PCHIP through the points of each tool over 700..1200 Hz; its error is the largest distance,
+of the peak, to a curve of many points made here. The peer runs at several step sizes: its time at
+our error lies on the straight line through its figures, logarithmic, that enclose it. It samples
+(128 a period), which alone is up to 4e-4 of the peak. The figures go to
+build/benchmarks/curves.json.
 """
 
 import argparse
@@ -28,14 +29,16 @@ from tipdamp.hbm.response import follow_band
 
 H, LEVEL = 7, 20
 FINE = Settings(largest_step=0.04, aim=1e-4, drawn_error=5e-5, drawn_passes=10)
-STEPS = {"B8": (0.2, 0.1, 0.05), "B32": (0.2, 0.1)}           # of the peer, arc lengths
+STEPS = {"B8": (0.2, 0.1, 0.05), "B32": (0.2, 0.1)}  # of the peer, arc lengths
 
 
 def ours(case, settings=None):
     """(Hz, m of harmonic 1, CPU seconds)."""
     problem, force, outputs = case
     began = time.process_time()
-    curve = follow_band(problem, LEVEL * force, BAND, harmonics=H, outputs=outputs, settings=settings)
+    curve = follow_band(
+        problem, LEVEL * force, BAND, harmonics=H, outputs=outputs, settings=settings
+    )
     return curve.frequency, np.abs(curve.harmonics[:, 0, 1]), time.process_time() - began
 
 
@@ -44,11 +47,27 @@ def theirs(python, case, step):
     problem, force, outputs = case
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "model.npz")
-        np.savez(path, M=problem.M, C=problem.C, K=problem.K, Q=problem.B, N0=problem.contacts.preload,
-                 mu=problem.contacts.mu[0], kt=problem.contacts.kt[0], fdir=force, out=outputs["tip"])
+        np.savez(
+            path,
+            M=problem.M,
+            C=problem.C,
+            K=problem.K,
+            Q=problem.B,
+            N0=problem.contacts.preload,
+            mu=problem.contacts.mu[0],
+            kt=problem.contacts.kt[0],
+            fdir=force,
+            out=outputs["tip"],
+        )
         alone = {"OMP_NUM_THREADS": "1", "HOME": folder, "PYHARM_DS": str(step)}
-        done = subprocess.run([python, PEER, path, str(H), str(LEVEL), str(PEER_SAMPLES)], capture_output=True,
-                              text=True, cwd=folder, env=os.environ | alone, check=True)
+        done = subprocess.run(
+            [python, PEER, path, str(H), str(LEVEL), str(PEER_SAMPLES)],
+            capture_output=True,
+            text=True,
+            cwd=folder,
+            env=os.environ | alone,
+            check=True,
+        )
     found = json.loads(done.stdout.splitlines()[-1])
     return *np.array(found["curve"]), found["seconds"]
 
@@ -67,22 +86,31 @@ def main():
     one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--venv", type=Path, default=Path(tempfile.gettempdir()) / "tipdamp-peer-pyharm")
+    parser.add_argument(
+        "--venv", type=Path, default=Path(tempfile.gettempdir()) / "tipdamp-peer-pyharm"
+    )
     arguments = parser.parse_args()
     python, rows = peer_python(arguments.venv), {}
     for name, case in {"B8": beam("B8"), "B32": contact_beam.plane(32)}.items():
-        here = contact_beam.in_modes(case)                    # the same system, its K evenly scaled
+        here = contact_beam.in_modes(case)  # the same system, its K evenly scaled
         fine, runs, table = ours(here, FINE)[:2], [], []
         for step in STEPS[name]:
             runs += [ours(here) for _ in range(arguments.repeats)]
             hz, amplitude, seconds = theirs(python, case, step)
             table.append((error(hz, amplitude, fine), seconds, len(hz)))
             print(name, "peer", step, table[-1], flush=True)
-        off, seconds = error(*runs[-1][:2], fine), float(np.median([run[2] for run in runs]))
+        off = error(*runs[-1][:2], fine)
+        seconds = float(np.median([run[2] for run in runs]))
         known = np.log(np.array(sorted(table))[:, :2])
         at_equal = float(np.exp(np.interp(np.log(off), *known.T)))
-        rows[name] = {"error": off, "s": seconds, "points": len(runs[-1][0]), "peer_s": at_equal,
-                      "times_faster": at_equal / seconds, "peer": table}
+        rows[name] = {
+            "error": off,
+            "s": seconds,
+            "points": len(runs[-1][0]),
+            "peer_s": at_equal,
+            "times_faster": at_equal / seconds,
+            "peer": table,
+        }
         print(name, {k: v for k, v in rows[name].items() if k != "peer"}, flush=True)
     record("curves", {"rows": rows})
 

@@ -1,10 +1,11 @@
-"""Forces at every stored point: I1, C1, 40 random Duffing oscillators and the 200 random oscillators of `robustness`.
+"""Forces at every stored point: I1, C1, 40 random Duffing oscillators and the 200 random
+oscillators of `robustness`.
 
     python -m tests.benchmarks.force_residuals [--count 200]
 
-The residual of the plain equation of motion, from the harmonics of every dof alone, over the force scale; both
-directions of the smooth ones. Points that are not solved are counted; what was left out is listed with its reason.
-"""
+The residual of the plain equation of motion, from the harmonics of every dof alone, over the force
+scale; both directions of the smooth ones. Points that are not solved are counted; what was left out
+is listed with its reason."""
 
 import argparse
 
@@ -21,7 +22,10 @@ from tipdamp.hbm.response import follow_band
 def smooth(count=40):
     """(problem, force, band, H) of I1, C1 and random Duffing oscillators, upward and downward."""
     rng = np.random.default_rng(1)
-    cases = [(duffing(0.03), np.array([0.2]), (0.08, 0.5), 15), (*unilateral(load("C1")["parameters"]), (0.1, 0.3), 15)]
+    cases = [
+        (duffing(0.03), np.array([0.2]), (0.08, 0.5), 15),
+        (*unilateral(load("C1")["parameters"]), (0.1, 0.3), 15),
+    ]
     for _ in range(count):
         c, F, cubic = 10 ** rng.uniform([-2.3, -1.5, -1.0], [-0.7, 0.3, 1.0])
         top = duffing_peak(c, F, cubic)[0] * rng.uniform(1.15, 1.6)
@@ -39,10 +43,13 @@ def contacts(count):
 
 
 def residuals(cases):
-    """Figures of cases: points, the largest residual and error of the energy balance, and points that were left out."""
+    """Figures of cases: points, the largest residual and error of the energy balance, and points
+    that were left out."""
     found = {"curves": 0, "points": 0, "not_solved": 0, "worst": 0.0, "energy": 0.0, "said": []}
     for problem, force, band, H in cases:
-        curve = follow_band(problem, force, band, harmonics=H, outputs=every_dof(problem), start="zero_force")
+        curve = follow_band(
+            problem, force, band, harmonics=H, outputs=every_dof(problem), start="zero_force"
+        )
         found["curves"] += 1
         found["points"] += int(curve.converged.sum())
         found["not_solved"] += int((~curve.converged).sum())
@@ -57,7 +64,10 @@ def main():
     one_thread()
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--count", type=int, default=200)
-    figures = {"smooth": residuals(smooth()), "contacts": residuals(contacts(parser.parse_args().count))}
+    figures = {
+        "smooth": residuals(smooth()),
+        "contacts": residuals(contacts(parser.parse_args().count)),
+    }
     print(figures)
     record("force_residuals", figures)
 

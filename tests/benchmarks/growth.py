@@ -1,10 +1,11 @@
-"""Time, fill and memory of one body's assembly and reduction, from 10 000 to 300 000 dofs, a process for each size.
+"""Time, fill and memory of one body's assembly and reduction, from 10 000 to 300 000 dofs, a
+process for each size.
 
     python -m tests.benchmarks.growth [--last 6]
 
-A clamped block of 8-node hexahedra is reduced onto 62 nodes of its top and 20 fixed-interface modes. To
-build/benchmarks/growth.json go CPU seconds of each part, entries of the Cholesky factor, largest resident memory, and
-what `modal.memory` predicts.
+A clamped block of 8-node hexahedra is reduced onto 62 nodes of its top and 20 fixed-interface
+modes. To build/benchmarks/growth.json go CPU seconds of each part, entries of the Cholesky factor,
+largest resident memory, and what `modal.memory` predicts.
 """
 
 import argparse
@@ -25,7 +26,8 @@ from tipdamp.modal.elasticity import elastic_body
 from tipdamp.modal.memory import predicted_bytes
 from tipdamp.modal.solvers.cholesky import Cholmod
 
-CELLS = ((7, 14, 28), (10, 20, 40), (13, 26, 50), (16, 32, 64), (20, 40, 80), (22, 46, 92))  # 10 to 298 thousand
+# 10 to 298 thousand
+CELLS = ((7, 14, 28), (10, 20, 40), (13, 26, 50), (16, 32, 64), (20, 40, 80), (22, 46, 92))
 MASTERS, MODES = 62, 20
 
 
@@ -44,14 +46,20 @@ def timed(owner, name, spent):
 
 
 def run(cells):
-    elastic_body(block((2, 2, 2)), STEEL, "block", clamp="z0")  # forms are compiled before the clock runs
+    # forms are compiled before the clock runs
+    elastic_body(block((2, 2, 2)), STEEL, "block", clamp="z0")
     mesh = block(np.array(cells))
     began = time.process_time()
     body = elastic_body(mesh, STEEL, "block", clamp="z0")
     assembled = time.process_time()
     spent, fill = {}, []
-    for owner, name in ((Cholmod, "__init__"), (Factor, "_lowest"), (Cholmod, "solve"),
-                        (eigen, "modes_below"), (craig_bampton, "_left_out")):
+    for owner, name in (
+        (Cholmod, "__init__"),
+        (Factor, "_lowest"),
+        (Cholmod, "solve"),
+        (eigen, "modes_below"),
+        (craig_bampton, "_left_out"),
+    ):
         timed(owner, name, spent)
     init = Cholmod.__init__
 
@@ -63,11 +71,19 @@ def run(cells):
     top = mesh.node[np.abs(mesh.position[:, 2] - mesh.position[:, 2].max()) < 1e-9]
     part = craig_bampton.craig_bampton(body, np.sort(top)[:MASTERS], MODES)
     reduced = time.process_time()
-    return {"dofs": body.dofs, "interior": len(part.interior), "assembly": assembled - began,
-            "factor": spent["__init__"], "count": spent["modes_below"], "modes": spent["_lowest"],
-            "error_bound": spent["_left_out"], "reduction": reduced - assembled, "fill": fill[0],
-            "peak_GiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
-            "predicted_GiB": predicted_bytes(len(mesh.node)) / 2**30}
+    return {
+        "dofs": body.dofs,
+        "interior": len(part.interior),
+        "assembly": assembled - began,
+        "factor": spent["__init__"],
+        "count": spent["modes_below"],
+        "modes": spent["_lowest"],
+        "error_bound": spent["_left_out"],
+        "reduction": reduced - assembled,
+        "fill": fill[0],
+        "peak_GiB": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
+        "predicted_GiB": predicted_bytes(len(mesh.node)) / 2**30,
+    }
 
 
 def main():
@@ -80,9 +96,11 @@ def main():
         print(json.dumps(run(arguments.one)))
         return
     rows = []
-    for cells in CELLS[:arguments.last]:
+    for cells in CELLS[: arguments.last]:
         command = [sys.executable, "-m", "tests.benchmarks.growth", "--one", *map(str, cells)]
-        rows.append(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
+        rows.append(
+            json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+        )
         print("  ".join(f"{k} {v:.4g}" for k, v in rows[-1].items()), flush=True)
         record("growth", {"load": os.getloadavg()[0], "rows": rows})
     x = np.log([r["interior"] for r in rows])

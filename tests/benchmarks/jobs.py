@@ -2,8 +2,8 @@
 
     python -m tests.benchmarks.jobs
 
-Prints for each number of jobs the wall time, and what it would be on a machine without other work: the CPU time of the
-process that feeds the others, and of the longest of these.
+Prints for each number of jobs the wall time, and what it would be on a machine without other work:
+the CPU time of the process that feeds the others, and of the longest of these.
 """
 
 import os
@@ -21,8 +21,12 @@ from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
 from tipdamp.stages.respond import make_curve
 
-CASES = [CurveCase(float(Fe), H, band) for H in (5, 3, 1) for Fe in np.linspace(20, 2, 7) for band in ((2300., 3300.),
-                                                                                                (3300., 2300.))][:40]
+CASES = [
+    CurveCase(float(Fe), H, band)
+    for H in (5, 3, 1)
+    for Fe in np.linspace(20, 2, 7)
+    for band in ((2300.0, 3300.0), (3300.0, 2300.0))
+][:40]
 
 
 def timed(curves, case, report):
@@ -35,14 +39,18 @@ def measured(jobs):
     """(wall, ideal) s."""
     problem, force, rows = rig()
     with tempfile.TemporaryDirectory() as folder, Workers(jobs) as workers:
-        problem = replace(problem, describe=None)          # a function in a function is not handed to a process
+        # a function in a function is not handed to a process
+        problem = replace(problem, describe=None)
         curves = Curves(problem, force, rows, None, Store(Path(folder)))
         wall, cpu = time.perf_counter(), time.process_time()
         problem.receptance()
         assert len(list(workers.spread(timed, curves, CASES, lambda *_: None))) == len(CASES)
         wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
         theirs = sorted(float(f.read_text()) for f in Path(folder).glob("*.cpu"))
-        print(f"{jobs} jobs: {cpu:.1f} s here" + f", {theirs} s in the others" * (jobs > 1), flush=True)
+        print(
+            f"{jobs} jobs: {cpu:.1f} s here" + f", {theirs} s in the others" * (jobs > 1),
+            flush=True,
+        )
         return wall, cpu if jobs == 1 else cpu + theirs[-1]
 
 
@@ -52,8 +60,10 @@ def main():
     one_thread()
     compile_kernels(None, rig()[0].law, None)
     found = {jobs: measured(jobs) for jobs in (1, 2)}
-    rows = [{"jobs": jobs, "wall_s": wall, "alone_s": ideal, "times": found[1][1] / ideal}
-            for jobs, (wall, ideal) in found.items()]
+    rows = [
+        {"jobs": jobs, "wall_s": wall, "alone_s": ideal, "times": found[1][1] / ideal}
+        for jobs, (wall, ideal) in found.items()
+    ]
     print(*rows, sep="\n")
     record("jobs", {"curves": len(CASES), "rows": rows})
 

@@ -1,9 +1,10 @@
-"""Two checkouts side by side: CPU time a point of the beam and of the rig, run alternately in two processes.
+"""Two checkouts side by side: CPU time a point of the beam and of the rig, run alternately in two
+processes.
 
     python -m tests.benchmarks.versions OLD_ROOT [--repeats 7]
 
-Each checkout runs its own tests/hbm/cases.py. Prints medians, their ratio new / old, and how far the peaks are apart.
-"""
+Each checkout runs its own tests/hbm/cases.py. Prints medians, their ratio new / old, and how far
+the peaks are apart."""
 
 import argparse
 import json
@@ -15,9 +16,13 @@ from pathlib import Path
 
 from tests.benchmarks.record import ROOT, one_thread
 
-CASES = {"B8, 20 N, H = 7": ("beam('B8')", 20, 7, (700, 1200)), "C8, 40 N, H = 7": ("beam('C8')", 40, 7, (700, 1200)),
-         "C8, 200 N, H = 7": ("beam('C8')", 200, 7, (700, 1200)), "rig, 12 N, H = 5": ("rig()", 12, 5, (2300, 3300)),
-         "rig, 20 N, H = 5": ("rig()", 20, 5, (2300, 3300))}
+CASES = {
+    "B8, 20 N, H = 7": ("beam('B8')", 20, 7, (700, 1200)),
+    "C8, 40 N, H = 7": ("beam('C8')", 40, 7, (700, 1200)),
+    "C8, 200 N, H = 7": ("beam('C8')", 200, 7, (700, 1200)),
+    "rig, 12 N, H = 5": ("rig()", 12, 5, (2300, 3300)),
+    "rig, 20 N, H = 5": ("rig()", 20, 5, (2300, 3300)),
+}
 
 WORKER = """
 import json, sys, time
@@ -37,8 +42,14 @@ for line in sys.stdin:
 
 def start(root):
     """A process of a checkout that runs the cases it reads from its input."""
-    return subprocess.Popen([sys.executable, "-c", WORKER], cwd=root, env=os.environ | {"PYTHONPATH": str(root)},
-                            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        [sys.executable, "-c", WORKER],
+        cwd=root,
+        env=os.environ | {"PYTHONPATH": str(root)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
 
 
 def run(worker, case):
@@ -55,13 +66,16 @@ def main():
     arguments = parser.parse_args()
     old, new = start(arguments.old.resolve()), start(ROOT)
     for name, case in CASES.items():
-        run(old, case), run(new, case)                                # compiles, loads
+        run(old, case), run(new, case)  # compiles, loads
         found = [(run(old, case), run(new, case)) for _ in range(arguments.repeats)]
         before, after = (statistics.median(pair[i]["ms"] for pair in found) for i in (0, 1))
         a, b = found[0]
         apart = max(abs(x / y - 1) for x, y in zip(a["peak"], b["peak"], strict=True))
-        print(f"{name}: {before:.2f} -> {after:.2f} ms a point, ratio {after / before:.3f}; points {a['points']} -> "
-              f"{b['points']}; peaks apart by {apart:.1e}", flush=True)
+        print(
+            f"{name}: {before:.2f} -> {after:.2f} ms a point, ratio {after / before:.3f}; points "
+            f"{a['points']} -> {b['points']}; peaks apart by {apart:.1e}",
+            flush=True,
+        )
     for worker in (old, new):
         worker.stdin.close()
         worker.wait()

@@ -28,39 +28,58 @@ def jenkins(p):
     """(problem, force) of the A files: one dof with a Jenkins element."""
     pairs = Contacts([0.0], [p["kt"]], [1.0], [p["slip_limit_muN"]])
     one = np.ones((1, 1))
-    return ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, Jenkins1D(), pairs), np.array([p["F"]])
+    return ContactProblem(
+        p["m"] * one, p["c"] * one, p["k"] * one, one, Jenkins1D(), pairs
+    ), np.array([p["F"]])
 
 
-MAX_HARMONICS = 199     # of B1: 200 are allowed
+MAX_HARMONICS = 199  # of B1: 200 are allowed
 
 
 def den_hartog(known, H):
-    """B1 at one frequency: [(kt/k, largest displacement, exact)], and the exponent of each decade of kt/k."""
+    """B1 at one frequency: [(kt/k, largest displacement, exact)], and the exponent of each decade
+    of kt/k."""
     p = load("B1")["parameters"]
     rows = []
     for kt, expected in known["Jenkins_by_kt_over_k"].items():
-        settings = dict(m=p["m"], c=p["c"], k=p["k"], kt=float(kt), slip_limit_muN=p["Ff"], F=p["P"])
-        largest = float(fourier.half_peak_to_peak(solve(*jenkins(settings), known["Omega"], H)[0][0]))
+        settings = dict(
+            m=p["m"], c=p["c"], k=p["k"], kt=float(kt), slip_limit_muN=p["Ff"], F=p["P"]
+        )
+        largest = float(
+            fourier.half_peak_to_peak(solve(*jenkins(settings), known["Omega"], H)[0][0])
+        )
         rows.append((float(kt), largest, expected["xmax"]))
     kt, largest, _ = np.array(rows).T
-    return rows, np.diff(np.log10(np.abs(largest / known["X_DenHartog"] - 1))) / np.diff(np.log10(kt))
+    return rows, np.diff(np.log10(np.abs(largest / known["X_DenHartog"] - 1))) / np.diff(
+        np.log10(kt)
+    )
 
 
 def unilateral(p):
     """(problem, force) of the C files: one dof on a preloaded or gapped unilateral spring."""
     pairs = Contacts([p["kn"]], [0.0], [0.0], [p["N0"]])
     one = np.ones((1, 1))
-    return ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, UnilateralSpring(), pairs), np.array([p["F"]])
+    return ContactProblem(
+        p["m"] * one, p["c"] * one, p["k"] * one, one, UnilateralSpring(), pairs
+    ), np.array([p["F"]])
 
 
 def duffing(c, cubic=1.0):
     """m = k = 1 with a cubic spring."""
-    return ContactProblem(np.eye(1), np.array([[c]]), np.eye(1), np.eye(1), CubicSpring(cubic=cubic),
-                          Contacts([0.0], [0.0], [0.0], [0.0]))
+    return ContactProblem(
+        np.eye(1),
+        np.array([[c]]),
+        np.eye(1),
+        np.eye(1),
+        CubicSpring(cubic=cubic),
+        Contacts([0.0], [0.0], [0.0], [0.0]),
+    )
 
 
 def duffing_peak(c, F, cubic=1.0):
-    """(rad/s, amplitude) of its peak at H = 1: (1 - w^2 + 3/4 cubic A^2)^2 + c^2 w^2 = (F/A)^2 is least there."""
+    """(rad/s, amplitude) of its peak at H = 1: (1 - w^2 + 3/4 cubic A^2)^2 + c^2 w^2 = (F/A)^2 is
+    least there."""
+
     def w2(A):
         return 1 + 0.75 * cubic * A**2 - c**2 / 2
 
@@ -69,12 +88,15 @@ def duffing_peak(c, F, cubic=1.0):
 
 
 def coupled(p):
-    """(problem, force) of the D files: tangential and normal contact; the second tangent is a zero row."""
+    """(problem, force) of the D files: tangential and normal contact; the second tangent is a zero
+    row."""
     M, C, K = (np.array(p[k]) for k in "MCK")
     contacts = p["contacts"]
     B = np.vstack([np.vstack([c["bt"], np.zeros(len(M)), c["bn"]]) for c in contacts])
     pairs = Contacts(*[[c[k] for c in contacts] for k in ("kn", "kt", "mu", "N0")])
-    return ContactProblem(M, C, K, B, DryFriction2T(), pairs), np.array(p["f_cos"]) - 1j * np.array(p["f_sin"])
+    return ContactProblem(M, C, K, B, DryFriction2T(), pairs), np.array(p["f_cos"]) - 1j * np.array(
+        p["f_sin"]
+    )
 
 
 def beam(case):
@@ -87,10 +109,12 @@ def beam(case):
 
 
 def rig(roll=True):
-    """(problem, force per newton, outputs) of the two-blade rig with its tuned set of 18 pairs, in stuck modes.
+    """(problem, force per newton, outputs) of the two-blade rig with its tuned set of 18 pairs, in
+    stuck modes.
 
-    Made by docs/studies/two_blade_rig, asymmetric damper, and reduced once more, exactly, to the 651 modes of the stuck
-    system: K is what is left of the unit matrix without the stuck springs (tests/reference/hbm/README.md).
+    Made by docs/studies/two_blade_rig, asymmetric damper, and reduced once more, exactly, to the
+    651 modes of the stuck system: K is what is left of the unit matrix without the stuck springs
+    (tests/reference/hbm/README.md).
     roll : whether the flat resists to roll.
     """
     d = np.load(REFERENCE / "model_rig.npz")
@@ -99,21 +123,26 @@ def rig(roll=True):
     K = np.eye(B.shape[1]) - (B.T * law.stuck_stiffness(pairs).ravel()) @ B
     if not roll:
         K -= d["roll"].T @ d["roll"]
-    nodes = SimpleNamespace(**{name: d[name] for name in ("body", "node", "direction", "position")},
-                            moves=np.isin(d["direction"], list("xyz")))
+    nodes = SimpleNamespace(
+        **{name: d[name] for name in ("body", "node", "direction", "position")},
+        moves=np.isin(d["direction"], list("xyz")),
+    )
     rows = d["motion"].astype(float)
 
     def describe(motion):
         return describe_motion(nodes, rows @ motion)
-    problem = ContactProblem(np.diag(d["mass"]), None, K, B, law, pairs, damping_ratio=0.022, describe=describe)
-    return problem, d["force"], \
-        dict(zip(d["names"].tolist(), d["outputs"], strict=True))
+
+    problem = ContactProblem(
+        np.diag(d["mass"]), None, K, B, law, pairs, damping_ratio=0.022, describe=describe
+    )
+    return problem, d["force"], dict(zip(d["names"].tolist(), d["outputs"], strict=True))
 
 
 def with_damping_matrix(problem, dashpot=0.1):
     """A problem with damping ratios, its damping as a matrix: the same, and a dashpot at a pair.
 
-    dashpot : at the first tangent of the first pair, its largest entry in units of that of the matrix; with 0 the
+    dashpot : at the first tangent of the first pair, its largest entry in units of that of the
+    matrix; with 0 the
         matrix is diagonal in the modes and no pencil is needed
     """
     R = problem.receptance()
@@ -125,7 +154,8 @@ def with_damping_matrix(problem, dashpot=0.1):
 
 
 def solve(problem, force, w, H, start="zero_slider", samples=None, guess=None):
-    """(q (r, H+1) complex, point, balance) of the periodic solution at w, from the stuck response or from a guess x."""
+    """(q (r, H+1) complex, point, balance) of the periodic solution at w, from the stuck response
+    or from a guess x."""
     balance = HarmonicBalance(problem, {1: force}, H, start, samples)
     settings = Settings()
     if guess is None:

@@ -1,16 +1,18 @@
-"""The planar blade-damper-blade oscillator of tests/reference/hbm/oscillator.md as a ContactProblem."""
+"""The planar blade-damper-blade oscillator of tests/reference/hbm/oscillator.md as a
+ContactProblem."""
 
 import numpy as np
 
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.laws import Contacts, DryFriction2T
 
-FORCE = np.array([0, -20.0, 5.0, 0, 0, 0]) * -1j      # times sin(w t) = Re(-i exp(i w t))
+FORCE = np.array([0, -20.0, 5.0, 0, 0, 0]) * -1j  # times sin(w t) = Re(-i exp(i w t))
 Y2 = {"y2": np.eye(6)[3]}
 
 
 def oscillator(mu=0.5, kn=3e5, kt=3e5):
-    """Dofs x1, y1, x2, y2, xD, yD; the second tangent of each pair does not exist (its row of B is zero)."""
+    """Dofs x1, y1, x2, y2, xD, yD; the second tangent of each pair does not exist (its row of B is
+    zero)."""
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
     M = np.diag([1.0, 1, 1, 1, 0.1, 0.1])
     K = np.diag([3e5] * 4 + [0, 0])
@@ -24,4 +26,6 @@ def oscillator(mu=0.5, kn=3e5, kt=3e5):
         B[np.ix_(rows, blade)] = -np.array(frame)
     two = np.ones(2)
     pairs = Contacts(kn * two, kt * two, mu * two, 0 * two)
-    return ContactProblem(M, C, K, B, DryFriction2T(), pairs, static=np.eye(6)[5] * 120.0, preloaded=False)
+    return ContactProblem(
+        M, C, K, B, DryFriction2T(), pairs, static=np.eye(6)[5] * 120.0, preloaded=False
+    )

@@ -1,7 +1,8 @@
-"""Harmonic balance of the D cases as plainly as it can be: sampled, dense, no event detected, nothing of `hbm`.
+"""Harmonic balance of the D cases as plainly as it can be: sampled, dense, no event detected,
+nothing of `hbm`.
 
-For finding out who is right where the references and `hbm` disagree: refine the samples and look where it goes.
-"""
+For finding out who is right where the references and `hbm` disagree: refine the samples and look
+where it goes."""
 
 import numpy as np
 from numba import njit
@@ -27,9 +28,13 @@ def forces(u, un, kt, kn, mu, N0):
 
 
 def harmonic_one(p, omega, H, samples):
-    """(r,) |X_1| of the periodic solution; p: parameters of a D file, started from the linear response."""
+    """(r,) |X_1| of the periodic solution; p: parameters of a D file, started from the linear
+    response."""
     M, C, K = (np.array(p[k]) for k in "MCK")
-    contacts = [(np.array(c["bt"]), np.array(c["bn"]), c["kt"], c["kn"], c["mu"], c["N0"]) for c in p["contacts"]]
+    contacts = [
+        (np.array(c["bt"]), np.array(c["bn"]), c["kt"], c["kn"], c["mu"], c["N0"])
+        for c in p["contacts"]
+    ]
     F = np.zeros((H + 1, len(M)), complex)
     F[1] = np.array(p["f_cos"]) - 1j * np.array(p["f_sin"])
     Z = [K - (k * omega) ** 2 * M + 1j * k * omega * C for k in range(H + 1)]
@@ -37,7 +42,7 @@ def harmonic_one(p, omega, H, samples):
 
     def unpack(x):
         Q = x.reshape(2 * H + 1, -1)
-        return np.vstack([Q[:1], Q[1:H + 1] + 1j * Q[H + 1:]])
+        return np.vstack([Q[:1], Q[1 : H + 1] + 1j * Q[H + 1 :]])
 
     def residual(x):
         Q = unpack(x)
@@ -45,7 +50,7 @@ def harmonic_one(p, omega, H, samples):
         R = np.array([z @ X for z, X in zip(Z, Q, strict=True)]) - F
         for bt, bn, *settings in contacts:
             for force, b in zip(forces(q @ bt, q @ bn, *settings), (bt, bn), strict=True):
-                G = np.fft.rfft(force)[:H + 1] * (2 / samples)
+                G = np.fft.rfft(force)[: H + 1] * (2 / samples)
                 G[0] /= 2
                 R += G[:, None] * b
         scaled = np.array([np.linalg.solve(z + stuck, r) for z, r in zip(Z, R, strict=True)])

@@ -1,4 +1,5 @@
-"""Compiled kernels on disk: whatever happens to their files, the next run compiles anew and gives the same numbers."""
+"""Compiled kernels on disk: whatever happens to their files, the next run compiles anew and gives
+the same numbers."""
 
 import importlib.util
 import os
@@ -36,7 +37,8 @@ print(kernels.by_order(rates, push).tolist())
 
 @pytest.fixture
 def kernels(tmp_path):
-    """load() -> (module of two kernels as a new process finds it), its files in tmp_path/__pycache__."""
+    """load() -> (module of two kernels as a new process finds it), its files in
+    tmp_path/__pycache__."""
     source = tmp_path / "kernels.py"
     source.write_text(SOURCE)
 
@@ -60,15 +62,22 @@ def hits(kernel):
 
 
 def run(program, **environment):
-    return subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT,
-                          env=os.environ | {key: str(value) for key, value in environment.items()})
+    return subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=ROOT,
+        env=os.environ | {key: str(value) for key, value in environment.items()},
+    )
 
 
 def test_kept_kernels_are_loaded(kernels, tmp_path):
     assert len(files(tmp_path)) == 4
     again = kernels()
     assert again.product(2.0, 3.0) == 8.0 and hits(again.product) == 1
-    assert again.product(2, 3) == 8 and hits(again.product) == 1        # another signature beside the first
+    # another signature beside the first
+    assert again.product(2, 3) == 8 and hits(again.product) == 1
     both = kernels()
     assert both.product(2, 3) == both.product(2.0, 3.0) == 8 and hits(both.product) == 2
 
@@ -82,14 +91,18 @@ def test_every_cut_and_every_changed_byte_is_found(kernels, tmp_path):
             path.write_bytes(whole[:cut])
             assert compiled._read(path) is None
         for at in range(0, len(whole), 97):
-            path.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1:])
+            path.write_bytes(whole[:at] + bytes([whole[at] ^ 1]) + whole[at + 1 :])
             assert compiled._read(path) is None
         path.write_bytes(whole)
 
 
-DAMAGES = {"emptied": lambda content: b"", "half": lambda content: content[:len(content) // 2],
-           "cut by one": lambda content: content[:-1], "zeros": lambda content: bytes(len(content)),
-           "random": lambda content: np.random.default_rng(0).bytes(len(content))}
+DAMAGES = {
+    "emptied": lambda content: b"",
+    "half": lambda content: content[: len(content) // 2],
+    "cut by one": lambda content: content[:-1],
+    "zeros": lambda content: bytes(len(content)),
+    "random": lambda content: np.random.default_rng(0).bytes(len(content)),
+}
 
 
 @pytest.mark.slow
@@ -114,7 +127,8 @@ def hits_of_next_run(kernels):
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["nbi", "nbc"])
 def test_what_is_no_file_in_their_place(kernels, tmp_path, kind, caplog):
-    """A folder stays and hinders keeping, which is told; a pipe, which would never end, is replaced."""
+    """A folder stays and hinders keeping, which is told; a pipe, which would never end, is
+    replaced."""
     for path in files(tmp_path, kind):
         path.unlink()
         os.mkfifo(path)
@@ -167,7 +181,8 @@ def test_no_folder_that_can_be_written_to(kernels, monkeypatch, caplog):
 
 
 def test_code_of_another_key_or_source_does_not_count(kernels, tmp_path):
-    """Two processes may take one name for two signatures; one that ends between index and code leaves the old code."""
+    """Two processes may take one name for two signatures; one that ends between index and code
+    leaves the old code."""
     module = kernels()
     module.product(2, 3)
     one, two = files(tmp_path, "nbc")[:2]
@@ -190,8 +205,17 @@ def test_damage_beside_the_solver(tmp_path):
     first = run(ADD, NUMBA_CACHE_DIR=tmp_path).stdout
     for path in files(tmp_path):
         path.write_bytes(path.read_bytes()[:-20])
-    both = [subprocess.Popen([sys.executable, "-c", ADD], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                             cwd=ROOT, env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}) for _ in range(2)]
+    both = [
+        subprocess.Popen(
+            [sys.executable, "-c", ADD],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=ROOT,
+            env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)},
+        )
+        for _ in range(2)
+    ]
     for process in both:
         said, errors = process.communicate()
         assert said == first and errors.count("compiled anew") <= 1 and "Traceback" not in errors

@@ -1,4 +1,5 @@
-"""Doubts about pairs: none of sound tables, whatever their meshes, units and place; all of what is mixed up."""
+"""Doubts about pairs: none of sound tables, whatever their meshes, units and place; all of what is
+mixed up."""
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from tipdamp.hbm.contact_doubts import misplaced, mixed_partners, node_places, o
 from tipdamp.hbm.model import ReducedModel
 
 TURN = Rotation.from_rotvec([0.3, -1.1, 0.7]).as_matrix()
-UNITS = (1.0, 1000.0)           # m, and a model that is in mm throughout
+UNITS = (1.0, 1000.0)  # m, and a model that is in mm throughout
 
 
 def grid(along, across, y=0.0):
@@ -23,7 +24,7 @@ def nearest(places, others):
 
 
 def crown(places, radius=0.05):
-    return places - [0, 1, 0] * ((places[:, :1] - 0.02)**2 / (2 * radius))
+    return places - [0, 1, 0] * ((places[:, :1] - 0.02) ** 2 / (2 * radius))
 
 
 BLADE = grid(9, 3)
@@ -33,18 +34,38 @@ SOUND = {
     "an initial gap": (grid(9, 3, 2e-4), BLADE, BLADE),
     "a crown of 4 mm": (BLADE, crown(BLADE), crown(BLADE)),
     "a gap wider than the cells": (grid(9, 3, 8e-3), BLADE, grid(9, 3, 4e-3)),
-    "unlike meshes, the nearest blade node": (nearest(grid(14, 4), BLADE), grid(14, 4), grid(14, 4)),
-    "two blade nodes to each node of the damper": (FAN + np.tile([[2e-3, 0, 0], [-2e-3, 0, 0]], (8, 1)), FAN, FAN),
-    "a damper of one node": (BLADE + [0, 3e-3, 0], np.tile([0.02, 0, 0.003], (27, 1)), BLADE + [0, 3e-3, 0]),
-    "contact between nodes that lie apart": (grid(5, 1, 3e-3), grid(5, 1), grid(5, 1, 1.5e-3) + [0, 0, 1e-3]),
+    "unlike meshes, the nearest blade node": (
+        nearest(grid(14, 4), BLADE),
+        grid(14, 4),
+        grid(14, 4),
+    ),
+    "two blade nodes to each node of the damper": (
+        FAN + np.tile([[2e-3, 0, 0], [-2e-3, 0, 0]], (8, 1)),
+        FAN,
+        FAN,
+    ),
+    "a damper of one node": (
+        BLADE + [0, 3e-3, 0],
+        np.tile([0.02, 0, 0.003], (27, 1)),
+        BLADE + [0, 3e-3, 0],
+    ),
+    "contact between nodes that lie apart": (
+        grid(5, 1, 3e-3),
+        grid(5, 1),
+        grid(5, 1, 1.5e-3) + [0, 0, 1e-3],
+    ),
     "the ground": (np.full((27, 3), np.nan), BLADE, BLADE),
     "one pair": (BLADE[:1], BLADE[:1], BLADE[:1]),
-    "nothing known": (np.full((27, 3), np.nan), np.full((27, 3), np.nan), BLADE)}
+    "nothing known": (np.full((27, 3), np.nan), np.full((27, 3), np.nan), BLADE),
+}
 
 
 def table(position, normals=None):
-    return contact_table(frames(np.tile([0.0, 0, 1], (len(position), 1)) if normals is None else normals),
-                         position=position, blade_body="blades")
+    return contact_table(
+        frames(np.tile([0.0, 0, 1], (len(position), 1)) if normals is None else normals),
+        position=position,
+        blade_body="blades",
+    )
 
 
 def moved(places, unit):
@@ -61,8 +82,15 @@ def test_sound_tables(name, unit):
 
 
 @pytest.mark.parametrize("unit", UNITS)
-@pytest.mark.parametrize("name", ["matching nodes", "an initial gap", "a crown of 4 mm",
-                                  "unlike meshes, the nearest blade node"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "matching nodes",
+        "an initial gap",
+        "a crown of 4 mm",
+        "unlike meshes, the nearest blade node",
+    ],
+)
 def test_what_is_mixed_up(name, unit):
     blade, damper, position = (moved(places, unit) for places in SOUND[name])
     pairs, count = table(position), len(position)
@@ -79,7 +107,10 @@ def test_one_reversed_normal_is_named():
     """On a plane and on a half of a cylinder, where normals turn by half a turn from end to end."""
     angle = np.linspace(0, np.pi, 19)
     round_side = np.stack([np.cos(angle), np.zeros(19), np.sin(angle)], axis=1)
-    for normals, places in ((np.tile([0.0, 0, 1], (27, 1)), BLADE), (round_side, 5e-3 * round_side)):
+    for normals, places in (
+        (np.tile([0.0, 0, 1], (27, 1)), BLADE),
+        (round_side, 5e-3 * round_side),
+    ):
         assert not opposed_normals(table(places, normals))
         wrong = normals.copy()
         wrong[4] *= -1
@@ -94,9 +125,14 @@ def test_normals_at_one_place_do_not_count():
 
 def test_places_of_a_model():
     """The ground and a node that the model does not have are not known."""
-    model = ReducedModel.from_matrices(np.eye(6), np.eye(6), body=["damper"] * 6, node=[1] * 3 + [2] * 3,
-                                       direction=["x", "y", "z"] * 2, position=np.repeat([[1.0, 2, 3], [4, 5, 6]], 3,
-                                                                                         axis=0))
+    model = ReducedModel.from_matrices(
+        np.eye(6),
+        np.eye(6),
+        body=["damper"] * 6,
+        node=[1] * 3 + [2] * 3,
+        direction=["x", "y", "z"] * 2,
+        position=np.repeat([[1.0, 2, 3], [4, 5, 6]], 3, axis=0),
+    )
     blade, damper = node_places(model, contact_table(frames(np.tile([0.0, 0, 1], (3, 1)))))
     assert np.isnan(blade).all() and np.isnan(damper[2]).all()
     assert damper[:2].tolist() == [[1, 2, 3], [4, 5, 6]]

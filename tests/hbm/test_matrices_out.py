@@ -1,4 +1,5 @@
-"""What is written for other codes comes back as the same model: matrices, dof table, loads and groups."""
+"""What is written for other codes comes back as the same model: matrices, dof table, loads and
+groups."""
 
 import numpy as np
 import pytest
@@ -13,16 +14,26 @@ def model():
     """Two bodies with a node 7 each, a mode, a clamped direction, names with spaces and commas."""
     rng = np.random.default_rng(3)
     A = rng.standard_normal((7, 7))
-    position = np.vstack([np.repeat(rng.standard_normal((2, 3)), 3, axis=0), np.full((1, 3), np.nan)])
+    position = np.vstack(
+        [np.repeat(rng.standard_normal((2, 3)), 3, axis=0), np.full((1, 3), np.nan)]
+    )
     return ReducedModel.from_matrices(
-        A @ A.T / 3 + np.eye(7), 1e6 * (A + A.T), 0.1 * A @ A.T, body=["left, one"] * 3 + ["pin"] * 4,
-        node=[7, 7, 7, 7, 7, 7, 1], direction=["x", "y", "z"] * 2 + ["mode"], position=position,
-        groups={"left, one/tip": [7], "pin/end line": [7]}, loads={"pull": rng.standard_normal(7), "own weight": A[0]})
+        A @ A.T / 3 + np.eye(7),
+        1e6 * (A + A.T),
+        0.1 * A @ A.T,
+        body=["left, one"] * 3 + ["pin"] * 4,
+        node=[7, 7, 7, 7, 7, 7, 1],
+        direction=["x", "y", "z"] * 2 + ["mode"],
+        position=position,
+        groups={"left, one/tip": [7], "pin/end line": [7]},
+        loads={"pull": rng.standard_normal(7), "own weight": A[0]},
+    )
 
 
 @pytest.mark.parametrize("kind", ["npz", "npz alone", "mat", "mat alone", "mtx"])
 def test_comes_back_the_same(model, tmp_path, kind):
-    """An .npz or .mat holds the dof table, the groups and the loads: alone it is the whole model."""
+    """An .npz or .mat holds the dof table, the groups and the loads: alone it is the whole
+    model."""
     kind, _, alone = kind.partition(" ")
     written = write_model(model, tmp_path / "out", kind)
     assert all(path.is_file() for path in written)
@@ -31,10 +42,14 @@ def test_comes_back_the_same(model, tmp_path, kind):
     elif kind == "npz":
         again = ReducedModel.load(written[0])
     else:
-        matrix = [tmp_path / "out" / ("model.mat" if kind == "mat" else f"{name}.mtx") for name in "MKC"]
+        matrix = [
+            tmp_path / "out" / ("model.mat" if kind == "mat" else f"{name}.mtx") for name in "MKC"
+        ]
         again = ReducedModel.from_files(*matrix, dofs=tmp_path / "out" / "dofs.csv")
     for name in ("M", "K", "C", "position"):
-        assert np.allclose(getattr(again, name), getattr(model, name), rtol=1e-15, atol=0, equal_nan=True)
+        assert np.allclose(
+            getattr(again, name), getattr(model, name), rtol=1e-15, atol=0, equal_nan=True
+        )
     for name in ("body", "node", "direction"):
         assert np.array_equal(getattr(again, name), getattr(model, name))
     for name in ("groups", "loads"):

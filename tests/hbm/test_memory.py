@@ -1,4 +1,5 @@
-"""The predicted memory of slipping contacts against what a curve takes, and the message where it lacks."""
+"""The predicted memory of slipping contacts against what a curve takes, and the message where it
+lacks."""
 
 import tracemalloc
 
@@ -22,26 +23,37 @@ MODEL, PAIRS, TIP = small_rig(stations=6)
 
 
 def curve(level=200.0, harmonics=15):
-    return forced_response(MODEL, PAIRS, DryFriction2T(), level * TIP, (300, 330), harmonics=harmonics,
-                           damping_ratio=0.02, outputs={"tip": TIP})
+    return forced_response(
+        MODEL,
+        PAIRS,
+        DryFriction2T(),
+        level * TIP,
+        (300, 330),
+        harmonics=harmonics,
+        damping_ratio=0.02,
+        outputs={"tip": TIP},
+    )
 
 
 @pytest.mark.slow
 def test_forecast_of_a_curve():
-    """Ten of twelve pairs slip or lift: at H = 15 what is predicted for these is needed, to a factor of two."""
-    curve(harmonics=1)                                       # what is loaded or compiled once is not the curve's
+    """Ten of twelve pairs slip or lift: at H = 15 what is predicted for these is needed, to a
+    factor of two."""
+    curve(harmonics=1)  # what is loaded or compiled once is not the curve's
     tracemalloc.start()
     found = curve()
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     moving = int(((found.share_slip + found.share_open) > 0).sum(axis=1).max())
-    assert moving == 10 and 0.5 < curve_bytes(moving, 12, 3, 15) / peak < 2, curve_bytes(moving, 12, 3, 15) / peak
+    assert moving == 10 and 0.5 < curve_bytes(moving, 12, 3, 15) / peak < 2, (
+        curve_bytes(moving, 12, 3, 15) / peak
+    )
 
 
 @pytest.mark.slow
 def test_forecast_of_many_contacts_that_stick():
     """Eight of 128 slip: what the points hold of all contacts is most of it."""
-    hundreds.beam(16)(harmonics=1)                           # loads and compiles
+    hundreds.beam(16)(harmonics=1)  # loads and compiles
     follow = hundreds.beam(128)
     tracemalloc.start()
     found = follow(harmonics=5)
@@ -52,19 +64,30 @@ def test_forecast_of_many_contacts_that_stick():
 
 
 def test_too_many_harmonics_are_refused_at_input(monkeypatch):
-    """128 pairs in three dimensions at H = 200: a warning with 16 GB, whose number fits; refused before the modes with
-    so little that not one pair can slip."""
-    columns = {name: np.resize(getattr(PAIRS, name), (128, *getattr(PAIRS, name).shape[1:]))
-               for name in PAIRS.__dataclass_fields__}
-    problem, _ = contact_problem(MODEL, PAIRS.replace(**columns), DryFriction2T(), damping_ratio=0.02)
+    """128 pairs in three dimensions at H = 200: a warning with 16 GB, whose number fits; refused
+    before the modes with so little that not one pair can slip."""
+    columns = {
+        name: np.resize(getattr(PAIRS, name), (128, *getattr(PAIRS, name).shape[1:]))
+        for name in PAIRS.__dataclass_fields__
+    }
+    problem, _ = contact_problem(
+        MODEL, PAIRS.replace(**columns), DryFriction2T(), damping_ratio=0.02
+    )
     monkeypatch.setattr(memory, "available_bytes", lambda: 16e9)
-    with pytest.warns(UserWarning, match=r"harmonics = 200: 32 of the 128 contacts.* need .* GB .* 16 GB are "
-                                         r"available: at most harmonics = (\d+) here") as caught:
+    with pytest.warns(
+        UserWarning,
+        match=r"harmonics = 200: 32 of the 128 contacts.* need .* GB .* 16 GB are "
+        r"available: at most harmonics = (\d+) here",
+    ) as caught:
         memory.check_harmonics_fit(128, 3, 200)
     named = int(str(caught[0].message).split("at most harmonics = ")[1].split()[0])
-    assert 50 < named < 200 and curve_bytes(32, 128, 3, named) <= 16e9 < curve_bytes(32, 128, 3, named + 1)
+    assert 50 < named < 200 and curve_bytes(32, 128, 3, named) <= 16e9 < curve_bytes(
+        32, 128, 3, named + 1
+    )
     HarmonicBalance(problem, {1: TIP}, named)
-    problem = contact_problem(MODEL, PAIRS.replace(**columns), DryFriction2T(), damping_ratio=0.02)[0]
+    problem = contact_problem(MODEL, PAIRS.replace(**columns), DryFriction2T(), damping_ratio=0.02)[
+        0
+    ]
     monkeypatch.setattr(memory, "available_bytes", lambda: 5e7)
     monkeypatch.setattr(memory, "SMALL", 0.0)
     with pytest.raises(InputError, match="harmonics = 200: one contact that slips or lifts needs"):
@@ -73,17 +96,21 @@ def test_too_many_harmonics_are_refused_at_input(monkeypatch):
 
 
 def test_pairs_that_slip_later_are_refused_by_name(monkeypatch):
-    """Where more slip than the door foresaw, before the matrix is made; none slip at a low level, and all is well."""
+    """Where more slip than the door foresaw, before the matrix is made; none slip at a low level,
+    and all is well."""
     monkeypatch.setattr(memory, "available_bytes", lambda: 1.1 * curve_bytes(3, 12, 3, 15))
     monkeypatch.setattr(memory, "SMALL", 0.0)
     assert curve(level=1e-3).complete
-    with pytest.raises(InputError, match=r"harmonics = 15: \d+ of the 12 contacts, which slip or lift at once here"):
+    with pytest.raises(
+        InputError, match=r"harmonics = 15: \d+ of the 12 contacts, which slip or lift at once here"
+    ):
         curve()
 
 
 @pytest.mark.slow
 def test_curve_continues_where_the_matrix_fits(monkeypatch):
-    """What it holds already is not asked for again: with the need of the largest matrix free at every point."""
+    """What it holds already is not asked for again: with the need of the largest matrix free at
+    every point."""
     free = newton_bytes(12, 3, 15, squares=2)
     monkeypatch.setattr(memory, "SMALL", 0.0)
     monkeypatch.setattr(memory, "available_bytes", lambda: free)
@@ -104,7 +131,11 @@ def test_comparison_with_bounded_harmonics(monkeypatch):
 
 
 def test_warning_where_few_contacts_may_slip(monkeypatch):
-    """512 of 2048 pairs in three dimensions at H = 7 ask for 22 GB; how many will slip is not known at input."""
+    """512 of 2048 pairs in three dimensions at H = 7 ask for 22 GB; how many will slip is not known
+    at input."""
     monkeypatch.setattr(memory, "available_bytes", lambda: 16e9)
-    with pytest.warns(UserWarning, match="512 of the 2048 contacts, should they slip or lift at once, need 22.* GB"):
+    with pytest.warns(
+        UserWarning,
+        match="512 of the 2048 contacts, should they slip or lift at once, need 22.* GB",
+    ):
         memory.check_harmonics_fit(2048, 3, 7)

@@ -1,4 +1,5 @@
-"""Contact points: weighted means of dofs that the contact reads beside nodes; matched nodes are read as ever."""
+"""Contact points: weighted means of dofs that the contact reads beside nodes; matched nodes are
+read as ever."""
 
 from dataclasses import fields, replace
 
@@ -18,11 +19,13 @@ def by_the_node(model, pairs):
     """B written entry by entry: the definition u = frame (u_damper - u_blade)."""
     B = np.zeros((3 * len(pairs), model.size))
     for i in range(len(pairs)):
-        for body, node, sign in ((pairs.damper_body[i], pairs.damper_node[i], 1.0),
-                                 (pairs.blade_body[i], pairs.blade_node[i], -1.0)):
+        for body, node, sign in (
+            (pairs.damper_body[i], pairs.damper_node[i], 1.0),
+            (pairs.blade_body[i], pairs.blade_node[i], -1.0),
+        ):
             for k, dof in enumerate(model.dofs(body, node) if body != GROUND else ()):
                 if dof >= 0:
-                    B[3 * i:3 * i + 3, dof] += sign * pairs.frame[i, :, k]
+                    B[3 * i : 3 * i + 3, dof] += sign * pairs.frame[i, :, k]
     return B
 
 
@@ -36,19 +39,27 @@ def mixed(rig):
     """Two points on the damper and one on the blades: means of two nodes of each body."""
     model, pairs = rig
     rng, points = np.random.default_rng(3), {}
-    for body, nodes, count in (("damper", pairs.damper_node, 2),
-                               ("blade1", pairs.blade_node[pairs.blade_body == "blade1"], 1)):
+    for body, nodes, count in (
+        ("damper", pairs.damper_node, 2),
+        ("blade1", pairs.blade_node[pairs.blade_body == "blade1"], 1),
+    ):
         share = rng.uniform(0.2, 0.8, count)
-        ends = [model.motion_of(body, nodes[k:k + count]) for k in (0, 2)]
-        motion = sum(sp.diags(np.repeat(s, 3)) @ end for s, end in zip((share, 1 - share), ends, strict=True))
+        ends = [model.motion_of(body, nodes[k : k + count]) for k in (0, 2)]
+        motion = sum(
+            sp.diags(np.repeat(s, 3)) @ end for s, end in zip((share, 1 - share), ends, strict=True)
+        )
         points[body] = ContactPoints(1000 + np.arange(count), np.zeros((count, 3)), motion)
     return replace(model, points=points)
 
 
 def test_nodes_are_read_to_the_last_digit(rig):
-    """A matched pair is two nodes, be one of them ground: the same matrix as entry by entry, in sorted columns."""
+    """A matched pair is two nodes, be one of them ground: the same matrix as entry by entry, in
+    sorted columns."""
     model, pairs = rig
-    for table in (pairs, pairs.replace(blade_body=np.where(pairs.station == 1, GROUND, pairs.blade_body))):
+    for table in (
+        pairs,
+        pairs.replace(blade_body=np.where(pairs.station == 1, GROUND, pairs.blade_body)),
+    ):
         B = relative_motion(model, table)
         assert np.array_equal(B.toarray(), by_the_node(model, table)) and B.has_sorted_indices
 
@@ -79,24 +90,37 @@ def test_points_survive_files_and_cuts(mixed, tmp_path):
         assert np.array_equal(again.points[name].position, points.position)
         part = mixed.part(name)
         assert list(part.points) == [name]
-        assert np.array_equal(part.points[name].motion.toarray(), points.motion[:, mixed.body == name].toarray())
+        assert np.array_equal(
+            part.points[name].motion.toarray(), points.motion[:, mixed.body == name].toarray()
+        )
 
 
 def test_export_keeps_points_or_is_refused(mixed, tmp_path):
     """A file without the motions of the points would read as a model without contact."""
     assert write_model(mixed, tmp_path, "npz") and ReducedModel.load(tmp_path / "model.npz").points
     for kind in ("mat", "mtx"):
-        with pytest.raises(InputError, match=f"export to '{kind}': the model has 3 contact points.*export to 'npz'"):
+        with pytest.raises(
+            InputError, match=f"export to '{kind}': the model has 3 contact points.*export to 'npz'"
+        ):
             write_model(mixed, tmp_path / kind, kind)
         assert not (tmp_path / kind).exists()
 
 
 def test_points_that_do_not_fit(mixed):
     """Another number of dofs, a node's number, one number twice: refused with body and number."""
-    points, given = mixed.points["damper"], {f.name: vars(mixed)[f.name] for f in fields(mixed)}
-    for bad, message in ((ContactPoints(points.number, points.position, points.motion[:, :-1]), "a column for each of"),
-                         (ContactPoints([5, 2000], points.position, points.motion), "contact point 5 has the number"),
-                         (ContactPoints(points.number, points.position, np.nan * points.motion), "must be finite")):
+    points = mixed.points["damper"]
+    given = {f.name: vars(mixed)[f.name] for f in fields(mixed)}
+    for bad, message in (
+        (
+            ContactPoints(points.number, points.position, points.motion[:, :-1]),
+            "a column for each of",
+        ),
+        (
+            ContactPoints([5, 2000], points.position, points.motion),
+            "contact point 5 has the number",
+        ),
+        (ContactPoints(points.number, points.position, np.nan * points.motion), "must be finite"),
+    ):
         with pytest.raises(InputError, match=f"body 'damper'.*{message}"):
             ReducedModel.from_matrices(**{**given, "points": {"damper": bad}})
     with pytest.raises(InputError, match="2 different ones"):

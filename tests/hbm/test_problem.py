@@ -25,7 +25,8 @@ def duffing():
 
 
 def test_duffing_in_three_lines():
-    """At one harmonic the amplitude a solves ((k - w^2 + 3/4 a^2)^2 + (c w)^2) a^2 = F^2 [Kovacic, Brennan 2011]."""
+    """At one harmonic the amplitude a solves ((k - w^2 + 3/4 a^2)^2 + (c w)^2) a^2 = F^2 [Kovacic,
+    Brennan 2011]."""
     curve = duffing().follow_band((0.05, 0.12), outputs={"x": 0}, harmonics=1)
     w, a = 2 * np.pi * curve.frequency, np.abs(curve.harmonics[:, 0, 1])
     assert ((1 - w**2 + 0.75 * a**2) ** 2 + (0.02 * w) ** 2) * a**2 == pytest.approx(0.04, rel=1e-8)
@@ -56,19 +57,25 @@ def test_a_law_of_several_components_takes_a_place_for_each():
 def test_forces_are_added_and_have_orders():
     problem = duffing().force(0, 0.1j).force(0, 0.05, harmonic=3)
     assert problem.forces[1] == pytest.approx([0.2 + 0.1j]) and problem.forces[3] == [0.05]
-    assert duffing().forces[1] == [0.2]                  # each call made a new problem
+    assert duffing().forces[1] == [0.2]  # each call made a new problem
 
 
-@pytest.mark.parametrize("wrong, said", [
-    (lambda p: p.add(CubicSpring(1.0), 3), "dof 3: must be between 0 and 0"),
-    (lambda p: p.add(CubicSpring(1.0), "tip"), "must be a dof 0..0, two dofs"),
-    (lambda p: p.add(DryFriction2T(), 0), "moves along t1, t2, n: a list of 3 dofs"),
-    (lambda p: p.add("CubicSpring", 0), "CubicSpring"),
-    (lambda p: p.force([1.0, 2.0]), "or a row of 1 numbers"),
-    (lambda p: p.follow_band(BAND, outputs={"x": 0}), "no nonlinear force: add"),
-    (lambda p: p.add(CubicSpring(1.0), 0).follow_band(BAND, outputs={"x": 0}), "no excitation: force"),
-    (lambda p: Problem([[1.0]]), "K is missing"),
-])
+@pytest.mark.parametrize(
+    "wrong, said",
+    [
+        (lambda p: p.add(CubicSpring(1.0), 3), "dof 3: must be between 0 and 0"),
+        (lambda p: p.add(CubicSpring(1.0), "tip"), "must be a dof 0..0, two dofs"),
+        (lambda p: p.add(DryFriction2T(), 0), "moves along t1, t2, n: a list of 3 dofs"),
+        (lambda p: p.add("CubicSpring", 0), "CubicSpring"),
+        (lambda p: p.force([1.0, 2.0]), "or a row of 1 numbers"),
+        (lambda p: p.follow_band(BAND, outputs={"x": 0}), "no nonlinear force: add"),
+        (
+            lambda p: p.add(CubicSpring(1.0), 0).follow_band(BAND, outputs={"x": 0}),
+            "no excitation: force",
+        ),
+        (lambda p: Problem([[1.0]]), "K is missing"),
+    ],
+)
 def test_wrong_use_is_told(wrong, said):
     with pytest.raises(InputError, match=said):
         wrong(Problem([[1.0]], [[0.02]], [[1.0]]))

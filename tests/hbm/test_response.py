@@ -1,4 +1,5 @@
-"""forced_response on a small two-blade rig: full stick to gross slip, limits with known answers, bad input."""
+"""forced_response on a small two-blade rig: full stick to gross slip, limits with known answers,
+bad input."""
 
 import re
 import warnings
@@ -23,7 +24,7 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.response import follow_band, follow_parameter, forced_response
 from tipdamp.hbm.result import ForcedResponse
 
-BAND = (900.0, 1800.0)       # holds the out-of-phase mode, 1347 Hz stuck
+BAND = (900.0, 1800.0)  # holds the out-of-phase mode, 1347 Hz stuck
 LAW = laws.DryFriction2T()
 
 
@@ -35,7 +36,9 @@ def rig():
 def run(rig, force, band=BAND, H=1, law=LAW, pairs=None, **more):
     model, table, tip = rig
     options = dict(harmonics=H, damping_ratio=0.02, outputs={"tip": tip}) | more
-    return forced_response(model, table if pairs is None else pairs, law, force * tip, band, **options)
+    return forced_response(
+        model, table if pairs is None else pairs, law, force * tip, band, **options
+    )
 
 
 def test_a_stuck_curve_is_the_linear_stuck_response(rig):
@@ -59,40 +62,60 @@ def test_complete_from_stick_to_gross_slip(rig, force, H):
 
 
 def test_energy_balance(rig):
-    """Work of the force over a cycle equals what friction takes and one dashpot at the tip: pi w c sum k^2 |X_k|^2."""
+    """Work of the force over a cycle equals what friction takes and one dashpot at the tip: pi w c
+    sum k^2 |X_k|^2."""
     model, pairs, tip = rig
     c = 20.0
-    curve = run((replace(model, C=c * np.outer(tip, tip)), pairs, tip), 12.0, H=3, damping_ratio=None)
+    curve = run(
+        (replace(model, C=c * np.outer(tip, tip)), pairs, tip), 12.0, H=3, damping_ratio=None
+    )
     X = curve.harmonics[:, 0]
     work = -np.pi * 12.0 * X[:, 1].imag
-    viscous = np.pi * 2 * np.pi * curve.frequency * c * np.sum(np.arange(4) ** 2 * np.abs(X) ** 2, axis=1)
+    viscous = (
+        np.pi * 2 * np.pi * curve.frequency * c * np.sum(np.arange(4) ** 2 * np.abs(X) ** 2, axis=1)
+    )
     assert curve.complete and curve.dissipated.sum(axis=1).max() > 0.1 * work.max()
-    assert np.allclose(curve.dissipated.sum(axis=1) + viscous, work, rtol=1e-6, atol=1e-9 * work.max())
+    assert np.allclose(
+        curve.dissipated.sum(axis=1) + viscous, work, rtol=1e-6, atol=1e-9 * work.max()
+    )
 
 
 def test_frictionless_curve_is_linear(rig):
     model, pairs, tip = rig
-    slide = 1e5 * np.outer(*2 * [model.displacement_row("damper", 19, [1, 0, 0])])   # nothing else holds it along x
+    # nothing else holds it along x
+    slide = 1e5 * np.outer(*2 * [model.displacement_row("damper", 19, [1, 0, 0])])
     model = model.with_stiffness(model.K + slide)
     smooth = pairs.replace(mu=0 * pairs.mu)
     curve = run((model, pairs, tip), 1.0, pairs=smooth, damping_ratio=0.0)
-    expected = linear_response(model, pairs.replace(kt=0 * pairs.kt), tip, curve.frequency, 0.0, {"tip": tip})
+    expected = linear_response(
+        model, pairs.replace(kt=0 * pairs.kt), tip, curve.frequency, 0.0, {"tip": tip}
+    )
     assert curve.complete
     assert np.abs(curve.harmonics[:, 0, 1] - expected[:, 0]).max() < 1e-10 * np.abs(expected).max()
 
 
 @pytest.mark.slow
 def test_contact_forces_balance_the_motion(rig):
-    """M q'' + C q' + K q + B' (f - preload) = F for the mean and every harmonic; |T| <= mu N in time, nearly."""
+    """M q'' + C q' + K q + B' (f - preload) = F for the mean and every harmonic; |T| <= mu N in
+    time, nearly."""
     model, pairs, tip = rig
     damping = 20.0 * np.outer(tip, tip)
     whole = {f"q{i}": row for i, row in enumerate(np.eye(model.size))}
-    curve = run((replace(model, C=damping), pairs, tip), 20.0, H=3, damping_ratio=None, outputs=whole, contact=True)
+    curve = run(
+        (replace(model, C=damping), pairs, tip),
+        20.0,
+        H=3,
+        damping_ratio=None,
+        outputs=whole,
+        contact=True,
+    )
     i = int(curve.dissipated.sum(axis=1).argmax())
     f, q = curve.contact_force[i].copy(), curve.harmonics[i]
     wave = f.reshape(-1, 4) @ np.exp(1j * np.outer(np.arange(4), np.linspace(0, 2 * np.pi, 200)))
     T1, T2, N = wave.real.reshape(18, 3, 200).transpose(1, 0, 2)
-    assert (np.abs(T1) < 0.5 * N + 0.1 * N.max()).all() and (np.abs(T2) < 0.5 * N + 0.1 * N.max()).all()
+    assert (np.abs(T1) < 0.5 * N + 0.1 * N.max()).all() and (
+        np.abs(T2) < 0.5 * N + 0.1 * N.max()
+    ).all()
     f[:, 2, 0] -= pairs.preload
     B = relative_motion(model, pairs).toarray()
     for k in range(4):
@@ -118,14 +141,24 @@ def test_detached_pairs_take_no_part(rig):
 
 def test_damper_free_to_roll():
     model, pairs, tip = small_rig(roll=0.0)
-    curve = forced_response(model, pairs, LAW, 40 * tip, BAND, harmonics=1, damping_ratio=0.02, outputs={"tip": tip})
-    assert not curve.complete and "the damper rolls" in curve.ended and "(1.00, " in curve.ended.replace("-", "")
+    curve = forced_response(
+        model, pairs, LAW, 40 * tip, BAND, harmonics=1, damping_ratio=0.02, outputs={"tip": tip}
+    )
+    assert (
+        not curve.complete
+        and "the damper rolls" in curve.ended
+        and "(1.00, " in curve.ended.replace("-", "")
+    )
 
 
 def test_save_and_load(rig, tmp_path):
     curve = run(rig, 12.0)
     again = ForcedResponse.load(curve.save(tmp_path / "curve.npz"))
-    assert np.array_equal(again.harmonics, curve.harmonics) and again.ended == curve.ended and again.H == 1
+    assert (
+        np.array_equal(again.harmonics, curve.harmonics)
+        and again.ended == curve.ended
+        and again.H == 1
+    )
     assert again.peak("tip") == curve.peak("tip")
 
 
@@ -141,12 +174,24 @@ def test_amplitude_kinds(rig):
         curve.amplitude("peak_to_peak")
 
 
-@pytest.mark.parametrize("change,words", [
-    (dict(H=-1), "harmonics = -1"), (dict(H=1.5), "whole number"), (dict(H=10**6), "between 0 and 200"),
-    (dict(band=(900.0, 900.0)), "different"), (dict(band=(-1.0, 900.0)), "positive"), (dict(band=(900.0,)), "band"),
-    (dict(damping_ratio=-0.1), "damping_ratio"), (dict(damping_ratio=None), "damping"),
-    (dict(start="somewhere"), "zero_force"), (dict(origin="loaded"), "preloaded"), (dict(outputs={}), "outputs"),
-    (dict(outputs={"tip": [1.0]}), "length 120"), (dict(static=np.zeros(120)), "unloaded")])
+@pytest.mark.parametrize(
+    "change,words",
+    [
+        (dict(H=-1), "harmonics = -1"),
+        (dict(H=1.5), "whole number"),
+        (dict(H=10**6), "between 0 and 200"),
+        (dict(band=(900.0, 900.0)), "different"),
+        (dict(band=(-1.0, 900.0)), "positive"),
+        (dict(band=(900.0,)), "band"),
+        (dict(damping_ratio=-0.1), "damping_ratio"),
+        (dict(damping_ratio=None), "damping"),
+        (dict(start="somewhere"), "zero_force"),
+        (dict(origin="loaded"), "preloaded"),
+        (dict(outputs={}), "outputs"),
+        (dict(outputs={"tip": [1.0]}), "length 120"),
+        (dict(static=np.zeros(120)), "unloaded"),
+    ],
+)
 def test_bad_input_is_refused(rig, change, words):
     with pytest.raises(InputError, match=words):
         run(rig, 1.0, **change)
@@ -176,28 +221,46 @@ def test_peak_at_the_border_of_the_band(rig, recwarn):
 
 
 def test_curve_over_the_level(rig, recwarn):
-    """At 1200 Hz: the largest amplitude is at the largest level, and each level has its own solution."""
+    """At 1200 Hz: the largest amplitude is at the largest level, and each level has its own
+    solution."""
     model, pairs, tip = rig
     problem, _ = contact_problem(model, pairs, LAW, damping_ratio=0.02)
-    curve = follow_parameter(problem, 20 * tip, 1200.0, "level", (0.05, 3.0), harmonics=1, outputs={"tip": tip},
-                             at=[1.0])
-    assert curve.complete and curve.peak("tip")[0] == 3.0 and curve.at_border("tip") and not len(recwarn)
+    curve = follow_parameter(
+        problem, 20 * tip, 1200.0, "level", (0.05, 3.0), harmonics=1, outputs={"tip": tip}, at=[1.0]
+    )
+    assert (
+        curve.complete
+        and curve.peak("tip")[0] == 3.0
+        and curve.at_border("tip")
+        and not len(recwarn)
+    )
     alone = follow_band(problem, 20 * tip, (1200.0, 1210.0), harmonics=1, outputs={"tip": tip})
     for level, force in ((1.0, alone.harmonics[0]), (0.1, None)):
         found = solutions_at(curve, problem, level)
-        assert found.shape == (1, 1, 2) and (force is None or np.allclose(found[0], force, rtol=1e-8, atol=1e-15))
+        assert found.shape == (1, 1, 2) and (
+            force is None or np.allclose(found[0], force, rtol=1e-8, atol=1e-15)
+        )
 
 
 def test_model_without_normal_motion(rig):
-    """Its normal load is constant: the law with a variable one gives what the constant load gives, and says so."""
+    """Its normal load is constant: the law with a variable one gives what the constant load gives,
+    and says so."""
     model, pairs, tip = rig
     keep = np.flatnonzero(model.direction == "x")
     block = np.ix_(keep, keep)
-    only_x = ReducedModel.from_matrices(model.M[block], model.K[block] + 1e4 * np.eye(len(keep)), body=model.body[keep],
-                                        node=model.node[keep], direction=model.direction[keep],
-                                        position=model.position[keep])
-    with pytest.warns(UserWarning, match=rf"pair 1 \(left, station 0\) and {len(pairs) - 1} more: the model has no dof "
-                                         r"along the normal \(0, -0.82, 0.57\)"):
+    only_x = ReducedModel.from_matrices(
+        model.M[block],
+        model.K[block] + 1e4 * np.eye(len(keep)),
+        body=model.body[keep],
+        node=model.node[keep],
+        direction=model.direction[keep],
+        position=model.position[keep],
+    )
+    with pytest.warns(
+        UserWarning,
+        match=rf"pair 1 \(left, station 0\) and {len(pairs) - 1} more: the model has no dof "
+        r"along the normal \(0, -0.82, 0.57\)",
+    ):
         contact_problem(only_x, pairs, LAW, damping_ratio=0.02)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -206,7 +269,9 @@ def test_model_without_normal_motion(rig):
 
 
 def test_a_body_that_is_not_there_is_named(rig):
-    with pytest.raises(InputError, match=r"no body 'blade' \(node 10\); did you mean 'blade\d'\? valid: blade1"):
+    with pytest.raises(
+        InputError, match=r"no body 'blade' \(node 10\); did you mean 'blade\d'\? valid: blade1"
+    ):
         rig[0].displacement_row("blade", 10, [0, 1, 0])
 
 
@@ -216,11 +281,15 @@ def test_the_records_print_in_one_line(rig):
     curve = run(rig, 12.0)
     problem, _ = contact_problem(model, pairs, LAW, damping_ratio=0.02)
     steady = compare(curve, problem, 1200.0)
-    for record, words in ((model, r"<ReducedModel: 120 dofs \(blade1 30, blade2 30, damper 60\), 0 of them modes; C"),
-                          (pairs, r"<ContactTable: 18 pairs \(left 9, right 9\), 18 carry; preload .* N>"),
-                          (curve, r"<ForcedResponse: 900 to 1800 Hz, \d+ points \(0 failed\), outputs tip; 18 "),
-                          (steady, r"steady=<Steady: periodic after \d+ periods")):
-        assert re.search(words, repr(record)) and "\n" not in repr(record) and len(repr(record)) < 500, repr(record)
+    for record, words in (
+        (model, r"<ReducedModel: 120 dofs \(blade1 30, blade2 30, damper 60\), 0 of them modes; C"),
+        (pairs, r"<ContactTable: 18 pairs \(left 9, right 9\), 18 carry; preload .* N>"),
+        (curve, r"<ForcedResponse: 900 to 1800 Hz, \d+ points \(0 failed\), outputs tip; 18 "),
+        (steady, r"steady=<Steady: periodic after \d+ periods"),
+    ):
+        assert (
+            re.search(words, repr(record)) and "\n" not in repr(record) and len(repr(record)) < 500
+        ), repr(record)
 
 
 def test_a_point_over_time(rig):
@@ -237,7 +306,8 @@ def test_a_point_over_time(rig):
 
 
 def test_band_from_free_and_stuck_frequencies(rig):
-    """A lightly damped stuck curve peaks at a stuck frequency; without contact the damper is free but for its roll."""
+    """A lightly damped stuck curve peaks at a stuck frequency; without contact the damper is free
+    but for its roll."""
     model, pairs, _ = rig
     stuck, free = natural_frequencies(model, pairs), natural_frequencies(model)
     hz = run(rig, 1e-3, damping_ratio=1e-4).peak("tip")[0]
@@ -246,16 +316,40 @@ def test_band_from_free_and_stuck_frequencies(rig):
 
 
 def test_the_widest_gap_where_a_branch_was_left():
-    """Left at 2 Hz and taken up at 6, with 3 Hz solved between and 5 failed; and taken up at once, at 9.5."""
+    """Left at 2 Hz and taken up at 6, with 3 Hz solved between and 5 failed; and taken up at once,
+    at 9.5."""
     values, restarts = [1.0, 2, 3, 5, 6, 9, 9.5, 20], [(2.0, 6.0), (9.5, 9.0)]
     points = [Point(np.zeros(1), 2 * np.pi * v, v != 5, 1) for v in values]
-    branch = Branch(points, "end", points[-1].parameter, True,
-                    restarts=[tuple(2 * np.pi * np.array(x)) for x in restarts])
+    branch = Branch(
+        points,
+        "end",
+        points[-1].parameter,
+        True,
+        restarts=[tuple(2 * np.pi * np.array(x)) for x in restarts],
+    )
     said = explain(branch, None, Frequency())
     assert "2 Hz to 6 Hz, 9.5 Hz to 9 Hz; solved points there are up to 3 Hz apart" in said
     none = np.empty((8, 0))
-    curve = ForcedResponse(np.array(values), np.array([]), none, "frequency", np.array(values), none, none, none, none,
-                           np.array([p.converged for p in points]), none, "", False, 1, "", "", 0.0, 8,
-                           restarts=np.array(restarts))
+    curve = ForcedResponse(
+        np.array(values),
+        np.array([]),
+        none,
+        "frequency",
+        np.array(values),
+        none,
+        none,
+        none,
+        none,
+        np.array([p.converged for p in points]),
+        none,
+        "",
+        False,
+        1,
+        "",
+        "",
+        0.0,
+        8,
+        restarts=np.array(restarts),
+    )
     assert curve.widest_gap == pytest.approx(3)
     assert replace(curve, restarts=np.empty((0, 2))).widest_gap == 0

@@ -38,7 +38,11 @@ def test_arrays_are_read_only(curve):
 def test_copies_are_equal(curve, way, tmp_path):
     loaded = ForcedResponse.load(curve.save(tmp_path / "c.npz"))
     again = pickle.loads(pickle.dumps(curve)) if way == "pickle" else loaded
-    assert again == curve and not again.harmonics.flags.writeable and again.peak("x") == curve.peak("x")
+    assert (
+        again == curve
+        and not again.harmonics.flags.writeable
+        and again.peak("x") == curve.peak("x")
+    )
     assert np.array_equal(solutions_at(again, PROBLEM, 0.157), solutions_at(curve, PROBLEM, 0.157))
     assert np.array_equal(find_peaks(again, PROBLEM, "x"), find_peaks(curve, PROBLEM, "x"))
 
@@ -48,8 +52,12 @@ def test_differences_are_named(curve):
     X = np.array(curve.harmonics)
     X[2] = np.nan
     failed = replace(curve, harmonics=X)
-    assert failed == replace(failed, seconds=1e3) and failed != curve and curve != replace(curve, ended="") \
+    assert (
+        failed == replace(failed, seconds=1e3)
+        and failed != curve
+        and curve != replace(curve, ended="")
         and curve != "curve"
+    )
 
 
 def test_curve_without_unknowns(curve):
@@ -62,14 +70,19 @@ def test_curve_without_unknowns(curve):
 
 
 def test_one_solution_in_one_call(curve):
-    """At one frequency, from the stuck response and from a given start; what does not fit is refused."""
+    """At one frequency, from the stuck response and from a given start; what does not fit is
+    refused."""
     hz = curve.frequency[curve.dissipated[:, 0].argmax()]
     X = solutions_at(curve, PROBLEM, hz)[0]
     found = solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]})
     again = solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]}, guess=found.unknowns)
     for one in (found, again):
         assert one.converged and np.abs(one.harmonics - X).max() < 1e-8 * np.abs(X).max()
-    assert again.iterations == 1 < found.iterations and found.share_slip[0] > 0 and found.dissipated[0] > 0
+    assert (
+        again.iterations == 1 < found.iterations
+        and found.share_slip[0] > 0
+        and found.dissipated[0] > 0
+    )
     assert np.allclose(found.contact_motion[0], found.harmonics) and found.amplitude()[0] > 0
     with pytest.raises(InputError, match=r"guess: has the shape \(2,\), must be \(7,\)"):
         solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]}, guess=[0, 1])
@@ -78,9 +91,12 @@ def test_one_solution_in_one_call(curve):
 
 
 def test_a_solution_is_a_value():
-    """As a curve is: read-only, equal to its copies even where it is NaN, told from a solution beside it."""
-    solved, lost = (solve_at(PROBLEM, FORCE, 0.15, harmonics=1, outputs={"x": [1.0]}, guess=guess)
-                    for guess in (None, np.full(3, np.nan)))
+    """As a curve is: read-only, equal to its copies even where it is NaN, told from a solution
+    beside it."""
+    solved, lost = (
+        solve_at(PROBLEM, FORCE, 0.15, harmonics=1, outputs={"x": [1.0]}, guess=guess)
+        for guess in (None, np.full(3, np.nan))
+    )
     with pytest.raises(ValueError, match="read-only"):
         solved.harmonics[:] *= 2
     for one in (solved, lost):
@@ -94,7 +110,9 @@ def test_a_problem_is_pickled_with_its_curve():
     model, pairs, tip = small_rig(stations=2)
     problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.02)
     again = pickle.loads(pickle.dumps(problem))
-    first, second = (solve_at(p, 8 * tip, 1300.0, harmonics=1, outputs={"tip": tip}) for p in (problem, again))
+    first, second = (
+        solve_at(p, 8 * tip, 1300.0, harmonics=1, outputs={"tip": tip}) for p in (problem, again)
+    )
     assert np.array_equal(first.harmonics, second.harmonics)
 
 

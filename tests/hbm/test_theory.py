@@ -1,4 +1,5 @@
-"""The examples of docs/theory, run as they stand; and the files that the response's pages name are there."""
+"""The examples of docs/theory, run as they stand; and the files that the response's pages name are
+there."""
 
 import re
 from pathlib import Path
@@ -11,7 +12,9 @@ ROOT = Path(__file__).parents[2]
 THEORY = ROOT / "docs" / "theory"
 
 
-@pytest.mark.parametrize("page,examples", [("harmonic_balance", 5), ("time_integration", 1), ("contact_stiffness", 1)])
+@pytest.mark.parametrize(
+    "page,examples", [("harmonic_balance", 5), ("time_integration", 1), ("contact_stiffness", 1)]
+)
 def test_the_examples_run(page, examples):
     text = (THEORY / f"{page}.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
@@ -22,13 +25,24 @@ def test_the_examples_run(page, examples):
 
 
 def test_the_whole_route_from_python(tmp_path, monkeypatch):
-    """docs/python.md, block by block: the energies balance, integration finds the orbit again, the file is there."""
+    """docs/python.md, block by block: the energies balance, integration finds the orbit again, the
+    file is there."""
     monkeypatch.chdir(tmp_path)
-    names, text = {}, (ROOT / "docs" / "python.md").read_text(encoding="utf-8").partition("## From a finished study")[0]
+    names = {}
+    text = (
+        (ROOT / "docs" / "python.md")
+        .read_text(encoding="utf-8")
+        .partition("## From a finished study")[0]
+    )
     for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
         exec(compile(block, "python.md", "exec"), names)
-    assert all(curve.complete and curve.energy_error.max() < 1e-6 for curve in names["curves"].values())
-    assert names["energy"].friction.sum() > 0.1 * names["energy"].input and names["energy"].error < 1e-6
+    assert all(
+        curve.complete and curve.energy_error.max() < 1e-6 for curve in names["curves"].values()
+    )
+    assert (
+        names["energy"].friction.sum() > 0.1 * names["energy"].input
+        and names["energy"].error < 1e-6
+    )
     assert names["found"].stable and names["found"].difference < 1e-2
     assert ForcedResponse.load("curve.npz") == names["curve"]
 

@@ -30,9 +30,14 @@ def test_files_hold_every_group_for_another_reader(damper, tmp_path):
     paths = generate(RIG, damper, SMALL, tmp_path)  # checks what it wrote
     left, right = ({"round": 31, "flat": 62}[shape] for shape in DAMPERS[damper])
     contacts = {"contact_left": left, "contact_right": right}
-    points = {"blades": contacts | {"excitation": 1, "patch_1": 5, "patch_2": 5},
-              "damper": contacts | {"load_points": 4}}
-    surfaces = {"blades": {"clamp", "cover_left", "cover_right"}, "damper": {"side_left", "side_right"}}
+    points = {
+        "blades": contacts | {"excitation": 1, "patch_1": 5, "patch_2": 5},
+        "damper": contacts | {"load_points": 4},
+    }
+    surfaces = {
+        "blades": {"clamp", "cover_left", "cover_right"},
+        "damper": {"side_left", "side_right"},
+    }
     for body, path in paths.items():
         assert path.name == f"{damper}_{body}.msh"
         assert path.read_bytes().startswith(b"$MeshFormat\n4.1")
@@ -68,22 +73,31 @@ def test_faces_point_outward(asymmetric):
 
 def _on_face(nodes, s, t):
     """Position and the two tangents of 9-node faces (k, 9, 3) at (s, t)."""
+
     def line(u):
-        return np.array([u * (u - 1) / 2, 1 - u**2, u * (u + 1) / 2]), np.array([u - 0.5, -2 * u, u + 0.5])
+        return np.array([u * (u - 1) / 2, 1 - u**2, u * (u + 1) / 2]), np.array(
+            [u - 0.5, -2 * u, u + 0.5]
+        )
 
     (f, df), (g, dg) = line(s), line(t)
     i, j = np.array([(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)]).T
-    return tuple(np.einsum("i,kij->kj", weight, nodes) for weight in (f[i] * g[j], df[i] * g[j], f[i] * dg[j]))
+    return tuple(
+        np.einsum("i,kij->kj", weight, nodes)
+        for weight in (f[i] * g[j], df[i] * g[j], f[i] * dg[j])
+    )
 
 
 def test_cylinder_volume_converges_with_fourth_order():
-    """Quadratic cells follow an arc with an error of h^4: halving them leaves a sixteenth of the missing volume."""
+    """Quadratic cells follow an arc with an error of h^4: halving them leaves a sixteenth of the
+    missing volume."""
     exact = np.pi * RIG.damper_radius**2 * RIG.length
     base = Cells(axial=15, flat=2, gap=2)
     errors = []
     for n in (1, 2, 4):
         cells = replace(base, flat=2 * n, gap=2 * n)
-        errors.append(abs(cell_volumes(build(RIG, "cylindrical", cells=cells)[1]).sum() - exact) / exact)
+        errors.append(
+            abs(cell_volumes(build(RIG, "cylindrical", cells=cells)[1]).sum() - exact) / exact
+        )
     assert errors[0] < 1e-3
     assert 12 < errors[0] / errors[1] < 20 and 12 < errors[1] / errors[2] < 20
 
@@ -108,11 +122,13 @@ def test_damper_sits_in_the_v_without_overlap(damper):
         face = blades.nodes[np.unique(blades.surfaces[f"cover_{side}"])][:, [0, 2]] - found.centre
         assert face @ n == pytest.approx(d, abs=1e-12)
     difference = found.distance["left"] - found.distance["right"]
-    assert found.centre[0] == pytest.approx(difference / np.sqrt(2), abs=1e-15)  # (r - d) / (2 cos 45)
+    # (r - d) / (2 cos 45)
+    assert found.centre[0] == pytest.approx(difference / np.sqrt(2), abs=1e-15)
     lowest, highest = (f(found.rows[s][:, 1]) for f, s in ((np.min, "right"), (np.max, "right")))
     if DAMPERS[damper][1] == "flat":
         assert (highest + RIG.cover_margin_above, lowest - RIG.cover_margin_below) == pytest.approx(
-            (RIG.height, RIG.height - RIG.cover_height), abs=1e-12)
+            (RIG.height, RIG.height - RIG.cover_height), abs=1e-12
+        )
 
 
 @pytest.mark.parametrize("damper", ["cylindrical", "wedge"])
@@ -128,7 +144,8 @@ def test_rows_are_equally_spaced_and_matched(rows):
     blades, solid = build(RIG, "asymmetric", SMALL, rows)
     check(RIG, "asymmetric", rows, blades, solid)
     points = blades.nodes[blades.node_sets["contact_right"]].reshape(rows, 31, 3)
-    assert np.diff(points[:, 0, 2]) == pytest.approx(RIG.flat_width / np.sqrt(2) / (rows - 1))  # row 0 is the lowest
+    # row 0 is the lowest
+    assert np.diff(points[:, 0, 2]) == pytest.approx(RIG.flat_width / np.sqrt(2) / (rows - 1))
     corners = set(blades.cells[:, :8].ravel())
     assert set(blades.node_sets["contact_right"].reshape(rows, 31)[:, ::2].ravel()) <= corners
 
@@ -148,7 +165,8 @@ def _moved(mesh, node, by):
 
 
 def _torn(mesh):
-    """The first cell gets nodes of its own: coincident, and so no longer joined to its neighbours."""
+    """The first cell gets nodes of its own: coincident, and so no longer joined to its
+    neighbours."""
     cells = mesh.cells.copy()
     cells[0] = len(mesh.nodes) + np.arange(27)
     return replace(mesh, nodes=np.vstack([mesh.nodes, mesh.nodes[mesh.cells[0]]]), cells=cells)
@@ -160,16 +178,24 @@ def _hollow(mesh):
     inner = next(i for i, c in enumerate(mesh.cells) if not outside & set(c))
     middle = mesh.cells[inner, 26]
     cells = np.delete(mesh.cells, inner, axis=0)
-    return replace(mesh, nodes=np.delete(mesh.nodes, middle, axis=0), cells=cells - (cells > middle))
+    return replace(
+        mesh, nodes=np.delete(mesh.nodes, middle, axis=0), cells=cells - (cells > middle)
+    )
 
 
-@pytest.mark.parametrize("broken, message", [
-    (lambda m: _moved(m, m.cells[0, 26], 0.01), "inverted"),
-    (lambda m: _moved(m, 0, np.nan), "not a number"),
-    (_torn, "lie on each other|belong to no cell"),
-    (lambda m: replace(m, nodes=np.vstack([m.nodes, [1.0, 1.0, 1.0]])), "belong to no cell"),
-    (lambda m: replace(m, cells=np.vstack([m.cells, m.cells[:1]])), "more than two cells|not closed"),
-])
+@pytest.mark.parametrize(
+    "broken, message",
+    [
+        (lambda m: _moved(m, m.cells[0, 26], 0.01), "inverted"),
+        (lambda m: _moved(m, 0, np.nan), "not a number"),
+        (_torn, "lie on each other|belong to no cell"),
+        (lambda m: replace(m, nodes=np.vstack([m.nodes, [1.0, 1.0, 1.0]])), "belong to no cell"),
+        (
+            lambda m: replace(m, cells=np.vstack([m.cells, m.cells[:1]])),
+            "more than two cells|not closed",
+        ),
+    ],
+)
 def test_broken_solid_is_refused(asymmetric, broken, message):
     with pytest.raises(MeshError, match=message):
         check_solid(broken(asymmetric[0]))
@@ -193,11 +219,23 @@ def test_wrong_volume_is_refused(asymmetric):
         check(replace(RIG, height=1.001 * RIG.height), "asymmetric", 2, *asymmetric)
 
 
-@pytest.mark.parametrize("name, value", [
-    ("height", 0.009), ("root_thickness", 0.02), ("free_span", 0.05), ("free_span", 0.001), ("flat_width", 0.0041),
-    ("contact_angle", 95.0), ("pitch", 0.011), ("length", -1.0), ("damper_radius", float("nan")),
-    ("cover_margin_above", 0.01), ("size", 9.0), ("rows", 1),
-])
+@pytest.mark.parametrize(
+    "name, value",
+    [
+        ("height", 0.009),
+        ("root_thickness", 0.02),
+        ("free_span", 0.05),
+        ("free_span", 0.001),
+        ("flat_width", 0.0041),
+        ("contact_angle", 95.0),
+        ("pitch", 0.011),
+        ("length", -1.0),
+        ("damper_radius", float("nan")),
+        ("cover_margin_above", 0.01),
+        ("size", 9.0),
+        ("rows", 1),
+    ],
+)
 def test_argument_out_of_range_is_refused_by_name(name, value, tmp_path, capsys):
     out = tmp_path / "out"
     assert main([f"--size={SMALL}", f"--out={out}", f"--{name.replace('_', '-')}={value}"]) == 2
@@ -212,7 +250,12 @@ def test_every_length_is_an_argument(tmp_path):
     assert main([*arguments, f"--out={tmp_path}", f"--size={SMALL}"]) == 0
     from tipdamp.meshes.mesh_file import read
 
-    check(Rig(**thicker), "asymmetric", 2, *(read(tmp_path / f"asymmetric_{b}.msh") for b in ("blades", "damper")))
+    check(
+        Rig(**thicker),
+        "asymmetric",
+        2,
+        *(read(tmp_path / f"asymmetric_{b}.msh") for b in ("blades", "damper")),
+    )
 
 
 def test_unknown_damper_names_the_nearest():

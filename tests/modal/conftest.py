@@ -6,7 +6,8 @@ LENGTH, WIDTH, HEIGHT = 0.1, 0.02, 0.01
 
 
 def make_bar(path, order=2, hexahedra=True, cells=6):
-    """Write a bar along x with groups 'clamp' (x = 0), 'tip' (x = L), both surfaces, and volume 'bar'."""
+    """Write a bar along x with groups 'clamp' (x = 0), 'tip' (x = L), both surfaces, and volume
+    'bar'."""
     import gmsh
 
     gmsh.initialize(readConfigFiles=False)
@@ -26,8 +27,11 @@ def make_bar(path, order=2, hexahedra=True, cells=6):
         gmsh.model.addPhysicalGroup(3, [1], 1)
         gmsh.model.setPhysicalName(3, 1, "bar")
         for tag, (name, x) in enumerate((("clamp", 0.0), ("tip", LENGTH)), start=2):
-            faces = [s for _, s in gmsh.model.getEntities(2)
-                     if abs(gmsh.model.occ.getCenterOfMass(2, s)[0] - x) < 1e-9]
+            faces = [
+                s
+                for _, s in gmsh.model.getEntities(2)
+                if abs(gmsh.model.occ.getCenterOfMass(2, s)[0] - x) < 1e-9
+            ]
             gmsh.model.addPhysicalGroup(2, faces, tag)
             gmsh.model.setPhysicalName(2, tag, name)
         gmsh.model.mesh.generate(3)

@@ -34,13 +34,16 @@ def random_body(seed: int):
         spread = 10.0 ** rng.uniform(-9, -3) if kind == "near" else 0.0
         factors = 1 + spread * rng.standard_normal(number)
         K, M = sp.block_diag([f * k for f in factors]), sp.block_diag([m] * number)
-        lam = np.concatenate([sl.eigh(f * k.toarray(), m.toarray(), eigvals_only=True) for f in factors])
+        lam = np.concatenate(
+            [sl.eigh(f * k.toarray(), m.toarray(), eigvals_only=True) for f in factors]
+        )
     order = rng.permutation(K.shape[0])
     return K.tocsr()[order][:, order].tocsr(), M.tocsr()[order][:, order].tocsr(), np.sort(lam)
 
 
 def _chain(n, rng, links=0):
-    """Springs to ground at one end and between neighbours, and `links` more at random; tridiagonal mass."""
+    """Springs to ground at one end and between neighbours, and `links` more at random; tridiagonal
+    mass."""
     low, high = np.arange(n - 1), np.arange(1, n)
     if links:
         more = rng.integers(0, n, (2, links))
@@ -49,15 +52,18 @@ def _chain(n, rng, links=0):
     stiff = 10.0 ** rng.uniform(6, 8, len(low))
     end = np.arange(len(low))
     B = sp.csr_matrix((np.ones(len(low)), (end, low)), (len(low), n)) - sp.csr_matrix(
-        (np.ones(len(low)), (end, high)), (len(low), n))
+        (np.ones(len(low)), (end, high)), (len(low), n)
+    )
     ground = sp.csr_matrix(([1e7], ([0], [0])), (n, n))
     mass = rng.uniform(0.5, 2.0, n)
-    return (B.T @ sp.diags(stiff) @ B + ground).tocsr(), sp.diags([np.full(n - 1, .1), mass, np.full(n - 1, .1)],
-                                                                  [-1, 0, 1]).tocsr()
+    return (B.T @ sp.diags(stiff) @ B + ground).tocsr(), sp.diags(
+        [np.full(n - 1, 0.1), mass, np.full(n - 1, 0.1)], [-1, 0, 1]
+    ).tocsr()
 
 
 def missed(seed: int) -> int:
-    """How many of the lowest modes of a random body are not found, as `count` modes and as all below a frequency."""
+    """How many of the lowest modes of a random body are not found, as `count` modes and as all
+    below a frequency."""
     from tipdamp.modal.eigen import Factor
 
     K, M, lam = random_body(seed)
@@ -66,7 +72,11 @@ def missed(seed: int) -> int:
     wrong = int((np.abs(factor.lowest_modes(M, count)[0] ** 2 / lam[:count] - 1) > 1e-7).sum())
     below = lam[lam < lam[count - 1] * (1 + 1e-6)]
     omega, _ = factor.modes_below(M, np.sqrt(lam[count - 1] * (1 + 1e-6)) / (2 * np.pi))
-    return wrong + abs(len(omega) - len(below)) + int((np.abs(omega**2 / below[:len(omega)] - 1) > 1e-7).sum())
+    return (
+        wrong
+        + abs(len(omega) - len(below))
+        + int((np.abs(omega**2 / below[: len(omega)] - 1) > 1e-7).sum())
+    )
 
 
 def main():
@@ -80,7 +90,10 @@ def main():
         petsc.start = lambda: None
     found = {seed: missed(seed) for seed in range(arguments.bodies)}
     bad = [seed for seed, n in found.items() if n]
-    print(f"{arguments.bodies} bodies, {sum(found.values())} modes missed" + (f", seeds {bad}" if bad else ""))
+    print(
+        f"{arguments.bodies} bodies, {sum(found.values())} modes missed"
+        + (f", seeds {bad}" if bad else "")
+    )
 
 
 if __name__ == "__main__":

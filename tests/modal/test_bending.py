@@ -1,4 +1,5 @@
-"""A clamped bar of 10 : 2 : 1 under a force at its tip, against Timoshenko's beam: what linear cells lock."""
+"""A clamped bar of 10 : 2 : 1 under a force at its tip, against Timoshenko's beam: what linear
+cells lock."""
 
 import numpy as np
 import pytest
@@ -20,11 +21,14 @@ def too_stiff(kind, layers):
     force[mesh.index(mesh.groups["tip"]), 2] = 1 / len(mesh.groups["tip"])
     f = force[body.dof_node, body.dof_direction]
     inertia, shear = WIDTH * HEIGHT**3 / 12, 5 / 6 * STEEL.shear * WIDTH * HEIGHT
-    return 100 * ((LENGTH**3 / (3 * STEEL.E * inertia) + LENGTH / shear) / (f @ Factor(body.K).solve(f)) - 1)
+    return 100 * (
+        (LENGTH**3 / (3 * STEEL.E * inertia) + LENGTH / shear) / (f @ Factor(body.K).solve(f)) - 1
+    )
 
 
 @pytest.mark.parametrize("kind", [*LOCKING, *QUADRATIC])
 def test_stiffness_in_bending(kind):
-    """With one and two layers: as `inspect` warns of linear cells; quadratic ones a few percent (the clamped end)."""
+    """With one and two layers: as `inspect` warns of linear cells; quadratic ones a few percent
+    (the clamped end)."""
     expected = {**LOCKING, **QUADRATIC}[kind]
     assert [too_stiff(kind, layers) for layers in (1, 2)] == pytest.approx(expected, abs=0.6)

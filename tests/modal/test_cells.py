@@ -1,4 +1,5 @@
-"""The data sheets of the cells: shape functions, gradients, integration, faces, and the orders of other programs."""
+"""The data sheets of the cells: shape functions, gradients, integration, faces, and the orders of
+other programs."""
 
 from math import factorial
 
@@ -22,7 +23,8 @@ def test_shape_functions_are_a_partition_of_unity(cell):
 def test_gradients_are_the_differences(cell):
     step = 1e-6
     for k in range(3):
-        ahead, behind = cell.points + step * np.eye(3)[k], cell.points - step * np.eye(3)[k]
+        ahead = cell.points + step * np.eye(3)[k]
+        behind = cell.points - step * np.eye(3)[k]
         difference = (cell.shape(ahead) - cell.shape(behind)) / (2 * step)
         assert cell.gradient(cell.points)[:, k] == pytest.approx(difference, abs=1e-8)
 
@@ -49,7 +51,7 @@ def test_faces_look_outward_and_close_the_cell(cell):
     """Area vectors of the flat faces point away from the middle and add to zero."""
     total, middle = np.zeros(3), cell.reference.mean(axis=0)
     for face in cell.faces:
-        corners = cell.reference[list(face[:3 if len(face) in (3, 6) else 4])]
+        corners = cell.reference[list(face[: 3 if len(face) in (3, 6) else 4])]
         arms = corners[1:] - corners[0]
         area = np.cross(arms[:-1], arms[1:]).sum(axis=0) / 2
         assert area @ (corners.mean(axis=0) - middle) > 0
@@ -65,14 +67,23 @@ def test_mirrored_turns_an_inside_out_cell_around(cell):
     assert smallest_jacobians(cell.name, position, cells[:, cell.mirrored()])[0, 0] > 0
 
 
-@pytest.mark.parametrize("name, edges, expected", [
-    # first and last middle node of the other program, between which of its corners (manuals of the programs)
-    ("hexahedron20", HEX20, {8: (0, 1), 15: (4, 7), 16: (0, 4), 19: (3, 7)}),       # Abaqus C3D20, Ansys SOLID186
-    ("hexahedron20", HEX20_NASTRAN, {8: (0, 1), 12: (0, 4), 16: (4, 5), 19: (4, 7)}),  # Nastran CHEXA
-    ("wedge15", WEDGE15, {6: (0, 1), 9: (3, 4), 12: (0, 3), 14: (2, 5)}),            # Abaqus C3D15
-    ("wedge15", WEDGE15_NASTRAN, {6: (0, 1), 9: (0, 3), 12: (3, 4), 14: (3, 5)}),    # Nastran CPENTA
-    ("tetra10", TET10, {4: (0, 1), 6: (0, 2), 7: (0, 3), 9: (2, 3)}),                # all three
-])
+@pytest.mark.parametrize(
+    "name, edges, expected",
+    [
+        # first and last middle node of the other program, between which of its corners (manuals of
+        # the programs) Abaqus C3D20, Ansys SOLID186
+        ("hexahedron20", HEX20, {8: (0, 1), 15: (4, 7), 16: (0, 4), 19: (3, 7)}),
+        # Nastran CHEXA
+        ("hexahedron20", HEX20_NASTRAN, {8: (0, 1), 12: (0, 4), 16: (4, 5), 19: (4, 7)}),
+        ("wedge15", WEDGE15, {6: (0, 1), 9: (3, 4), 12: (0, 3), 14: (2, 5)}),  # Abaqus C3D15
+        (
+            "wedge15",
+            WEDGE15_NASTRAN,
+            {6: (0, 1), 9: (0, 3), 12: (3, 4), 14: (3, 5)},
+        ),  # Nastran CPENTA
+        ("tetra10", TET10, {4: (0, 1), 6: (0, 2), 7: (0, 3), 9: (2, 3)}),  # all three
+    ],
+)
 def test_orders_of_other_programs(name, edges, expected):
     cell = CELLS[name]
     theirs = np.empty_like(cell.reference)

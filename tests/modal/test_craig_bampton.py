@@ -1,4 +1,5 @@
-"""Reduction: statics exact, frequencies from above and converging, rigid motions kept, one answer by both solvers."""
+"""Reduction: statics exact, frequencies from above and converging, rigid motions kept, one answer
+by both solvers."""
 
 import itertools
 
@@ -31,10 +32,12 @@ def free_body(bar):
 
 
 def test_statics_of_the_masters_is_exact(body, bar):
-    """Forces on masters and, condensed, on interior nodes: same master displacements as the full model."""
+    """Forces on masters and, condensed, on interior nodes: same master displacements as the full
+    model."""
     reduction = craig_bampton(body, bar.group("tip"), 0)
     inner = int(bar.node[np.argmin(np.abs(bar.position - [0.05, 0.01, 0.005]).sum(axis=1))])
-    nodes, forces = [bar.group("tip")[3], inner], np.array([[10.0, -5.0, 3.0], [0.0, 7.0, -20.0]])
+    nodes = [bar.group("tip")[3], inner]
+    forces = np.array([[10.0, -5.0, 3.0], [0.0, 7.0, -20.0]])
     full = np.zeros(body.dofs)
     for n, f in zip(nodes, forces, strict=True):
         full[body.node_dofs([n])] = f
@@ -44,12 +47,15 @@ def test_statics_of_the_masters_is_exact(body, bar):
 
 
 def test_statics_alone_looks_for_no_mode(body, bar, monkeypatch):
-    """One factorisation and the static shapes: the same matrices as with the bound, which fewer modes would need."""
+    """One factorisation and the static shapes: the same matrices as with the bound, which fewer
+    modes would need."""
     masters = bar.group("tip")
     whole, counted = craig_bampton(body, masters, 0), []
     monkeypatch.setattr(Factor, "modes", lambda *_: counted.append(1))
     statics = craig_bampton(body, masters, 0, bound=False)
-    assert np.array_equal(statics.model.K, whole.model.K) and np.array_equal(statics.model.M, whole.model.M)
+    assert np.array_equal(statics.model.K, whole.model.K) and np.array_equal(
+        statics.model.M, whole.model.M
+    )
     assert statics.truncation is None and not counted
     with pytest.raises(InputError, match="bound = True"):
         statics.fewer(0)
@@ -88,11 +94,16 @@ def test_all_nodes_as_masters_is_the_body_itself(body, bar, monkeypatch, with_pe
         K, M = (A[reduction.boundary][:, reduction.boundary].toarray() for A in (body.K, body.M))
         assert reduction.model.K == pytest.approx(K, rel=1e-14, abs=1e-15 * np.abs(K).max())
         assert reduction.model.M == pytest.approx(M, rel=1e-14, abs=1e-15 * np.abs(M).max())
-        assert reduction.Psi.shape == (0, body.dofs) and reduction.Phi.shape == (0, 0) and not len(reduction.omega)
+        assert (
+            reduction.Psi.shape == (0, body.dofs)
+            and reduction.Phi.shape == (0, 0)
+            and not len(reduction.omega)
+        )
         q = np.linalg.solve(reduction.model.K, reduction.condense_dofs(f))
         exact = np.linalg.solve(body.K.toarray(), f)
         assert reduction.recover(q)[body.dof_node, body.dof_direction] == pytest.approx(
-            exact, rel=1e-8, abs=1e-8 * np.abs(exact).max())
+            exact, rel=1e-8, abs=1e-8 * np.abs(exact).max()
+        )
     with pytest.raises(InputError, match="3 modes asked for: must be between 0 and the 0 dofs"):
         craig_bampton(body, masters, 3)
 
@@ -109,11 +120,13 @@ def test_free_body_keeps_rigid_motions_and_mass(free_body, bar):
 
 @pytest.mark.slow
 def test_two_of_three_masters_are_an_axis(free_body):
-    """Two masters held are an axis: a dof of the third that turns the body about it meets no stiffness, but rounding.
-    Any three of the eight corners keep the six rigid motions."""
+    """Two masters held are an axis: a dof of the third that turns the body about it meets no
+    stiffness, but rounding. Any three of the eight corners keep the six rigid motions."""
     low, high = free_body.position.min(axis=0), free_body.position.max(axis=0)
-    corners = [free_body.node[np.linalg.norm(free_body.position - place, axis=1).argmin()]
-               for place in itertools.product(*zip(low, high, strict=True))]
+    corners = [
+        free_body.node[np.linalg.norm(free_body.position - place, axis=1).argmin()]
+        for place in itertools.product(*zip(low, high, strict=True))
+    ]
     for masters in itertools.combinations(corners, 3):
         model = craig_bampton(free_body, masters, 0).model
         lam = sl.eigh(model.K, model.M, eigvals_only=True)
@@ -122,11 +135,14 @@ def test_two_of_three_masters_are_an_axis(free_body):
 
 @pytest.mark.filterwarnings("error")
 def test_three_masters_in_a_plane_have_no_sign():
-    """Across their plane they move rigidly alone, with no stiffness but rounding: no warning of a negative one."""
+    """Across their plane they move rigidly alone, with no stiffness but rounding: no warning of a
+    negative one."""
     mesh = block("hexahedron", (8, 8, 4), size=(0.07, 0.05, 0.007))
     body = elastic_body(mesh, Material(E=207e9, nu=0.3, density=7850.0), "plate", free=True)
-    corners = [mesh.node[np.linalg.norm(mesh.position - corner, axis=1).argmin()]
-               for corner in ([0, 0, 0], [0.07, 0, 0], [0, 0.05, 0])]
+    corners = [
+        mesh.node[np.linalg.norm(mesh.position - corner, axis=1).argmin()]
+        for corner in ([0, 0, 0], [0.07, 0, 0], [0, 0.05, 0])
+    ]
     model = craig_bampton(body, corners, 4, bound=False).model
     assert np.abs(model.K[2]).max() < 1e-12 * model.K.max()
     pushed = model.K.copy()
@@ -175,15 +191,27 @@ def two_equal_bars(bar, order):
     place = np.vstack([bar.position, bar.position + [0, 0.1, 0]])[order]
     turn = np.argsort(order)
     cells = {kind: turn[np.vstack([c, c + n])] for kind, c in bar.cells.items()}
-    groups = {name: np.arange(1, 2 * n + 1)[turn[np.concatenate([at, at + n])]]
-              for name, at in ((g, bar.index(bar.group(g))) for g in ("clamp", "tip"))}
+    groups = {
+        name: np.arange(1, 2 * n + 1)[turn[np.concatenate([at, at + n])]]
+        for name, at in ((g, bar.index(bar.group(g))) for g in ("clamp", "tip"))
+    }
     number = {kind: np.arange(len(c)) for kind, c in cells.items()}
-    return checked(Mesh(np.arange(1, 2 * n + 1), place, cells, groups, source="bars", number=number, cell_groups={}))
+    return checked(
+        Mesh(
+            np.arange(1, 2 * n + 1),
+            place,
+            cells,
+            groups,
+            source="bars",
+            number=number,
+            cell_groups={},
+        )
+    )
 
 
 def test_equal_modes_are_not_parted(bar, caplog):
-    """Two equal blades: of an odd number of modes the last one has a twin, which is kept, so that the model does not
-    depend on the numbering; and the bound is that of the next pair."""
+    """Two equal blades: of an odd number of modes the last one has a twin, which is kept, so that
+    the model does not depend on the numbering; and the bound is that of the next pair."""
     caplog.set_level("INFO", "modal")
     found, n = [], len(bar.node)
     for order in (np.arange(2 * n), np.random.default_rng(4).permutation(2 * n)):

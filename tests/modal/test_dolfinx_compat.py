@@ -1,4 +1,5 @@
-"""The layer over dolfinx: nodes keep their places, fields and forms are right, and it is the only place for versions.
+"""The layer over dolfinx: nodes keep their places, fields and forms are right, and it is the only
+place for versions.
 
 The same tests run under dolfinx 0.5.2 (Debian 12) and 0.9 (Debian 13).
 """
@@ -21,10 +22,25 @@ from tipdamp.modal.elements.dolfinx_compat import CELLS, CellBlock  # noqa: E402
 from .blocks import block  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
-# names of dolfinx, ufl and basix that only one of 0.5.2 and 0.9 has, or that mean another thing there
-ONE_VERSION_ONLY = {"VectorFunctionSpace", "functionspace", "VectorElement", "TensorElement", "FiniteElement",
-                    "MixedElement", "TensorFunctionSpace", "blocked_element", "petsc_vec", "form_compiler_params",
-                    "form_compiler_options", "apply_lifting", "set_bc", "create_vector", "input_global_indices"}
+# names of dolfinx, ufl and basix that only one of 0.5.2 and 0.9 has, or that mean another thing
+# there
+ONE_VERSION_ONLY = {
+    "VectorFunctionSpace",
+    "functionspace",
+    "VectorElement",
+    "TensorElement",
+    "FiniteElement",
+    "MixedElement",
+    "TensorFunctionSpace",
+    "blocked_element",
+    "petsc_vec",
+    "form_compiler_params",
+    "form_compiler_options",
+    "apply_lifting",
+    "set_bc",
+    "create_vector",
+    "input_global_indices",
+}
 
 
 @pytest.fixture(params=list(CELLS))
@@ -40,12 +56,15 @@ def test_every_node_is_in_its_place(mesh):
     kind, position, cells = mesh
     found = CellBlock.of(position, kind, cells)
     assert np.sort(found.place).tolist() == np.unique(cells).tolist()
-    assert np.abs(found.V.tabulate_dof_coordinates()[:len(found.place)] - position[found.place]).max() < 1e-14
+    assert (
+        np.abs(found.V.tabulate_dof_coordinates()[: len(found.place)] - position[found.place]).max()
+        < 1e-14
+    )
 
 
 def test_forms_of_fields(mesh):
-    """integral of c strain(u) : strain(v) for linear fields is c times the volume times the product of their strains;
-    a matrix entry of the unused node is nowhere."""
+    """integral of c strain(u) : strain(v) for linear fields is c times the volume times the product
+    of their strains; a matrix entry of the unused node is nowhere."""
     kind, position, cells = mesh
     import ufl
 
@@ -68,7 +87,8 @@ def test_forms_of_fields(mesh):
     assert K.shape == (3 * len(position),) * 2 and abs(K - K.T).max() == 0
     unused = np.setdiff1d(np.arange(len(position)), cells)
     assert len(unused) == 1 and not K[3 * unused[0]].nnz
-    # the field of a function is that of the nodal values: mass of x-displacement weighted by its strain
+    # the field of a function is that of the nodal values: mass of x-displacement weighted by its
+    # strain
     weighted = found.matrix(ufl.tr(strain(found.function(a))) * ufl.inner(u, v) * found.dx)
     assert ones @ weighted @ ones == pytest.approx(np.trace(A) * volume, rel=1e-11)
 
@@ -76,7 +96,9 @@ def test_forms_of_fields(mesh):
 def test_quadrature_is_full(mesh):
     """The degree is ours, not the form compiler's guess."""
     kind, position, cells = mesh
-    assert CellBlock.of(position, kind, cells).dx.metadata() == {"quadrature_degree": CELLS[kind][2]}
+    assert CellBlock.of(position, kind, cells).dx.metadata() == {
+        "quadrature_degree": CELLS[kind][2]
+    }
 
 
 def test_the_compiler_keeps_quiet(caplog):
@@ -99,9 +121,15 @@ def test_names_of_one_version_only_in_this_layer():
         for path in (ROOT / package).rglob("*.py"):
             name = path.relative_to(ROOT).as_posix()
             text = path.read_text(encoding="utf-8")
-            if name == "modal/elements/dolfinx_compat.py" or not {"dolfinx", "ufl", "basix"} & set(_imports(text)):
+            if name == "modal/elements/dolfinx_compat.py" or not {"dolfinx", "ufl", "basix"} & set(
+                _imports(text)
+            ):
                 continue
-            wrong += [f"{name}: {used}" for used in _names(text) if used in ONE_VERSION_ONLY | {"__version__"}]
+            wrong += [
+                f"{name}: {used}"
+                for used in _names(text)
+                if used in ONE_VERSION_ONLY | {"__version__"}
+            ]
     assert not wrong
 
 
@@ -126,12 +154,20 @@ def _names(text):
 
 
 def test_ctrl_c_still_interrupts():
-    """In a fresh process: dolfinx 0.5.2 imports gmsh, which would have Ctrl-C end it without a word."""
-    program = ("import signal; from tipdamp.modal.elements.dolfinx_compat import Block\n"
-               "from tests.modal.blocks import block\n"
-               "made = block('tetra'); Block.of(made.position, 'tetra', made.cells['tetra'])\n"
-               "import sys, dolfinx; assert ('gmsh' in sys.modules) is (dolfinx.__version__ == '0.5.2')\n"
-               "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler")
-    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True,
-                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+    """In a fresh process: dolfinx 0.5.2 imports gmsh, which would have Ctrl-C end it without a
+    word."""
+    program = (
+        "import signal; from tipdamp.modal.elements.dolfinx_compat import Block\n"
+        "from tests.modal.blocks import block\n"
+        "made = block('tetra'); Block.of(made.position, 'tetra', made.cells['tetra'])\n"
+        "import sys, dolfinx; assert ('gmsh' in sys.modules) is (dolfinx.__version__ == '0.5.2')\n"
+        "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
     assert done.returncode == 0, done.stderr

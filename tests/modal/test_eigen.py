@@ -1,4 +1,5 @@
-"""Modes: none is missed, none is made up, whatever repeats; every back-solve answers for its residual."""
+"""Modes: none is missed, none is made up, whatever repeats; every back-solve answers for its
+residual."""
 
 import sys
 from pathlib import Path
@@ -18,7 +19,8 @@ from .random_bodies import missed, random_body
 
 @pytest.mark.parametrize("seed", [*range(24), *range(1000, 1009)])
 def test_no_mode_of_a_random_body_is_missed(seed, monkeypatch):
-    """Against the eigenvalues of the small problems that the body is made of; from 1000 on without PETSc."""
+    """Against the eigenvalues of the small problems that the body is made of; from 1000 on without
+    PETSc."""
     if seed >= 1000:
         monkeypatch.setattr(petsc, "start", lambda: None)
     assert missed(seed) == 0
@@ -53,18 +55,28 @@ def test_a_mode_repeated_fourteen_times(solver):
 
 
 @pytest.mark.parametrize("count", [1, 5, 40])
-@pytest.mark.parametrize("stiffness", [np.full(500, 1e6), np.where(np.arange(500) < 3, 1e6, 4e6),
-                                       np.where(np.arange(500) % 50, 4e6, 1e6)], ids=["one", "two", "mixed"])
+@pytest.mark.parametrize(
+    "stiffness",
+    [
+        np.full(500, 1e6),
+        np.where(np.arange(500) < 3, 1e6, 4e6),
+        np.where(np.arange(500) % 50, 4e6, 1e6),
+    ],
+    ids=["one", "two", "mixed"],
+)
 def test_one_or_two_distinct_modes(solver, stiffness, count):
     """A diagonal K: a Krylov space of one vector holds no more than the distinct modes."""
-    omega, phi = Factor(sp.diags(stiffness).tocsr()).lowest_modes(sp.identity(500, format="csr"), count)
+    omega, phi = Factor(sp.diags(stiffness).tocsr()).lowest_modes(
+        sp.identity(500, format="csr"), count
+    )
     assert omega**2 == pytest.approx(np.sort(stiffness)[:count], rel=1e-12)
     assert np.abs(phi.T @ phi - np.eye(count)).max() < 1e-12
 
 
 @pytest.mark.parametrize("withheld", [0, 3, 9])
 def test_a_withheld_mode_is_asked_for_again(monkeypatch, withheld):
-    """The first answer lacks a mode and has a higher one instead: the count by inertia betrays it."""
+    """The first answer lacks a mode and has a higher one instead: the count by inertia betrays
+    it."""
     K, M, lam = random_body(2)
     asked, lowest = [], arpack.lowest
 
@@ -84,7 +96,8 @@ def test_a_withheld_mode_is_asked_for_again(monkeypatch, withheld):
 
 @pytest.mark.parametrize("with_petsc", [True, False])
 def test_counts_of_a_chain(monkeypatch, with_petsc):
-    """omega_j = 2 sqrt(k/m) sin(j pi / 2 / (n+1)) of a fixed chain; also where K itself is singular (free chain)."""
+    """omega_j = 2 sqrt(k/m) sin(j pi / 2 / (n+1)) of a fixed chain; also where K itself is singular
+    (free chain)."""
     if not with_petsc:
         monkeypatch.setattr(petsc, "start", lambda: None)
     n, k = 500, 1e4
@@ -128,14 +141,16 @@ def test_a_wrong_column_does_not_pass_the_probe(columns):
 
 
 def test_a_slender_body_is_not_taken_for_a_free_one():
-    """1 m by 10 mm: the rounding of K x is 1e-7 of a load at its tip, whose deflection is that of a beam with shear."""
+    """1 m by 10 mm: the rounding of K x is 1e-7 of a load at its tip, whose deflection is that of a
+    beam with shear."""
     length, depth, E = 1.0, 0.01, 207e9
     mesh = block("hexahedron20", (100, 1, 1), size=(length, depth, depth))
     body = elastic_body(mesh, Material(E, 0.0, 7850.0), "beam", clamp="clamp")
     tip = body.node_dofs(body.group("tip"))
     tip, f = tip[body.dof_direction[tip] == 1], np.zeros(body.dofs)
     f[tip] = 1 / len(tip)
-    bending, shear = length**3 / (3 * E * depth**4 / 12), length / (5 / 6 * E / 2 * depth**2)
+    bending = length**3 / (3 * E * depth**4 / 12)
+    shear = length / (5 / 6 * E / 2 * depth**2)
     assert Factor(body.K).solve(f)[tip].mean() == pytest.approx(bending + shear, rel=2e-5)
 
 
@@ -173,8 +188,9 @@ def with_petsc():
 
 @pytest.mark.slow
 def test_factors_and_counts_free_their_memory(with_petsc):
-    """Resident memory after ten counts and factors of 5 000 dofs is that after two, to less than one factor (4 MB); and
-    a count of 40 000 dofs, 8 MB of factor and 4 MB of matrices, leaves less than the allocator keeps anyway."""
+    """Resident memory after ten counts and factors of 5 000 dofs is that after two, to less than
+    one factor (4 MB); and a count of 40 000 dofs, 8 MB of factor and 4 MB of matrices, leaves less
+    than the allocator keeps anyway."""
     M, used = sp.identity(5000, format="csr"), []
     for _ in range(10):
         modes_below(grid(5000), M, 0.1)
@@ -203,14 +219,21 @@ def test_a_matrix_of_petsc_outlives_its_arrays(with_petsc):
 
 @pytest.fixture
 def changed(solver):
-    """A chain whose ends are softened and joined: the factor of the plain one, and the changed matrices."""
+    """A chain whose ends are softened and joined: the factor of the plain one, and the changed
+    matrices."""
     n = 600
     K = sp.diags([np.full(n - 1, -1e4), np.full(n, 2e4), np.full(n - 1, -1e4)], [-1, 0, 1]).tocsr()
     M = sp.diags(np.linspace(1.0, 1.5, n)).tocsr()
-    rows = sp.csr_matrix(([1.0, 1.0, -1.0, 1.0], ([0, 1, 1, 2], [3, 10, n - 9, n - 2])), shape=(3, n))
+    rows = sp.csr_matrix(
+        ([1.0, 1.0, -1.0, 1.0], ([0, 1, 1, 2], [3, 10, n - 9, n - 2])), shape=(3, n)
+    )
     k = np.array([-2e3, 7e4, 0.0])
     factor = Factor(K)
-    return (factor.changed(rows, factor.solve(rows.T.toarray()), k), (K + rows.T @ sp.diags(k) @ rows).tocsr(), M)
+    return (
+        factor.changed(rows, factor.solve(rows.T.toarray()), k),
+        (K + rows.T @ sp.diags(k) @ rows).tocsr(),
+        M,
+    )
 
 
 def test_changed_stiffness_on_the_same_factor(changed):
@@ -222,7 +245,8 @@ def test_changed_stiffness_on_the_same_factor(changed):
 
 @pytest.mark.parametrize("withheld", [None, 0, 4])
 def test_upper_bounds_betray_a_missed_mode(changed, monkeypatch, withheld):
-    """Frequencies of a reduction lie above those of the body: only where one is exceeded are the modes counted."""
+    """Frequencies of a reduction lie above those of the body: only where one is exceeded are the
+    modes counted."""
     factor, K, M = changed
     true = Factor(K).lowest_modes(M, 6)[0]
     counted, lowest, count_below = [], Factor._lowest, modes_below

@@ -22,7 +22,9 @@ def test_boundary_normals_point_outwards(tmp_path, order, hexahedra):
     for direction, value in ((0, LENGTH), (1, WIDTH), (2, 0.0)):
         expected = np.eye(3)[direction] * (1 if value else -1)
         on = np.abs(mesh.position[:, direction] - value) < 1e-12
-        inside = on & (np.abs(mesh.position / [LENGTH, WIDTH, HEIGHT] - 0.5) < 0.499).sum(axis=1).__eq__(2)
+        inside = on & (np.abs(mesh.position / [LENGTH, WIDTH, HEIGHT] - 0.5) < 0.499).sum(
+            axis=1
+        ).__eq__(2)
         index = np.flatnonzero(inside)[0]
         normals = node_normals(mesh, index, faces)
         assert len(normals) and np.allclose(normals, expected)
@@ -47,8 +49,12 @@ def test_binary_and_older_formats_read_the_same(tmp_path, bar_file, bar):
         gmsh.write(str(path))
         gmsh.finalize()
         other = read_mesh(path)
-        assert np.array_equal(other.node, bar.node) and np.allclose(other.position, bar.position, atol=1e-15)
-        assert {k: v.tolist() for k, v in other.groups.items()} == {k: v.tolist() for k, v in bar.groups.items()}
+        assert np.array_equal(other.node, bar.node) and np.allclose(
+            other.position, bar.position, atol=1e-15
+        )
+        assert {k: v.tolist() for k, v in other.groups.items()} == {
+            k: v.tolist() for k, v in bar.groups.items()
+        }
 
 
 def test_missing_group_names_the_nearest(bar):
@@ -77,7 +83,9 @@ def _bar_text(bar_file, change):
 def test_coordinate_that_is_not_a_number(tmp_path, bar_file):
     def spoil(lines):
         start = lines.index("$Nodes")
-        row = next(i for i in range(start + 2, len(lines)) if lines[i].count(" ") == 2 and "." in lines[i])
+        row = next(
+            i for i in range(start + 2, len(lines)) if lines[i].count(" ") == 2 and "." in lines[i]
+        )
         lines[row] = "nan 0 0"
         return lines
 
@@ -89,6 +97,7 @@ def test_coordinate_that_is_not_a_number(tmp_path, bar_file):
 
 def test_inverted_cell(tmp_path, bar_file):
     """Swap two nodes of one hexahedron."""
+
     def spoil(lines):
         row = max(i for i, line in enumerate(lines) if line.count(" ") >= 27)
         words = lines[row].split()

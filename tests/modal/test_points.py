@@ -1,4 +1,5 @@
-"""Contact points of a body through its reduction: exact in statics, whether their nodes are masters or not."""
+"""Contact points of a body through its reduction: exact in statics, whether their nodes are masters
+or not."""
 
 from dataclasses import replace
 
@@ -17,13 +18,20 @@ pytest.importorskip("dolfinx")
 def body(bar):
     body = elastic_body(bar, Material(E=207e9, nu=0.3, density=7850.0), "bar", clamp="clamp")
     nodes = bar.group("tip")[:6]
-    share = sp.kron(np.array([[0.2, 0.3, 0.5, 0, 0, 0], [0, 0, 0, 0.1, 0.1, 0.8]]), np.eye(3), format="csr")
-    return replace(body, points=ContactPoints([10**6, 10**6 + 1], np.zeros((2, 3)),
-                                              share @ body.motion_of("bar", nodes)))
+    share = sp.kron(
+        np.array([[0.2, 0.3, 0.5, 0, 0, 0], [0, 0, 0, 0.1, 0.1, 0.8]]), np.eye(3), format="csr"
+    )
+    return replace(
+        body,
+        points=ContactPoints(
+            [10**6, 10**6 + 1], np.zeros((2, 3)), share @ body.motion_of("bar", nodes)
+        ),
+    )
 
 
 def test_motion_of_masters_and_of_the_interior(body, bar):
-    """All nodes of the points masters, or none of them: the full static motion, and that of the recovery."""
+    """All nodes of the points masters, or none of them: the full static motion, and that of the
+    recovery."""
     tip = bar.group("tip")
     load = np.random.default_rng(1).standard_normal((len(tip), 3))
     f = np.zeros(body.dofs)
@@ -48,5 +56,7 @@ def test_bodies_side_by_side(body, bar):
     for part, start in ((one, 0), (two, one.size)):
         name = part.body[0]
         whole = model.motion_of(name, [10**6 + 1]).toarray()
-        assert np.array_equal(whole[:, start:start + part.size], part.motion_of(name, [10**6 + 1]).toarray())
-        assert not np.delete(whole, np.s_[start:start + part.size], axis=1).any()
+        assert np.array_equal(
+            whole[:, start : start + part.size], part.motion_of(name, [10**6 + 1]).toarray()
+        )
+        assert not np.delete(whole, np.s_[start : start + part.size], axis=1).any()

@@ -1,4 +1,5 @@
-"""Shapes of modes with one frequency, turned by a motion: the same for every mixture that a solver may return."""
+"""Shapes of modes with one frequency, turned by a motion: the same for every mixture that a solver
+may return."""
 
 import numpy as np
 import pytest
@@ -12,7 +13,9 @@ def mixed(shapes, seed):
     """Any mixture of the first three and of the last two, and any sign."""
     random, found = np.random.default_rng(seed), shapes.copy()
     for own in (slice(0, 3), slice(3, 4), slice(4, 6)):
-        found[:, own] = shapes[:, own] @ np.linalg.qr(random.normal(size=(own.stop - own.start,) * 2))[0]
+        found[:, own] = (
+            shapes[:, own] @ np.linalg.qr(random.normal(size=(own.stop - own.start,) * 2))[0]
+        )
     return found
 
 
@@ -22,10 +25,19 @@ def test_every_mixture_gives_the_same(seed):
     shapes, row = np.linalg.qr(random.normal(size=(8, 6)))[0], random.normal(size=8)
     one, two = turned(HZ, shapes, row), turned(HZ, mixed(shapes, seed), row)
     assert two.T @ two == pytest.approx(np.eye(6), abs=1e-14)
-    for k in (0, 3, 4):                     # the first of each set is its share of the row
+    for k in (0, 3, 4):  # the first of each set is its share of the row
         assert two[:, k] == pytest.approx(one[:, k], abs=1e-14)
-    assert row @ two == pytest.approx([np.linalg.norm(row @ shapes[:, :3]), 0, 0, abs(row @ shapes[:, 3]),
-                                       np.linalg.norm(row @ shapes[:, 4:]), 0], abs=1e-14)
+    assert row @ two == pytest.approx(
+        [
+            np.linalg.norm(row @ shapes[:, :3]),
+            0,
+            0,
+            abs(row @ shapes[:, 3]),
+            np.linalg.norm(row @ shapes[:, 4:]),
+            0,
+        ],
+        abs=1e-14,
+    )
 
 
 def test_modes_that_do_not_move_stay():

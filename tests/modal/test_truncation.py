@@ -1,4 +1,5 @@
-"""The bound of the reduction error: never below the true error, and near it where the error is small."""
+"""The bound of the reduction error: never below the true error, and near it where the error is
+small."""
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from .random_bodies import random_body
 
 
 def body_of(seed, name="body"):
-    """A random body on a line, every dof an x displacement of a node of its own; held by a spring."""
+    """A random body on a line, every dof an x displacement of a node of its own; held by a
+    spring."""
     K, M, _ = random_body(seed)
     n = np.arange(K.shape[0])
     return Body.from_matrices(name, K, M, n + 1, np.column_stack([n, 0 * n, 0 * n]), n, 0 * n)
@@ -31,19 +33,22 @@ def test_bound_holds_and_is_tight(seed, modes):
     bodies = [body_of(seed, "one"), body_of(seed + 30, "two")]
     masters = np.array([1, 5, 9, 20])
     parts = [craig_bampton(b, masters, modes) for b in bodies]
-    model, truncation = assemble(*(p.model for p in parts)), join(*(p.truncation for p in parts))
+    model = assemble(*(p.model for p in parts))
+    truncation = join(*(p.truncation for p in parts))
     one, two = bodies
     K = sl.block_diag(one.K.toarray(), two.K.toarray())
     M = sl.block_diag(one.M.toarray(), two.M.toarray())
     k, stiff = 3e6, model.K.copy()
     for node in masters:
-        for A, i, j in ((K, node - 1, one.dofs + node - 1),
-                        (stiff, model.dofs("one", node)[0], model.dofs("two", node)[0])):
+        for A, i, j in (
+            (K, node - 1, one.dofs + node - 1),
+            (stiff, model.dofs("one", node)[0], model.dofs("two", node)[0]),
+        ):
             A[np.ix_([i, j], [i, j])] += k * np.array([[1, -1], [-1, 1]])
     omega = frequencies(stiff, model.M, min(15, model.size))
     exact = frequencies(K, M, len(omega))
     true, bound = omega / exact - 1, error_bound(stiff, model.M, truncation, omega)
-    assert (bound >= true - rounding(K, M, exact)).all()      # the full pencil is rounded too
+    assert (bound >= true - rounding(K, M, exact)).all()  # the full pencil is rounded too
     small = (true < 0.01) & (true > 1e-8) & (omega < 0.5 * truncation.omega.min())
     assert small.sum() >= (modes > 10) * 2 and (bound[small] < 1.5 * true[small]).all()
 
@@ -54,7 +59,8 @@ def test_fewer_modes_are_the_reduction_with_fewer_modes():
     cut = many.fewer(9)
     for name in ("K", "M"):
         a, b = getattr(cut.model, name), getattr(few.model, name)
-        assert np.abs(np.abs(a) - np.abs(b)).max() < 1e-6 * np.abs(b).max()  # signs of modes are free
+        # signs of modes are free
+        assert np.abs(np.abs(a) - np.abs(b)).max() < 1e-6 * np.abs(b).max()
     assert cut.truncation.G[0] == pytest.approx(few.truncation.G[0], rel=1e-6)
     assert cut.omega[-1] <= few.truncation.omega[0] <= cut.truncation.omega[0] * (1 + 1e-9)
     with pytest.raises(InputError, match="the reduction holds 30"):
@@ -92,15 +98,19 @@ def test_all_modes_leave_nothing_out(tmp_path):
 
 
 def test_load_modes_make_interior_loads_exact_in_statics():
-    """Displacement under an interior load on the whole body; without the load mode it is the masters' alone."""
+    """Displacement under an interior load on the whole body; without the load mode it is the
+    masters' alone."""
     body = body_of(2)
     load = ([100, 101], np.array([[3.0, 0, 0], [-1.0, 0, 0]]))
     f = np.zeros(body.dofs)
     f[[99, 100]] = 3, -1
     exact = np.linalg.solve(body.K.toarray(), f)
-    w = 0.5 * np.sqrt(sl.eigh(body.K.toarray(), body.M.toarray(), subset_by_index=(0, 0), eigvals_only=True)[0])
+    w = 0.5 * np.sqrt(
+        sl.eigh(body.K.toarray(), body.M.toarray(), subset_by_index=(0, 0), eigvals_only=True)[0]
+    )
     error, dynamic = {}, {}
-    for loads in ((), [load], [load, load, ([1], np.array([[1.0, 0, 0]]))]):  # repeated, and on a master: nothing new
+    # repeated, and on a master: nothing new
+    for loads in ((), [load], [load, load, ([1], np.array([[1.0, 0, 0]]))]):
         reduction = craig_bampton(body, [1, 7], 10, loads=loads)
         K, M = reduction.model.K, reduction.model.M
         u = reduction.recover(np.linalg.solve(K, reduction.condense(*load)))[:, 0]
@@ -115,7 +125,9 @@ def test_load_modes_make_interior_loads_exact_in_statics():
 
 def test_mixed_modes_and_load_modes_are_orthonormal():
     body = body_of(5)
-    reduction = craig_bampton(body, [1], 6, loads=[([50], np.array([[1.0, 0, 0]])), ([90], np.array([[1.0, 0, 0]]))])
+    reduction = craig_bampton(
+        body, [1], 6, loads=[([50], np.array([[1.0, 0, 0]])), ([90], np.array([[1.0, 0, 0]]))]
+    )
     Phi, inner = reduction.Phi, reduction.interior
     assert Phi.T @ body.M[inner][:, inner] @ Phi == pytest.approx(np.eye(8), abs=1e-8)
     K = Phi.T @ body.K[inner][:, inner] @ Phi

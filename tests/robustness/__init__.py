@@ -1,4 +1,5 @@
-"""Bad inputs and faults: the catalogue of tests/reference/robustness/bad-inputs.md, row by row, and what is like it.
+"""Bad inputs and faults: the catalogue of tests/reference/robustness/bad-inputs.md, row by row, and
+what is like it.
 
-    python -m tests.robustness [--out docs/reliability.md]     every row, and the page that says what was answered
-"""
+python -m tests.robustness [--out docs/reliability.md]     every row, and the page that says what
+was answered"""

@@ -2,8 +2,8 @@
 
     python -m tests.robustness.flips [--count 300] [--seed 7]
 
-After each flip the command is given again: it stops in one line, makes what is damaged anew, or the results that it
-leaves are those of before.
+After each flip the command is given again: it stops in one line, makes what is damaged anew, or the
+results that it leaves are those of before.
 """
 
 import argparse
@@ -22,11 +22,15 @@ VERBS = ("inspect", "reduce", "preload", "tune", "respond", "cycles")
 
 def numbers(folder: Path) -> dict[str, str]:
     """What a study found, without durations."""
+
     def plain(value):
         if isinstance(value, dict):
             return {k: plain(v) for k, v in value.items() if k != "seconds"}
         return [plain(v) for v in value] if isinstance(value, list) else value
-    return {p.name: json.dumps(plain(json.loads(p.read_bytes()))) for p in sorted(folder.glob("*.json"))}
+
+    return {
+        p.name: json.dumps(plain(json.loads(p.read_bytes()))) for p in sorted(folder.glob("*.json"))
+    }
 
 
 def run(study) -> list:
@@ -52,10 +56,16 @@ def one_flip(study: Path, whole: Path, intact: dict, rng: np.random.Generator) -
     text = "".join(one.out + one.err for one in said)
     assert "Traceback" not in text, (chosen, text)
     if said[-1].code:
-        assert said[-1].code == 2 and said[-1].err.strip().splitlines()[-1].startswith("tipdamp: "), (chosen, said[-1])
+        assert said[-1].code == 2 and said[-1].err.strip().splitlines()[-1].startswith(
+            "tipdamp: "
+        ), (chosen, said[-1])
         return "stopped"
     assert numbers(folder) == intact, chosen
-    again = "counts as not run" in text or "made anew" in text or any("up to date" not in one.out for one in said)
+    again = (
+        "counts as not run" in text
+        or "made anew" in text
+        or any("up to date" not in one.out for one in said)
+    )
     return "made anew" if again else "harmless"
 
 
@@ -78,7 +88,9 @@ def main():
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
         found = flips(asked.count, asked.seed, Path(place))
-    counts.keep("bit flips in a results folder", seed=asked.seed, flips=asked.count, **found, unseen=0)
+    counts.keep(
+        "bit flips in a results folder", seed=asked.seed, flips=asked.count, **found, unseen=0
+    )
 
 
 if __name__ == "__main__":

@@ -1,9 +1,11 @@
-"""Mutated study files and meshes, seeded: read, or refused in one line; no traceback, no hang, no wrong run.
+"""Mutated study files and meshes, seeded: read, or refused in one line; no traceback, no hang, no
+wrong run.
 
     python -m tests.robustness.fuzz [--studies 2000] [--meshes 500] [--seed 1]
 
-A study is changed in its text, by letters or by whole values, and runs as far as the preload with matrices and as far
-as the pairs with meshes. What is accepted leaves finite results in which the forces balance the pull.
+A study is changed in its text, by letters or by whole values, and runs as far as the preload with
+matrices and as far as the pairs with meshes. What is accepted leaves finite results in which the
+forces balance the pull.
 """
 
 import argparse
@@ -25,10 +27,36 @@ from tests.tipdamp.rig_study import CHAIN
 from tipdamp.hbm.errors import InputError
 from tipdamp.readers.dispatch import read_mesh
 
-HANG = 10          # s
-VALUES = ("0", "-1", "1e300", "1e-300", "nan", "inf", "true", '"x"', "[]", "[1]", "[[1, 2], [3, 4]]", "{}", "1.5",
-          "-0.0", "10000000000000000000000", "[0, 0, 0]", '["a", "b"]', '"\\u0000"', '""', "0,5", "2026-01-01",
-          '"../x"', "1e-12", '"=1+1"', "[1e999, 0]", "99", "[1, 2, 3]")
+HANG = 10  # s
+VALUES = (
+    "0",
+    "-1",
+    "1e300",
+    "1e-300",
+    "nan",
+    "inf",
+    "true",
+    '"x"',
+    "[]",
+    "[1]",
+    "[[1, 2], [3, 4]]",
+    "{}",
+    "1.5",
+    "-0.0",
+    "10000000000000000000000",
+    "[0, 0, 0]",
+    '["a", "b"]',
+    '"\\u0000"',
+    '""',
+    "0,5",
+    "2026-01-01",
+    '"../x"',
+    "1e-12",
+    '"=1+1"',
+    "[1e999, 0]",
+    "99",
+    "[1, 2, 3]",
+)
 LETTERS = list("0123456789.,=[]{}\"'#-+eE_\n\\ \tabxyz\u00e4\u2028\x00\x1b")
 
 
@@ -39,8 +67,10 @@ class Hang(Exception):
 @contextmanager
 def within(seconds: int):
     """Hang where the block takes longer."""
+
     def late(*_):
         raise Hang
+
     before = signal.signal(signal.SIGALRM, late)
     signal.alarm(seconds)
     try:
@@ -54,20 +84,25 @@ def mutated(text: str, rng: np.random.Generator) -> str:
     """The text of a study with one to three changes."""
     for _ in range(rng.choice([1, 1, 1, 2, 3])):
         lines = text.splitlines()
-        i, kind = int(rng.integers(len(lines))), rng.choice(6, p=(0.4, 0.05, 0.1, 0.35, 0.05, 0.05))
-        if kind == 0 and "=" in lines[i]:                             # another value
+        i = int(rng.integers(len(lines)))
+        kind = rng.choice(6, p=(0.4, 0.05, 0.1, 0.35, 0.05, 0.05))
+        if kind == 0 and "=" in lines[i]:  # another value
             lines[i] = lines[i].split("=")[0] + "= " + VALUES[rng.integers(len(VALUES))]
-        elif kind == 1:                                               # a line twice, or elsewhere
+        elif kind == 1:  # a line twice, or elsewhere
             lines.insert(int(rng.integers(len(lines))), lines[i])
         elif kind == 2:
             del lines[i]
-        elif kind == 3 and any(map(str.isdigit, lines[i])):           # another digit
+        elif kind == 3 and any(map(str.isdigit, lines[i])):  # another digit
             at = [k for k, c in enumerate(lines[i]) if c.isdigit()]
             k = at[rng.integers(len(at))]
-            lines[i] = lines[i][:k] + str(rng.integers(10)) + lines[i][k + 1:]
-        else:                                                         # letters
+            lines[i] = lines[i][:k] + str(rng.integers(10)) + lines[i][k + 1 :]
+        else:  # letters
             k = int(rng.integers(len(lines[i]) + 1))
-            lines[i] = lines[i][:k] + LETTERS[rng.integers(len(LETTERS))] + lines[i][k + int(rng.integers(2)):]
+            lines[i] = (
+                lines[i][:k]
+                + LETTERS[rng.integers(len(LETTERS))]
+                + lines[i][k + int(rng.integers(2)) :]
+            )
         text = "\n".join(lines) + "\n"
     return text
 
@@ -115,8 +150,10 @@ def studies(count: int, seed: int, place: Path) -> dict[str, int]:
         try:
             found[outcome(study, verbs)] += 1
         except (Exception, Hang) as error:
-            raise AssertionError(f"study {i} of seed {seed}: {type(error).__name__}: {error}\n"
-                                 f"{study.read_text(errors='replace')}") from error
+            raise AssertionError(
+                f"study {i} of seed {seed}: {type(error).__name__}: {error}\n"
+                f"{study.read_text(errors='replace')}"
+            ) from error
     return found
 
 
@@ -128,11 +165,13 @@ def damaged(data: bytes, rng: np.random.Generator) -> bytes:
         if kind == 0:
             data[at] = int(rng.integers(256))
         elif kind == 1:
-            del data[at:at + int(rng.integers(1, 60))]
+            del data[at : at + int(rng.integers(1, 60))]
         elif kind == 2:
-            data[at:at] = bytes(rng.choice(list(b"0123456789,-*$.\n eE+"), size=int(rng.integers(1, 12))).tolist())
+            data[at:at] = bytes(
+                rng.choice(list(b"0123456789,-*$.\n eE+"), size=int(rng.integers(1, 12))).tolist()
+            )
         elif kind == 3:
-            data[at:at] = data[at:at + int(rng.integers(1, 200))]
+            data[at:at] = data[at : at + int(rng.integers(1, 200))]
         elif rng.random() < 0.2:
             del data[at:]
         data = data or bytearray(b"x")
@@ -140,23 +179,31 @@ def damaged(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def read(path: Path) -> str:
-    """'refused' or 'ran' of a mesh alone, where the writers of the tests know no groups of a study."""
+    """'refused' or 'ran' of a mesh alone, where the writers of the tests know no groups of a
+    study."""
     try:
         with within(HANG):
             mesh = read_mesh(path)
     except InputError as error:
         assert str(error).isprintable(), error
         return "refused"
-    assert np.isfinite(mesh.position).all() and all(cells.max() < len(mesh.node) for cells in mesh.cells.values())
+    assert np.isfinite(mesh.position).all() and all(
+        cells.max() < len(mesh.node) for cells in mesh.cells.values()
+    )
     return "ran"
 
 
 def meshes(count: int, seed: int, place: Path) -> dict[str, int]:
-    """{outcome: how many} of damaged meshes of the four readers, through `inspect`; groups as the study wants them."""
+    """{outcome: how many} of damaged meshes of the four readers, through `inspect`; groups as the
+    study wants them."""
     found = {"refused": 0, "not solved": 0, "ran": 0}
     ends = list(WRITTEN)
-    whole = {end: write(block("hexahedron20", (2, 1, 1)) if end in (".cdb", ".bdf") else corner_study.damper()).encode()
-             for end, write in {**WRITTEN, ".inp": mesh_texts.plain}.items()}
+    whole = {
+        end: write(
+            block("hexahedron20", (2, 1, 1)) if end in (".cdb", ".bdf") else corner_study.damper()
+        ).encode()
+        for end, write in {**WRITTEN, ".inp": mesh_texts.plain}.items()
+    }
     for i in range(count):
         rng, folder = np.random.default_rng([seed, i]), place / f"m{i}"
         folder.mkdir()
@@ -164,9 +211,15 @@ def meshes(count: int, seed: int, place: Path) -> dict[str, int]:
         study = corner(folder, ('"damper.inp"', f'"damaged{end}"'))
         (folder / f"damaged{end}").write_bytes(damaged(whole[end], rng))
         try:
-            found[outcome(study, ("inspect",)) if end in (".msh", ".inp") else read(folder / f"damaged{end}")] += 1
+            found[
+                outcome(study, ("inspect",))
+                if end in (".msh", ".inp")
+                else read(folder / f"damaged{end}")
+            ] += 1
         except (Exception, Hang) as error:
-            raise AssertionError(f"mesh {i} of seed {seed} ({end}): {type(error).__name__}: {error}") from error
+            raise AssertionError(
+                f"mesh {i} of seed {seed} ({end}): {type(error).__name__}: {error}"
+            ) from error
     return found
 
 
@@ -178,11 +231,23 @@ def main():
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
         if asked.studies:
-            counts.keep("mutated study files", seed=asked.seed, files=asked.studies,
-                        **studies(asked.studies, asked.seed, Path(place)), tracebacks=0, hangs=0)
+            counts.keep(
+                "mutated study files",
+                seed=asked.seed,
+                files=asked.studies,
+                **studies(asked.studies, asked.seed, Path(place)),
+                tracebacks=0,
+                hangs=0,
+            )
         if asked.meshes:
-            counts.keep("mutated meshes", seed=asked.seed, files=asked.meshes,
-                        **meshes(asked.meshes, asked.seed, Path(place)), tracebacks=0, hangs=0)
+            counts.keep(
+                "mutated meshes",
+                seed=asked.seed,
+                files=asked.meshes,
+                **meshes(asked.meshes, asked.seed, Path(place)),
+                tracebacks=0,
+                hangs=0,
+            )
 
 
 if __name__ == "__main__":

@@ -47,12 +47,17 @@ def tagged(folder):
 def outside(folder):
     (folder / "theirs").mkdir()
     (folder / "mine.inp").write_text("precious")
-    study = corner(folder / "theirs", ('"blades.inp"', '"../../../../../../../../../etc/passwd.inp"'))
+    study = corner(
+        folder / "theirs", ('"blades.inp"', '"../../../../../../../../../etc/passwd.inp"')
+    )
     yield refused(study, "no such file")
     study = corner(folder / "theirs", ('"blades.inp"', '"../blades.inp"'))
     shutil.move(folder / "theirs" / "blades.inp", folder / "blades.inp")
     said = accepted(study)
-    assert f"[blades] mesh is read from outside the study's folder: {folder / 'blades.inp'}" in said.err
+    assert (
+        f"[blades] mesh is read from outside the study's folder: {folder / 'blades.inp'}"
+        in said.err
+    )
     yield "read and named: " + said.err.strip().replace(str(folder) + "/", "")
     for place in ("../../elsewhere", "/tmp/elsewhere", "link/results"):
         study = chain(folder / "theirs")
@@ -67,7 +72,9 @@ def outside(folder):
 def expressions(folder):
     code = f"__import__('os').system('touch {folder}/ran')"
     yield refused(chain(folder, ("pull = 60", f'pull = "{code}"')), "pull = .*: must be a number")
-    yield refused(chain(folder, ("levels = [5]", f'levels = ["{code}"]')), "levels = .*: must be a number")
+    yield refused(
+        chain(folder, ("levels = [5]", f'levels = ["{code}"]')), "levels = .*: must be a number"
+    )
     yield refused(chain(folder, add=f'[loads.a]\npull = "{{{{ {code} }}}}"\n'), "must be a number")
     assert not (folder / "ran").exists()
 
@@ -75,7 +82,9 @@ def expressions(folder):
 @row("92", "formulas in CSV cells", "E, S")
 def formulas(folder):
     study = corner(folder, ("[contact.one]", '[contact."=cmd|x"]'))
-    yield refused(study, r"side '=cmd\|x': must be a printable name that does not begin with = \+ - @")
+    yield refused(
+        study, r"side '=cmd\|x': must be a printable name that does not begin with = \+ - @"
+    )
     study = chain(folder)
     path = folder / "pairs.csv"
     path.write_text(path.read_text().replace("left", "=1+1"))
@@ -87,7 +96,9 @@ def formulas(folder):
 
 @row("93", "newlines and escapes in names", "S")
 def escapes(folder):
-    study = chain(folder, ("direction = ", 'patches = ["a\\u001b[31m\\nroot: done", "b"]\ndirection = '))
+    study = chain(
+        folder, ("direction = ", 'patches = ["a\\u001b[31m\\nroot: done", "b"]\ndirection = ')
+    )
     said = [tipdamp(verb, study, "--quiet") for verb in ("inspect", "reduce")]
     text = "".join(one.out + one.err for one in said)
     assert said[-1].code == 2 and "\x1b" not in text and "\nroot" not in text, text
@@ -101,8 +112,14 @@ def petscrc(folder):
     (folder / ".petscrc").write_text("-on_error_attach_debugger\n-log_view\n-ksp_type gmres\n")
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "PETSC_OPTIONS": "-log_view"}
     for verb in ("inspect", "reduce", "preload"):
-        done = subprocess.run([sys.executable, "-m", "tipdamp", verb, study.name, "--quiet"], cwd=folder, text=True,
-                              capture_output=True, env=environment, timeout=100)
+        done = subprocess.run(
+            [sys.executable, "-m", "tipdamp", verb, study.name, "--quiet"],
+            cwd=folder,
+            text=True,
+            capture_output=True,
+            env=environment,
+            timeout=100,
+        )
         assert done.returncode == 0 and "PETSc Performance" not in done.stdout + done.stderr, done
     yield "neither it nor PETSC_OPTIONS is read"
 
@@ -132,7 +149,12 @@ def names_in_a_page(folder):
     name = "</script><img src=x onerror=alert(1)>"
     mesh = corner_study.damper()
     mesh.groups[name] = mesh.groups["face_x"]
-    study = corner(folder, ("[material]", f"title = '{name}'\n[material]"), ('"load"', f"'{name}'"), damper_mesh=mesh)
+    study = corner(
+        folder,
+        ("[material]", f"title = '{name}'\n[material]"),
+        ('"load"', f"'{name}'"),
+        damper_mesh=mesh,
+    )
     for verb in ("inspect", "reduce", "preload", "report"):
         accepted(study, verb)
     for page in ("inspect.html", "report.html"):

@@ -1,10 +1,12 @@
-"""SIGKILL at random moments of a whole run, which is then resumed: the same numbers, nothing finished made again.
+"""SIGKILL at random moments of a whole run, which is then resumed: the same numbers, nothing
+finished made again.
 
     python -m tests.robustness.kills [--count 100] [--slow 15]
 
-A study with meshes passes through every stage; most of the kills are aimed at a stage that is still to come, so that
-the short ones are hit too. The kills of `--slow` come while one long curve runs: what of it is lost is the time since
-its last block. The processes of a pool end with the one that is killed.
+A study with meshes passes through every stage; most of the kills are aimed at a stage that is still
+to come, so that the short ones are hit too. The kills of `--slow` come while one long curve runs:
+what of it is lost is the time since its last block. The processes of a pool end with the one that
+is killed.
 """
 
 import argparse
@@ -29,11 +31,18 @@ from tests.tipdamp import corner_study
 from tipdamp.hbm.result import ForcedResponse
 
 STAGES = "inspect", "reduce", "preload", "tune", "respond", "cycles", "stress", "report"
-EVERY = (("levels = [2]", "levels = [2, 3, 5]"), ("harmonics = [1]", "harmonics = [3]"),
-         ("both_ways = false", "both_ways = true\nstress = true"))
-LONG = (("levels = [5]", "levels = [40]"), ("harmonics = [1]", "harmonics = [19]"), ("[900, 1400]", "[300, 2400]"))
-AGAIN = 0.6              # chance that a resumed run is killed once more
-PATIENCE = 300.0         # s for a run that is left alone
+EVERY = (
+    ("levels = [2]", "levels = [2, 3, 5]"),
+    ("harmonics = [1]", "harmonics = [3]"),
+    ("both_ways = false", "both_ways = true\nstress = true"),
+)
+LONG = (
+    ("levels = [5]", "levels = [40]"),
+    ("harmonics = [1]", "harmonics = [19]"),
+    ("[900, 1400]", "[300, 2400]"),
+)
+AGAIN = 0.6  # chance that a resumed run is killed once more
+PATIENCE = 300.0  # s for a run that is left alone
 
 
 @dataclass
@@ -60,8 +69,13 @@ def one_long_curve(folder: Path) -> Path:
 def start(study: Path, jobs: int) -> subprocess.Popen:
     """`tipdamp run`; what it says goes into a file beside the study."""
     with (study.parent / "said.txt").open("w") as said:
-        return subprocess.Popen([sys.executable, "-m", "tipdamp", "run", study.name, "--quiet", "--jobs", str(jobs)],
-                                cwd=study.parent, stdout=said, stderr=said, env=environment())
+        return subprocess.Popen(
+            [sys.executable, "-m", "tipdamp", "run", study.name, "--quiet", "--jobs", str(jobs)],
+            cwd=study.parent,
+            stdout=said,
+            stderr=said,
+            env=environment(),
+        )
 
 
 def results(study: Path) -> Path:
@@ -78,17 +92,26 @@ def curves(study: Path) -> dict[str, Path]:
 
 
 def difference(one: Path, two: Path) -> float:
-    """Largest relative difference of the curves of two runs; their other results must not differ at all."""
+    """Largest relative difference of the curves of two runs; their other results must not differ at
+    all."""
     assert numbers(results(one)) == numbers(results(two))
-    pairs = [(ForcedResponse.load(path), ForcedResponse.load(curves(two)[name])) for name, path in curves(one).items()]
+    pairs = [
+        (ForcedResponse.load(path), ForcedResponse.load(curves(two)[name]))
+        for name, path in curves(one).items()
+    ]
     assert pairs and curves(one).keys() == curves(two).keys()
-    arrays = [(getattr(a, n), getattr(b, n)) for a, b in pairs for n in ("frequency", "harmonics", "dissipated")]
+    arrays = [
+        (getattr(a, n), getattr(b, n))
+        for a, b in pairs
+        for n in ("frequency", "harmonics", "dissipated")
+    ]
     return max(float(np.nanmax(np.abs(a - b)) / (np.nanmax(np.abs(a)) or 1.0)) for a, b in arrays)
 
 
 @dataclass(frozen=True)
 class Undisturbed:
-    """A run that is left alone: {stage: s}, exit code, and the chance that a kill of others is aimed at a stage."""
+    """A run that is left alone: {stage: s}, exit code, and the chance that a kill of others is
+    aimed at a stage."""
 
     study: Path
     took: dict[str, float]
@@ -122,7 +145,9 @@ def kill(process: subprocess.Popen, study: Path, after: str | None, seconds: flo
     return True
 
 
-def killed_and_resumed(study: Path, whole: Undisturbed, rng: np.random.Generator, jobs: int, tally: Tally) -> None:
+def killed_and_resumed(
+    study: Path, whole: Undisturbed, rng: np.random.Generator, jobs: int, tally: Tally
+) -> None:
     """Kill runs of a study, and leave the last one alone."""
     while True:
         before, began, process = finished(study), time.time(), start(study, jobs)
@@ -132,7 +157,9 @@ def killed_and_resumed(study: Path, whole: Undisturbed, rng: np.random.Generator
         tally.kills += killed
         tally.stages[stage] += killed
         if killed and stage == "respond":
-            tally.lost.append(time.time() - max(began, *_times(study, "tune.json"), *_times(study, "Fe_*")))
+            tally.lost.append(
+                time.time() - max(began, *_times(study, "tune.json"), *_times(study, "Fe_*"))
+            )
         ended = process.wait(PATIENCE)
         tally.repeated += sum(now.get(name) != at for name, at in before.items())
         if not killed:
@@ -140,7 +167,9 @@ def killed_and_resumed(study: Path, whole: Undisturbed, rng: np.random.Generator
             tally.not_resumed += ended != whole.code or "Traceback" in said
             assert ended == whole.code and "Traceback" not in said, said
             return
-        print(tally.kills, dict(tally.stages), f"lost {max(tally.lost, default=0):.1f} s", flush=True)
+        print(
+            tally.kills, dict(tally.stages), f"lost {max(tally.lost, default=0):.1f} s", flush=True
+        )
 
 
 def _times(study, pattern):
@@ -149,13 +178,20 @@ def _times(study, pattern):
 
 def kills(make, count: int, place: Path, tally: Tally, seed: int, aimed: float) -> float:
     """Kill `count` runs of studies; the largest difference from an undisturbed one."""
+
     def made(name):
         (place / name).mkdir(parents=True)
         return make(place / name)
 
-    whole, worst, i, until = made("whole"), 0.0, 0, tally.kills + count
+    whole = made("whole")
+    worst = 0.0
+    i = 0
+    until = tally.kills + count
     code = start(whole, 1).wait()
-    took = {s: json.loads((results(whole) / ".stages" / f"{s}.json").read_bytes())["seconds"] for s in finished(whole)}
+    took = {
+        s: json.loads((results(whole) / ".stages" / f"{s}.json").read_bytes())["seconds"]
+        for s in finished(whole)
+    }
     undisturbed = Undisturbed(whole, took, code, aimed)
     while tally.kills < until:
         i += 1
@@ -173,12 +209,29 @@ def main():
     parser.add_argument("--seed", type=int, default=11)
     asked, tally = parser.parse_args(), Tally()
     with tempfile.TemporaryDirectory() as place:
-        worst = max(kills(one_long_curve, asked.slow, Path(place) / "long", tally, asked.seed, 0.0),
-                    kills(with_meshes, asked.count - asked.slow, Path(place) / "meshes", tally, asked.seed + 1, 0.8))
-    hit = ", ".join(f"{stage} {tally.stages[stage]}" for stage in (*STAGES, "end") if tally.stages[stage])
-    counts.keep("SIGKILL over tipdamp run", kills=tally.kills, while_it_ran=hit,
-                not_resumed=tally.not_resumed, finished_stages_or_curves_made_again=tally.repeated,
-                largest_difference=worst, most_lost_of_a_running_curve_s=round(max(tally.lost), 1))
+        worst = max(
+            kills(one_long_curve, asked.slow, Path(place) / "long", tally, asked.seed, 0.0),
+            kills(
+                with_meshes,
+                asked.count - asked.slow,
+                Path(place) / "meshes",
+                tally,
+                asked.seed + 1,
+                0.8,
+            ),
+        )
+    hit = ", ".join(
+        f"{stage} {tally.stages[stage]}" for stage in (*STAGES, "end") if tally.stages[stage]
+    )
+    counts.keep(
+        "SIGKILL over tipdamp run",
+        kills=tally.kills,
+        while_it_ran=hit,
+        not_resumed=tally.not_resumed,
+        finished_stages_or_curves_made_again=tally.repeated,
+        largest_difference=worst,
+        most_lost_of_a_running_curve_s=round(max(tally.lost), 1),
+    )
     assert tally.repeated == 0 and worst <= 1e-12 and max(tally.lost) <= 10.0
 
 

@@ -1,4 +1,5 @@
-"""A. Mesh files, read through the whole command line; each reader by itself is held in tests/tipdamp/test_bad_*.py."""
+"""A. Mesh files, read through the whole command line; each reader by itself is held in
+tests/tipdamp/test_bad_*.py."""
 
 import contextlib
 import os
@@ -14,8 +15,12 @@ from tests.tipdamp.bad_meshes import WRITERS
 from tipdamp.modal import memory
 from tipdamp.modal.mesh import Mesh
 
-WRITTEN = {".msh": mesh_texts.gmsh_text, ".inp": mesh_texts.abaqus_flat, ".cdb": mesh_texts.ansys,
-           ".bdf": mesh_texts.nastran}
+WRITTEN = {
+    ".msh": mesh_texts.gmsh_text,
+    ".inp": mesh_texts.abaqus_flat,
+    ".cdb": mesh_texts.ansys,
+    ".bdf": mesh_texts.nastran,
+}
 
 
 def other_mesh(folder, name, data):
@@ -28,10 +33,13 @@ def other_mesh(folder, name, data):
 
 @row("1", "file missing, a directory, not readable", "E")
 def absent(folder):
-    yield refused(other_mesh(folder, "none.msh", None), r"\[blades\] mesh = 'none.msh'.*no such file.*looked for in /")
+    yield refused(
+        other_mesh(folder, "none.msh", None),
+        r"\[blades\] mesh = 'none.msh'.*no such file.*looked for in /",
+    )
     (folder / "dir.msh").mkdir()
     yield refused(other_mesh(folder, "dir.msh", None), "is a folder")
-    (folder / "io.msh").symlink_to("/proc/self/mem")                # opens, and cannot be read
+    (folder / "io.msh").symlink_to("/proc/self/mem")  # opens, and cannot be read
     yield refused(other_mesh(folder, "io.msh", None), "io.msh: Input/output error", code=4)
     os.mkfifo(folder / "pipe.msh")
     yield refused(other_mesh(folder, "pipe.msh", None), "pipe.msh.* is not a file")
@@ -47,7 +55,9 @@ def empty(folder):
 def truncated(folder):
     for end, write in WRITTEN.items():
         text = write(block("hexahedron", (2, 1, 1)))
-        yield refused(other_mesh(folder, f"cut{end}", text[:int(0.7 * len(text)) + 3].encode()), f"cut{end}")
+        yield refused(
+            other_mesh(folder, f"cut{end}", text[: int(0.7 * len(text)) + 3].encode()), f"cut{end}"
+        )
 
 
 @row("4", "NaN or inf coordinate", "E")
@@ -55,7 +65,10 @@ def not_finite(folder):
     for value in (np.nan, np.inf):
         mesh = corner_study.blades()
         mesh.position[7, 2] = value
-        yield refused(corner(folder, blade_mesh=mesh), r"node \d+ has a coordinate that is not a finite number")
+        yield refused(
+            corner(folder, blade_mesh=mesh),
+            r"node \d+ has a coordinate that is not a finite number",
+        )
 
 
 @row("5", "element refers to a node that does not exist", "E")
@@ -70,7 +83,9 @@ def absent_node(folder):
 def inverted(folder):
     mesh = corner_study.blades()
     mesh.cells["hexahedron"][3] = mesh.cells["hexahedron"][3][[4, 5, 6, 7, 0, 1, 2, 3]]
-    yield warned(corner(folder, blade_mesh=mesh), "1 hexahedron cells were numbered inside out .* elements 4")
+    yield warned(
+        corner(folder, blade_mesh=mesh), "1 hexahedron cells were numbered inside out .* elements 4"
+    )
 
 
 @row("7", "zero volume, or a node twice in an element", "E")
@@ -80,7 +95,9 @@ def flat(folder):
     yield refused(corner(folder, blade_mesh=mesh), "name a node twice .*: elements 3")
     mesh = corner_study.blades()
     mesh.position[:27, 0] = 0.01
-    yield refused(corner(folder, blade_mesh=mesh), r"inverted or flat \(smallest Jacobian .*elements 1,")
+    yield refused(
+        corner(folder, blade_mesh=mesh), r"inverted or flat \(smallest Jacobian .*elements 1,"
+    )
 
 
 @row("9", "negative node count", "E")
@@ -91,14 +108,20 @@ def negative_count(folder):
         first, rest = tail.split("\n", 1)
         fields = first.split()
         fields[1 if version == "4.1" else 0] = "-27"
-        yield refused(other_mesh(folder, "b.msh", "\n".join([head + "$Nodes", " ".join(fields), rest]).encode()),
-                      "b.msh: .Nodes.*(negative|says -27)")
+        yield refused(
+            other_mesh(
+                folder, "b.msh", "\n".join([head + "$Nodes", " ".join(fields), rest]).encode()
+            ),
+            "b.msh: .Nodes.*(negative|says -27)",
+        )
 
 
 @row("10", "physical group missing or misspelt", "E")
 def misspelt(folder):
-    yield refused(corner(folder, ('"clamp_one"', '"clmp_one"')),
-                  "no group 'clmp_one'; did you mean 'clamp_one'.*valid: .*touch_two")
+    yield refused(
+        corner(folder, ('"clamp_one"', '"clmp_one"')),
+        "no group 'clmp_one'; did you mean 'clamp_one'.*valid: .*touch_two",
+    )
 
 
 @row("11", "group empty, or of the wrong dimension", "E")
@@ -106,7 +129,9 @@ def empty_group(folder):
     mesh = corner_study.blades()
     mesh.groups["clamp_one"] = mesh.groups["clamp_one"][:0]
     yield refused(corner(folder, blade_mesh=mesh), "clamp_one")
-    study = corner(folder, ('damper = "face_x"', 'damper = "solid"'), ('"damper.inp"', '"damper.msh"'))
+    study = corner(
+        folder, ('damper = "face_x"', 'damper = "solid"'), ('"damper.inp"', '"damper.msh"')
+    )
     mesh = corner_study.damper()
     (folder / "damper.msh").write_text(mesh_texts.gmsh_text(mesh))
     yield refused(study, "'solid'.*27 nodes.*volume|'solid'.*volume")
@@ -116,16 +141,22 @@ def empty_group(folder):
 def millimetres(folder):
     mesh = {"blade_mesh": corner_study.blades(), "damper_mesh": corner_study.damper()}
     large = {name: replace(m, position=1e3 * m.position) for name, m in mesh.items()}
-    yield warned(corner(folder, ("mu = 0.3", "mu = 0.3\ntolerance = 1e-3"), **large), "factor of 1000")
+    yield warned(
+        corner(folder, ("mu = 0.3", "mu = 0.3\ntolerance = 1e-3"), **large), "factor of 1000"
+    )
 
 
 @row("14", "two disconnected bodies in one", "S, W, E")
 def two_bodies(folder):
-    study = corner(folder)                                  # two blades, which are meant
-    yield next(line for line in accepted(study).out.splitlines() if "54 nodes in 2 pieces" in line).strip()
+    study = corner(folder)  # two blades, which are meant
+    yield next(
+        line for line in accepted(study).out.splitlines() if "54 nodes in 2 pieces" in line
+    ).strip()
     (folder / "third").mkdir()
-    yield warned(corner(folder / "third", blade_mesh=corner_study.with_a_third()),
-                 "blades: the mesh consists of 3 pieces .*; 1 of them is clamped and in no contact")
+    yield warned(
+        corner(folder / "third", blade_mesh=corner_study.with_a_third()),
+        "blades: the mesh consists of 3 pieces .*; 1 of them is clamped and in no contact",
+    )
     alone = corner(folder, ('["clamp_one", "clamp_two"]', '["clamp_one"]'))
     yield refused(alone, "blades.*6 rigid|blades.*free|support")
 
@@ -134,10 +165,14 @@ def two_bodies(folder):
 def hanging(folder):
     study = corner(folder)
     path = folder / "damper.inp"
-    path.write_text(path.read_text().replace("*ELEMENT", "900, 0.5, 0.5, 0.5\n901, 1, 1, 1\n*ELEMENT", 1))
+    path.write_text(
+        path.read_text().replace("*ELEMENT", "900, 0.5, 0.5, 0.5\n901, 1, 1, 1\n*ELEMENT", 1)
+    )
     found = accepted(study)
     assert "27 nodes" in found.out and "6 rigid modes" in found.out
-    yield [line for line in found.out.splitlines() if "damper" in line or "no cell" in line][-1].strip()[:200]
+    yield [line for line in found.out.splitlines() if "damper" in line or "no cell" in line][
+        -1
+    ].strip()[:200]
 
 
 @row("16", "contact surfaces do not match", "E")
@@ -157,8 +192,10 @@ def same_way(folder):
 @row("19", "initial penetration", "W")
 def penetration(folder):
     damper = corner_study.damper(at=(1e-3, 0, 0))
-    yield warned(corner(folder, ("mu = 0.3", "mu = 0.3\ntolerance = 2e-3"), damper_mesh=damper),
-                 r"pairs overlap, most at blade node \d+ .*0.001 m.*\[contact\] distance")
+    yield warned(
+        corner(folder, ("mu = 0.3", "mu = 0.3\ntolerance = 2e-3"), damper_mesh=damper),
+        r"pairs overlap, most at blade node \d+ .*0.001 m.*\[contact\] distance",
+    )
 
 
 @row("20", "pyramid cells, mixed order", "E")
@@ -176,14 +213,19 @@ def formats(folder):
         (folder / name).write_text(WRITERS[end](corner_study.damper()))
         said.add(next(line for line in accepted(study).out.splitlines() if "damper:" in line))
     assert len(said) == 1, said
-    yield "the same counts, masses and groups from 2.2 and 4.1 (binary: tests/tipdamp/readers/test_bad_formats.py)"
+    yield (
+        "the same counts, masses and groups from 2.2 and 4.1 (binary: "
+        "tests/tipdamp/readers/test_bad_formats.py)"
+    )
 
 
 @row("22", "group name that is not UTF-8", "W")
 def latin(folder):
     study = corner(folder)
     path = folder / "damper.inp"
-    path.write_bytes(path.read_bytes().replace(b'NSET="load"', b'NSET="load"\n13\n*NSET, NSET="l\xefad"'))
+    path.write_bytes(
+        path.read_bytes().replace(b'NSET="load"', b'NSET="load"\n13\n*NSET, NSET="l\xefad"')
+    )
     yield warned(study, r"not UTF-8 \(byte")
 
 
@@ -196,13 +238,20 @@ def hostile_name(folder):
     accepted(study)
     page = (folder / "results" / "corner" / "inspect.html").read_text(encoding="utf-8")
     assert "<script>alert" not in page and sorted(p.name for p in folder.iterdir()) == [
-        "blades.inp", "corner.toml", "damper.inp", "results"]
+        "blades.inp",
+        "corner.toml",
+        "damper.inp",
+        "results",
+    ]
     yield "the name is kept and escaped; no file is called after it"
 
 
 @row("24", "mesh of 5e6 nodes", "E")
 def too_large(folder):
-    with mock.patch.object(memory, "available_bytes", lambda: 64e9), contextlib.suppress(ValueError):
+    with (
+        mock.patch.object(memory, "available_bytes", lambda: 64e9),
+        contextlib.suppress(ValueError),
+    ):
         memory.check_memory((5_000_000, 0, "big.msh"))
         raise AssertionError("5e6 nodes were taken")
     with mock.patch.object(memory, "available_bytes", lambda: 1e5):
@@ -217,10 +266,13 @@ def damage(folder):
         for _ in range(5):
             data = bytearray(whole)
             for place in rng.integers(len(data) - 50, size=3):
-                data[place:place + 3] = bytes(rng.choice(list(b"0123456789,-*$.\n eE"), size=2).tolist())
+                data[place : place + 3] = bytes(
+                    rng.choice(list(b"0123456789,-*$.\n eE"), size=2).tolist()
+                )
             study = corner(folder, ('"damper.inp"', f'"damaged{end}"'))
             (folder / f"damaged{end}").write_bytes(bytes(data))
             from tests.robustness.rows import tipdamp
+
             said = tipdamp("inspect", study, "--quiet")
             assert said.code in (0, 2) and "Traceback" not in said.err, said.err
             assert said.code == 0 or said.err.count("\n") == 1, said.err

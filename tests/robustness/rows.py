@@ -19,8 +19,8 @@ LEFT_ALONE = {"study.toml", "corner.toml", "model.npz", "pairs.csv", "blades.inp
 
 
 class Row(NamedTuple):
-    """number - of the catalogue, or 'x..' beside it; asked - its class of answer: E, W, S, R; check(folder) yields what
-    was answered."""
+    """number - of the catalogue, or 'x..' beside it; asked - its class of answer: E, W, S, R;
+    check(folder) yields what was answered."""
 
     number: str
     fault: str
@@ -34,15 +34,20 @@ ROWS: list[Row] = []
 
 def row(number: str, fault: str, asked: str, slow: bool = False) -> Callable:
     """Enter a generator of answers into the catalogue."""
+
     def enter(check):
         ROWS.append(Row(number, fault, asked, check, slow))
         return check
+
     return enter
 
 
 def in_order() -> list[Row]:
     """By the number of the catalogue, those beside it at the end."""
-    return sorted(ROWS, key=lambda r: (r.number[0] == "x", int("".join(filter(str.isdigit, r.number))), r.number))
+    return sorted(
+        ROWS,
+        key=lambda r: (r.number[0] == "x", int("".join(filter(str.isdigit, r.number))), r.number),
+    )
 
 
 class Said(NamedTuple):
@@ -66,7 +71,7 @@ def tipdamp(*arguments) -> Said:
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             code = main([str(a) for a in arguments])
-    except SystemExit as usage:                            # of argparse
+    except SystemExit as usage:  # of argparse
         code = int(usage.code)
     finally:
         logging.getLogger().removeHandler(handler)
@@ -77,10 +82,18 @@ def refused(study: Path, pattern: str, verb="inspect", code=2, more=()) -> str:
     """The line with which a study is refused: one, without traceback, and no result is left."""
     said = tipdamp(verb, study, *(() if verb == "export" else ("--quiet",)), *more)
     assert said.code == code, said
-    lines = [line for line in said.err.strip().splitlines() if "is read from outside the study's folder" not in line]
-    assert len(lines) == 1 and lines[0].startswith("tipdamp: ") and "Traceback" not in said.err, said.err
+    lines = [
+        line
+        for line in said.err.strip().splitlines()
+        if "is read from outside the study's folder" not in line
+    ]
+    assert len(lines) == 1 and lines[0].startswith("tipdamp: ") and "Traceback" not in said.err, (
+        said.err
+    )
     assert re.search(pattern, lines[0]), lines[0]
-    left = [p for p in study.parent.rglob("*") if p.name.startswith(".tmp-") or p.name == "report.html"]
+    left = [
+        p for p in study.parent.rglob("*") if p.name.startswith(".tmp-") or p.name == "report.html"
+    ]
     assert not left, left
     return lines[0].removeprefix("tipdamp: ").replace(str(study.parent) + "/", "")
 
@@ -89,7 +102,11 @@ def warned(study: Path, pattern: str, verb="inspect") -> str:
     """The warning with which a study is run: also in the result file."""
     said = tipdamp(verb, study, "--quiet")
     assert said.code == 0, said
-    found = [line for line in said.out.splitlines() if line.startswith("warning: ") and re.search(pattern, line)]
+    found = [
+        line
+        for line in said.out.splitlines()
+        if line.startswith("warning: ") and re.search(pattern, line)
+    ]
     assert found, said.out
     return found[0].replace(str(study.parent) + "/", "")
 
@@ -137,10 +154,12 @@ def arrays(study: Path, **changes) -> Path:
 
 def entry(i, j, value):
     """A change of one entry, and of its mirror image."""
+
     def change(A):
         A = A.copy()
         A[i, j] = A[j, i] = value
         return A
+
     return change
 
 

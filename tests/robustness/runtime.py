@@ -27,8 +27,15 @@ def environment(**more):
 
 def started(study, *arguments, **options):
     """A run in a process of its own."""
-    return subprocess.Popen([sys.executable, "-m", "tipdamp", *arguments, study.name, "--quiet"], cwd=study.parent,
-                            text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment(), **options)
+    return subprocess.Popen(
+        [sys.executable, "-m", "tipdamp", *arguments, study.name, "--quiet"],
+        cwd=study.parent,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=environment(),
+        **options,
+    )
 
 
 def numbers(study):
@@ -56,22 +63,34 @@ def until(condition, process, limit=60.0):
 
 @row("70", "disk full", "E")
 def disk_full(folder):
-    """A file system of 200 kB in a name space of its own, where that is allowed; else the limit of a file's size."""
+    """A file system of 200 kB in a name space of its own, where that is allowed; else the limit of
+    a file's size."""
     study = chain(folder)
     stages(study, "preload")
     before = (folder / "results" / "study" / "preload.json").read_bytes()
-    script = ("mkdir -p full && mount -t tmpfs -o size=200k none full && cp -r results/study/. full && "
-              f"dd if=/dev/zero of=full/filler bs=1k 2>/dev/null; {sys.executable} -m tipdamp tune study.toml --quiet "
-              "--out full; code=$?; rm full/filler; ls -A full; ls -A full/.stages; exit $code")
+    script = (
+        "mkdir -p full && mount -t tmpfs -o size=200k none full && cp -r results/study/. full && "
+        f"dd if=/dev/zero of=full/filler bs=1k 2>/dev/null; {sys.executable} -m tipdamp tune "
+        "study.toml --quiet --out full; code=$?; rm full/filler; ls -A full; ls -A full/.stages; "
+        "exit $code"
+    )
     small = "rm -f results/study/inspect.html; "
-    done = subprocess.run(["unshare", "-rm", "bash", "-c", small + script], cwd=folder, capture_output=True, text=True,
-                          env=environment(), timeout=100)
+    done = subprocess.run(
+        ["unshare", "-rm", "bash", "-c", small + script],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        env=environment(),
+        timeout=100,
+    )
     if "unshare" in done.stderr or "mount:" in done.stderr:
         yield "not tried: this machine allows no file system of one's own"
         return
     lines = [line for line in done.stderr.splitlines() if "warning" not in line.lower()]
     assert done.returncode == 4 and len(lines) == 1 and "No space left on device" in lines[0], done
-    assert "full/" in lines[0] and ".tmp-" not in done.stdout and "tune.json" not in done.stdout, done
+    assert "full/" in lines[0] and ".tmp-" not in done.stdout and "tune.json" not in done.stdout, (
+        done
+    )
     assert (folder / "results" / "study" / "preload.json").read_bytes() == before
     yield lines[0].removeprefix("tipdamp: ")
 
@@ -93,7 +112,10 @@ def killed(folder):
     same(numbers(whole), numbers(study))
     again = [name for name, at in left.items() if (responses / name).stat().st_mtime_ns != at]
     assert not again and not list(folder.rglob(".tmp-*"))
-    yield f"killed with {len(left)} of 6 curves finished: none of them made again, all in every bit as undisturbed"
+    yield (
+        f"killed with {len(left)} of 6 curves finished: none of them made again, all in every bit "
+        "as undisturbed"
+    )
 
 
 @row("72", "Ctrl-C, SIGTERM", "R")
@@ -102,12 +124,20 @@ def ended(folder):
         place = folder / str(code)
         place.mkdir()
         study = chain(place, *LONG, ("[900, 1400]", "[300, 2400]"))
-        process = started(study, "run", "--jobs", "1", start_new_session=True,
-                          preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+        process = started(
+            study,
+            "run",
+            "--jobs",
+            "1",
+            start_new_session=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )
         came = until(lambda p=place: list(p.glob("results/study/responses/[!.]*.npz")), process)
         process.send_signal(number)
         said = process.communicate(timeout=60)[1]
-        assert not came or process.returncode == code and said.count("\n") == 1 and "continue" in said, (process, said)
+        assert (
+            not came or process.returncode == code and said.count("\n") == 1 and "continue" in said
+        ), (process, said)
         yield said.strip().removeprefix("tipdamp: ")
 
 
@@ -115,7 +145,11 @@ def ended(folder):
 def other_inputs(folder):
     study = chain(folder)
     stages(study, "tune")
-    study.write_text(study.read_text().replace("stations = [1, 1]", "stations = [2, 1]").replace("= 0.01", "= 0.02"))
+    study.write_text(
+        study.read_text()
+        .replace("stations = [1, 1]", "stations = [2, 1]")
+        .replace("= 0.01", "= 0.02")
+    )
     assert "up to date" in accepted(study, "reduce").out
     said = accepted(study, "tune").out
     assert "made again: since the last run [tune] stations changed" in said, said
@@ -150,7 +184,11 @@ def existing(folder):
     yield "up to date: what is there is not made again"
     path = folder / "results" / "study" / "preload.csv"
     path.write_text(path.read_text().replace("0.5,", "0.6,"))
-    yield refused(study, "preload.csv was changed after the stage 'preload' wrote it; .*--force", verb="preload")
+    yield refused(
+        study,
+        "preload.csv was changed after the stage 'preload' wrote it; .*--force",
+        verb="preload",
+    )
 
 
 @row("78", "read-only place, odd paths, long names", "E, S")
@@ -173,11 +211,18 @@ def rank_dies(folder):
     if not shutil.which("mpirun"):
         yield "not tried: no mpirun"
         return
-    program = ("import os, signal, sys\nfrom mpi4py import MPI\ncomm = MPI.COMM_WORLD\ncomm.Barrier()\n"
-               "if comm.rank == 1: os.kill(os.getpid(), signal.SIGKILL)\ncomm.Barrier()")
+    program = (
+        "import os, signal, sys\nfrom mpi4py import MPI\ncomm = MPI.COMM_WORLD\ncomm.Barrier()\n"
+        "if comm.rank == 1: os.kill(os.getpid(), signal.SIGKILL)\ncomm.Barrier()"
+    )
     began = time.monotonic()
-    done = subprocess.run(["mpirun", "--oversubscribe", "-n", "2", sys.executable, "-c", program], env=environment(
-        OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1"), capture_output=True, text=True, timeout=100)
+    done = subprocess.run(
+        ["mpirun", "--oversubscribe", "-n", "2", sys.executable, "-c", program],
+        env=environment(OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1"),
+        capture_output=True,
+        text=True,
+        timeout=100,
+    )
     assert done.returncode != 0 and time.monotonic() - began < 60
     yield f"mpirun ends the others, exit code {done.returncode}"
 
@@ -185,13 +230,25 @@ def rank_dies(folder):
 @row("81", "other locale, clock, threads", "S")
 def locales(folder):
     found = []
-    for name, more in (("a", {}), ("b", {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8", "TZ": "Pacific/Kiritimati"}),
-                       ("c", {"LC_ALL": "C", "PYTHONIOENCODING": "ascii"})):
+    for name, more in (
+        ("a", {}),
+        ("b", {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8", "TZ": "Pacific/Kiritimati"}),
+        ("c", {"LC_ALL": "C", "PYTHONIOENCODING": "ascii"}),
+    ):
         (folder / name).mkdir()
         study = chain(folder / name)
-        program = f"from tipdamp.cli import main\nfor v in {EVERY}: assert main([v, 'study.toml', '--quiet']) == 0"
-        process = subprocess.run([sys.executable, "-c", program], cwd=folder / name, env=environment(
-            TIPDAMP_JOBS="1", **more), capture_output=True, text=True, timeout=200)
+        program = (
+            f"from tipdamp.cli import main\nfor v in {EVERY}: assert main([v, 'study.toml', "
+            "'--quiet']) == 0"
+        )
+        process = subprocess.run(
+            [sys.executable, "-c", program],
+            cwd=folder / name,
+            env=environment(TIPDAMP_JOBS="1", **more),
+            capture_output=True,
+            text=True,
+            timeout=200,
+        )
         assert process.returncode == 0, process
         found.append(numbers(study))
     for other in found[1:]:
@@ -204,35 +261,78 @@ def missing_package(folder):
     study = chain(folder)
     stages(study, "respond")
     accepted(study, "cycles")
-    program = ("import importlib.util as u, sys\nfound = u.find_spec\n"
-               "u.find_spec = lambda n, *a: None if n.split('.')[0] == sys.argv[1] else found(n, *a)\n"
-               "from tipdamp.cli import main\nsys.exit(main(sys.argv[2:]))")
+    program = (
+        "import importlib.util as u, sys\nfound = u.find_spec\n"
+        "u.find_spec = lambda n, *a: None if n.split('.')[0] == sys.argv[1] else found(n, *a)\n"
+        "from tipdamp.cli import main\nsys.exit(main(sys.argv[2:]))"
+    )
     for package, verb, code in (("matplotlib", "report", 4), ("plotly", "inspect", 0)):
-        done = subprocess.run([sys.executable, "-c", program, package, verb, "study.toml", "--quiet", "--force"],
-                              cwd=folder, env=environment(), capture_output=True, text=True, timeout=100)
+        done = subprocess.run(
+            [sys.executable, "-c", program, package, verb, "study.toml", "--quiet", "--force"],
+            cwd=folder,
+            env=environment(),
+            capture_output=True,
+            text=True,
+            timeout=100,
+        )
         assert done.returncode == code and f"{package}" in done.stdout + done.stderr, done
         yield next(line for line in (done.stderr + done.stdout).splitlines() if package in line)
 
 
 @row("83", "PETSc with complex scalars, foreign numpy, mixed HDF5", "E")
 def versions(folder):
-    good = {name: Module("1.0", f"/usr/lib/python3/dist-packages/{name}/__init__.py")
-            for name in ("numpy", "scipy", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "h5py", "pydantic",
-                         "rich", "filelock", "jinja2", "plotly", "matplotlib")}
-    for facts in (Facts(good, scalar="complex128"),
-                  Facts({**good, "numpy": Module("2.1", "/home/x/numpy/__init__.py")}, debian_numpy="1.24.2")):
-        failed = next(c for c in checks(facts) if c.status == "fail" and c.name in ("PETSc's scalars", "numpy's age"))
+    good = {
+        name: Module("1.0", f"/usr/lib/python3/dist-packages/{name}/__init__.py")
+        for name in (
+            "numpy",
+            "scipy",
+            "numba",
+            "petsc4py",
+            "slepc4py",
+            "dolfinx",
+            "gmsh",
+            "h5py",
+            "pydantic",
+            "rich",
+            "filelock",
+            "jinja2",
+            "plotly",
+            "matplotlib",
+        )
+    }
+    for facts in (
+        Facts(good, scalar="complex128"),
+        Facts({**good, "numpy": Module("2.1", "/home/x/numpy/__init__.py")}, debian_numpy="1.24.2"),
+    ):
+        failed = next(
+            c
+            for c in checks(facts)
+            if c.status == "fail" and c.name in ("PETSc's scalars", "numpy's age")
+        )
         assert failed.repair
-        yield f"tipdamp doctor: {failed.name}: {failed.what}; {failed.repair.replace(sys.executable, 'python')}"
+        yield (
+            f"tipdamp doctor: {failed.name}: {failed.what}; "
+            f"{failed.repair.replace(sys.executable, 'python')}"
+        )
 
 
 @row("x10", "limits of the address space", "E")
 def limits(folder):
     study = corner(folder)
     for limit in (100_000, 400_000, 800_000):
-        done = subprocess.run(["bash", "-c", f'ulimit -v {limit}; exec "$0" -m tipdamp run corner.toml --quiet',
-                               sys.executable], cwd=study.parent, env=environment(), capture_output=True, text=True,
-                              timeout=60)
+        done = subprocess.run(
+            [
+                "bash",
+                "-c",
+                f'ulimit -v {limit}; exec "$0" -m tipdamp run corner.toml --quiet',
+                sys.executable,
+            ],
+            cwd=study.parent,
+            env=environment(),
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
         assert done.returncode == 4 and "not enough memory: the address space" in done.stderr, done
         assert done.stderr.count("\n") == 1
     yield done.stderr.strip().removeprefix("tipdamp: ")
@@ -242,7 +342,9 @@ def limits(folder):
 def closed_pipe(folder):
     corner(folder)
     line = f"{sys.executable} -m tipdamp inspect corner.toml --quiet | head -c 1"
-    done = subprocess.run(line, shell=True, cwd=folder, env=environment(), capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        line, shell=True, cwd=folder, env=environment(), capture_output=True, text=True, timeout=60
+    )
     assert "PETSC ERROR" not in done.stderr and "Traceback" not in done.stderr, done
     assert json.loads((folder / "results" / "corner" / "inspect.json").read_text())
     yield "no traceback; the results are there"
@@ -257,7 +359,9 @@ def damaged(folder):
     data = bytearray(whole)
     data[len(data) // 2] ^= 4
     path.write_bytes(bytes(data))
-    yield refused(study, "Fe_5N_H1.npz was changed after the stage 'respond' wrote it", verb="cycles")
+    yield refused(
+        study, "Fe_5N_H1.npz was changed after the stage 'respond' wrote it", verb="cycles"
+    )
     path.write_bytes(whole)
     record = folder / "results" / "study" / ".stages" / "tune.json"
     record.write_text(record.read_text()[:40])
@@ -268,18 +372,32 @@ def damaged(folder):
 
 @row("x16", "compiled kernels that are cut off or overwritten", "R", slow=True)
 def damaged_kernels(folder):
-    program = ("import numpy as np; from tipdamp.hbm.balance import kernels\n"
-               "print(kernels.by_order(np.arange(6.0).reshape(2, 3) + 2j, np.ones((2, 3), dtype=complex)).tolist())")
+    program = (
+        "import numpy as np; from tipdamp.hbm.balance import kernels\n"
+        "print(kernels.by_order(np.arange(6.0).reshape(2, 3) + 2j, np.ones((2, 3), "
+        "dtype=complex)).tolist())"
+    )
 
     def run():
-        return subprocess.run([sys.executable, "-c", program], env=environment(NUMBA_CACHE_DIR=str(folder)),
-                              capture_output=True, text=True, check=True, timeout=100)
+        return subprocess.run(
+            [sys.executable, "-c", program],
+            env=environment(NUMBA_CACHE_DIR=str(folder)),
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=100,
+        )
 
     first = run().stdout
-    for kind, damage in (("nbi", lambda content: content[:-9]), ("nbc", lambda content: bytes(len(content)))):
+    for kind, damage in (
+        ("nbi", lambda content: content[:-9]),
+        ("nbc", lambda content: bytes(len(content))),
+    ):
         for path in folder.rglob(f"*.{kind}"):
             path.write_bytes(damage(path.read_bytes()))
         said = run()
-        assert said.stdout == first and said.stderr.count("\n") == 1 and "compiled anew" in said.stderr, said
+        assert (
+            said.stdout == first and said.stderr.count("\n") == 1 and "compiled anew" in said.stderr
+        ), said
         yield said.stderr.strip()
     assert not run().stderr

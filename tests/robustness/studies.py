@@ -4,7 +4,18 @@ import json
 
 import numpy as np
 
-from tests.robustness.rows import accepted, arrays, cells, chain, corner, refused, row, stages, tipdamp, warned
+from tests.robustness.rows import (
+    accepted,
+    arrays,
+    cells,
+    chain,
+    corner,
+    refused,
+    row,
+    stages,
+    tipdamp,
+    warned,
+)
 from tipdamp.engine.store import Store
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.stages.run import STAGES
@@ -16,7 +27,10 @@ def result(study, name):
 
 @row("38", "unknown key", "E")
 def unknown(folder):
-    yield refused(chain(folder, ("pull = 60", "pul = 60")), r"\[model\] unknown key 'pul'; did you mean 'pull'")
+    yield refused(
+        chain(folder, ("pull = 60", "pul = 60")),
+        r"\[model\] unknown key 'pul'; did you mean 'pull'",
+    )
     yield refused(chain(folder, add="[tunne]\n"), "unknown key 'tunne'; did you mean 'tune'")
 
 
@@ -28,23 +42,31 @@ def traps(folder):
     yield refused(chain(folder, ("= 0.01", "= [0,3]")), "damping_ratio|0.3 meant")
     yield refused(chain(folder, ("levels = [5]", "levels = [0,3]")), "is 0.3 meant")
     for text in ("on", "0123", "1:30"):
-        yield refused(chain(folder, ("pull = 60", f"pull = {text}")), "not a valid TOML file: .*line 5")
+        yield refused(
+            chain(folder, ("pull = 60", f"pull = {text}")), "not a valid TOML file: .*line 5"
+        )
 
 
 @row("40", "duplicate key", "E")
 def duplicate(folder):
-    yield refused(chain(folder, ("pull = 60", "pull = 60\npull = 70")), "Cannot overwrite a value .*line 6")
+    yield refused(
+        chain(folder, ("pull = 60", "pull = 60\npull = 70")), "Cannot overwrite a value .*line 6"
+    )
 
 
 @row("41", "NaN, Infinity, 1e999", "E")
 def not_finite(folder):
     for text in ("nan", "inf", "1e999", "1" + "0" * 400):
-        yield refused(chain(folder, ("pull = 60", f"pull = {text}")), r"\[model\] pull = .*: must be")
+        yield refused(
+            chain(folder, ("pull = 60", f"pull = {text}")), r"\[model\] pull = .*: must be"
+        )
 
 
 @row("42", "missing or unknown unit", "E")
 def units(folder):
-    yield refused(chain(folder, add='[units]\nforce = "kg"\n'), r"\[units\] force = 'kg': .*valid: N, kN")
+    yield refused(
+        chain(folder, add='[units]\nforce = "kg"\n'), r"\[units\] force = 'kg': .*valid: N, kN"
+    )
     yield refused(chain(folder, ("pull = 60", 'pull = "5 kg"')), r"pull = '5 kg': must be a number")
 
 
@@ -58,13 +80,17 @@ def frictionless(folder):
 
 @row("44", "mu < 0, mu > 2", "E, W")
 def odd_mu(folder):
-    yield refused(corner(folder, ("mu = 0.3", "mu = -0.1")), r"\[contact\] mu = -0.1: must be at least 0")
+    yield refused(
+        corner(folder, ("mu = 0.3", "mu = -0.1")), r"\[contact\] mu = -0.1: must be at least 0"
+    )
     yield warned(corner(folder, ("mu = 0.3", "mu = 2.5")), r"\[contact\] mu = 2.5 is above 2")
 
 
 @row("45", "Fe = 0", "E")
 def no_force(folder):
-    yield refused(chain(folder, ("levels = [5]", "levels = [0]")), r"levels = \[0\]: must be above 0")
+    yield refused(
+        chain(folder, ("levels = [5]", "levels = [0]")), r"levels = \[0\]: must be above 0"
+    )
 
 
 @row("46", "Fc = 0: no preload", "E, W")
@@ -93,7 +119,10 @@ def no_pairs(folder):
 @row("50", "H = 0, negative, 500; few samples", "E")
 def harmonics(folder):
     for H in ("0", "-1", "500", "2.5"):
-        yield refused(chain(folder, ("harmonics = [1]", f"harmonics = [{H}]")), "harmonics = .*(between 1 and 99|wh)")
+        yield refused(
+            chain(folder, ("harmonics = [1]", f"harmonics = [{H}]")),
+            "harmonics = .*(between 1 and 99|wh)",
+        )
 
 
 @row("51", "band empty, reversed, from 0, negative", "E")
@@ -110,33 +139,51 @@ def no_resonance(folder):
     accepted(study, "respond")
     found = result(study, "respond")["responses"][0]
     assert found["peak_hz"] is None and found["peak_m"] is None and found["at_least_hz"] == 300
-    yield warned(study, "has no peak inside the band: .* at 300.0 Hz; the nearest stuck mode has 1071", "respond")
+    yield warned(
+        study,
+        "has no peak inside the band: .* at 300.0 Hz; the nearest stuck mode has 1071",
+        "respond",
+    )
 
 
 @row("54", "target frequency that cannot be reached", "E")
 def unreachable(folder):
     study = chain(folder, ("stations = [1, 1]", "target_hz = 9000"))
     stages(study, "preload")
-    yield refused(study, r"target 9000 Hz is not reachable: 1844..2171 Hz with 2..3 stations", verb="tune")
+    yield refused(
+        study, r"target 9000 Hz is not reachable: 1844..2171 Hz with 2..3 stations", verb="tune"
+    )
 
 
 @row("56", "duplicate names, names with a slash", "E")
 def names(folder):
-    yield refused(chain(folder, add="[loads.a]\npull = 1\n[loads.a]\npull = 2\n"), "Cannot declare .*twice")
-    yield refused(chain(folder, add='[loads."a/../b"]\npull = 1\n'), "is named by letters, digits, - and _")
+    yield refused(
+        chain(folder, add="[loads.a]\npull = 1\n[loads.a]\npull = 2\n"), "Cannot declare .*twice"
+    )
+    yield refused(
+        chain(folder, add='[loads."a/../b"]\npull = 1\n'), "is named by letters, digits, - and _"
+    )
     yield refused(chain(folder, ("levels = [5]", "levels = [5, 5.0]")), "levels: 5 is given twice")
 
 
 @row("57", "very many cases", "E")
 def many(folder):
     levels = ", ".join(str(k) for k in range(1, 1002))
-    yield refused(chain(folder, ("levels = [5]", f"levels = [{levels}]")), "2002 curves, at most 1000 .* h and .* GB")
+    yield refused(
+        chain(folder, ("levels = [5]", f"levels = [{levels}]")),
+        "2002 curves, at most 1000 .* h and .* GB",
+    )
     levels = ", ".join(f"{1 + 1e-3 * k:.4f}" for k in range(100_000))
-    yield refused(chain(folder, ("levels = [5]", f"levels = [{levels}]")), "has 100000 items, at most 10000 are read")
+    yield refused(
+        chain(folder, ("levels = [5]", f"levels = [{levels}]")),
+        "has 100000 items, at most 10000 are read",
+    )
 
 
-MEASURED = '[measured.a]\nfiles = "a.csv"\ncolumns = ["frequency_hz", "amplitude"]\nquantity = "receptance"\n' \
-           'unit = "m/N"\nlevel = 5\n'
+MEASURED = (
+    '[measured.a]\nfiles = "a.csv"\ncolumns = ["frequency_hz", "amplitude"]\nquantity = '
+    '"receptance"\nunit = "m/N"\nlevel = 5\n'
+)
 HZ = np.linspace(950, 1350, 41)
 SIZE = 1e-6 / np.abs(1 - (HZ / 1071) ** 2 + 0.02j * HZ / 1071)
 
@@ -152,17 +199,30 @@ def measured_files(folder):
     good = "\n".join(f"{f:.6f},{a:.6e}" for f, a in zip(HZ, SIZE, strict=True)) + "\n"
     plain = accepted(measured(folder, good), "measured").out.split("\n")[0].split("  ")[-1]
     for text in ("#bom\n" + good, good.replace("\n", "\r\n")):
-        assert accepted(measured(folder, text), "measured").out.split("\n")[0].split("  ")[-1] == plain
+        assert (
+            accepted(measured(folder, text), "measured").out.split("\n")[0].split("  ")[-1] == plain
+        )
     yield "BOM and Windows line ends: the same curve"
     lines = good.splitlines()
-    yield warned(measured(folder, good.replace(lines[5], "1000.0,nan", 1)), r"left out \(line 6\)", "measured")
+    yield warned(
+        measured(folder, good.replace(lines[5], "1000.0,nan", 1)),
+        r"left out \(line 6\)",
+        "measured",
+    )
     yield refused(measured(folder, good.replace(lines[5], "1000.0", 1)), "line 6", verb="measured")
-    yield refused(measured(folder, good.replace(lines[5], "1.000,5;0,3", 1)), "line 6|comma", verb="measured")
-    said = tipdamp("measured", measured(folder, "\n".join(reversed(lines)) + "\n"), "--quiet", "--force")
+    yield refused(
+        measured(folder, good.replace(lines[5], "1.000,5;0,3", 1)), "line 6|comma", verb="measured"
+    )
+    said = tipdamp(
+        "measured", measured(folder, "\n".join(reversed(lines)) + "\n"), "--quiet", "--force"
+    )
     assert said.code == 2 or "sorted" in said.out, said
     yield said.line[:300]
-    yield refused(measured(folder, "\n".join([*lines[:4], lines[3], *lines[4:]]) + "\n"), "twice|same|ascend|line",
-                  verb="measured")
+    yield refused(
+        measured(folder, "\n".join([*lines[:4], lines[3], *lines[4:]]) + "\n"),
+        "twice|same|ascend|line",
+        verb="measured",
+    )
 
 
 @row("59", "measured curve beside the computed band", "E, W")
@@ -185,10 +245,18 @@ def truncated_peak(folder):
 
 @row("x2", "TOML nested 100000 deep, keys of 100000 parts, a file of 2 MB, 100000 digits", "E")
 def nested(folder):
-    yield refused(chain(folder, add="a = " + "[" * 100_000 + "]" * 100_000), "lie in one another too deeply")
-    yield refused(chain(folder, add="[" + "a." * 100_000 + "b]\nx = 1\n"), "line 20: a key of 16 parts or more")
+    yield refused(
+        chain(folder, add="a = " + "[" * 100_000 + "]" * 100_000), "lie in one another too deeply"
+    )
+    yield refused(
+        chain(folder, add="[" + "a." * 100_000 + "b]\nx = 1\n"),
+        "line 20: a key of 16 parts or more",
+    )
     yield refused(chain(folder, add="#" * 2_000_000), "at most 1000000 are read")
-    yield refused(chain(folder, ("pull = 60", "pull = " + "6" * 100_000)), "a whole number has thousands of digits")
+    yield refused(
+        chain(folder, ("pull = 60", "pull = " + "6" * 100_000)),
+        "a whole number has thousands of digits",
+    )
 
 
 @row("x3", "study file in latin-1", "E")
@@ -200,8 +268,12 @@ def latin(folder):
 
 @row("x4", "numbers that no solid has", "E")
 def absurd(folder):
-    for old, new in (("density = 7850", "density = 1e-300"), ("E = 207e9", "E = 1e300"), ("pull = 10", "pull = 1e300"),
-                     ("kn = 1e6", "kn = 1e-300")):
+    for old, new in (
+        ("density = 7850", "density = 1e-300"),
+        ("E = 207e9", "E = 1e300"),
+        ("pull = 10", "pull = 1e300"),
+        ("kn = 1e6", "kn = 1e-300"),
+    ):
         yield refused(corner(folder, (old, new)), "in SI units, must be between")
 
 
@@ -209,9 +281,12 @@ def absurd(folder):
 def grounded(folder):
     def change(K):
         K = K.copy()
-        K[20, 20] += 1e5                                         # z of the damper, against the pull
+        K[20, 20] += 1e5  # z of the damper, against the pull
         return K
-    yield warned(arrays(chain(folder), K=change), r"damper's own K resists .* along .*z \(1e\+05 N/m")
+
+    yield warned(
+        arrays(chain(folder), K=change), r"damper's own K resists .* along .*z \(1e\+05 N/m"
+    )
 
 
 @row("x6", "repeated modes of the blades", "W")

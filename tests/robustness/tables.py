@@ -27,21 +27,36 @@ def text(folder, change):
 @row("x13", "decimal commas, columns there twice, rows cut off in a table of pairs", "E, S")
 def edited(folder):
     yield refused(cells(chain(folder), "mu", "0,3"), r"line 2: has 26 fields.*mu = '0,3' meant")
-    yield refused(cells(chain(folder), "kn", '"3,5"'), r"line 2: kn = '3,5' is not a number: write a decimal point")
-    yield refused(text(folder, lambda i, line: line + (",kn" if i == 1 else ",1e3")), "column 'kn' is there twice")
-    yield refused(text(folder, lambda i, line: line.rsplit(",", 2)[0] if i == 4 else line), "line 4: has 23 fields")
+    yield refused(
+        cells(chain(folder), "kn", '"3,5"'),
+        r"line 2: kn = '3,5' is not a number: write a decimal point",
+    )
+    yield refused(
+        text(folder, lambda i, line: line + (",kn" if i == 1 else ",1e3")),
+        "column 'kn' is there twice",
+    )
+    yield refused(
+        text(folder, lambda i, line: line.rsplit(",", 2)[0] if i == 4 else line),
+        "line 4: has 23 fields",
+    )
     accepted(text(folder, lambda i, line: line.replace(",", ";").replace(".", ",")))
     yield "semicolons with decimal commas, as spreadsheets of some countries write them, are read"
 
 
 @row("x14", "pairs that contradict the model: partners, places, normals", "E")
 def contradicting(folder):
-    yield refused(pairs(folder, blade_node=lambda p: p.blade_node[[2, 1, 0, 3, 4, 5]]), "partners mixed up")
+    yield refused(
+        pairs(folder, blade_node=lambda p: p.blade_node[[2, 1, 0, 3, 4, 5]]), "partners mixed up"
+    )
     yield refused(pairs(folder, position=lambda p: 1e3 * p.position), "given in mm")
-    yield refused(pairs(folder, position=lambda p: p.position + [3e-3, 0, 0]), "0.003 m off its nodes")
+    yield refused(
+        pairs(folder, position=lambda p: p.position + [3e-3, 0, 0]), "0.003 m off its nodes"
+    )
     turn = np.array([[1], [-1], [-1]])
-    yield refused(pairs(folder, frame=lambda p: np.where(p.station[:, None, None] == 1, turn, 1) * p.frame),
-                  "points against that of its neighbour")
+    yield refused(
+        pairs(folder, frame=lambda p: np.where(p.station[:, None, None] == 1, turn, 1) * p.frame),
+        "points against that of its neighbour",
+    )
 
 
 @row("x15", "a kept table with other normals, or ten times the preload that the pull can hold", "E")

@@ -1,8 +1,8 @@
 """Checks that are always on: each quantity that they watch is put wrong, and the check says so.
 
-Stored points of a curve, balance of the contact forces and indefinite bodies: tests/hbm/curve/test_equilibrium.py,
-tests/static_contact/contact/test_preload.py, tests/modal/test_craig_bampton.py; modes over ranks:
-tests/static_contact/full/test_stuck_modes.py.
+Stored points of a curve, balance of the contact forces and indefinite bodies:
+tests/hbm/curve/test_equilibrium.py, tests/static_contact/contact/test_preload.py,
+tests/modal/test_craig_bampton.py; modes over ranks: tests/static_contact/full/test_stuck_modes.py.
 """
 
 import json
@@ -57,7 +57,8 @@ def test_a_linear_solve_that_is_off(body, columns, by):
 
 
 def test_a_mode_that_is_none(body, monkeypatch):
-    real, noise = Factor._lowest, 1 + 1e-3 * np.random.default_rng(0).standard_normal((body[0].shape[0], 1))
+    real = Factor._lowest
+    noise = 1 + 1e-3 * np.random.default_rng(0).standard_normal((body[0].shape[0], 1))
 
     def off(self, M, count):
         lam, phi = real(self, M, count)
@@ -69,19 +70,26 @@ def test_a_mode_that_is_none(body, monkeypatch):
 
 
 def test_a_mode_that_is_missed(body, monkeypatch):
-    """Found by the count of inertia; where it cannot be found, the count and what there is are told."""
+    """Found by the count of inertia; where it cannot be found, the count and what there is are
+    told."""
     K, M, lam = body
     real = arpack.lowest
 
     def misses_the_third(solve, M, count, *known):
         omega2, phi = real(solve, M, count + 1, *known)
-        return (np.delete(omega2, 2), np.delete(phi, 2, axis=1)) if not known else real(solve, M, count, *known)
+        return (
+            (np.delete(omega2, 2), np.delete(phi, 2, axis=1))
+            if not known
+            else real(solve, M, count, *known)
+        )
 
     monkeypatch.setattr(slepc, "start", lambda: None)
     monkeypatch.setattr(arpack, "lowest", misses_the_third)
     assert Factor(K).lowest_modes(M, 6)[0] ** 2 == pytest.approx(lam[:6], rel=1e-8)
     monkeypatch.setattr(Factor, "_fill", lambda self, M, lam, phi, shift, count: (lam, phi))
-    with pytest.raises(RuntimeError, match=r"\d+ modes found near .* Hz, where the inertia counts \d+"):
+    with pytest.raises(
+        RuntimeError, match=r"\d+ modes found near .* Hz, where the inertia counts \d+"
+    ):
         Factor(K).lowest_modes(M, 6)
 
 
@@ -153,7 +161,10 @@ def planted(monkeypatch, study_stages):
     said = {name: f"planted in {name} <b>&" for name in study_stages}
     for name, text in said.items():
         stage = run.STAGES[name]
-        both = replace(stage, warnings=lambda study, store, text=text, own=stage.warnings: (*own(study, store), text))
+        both = replace(
+            stage,
+            warnings=lambda study, store, text=text, own=stage.warnings: (*own(study, store), text),
+        )
         monkeypatch.setitem(run.STAGES, name, both)
         if name in report.BEFORE:
             monkeypatch.setitem(report.BEFORE, name, both)
@@ -172,16 +183,32 @@ def test_every_warning_in_the_terminal_the_summary_and_the_report(tmp_path, monk
 
     monkeypatch.setattr(equilibrium.KeptPoints, "energies", off)
     said = planted(monkeypatch, ("inspect", "reduce", "preload", "tune", "respond", "cycles"))
-    done = [tipdamp(verb, study, "--quiet", "--jobs", "1") if verb == "respond" else tipdamp(verb, study, "--quiet")
-            for verb in (*said, "report")]
+    done = [
+        tipdamp(verb, study, "--quiet", "--jobs", "1")
+        if verb == "respond"
+        else tipdamp(verb, study, "--quiet")
+        for verb in (*said, "report")
+    ]
     assert all(one.code == 0 for one in done), done
     terminal = "".join(one.out for one in done)
     folder = tmp_path / "results" / "study"
     summary = json.loads((folder / "summary.json").read_text())["warnings"]
     page = (folder / "report.html").read_text(encoding="utf-8")
-    texts = [line.removeprefix("warning: ") for line in terminal.splitlines() if line.startswith("warning: ")]
-    assert set(said.values()) < set(texts) and any("the energy of a period is balanced to" in t for t in texts)
+    texts = [
+        line.removeprefix("warning: ")
+        for line in terminal.splitlines()
+        if line.startswith("warning: ")
+    ]
+    assert set(said.values()) < set(texts) and any(
+        "the energy of a period is balanced to" in t for t in texts
+    )
     for text in texts:
         start = text[0].upper() + text[1:40]
         assert any(one.startswith((start, text[:40])) for one in summary), (text, summary)
-        assert start.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace("'", "&#39;") in page, text
+        assert (
+            start.replace("&", "&amp;")
+            .replace("<", "&lt;")
+            .replace(">", "&gt;")
+            .replace("'", "&#39;")
+            in page
+        ), text

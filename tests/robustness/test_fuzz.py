@@ -1,4 +1,5 @@
-"""A seeded share of the long runs, and property-based studies, tables, matrices and meshes of all four readers."""
+"""A seeded share of the long runs, and property-based studies, tables, matrices and meshes of all
+four readers."""
 
 import numpy as np
 import pytest
@@ -15,11 +16,19 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.readers.dispatch import read_mesh
 from tipdamp.study.study import load_study
 
-CASES = settings(max_examples=30, derandomize=True, deadline=None, database=None,
-                 suppress_health_check=[HealthCheck.function_scoped_fixture])
-PLAIN = st.one_of(st.integers(-10**20, 10**20), st.floats(), st.booleans(), st.text(max_size=20))
-VALUES = st.recursive(PLAIN, lambda v: st.lists(v, max_size=4) | st.dictionaries(st.text(max_size=5), v, max_size=3),
-                      max_leaves=8)
+CASES = settings(
+    max_examples=30,
+    derandomize=True,
+    deadline=None,
+    database=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+PLAIN = st.one_of(st.integers(-(10**20), 10**20), st.floats(), st.booleans(), st.text(max_size=20))
+VALUES = st.recursive(
+    PLAIN,
+    lambda v: st.lists(v, max_size=4) | st.dictionaries(st.text(max_size=5), v, max_size=3),
+    max_leaves=8,
+)
 KEYS = [line.split(" =")[0] for line in CHAIN.splitlines() if " = " in line]
 
 
@@ -37,7 +46,11 @@ def toml(value) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(map(toml, value)) + "]"
     if isinstance(value, str):
-        return '"' + "".join(f"\\U{ord(c):08x}" if not 0xd800 <= ord(c) < 0xe000 else "?" for c in value) + '"'
+        return (
+            '"'
+            + "".join(f"\\U{ord(c):08x}" if not 0xD800 <= ord(c) < 0xE000 else "?" for c in value)
+            + '"'
+        )
     return repr(value)
 
 
@@ -45,8 +58,13 @@ def toml(value) -> str:
 @given(st.sampled_from(KEYS), VALUES)
 def test_any_value_of_any_key(tmp_path, key, value):
     path = tmp_path / "study.toml"
-    path.write_text("\n".join(f"{key} = {toml(value)}" if line.startswith(f"{key} =") else line
-                              for line in CHAIN.splitlines()), encoding="utf-8")
+    path.write_text(
+        "\n".join(
+            f"{key} = {toml(value)}" if line.startswith(f"{key} =") else line
+            for line in CHAIN.splitlines()
+        ),
+        encoding="utf-8",
+    )
     try:
         study = load_study(path)
     except InputError as error:
@@ -88,18 +106,22 @@ def test_any_number_in_a_matrix(i, j, value, both):
 
 
 @CASES
-@given(st.sampled_from(list(WRITTEN)), st.integers(0, 10**6), st.binary(max_size=8), st.integers(0, 12))
+@given(
+    st.sampled_from(list(WRITTEN)), st.integers(0, 10**6), st.binary(max_size=8), st.integers(0, 12)
+)
 def test_any_bytes_in_a_mesh(tmp_path, end, place, new, lost):
     data = WRITTEN[end](block("hexahedron", (2, 1, 1))).encode()
     at = place % len(data)
     path = tmp_path / f"mesh{end}"
-    path.write_bytes(data[:at] + new + data[at + lost:])
+    path.write_bytes(data[:at] + new + data[at + lost :])
     try:
         mesh = read_mesh(path)
     except InputError as error:
         one_line(path, error)
     else:
-        assert np.isfinite(mesh.position).all() and all(c.max() < len(mesh.node) for c in mesh.cells.values())
+        assert np.isfinite(mesh.position).all() and all(
+            c.max() < len(mesh.node) for c in mesh.cells.values()
+        )
 
 
 def test_seeded_studies(tmp_path):

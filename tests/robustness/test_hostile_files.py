@@ -1,5 +1,6 @@
-"""Files of a stranger that claim more than there is, never end, name one another or lead elsewhere: refused in a line,
-in little memory. The rows of the catalogue and `test_hostile_folders` hold more of them."""
+"""Files of a stranger that claim more than there is, never end, name one another or lead elsewhere:
+refused in a line, in little memory. The rows of the catalogue and `test_hostile_folders` hold more
+of them."""
 
 import os
 import tracemalloc
@@ -21,7 +22,7 @@ from tipdamp.hbm.io.matrices_in import read_matrix
 from tipdamp.hbm.io.npz import open_npz
 from tipdamp.readers.dispatch import read_mesh
 
-LITTLE = 100e6                     # bytes, for files of some kB
+LITTLE = 100e6  # bytes, for files of some kB
 ENDS = list(WRITTEN)
 MTX = "%%MatrixMarket matrix coordinate real symmetric\n"
 
@@ -44,13 +45,27 @@ def small(end):
     return WRITTEN[end](block("hexahedron", (2, 1, 1)))
 
 
-@pytest.mark.parametrize("end, old, new, group", [
-    (".inp", None, "*NSET, NSET=big, GENERATE\n1, 1000000000, 1\n", "big"),
-    (".inp", None, "*ELSET, ELSET=big, GENERATE\n1, 1000000000000000, 3\n", "big"),
-    (".bdf", "ENDDATA", "SET1,7,1,THRU,99999999\nENDDATA", "set_7"),
-    (".bdf", "ENDDATA", "SPC1,9,123456,1,THRU,99999999\nENDDATA", "spc_9"),
-    (".cdb", "FINISH", "CMBLOCK,BIG,NODE,       2\n(8i10)\n         1-999999999\nFINISH", "BIG"),
-    (".cdb", "FINISH", "CMBLOCK,BIG,ELEM,       2\n(8i10)\n         1-999999999\nFINISH", "BIG")])
+@pytest.mark.parametrize(
+    "end, old, new, group",
+    [
+        (".inp", None, "*NSET, NSET=big, GENERATE\n1, 1000000000, 1\n", "big"),
+        (".inp", None, "*ELSET, ELSET=big, GENERATE\n1, 1000000000000000, 3\n", "big"),
+        (".bdf", "ENDDATA", "SET1,7,1,THRU,99999999\nENDDATA", "set_7"),
+        (".bdf", "ENDDATA", "SPC1,9,123456,1,THRU,99999999\nENDDATA", "spc_9"),
+        (
+            ".cdb",
+            "FINISH",
+            "CMBLOCK,BIG,NODE,       2\n(8i10)\n         1-999999999\nFINISH",
+            "BIG",
+        ),
+        (
+            ".cdb",
+            "FINISH",
+            "CMBLOCK,BIG,ELEM,       2\n(8i10)\n         1-999999999\nFINISH",
+            "BIG",
+        ),
+    ],
+)
 def test_a_range_of_a_billion_numbers_names_those_that_exist(tmp_path, end, old, new, group):
     """A line of thirty letters made a list of that length, of 8 GB and more."""
     text = small(end)
@@ -83,8 +98,11 @@ def claiming(end, count):
             head = next(line for line in text.splitlines() if line.startswith(name))
             yield text.replace(head, ",".join([*head.split(",")[:-1], str(count)]))
     else:
-        yield text + f"*NSET, NSET=big, GENERATE\n{count}, {10 * count}, 1\n" if end == ".inp" else \
-            text.replace("ENDDATA", f"SET1,7,1,THRU,{count}\nENDDATA")
+        yield (
+            text + f"*NSET, NSET=big, GENERATE\n{count}, {10 * count}, 1\n"
+            if end == ".inp"
+            else text.replace("ENDDATA", f"SET1,7,1,THRU,{count}\nENDDATA")
+        )
 
 
 @pytest.mark.parametrize("end", ENDS)
@@ -93,7 +111,9 @@ def test_meshes_that_claim_1e15_nodes_or_elements(tmp_path, end):
     for text in claiming(end, 10**15):
         path.write_text(text)
         found = in_little_memory(read_mesh, path)
-        assert isinstance(found, InputError) or end in (".inp", ".bdf") and len(found.node) == 12, text
+        assert isinstance(found, InputError) or end in (".inp", ".bdf") and len(found.node) == 12, (
+            text
+        )
 
 
 INCLUDES = {".bdf": ("INCLUDE '{}'\n", "$\n"), ".inp": ("*INCLUDE, INPUT={}\n", "**\n")}
@@ -103,7 +123,9 @@ INCLUDES = {".bdf": ("INCLUDE '{}'\n", "$\n"), ".inp": ("*INCLUDE, INPUT={}\n", 
 def test_a_file_that_includes_itself(tmp_path, end):
     path = tmp_path / f"mesh{end}"
     path.write_text(INCLUDES[end][0].format(path.name))
-    assert "lie in one another too deeply; does one name itself?" in str(in_little_memory(read_mesh, path))
+    assert "lie in one another too deeply; does one name itself?" in str(
+        in_little_memory(read_mesh, path)
+    )
 
 
 @pytest.mark.parametrize("end", INCLUDES)
@@ -114,7 +136,9 @@ def test_files_that_include_one_another_twice(tmp_path, end):
         (tmp_path / f"{i}{end}").write_text(2 * line.format(f"{i + 1}{end}"))
     (tmp_path / f"40{end}").write_text(last)
     with fuzz.within(100):
-        assert "more than 500 files are included" in str(in_little_memory(read_mesh, tmp_path / f"0{end}"))
+        assert "more than 500 files are included" in str(
+            in_little_memory(read_mesh, tmp_path / f"0{end}")
+        )
 
 
 @pytest.mark.parametrize("end", INCLUDES)
@@ -131,12 +155,16 @@ def test_included_files_lie_beside_the_mesh(tmp_path, end, name):
     assert ("lies outside the folder" in said or "not found beside" in said) and "root:" not in said
 
 
-@pytest.mark.parametrize("name, text", [
-    ("K.mtx", MTX + "3 3 1000000000000000000\n1 1 1\n"),
-    ("K.mtx", MTX + "1000000000000 1000000000000 1\n1 1 1\n"),
-    ("K.mtx", MTX.replace("coordinate", "array") + "1000000000 1000000000\n1\n"),
-    ("K.mtx", "1,1,1.0\n1000000000,1000000000,1.0\n"),
-    ("K.matrix", "1, 1, 1.0\n1000000000, 1000000000, 1.0\n")])
+@pytest.mark.parametrize(
+    "name, text",
+    [
+        ("K.mtx", MTX + "3 3 1000000000000000000\n1 1 1\n"),
+        ("K.mtx", MTX + "1000000000000 1000000000000 1\n1 1 1\n"),
+        ("K.mtx", MTX.replace("coordinate", "array") + "1000000000 1000000000\n1\n"),
+        ("K.mtx", "1,1,1.0\n1000000000,1000000000,1.0\n"),
+        ("K.matrix", "1, 1, 1.0\n1000000000, 1000000000, 1.0\n"),
+    ],
+)
 def test_matrices_that_claim_more_than_they_hold(tmp_path, name, text):
     (tmp_path / name).write_text(text)
     assert "of memory, " in str(in_little_memory(read_matrix, tmp_path / name, "K"))
@@ -163,18 +191,37 @@ def test_packed_and_linking_formats_are_not_read(tmp_path, name):
     assert "mesh files of type" in str(in_little_memory(read_mesh, tmp_path / name))
 
 
-@pytest.mark.parametrize("make, name", [(corner, "blades.inp"), (corner, "damper.inp"), (chain, "model.npz"),
-                                        (chain, "pairs.csv"), (chain, "study.toml")])
+@pytest.mark.parametrize(
+    "make, name",
+    [
+        (corner, "blades.inp"),
+        (corner, "damper.inp"),
+        (chain, "model.npz"),
+        (chain, "pairs.csv"),
+        (chain, "study.toml"),
+    ],
+)
 def test_inputs_of_a_terabyte(tmp_path, make, name):
     """Holes that take no room on the disk."""
     study = make(tmp_path)
     os.truncate(tmp_path / name, 10**12)
-    said = in_little_memory(refused, study, rf"{name}.* has (1e\+03 GB; what is read|1000000000000 bytes)")
+    said = in_little_memory(
+        refused, study, rf"{name}.* has (1e\+03 GB; what is read|1000000000000 bytes)"
+    )
     assert isinstance(said, str)
 
 
-@pytest.mark.parametrize("name", ["model.npz", "preload.csv", "preload.json", ".stages/preload.json",
-                                  ".stages/tune.from", ".stages/.holder"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "model.npz",
+        "preload.csv",
+        "preload.json",
+        ".stages/preload.json",
+        ".stages/tune.from",
+        ".stages/.holder",
+    ],
+)
 def test_results_of_a_terabyte(tmp_path, name):
     """Refused, or made anew where they only record."""
     study = chain(tmp_path)
@@ -187,8 +234,18 @@ def test_results_of_a_terabyte(tmp_path, name):
     assert name.startswith(".stages") or said[-1].code == 2 and "GB" in said[-1].err, said
 
 
-@pytest.mark.parametrize("name", ["preload.json", "preload.csv", "model.npz", ".stages/preload.from", ".stages/.lock",
-                                  ".stages/.holder", "inspect.html"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "preload.json",
+        "preload.csv",
+        "model.npz",
+        ".stages/preload.from",
+        ".stages/.lock",
+        ".stages/.holder",
+        "inspect.html",
+    ],
+)
 def test_pipes_in_the_place_of_results(tmp_path, name):
     """Nothing waits for somebody who writes into them."""
     study = chain(tmp_path)
@@ -218,8 +275,14 @@ def test_a_million_columns(tmp_path):
     assert peak < 30 * (tmp_path / "pairs.csv").stat().st_size
 
 
-@pytest.mark.parametrize("add", ['[measured."../../x"]\nfile = "a.csv"\ncolumns = ["frequency_hz", "magnitude"]\n',
-                                 '[loads."../x"]\npull = 1\n', '[loads."/tmp/x"]\npull = 1\n'])
+@pytest.mark.parametrize(
+    "add",
+    [
+        '[measured."../../x"]\nfile = "a.csv"\ncolumns = ["frequency_hz", "magnitude"]\n',
+        '[loads."../x"]\npull = 1\n',
+        '[loads."/tmp/x"]\npull = 1\n',
+    ],
+)
 def test_names_that_lead_elsewhere(tmp_path, add):
     home = tmp_path / "home"
     home.mkdir()
@@ -237,7 +300,12 @@ def test_sides_that_lead_elsewhere(tmp_path, side):
     study = corner(home, ("[contact.one]", f'[contact."{side}"]'))
     assert tipdamp("inspect", study, "--quiet").code in (0, 2)
     assert [p.name for p in tmp_path.iterdir()] == ["home"]
-    assert {p.name for p in home.iterdir()} <= {"blades.inp", "damper.inp", "corner.toml", "results"}
+    assert {p.name for p in home.iterdir()} <= {
+        "blades.inp",
+        "damper.inp",
+        "corner.toml",
+        "results",
+    }
 
 
 def test_escapes_in_names_of_a_mesh_do_not_reach_the_terminal(tmp_path):
@@ -253,5 +321,7 @@ def test_escapes_in_names_of_a_mesh_do_not_reach_the_terminal(tmp_path):
 def test_room_is_that_of_the_machine(tmp_path, monkeypatch):
     """A file of 3 kB is refused where 10 kB are left: four times its size."""
     study = chain(tmp_path)
-    monkeypatch.setattr(room, "available_bytes", lambda: 4.0 * (tmp_path / "model.npz").stat().st_size - 1)
+    monkeypatch.setattr(
+        room, "available_bytes", lambda: 4.0 * (tmp_path / "model.npz").stat().st_size - 1
+    )
     refused(study, "model.npz: has .* GB; what is read of it takes four times as much memory")

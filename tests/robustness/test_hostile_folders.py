@@ -1,4 +1,5 @@
-"""Folders of a stranger: nothing in them is run, nothing outside is touched, and pages show names as text."""
+"""Folders of a stranger: nothing in them is run, nothing outside is touched, and pages show names
+as text."""
 
 import json
 import os
@@ -16,14 +17,18 @@ from tests.robustness.rows import chain, corner, stages, tipdamp
 from tests.tipdamp import corner_study
 from tipdamp.engine.store import Store, fingerprint
 
-NAME = r"$\frac{$ \x^ %s {0} </td>" + \
-    "</script><script>document.title='ran'</script><img src=http://127.0.0.1:9/x onerror=\"document.title='ran'\">"
+NAME = r"$\frac{$ \x^ %s {0} </td>" + (
+    "</script><script>document.title='ran'</script><img src=http://127.0.0.1:9/x "
+    "onerror=\"document.title='ran'\">"
+)
 
 
 def record(store, name, outputs):
     """A stage record as the program would write it."""
-    store.write_json(f".stages/{name}.json", {"key": "0", "outputs": outputs, "seconds": 1.0,
-                                              "check": fingerprint("0", outputs, 1.0)})
+    store.write_json(
+        f".stages/{name}.json",
+        {"key": "0", "outputs": outputs, "seconds": 1.0, "check": fingerprint("0", outputs, 1.0)},
+    )
 
 
 def absolute_record(store, outside):
@@ -70,8 +75,14 @@ def pickled_model(store, outside):
 
 def pickled_curve(store, outside):
     (store.folder / "responses").mkdir()
-    (store.folder / "responses" / "Fe_5N_H1.npz").write_bytes(pickle.dumps(Planted(outside / "ran")))
-    record(store, "Fe_5N_H1", {"responses/Fe_5N_H1.npz": fingerprint(store.folder / "responses" / "Fe_5N_H1.npz")})
+    (store.folder / "responses" / "Fe_5N_H1.npz").write_bytes(
+        pickle.dumps(Planted(outside / "ran"))
+    )
+    record(
+        store,
+        "Fe_5N_H1",
+        {"responses/Fe_5N_H1.npz": fingerprint(store.folder / "responses" / "Fe_5N_H1.npz")},
+    )
 
 
 def deep_json(store, outside):
@@ -80,7 +91,9 @@ def deep_json(store, outside):
 
 
 def huge_counts(store, outside):
-    (store.folder / "inspect.json").write_text(json.dumps({"bodies": {}, "pairs": {"left": 10**400}}))
+    (store.folder / "inspect.json").write_text(
+        json.dumps({"bodies": {}, "pairs": {"left": 10**400}})
+    )
 
 
 def script_in_results(store, outside):
@@ -88,8 +101,21 @@ def script_in_results(store, outside):
     (store.folder / "numpy.py").write_text(f"open({str(outside / 'ran')!r}, 'w')")
 
 
-FOLDERS = [absolute_record, climbing_record, linked_folder, linked_result, linked_records, linked_lock, linked_journal,
-           linked_temporary, pickled_model, pickled_curve, deep_json, huge_counts, script_in_results]
+FOLDERS = [
+    absolute_record,
+    climbing_record,
+    linked_folder,
+    linked_result,
+    linked_records,
+    linked_lock,
+    linked_journal,
+    linked_temporary,
+    pickled_model,
+    pickled_curve,
+    deep_json,
+    huge_counts,
+    script_in_results,
+]
 
 
 @pytest.mark.parametrize("plant", FOLDERS, ids=lambda f: f.__name__)
@@ -113,7 +139,8 @@ def test_results_of_a_stranger(tmp_path, plant):
 
 
 def program_in_the_folder(folder):
-    """A study beside modules that have the names of libraries: the command is given in that folder."""
+    """A study beside modules that have the names of libraries: the command is given in that
+    folder."""
     study = chain(folder)
     for name in ("numpy", "tipdamp", "sitecustomize", "matplotlib"):
         (folder / f"{name}.py").write_text(f"open({str(folder / 'ran')!r}, 'w')\n")
@@ -125,8 +152,14 @@ def test_modules_beside_the_study_are_not_imported(tmp_path):
     command = shutil.which("tipdamp")
     if command is None:
         pytest.skip("the command is not installed")
-    done = subprocess.run([command, "inspect", study.name, "--quiet"], cwd=tmp_path, capture_output=True, text=True,
-                          env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])}, timeout=100)
+    done = subprocess.run(
+        [command, "inspect", study.name, "--quiet"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+        timeout=100,
+    )
     assert done.returncode == 0 and not (tmp_path / "ran").exists(), done
 
 
@@ -135,12 +168,18 @@ def named(folder):
     mesh, blades = corner_study.damper(), corner_study.blades()
     mesh.groups[NAME], blades.groups[NAME] = mesh.groups["face_x"], blades.groups["touch_one"]
     side, text = NAME.replace("\\", "\\\\").replace('"', '\\"'), f"'''{NAME}'''"
-    return corner(folder, ("[material]", f"title = {text}\n[material]"), ("[contact.one]", f'[contact."a{side}"]'),
-                  ('damper = "face_x"', f"damper = {text}"), ('blade = "touch_one"', f"blade = {text}"),
-                  ('patches = ["touch_one"', f"patches = [{text}"),
-                  ("[respond]", '[tune]\nstations = "all"\n[respond]'),
-                  ("levels = [1]", "levels = [1]\nharmonics = [1]\nboth_ways = false"), damper_mesh=mesh,
-                  blade_mesh=blades)
+    return corner(
+        folder,
+        ("[material]", f"title = {text}\n[material]"),
+        ("[contact.one]", f'[contact."a{side}"]'),
+        ('damper = "face_x"', f"damper = {text}"),
+        ('blade = "touch_one"', f"blade = {text}"),
+        ('patches = ["touch_one"', f"patches = [{text}"),
+        ("[respond]", '[tune]\nstations = "all"\n[respond]'),
+        ("levels = [1]", "levels = [1]\nharmonics = [1]\nboth_ways = false"),
+        damper_mesh=mesh,
+        blade_mesh=blades,
+    )
 
 
 @pytest.mark.slow
@@ -153,13 +192,31 @@ def test_hostile_names_in_a_browser(tmp_path):
     assert all(tipdamp(verb, study, "--quiet").code == 0 for verb in ("cycles", "report"))
     for page in ("inspect.html", "report.html"):
         path = tmp_path / "results" / "corner" / page
-        done = subprocess.run([chromium, "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
-                               "--enable-unsafe-swiftshader", f"--user-data-dir={tmp_path / 'profile'}",
-                               "--enable-logging=stderr", "--virtual-time-budget=8000", "--dump-dom", f"file://{path}"],
-                              capture_output=True, text=True, timeout=120)
+        done = subprocess.run(
+            [
+                chromium,
+                "--headless=new",
+                "--no-sandbox",
+                "--use-gl=angle",
+                "--use-angle=swiftshader",
+                "--enable-unsafe-swiftshader",
+                f"--user-data-dir={tmp_path / 'profile'}",
+                "--enable-logging=stderr",
+                "--virtual-time-budget=8000",
+                "--dump-dom",
+                f"file://{path}",
+            ],
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
         title = re.search("<title>(.*?)</title>", done.stdout, re.DOTALL)[1]
         assert title.startswith(r"$\frac{$ \x^ %s {0} &lt;/td&gt;&lt;/script&gt;")
         assert "<img src=http" not in done.stdout
         console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
-        assert not [line for line in console if re.search("Uncaught|Refused|violates|ERR_|Failed to load", line)]
+        assert not [
+            line
+            for line in console
+            if re.search("Uncaught|Refused|violates|ERR_|Failed to load", line)
+        ]
         assert "js-plotly-plot" in done.stdout and "main-svg" in done.stdout

@@ -10,8 +10,10 @@ from tests.robustness.suite import ROWS
 CATALOGUE = Path(__file__).parents[1] / "reference" / "robustness" / "bad-inputs.md"
 
 
-@pytest.mark.parametrize("row", [pytest.param(r, id=f"{r.number} {r.fault}", marks=[pytest.mark.slow] * r.slow)
-                                 for r in ROWS])
+@pytest.mark.parametrize(
+    "row",
+    [pytest.param(r, id=f"{r.number} {r.fault}", marks=[pytest.mark.slow] * r.slow) for r in ROWS],
+)
 def test_row(row, tmp_path):
     assert list(row.check(tmp_path))
 

@@ -23,15 +23,26 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.results import STAGES
 
 STILL, TURN = np.eye(3), Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
-TEXT = changed(corner_study.TEXT, ("[respond]", '[tune]\nstations = "all"\n[respond]\ndirection = [1, 0, 0]'),
-               ("levels = [1]", "levels = [2]\nharmonics = [1]\nboth_ways = false"),
-               ("kn = 1e6", "kn = 1e8"), ("kt = 1e6", "kt = 1e8"),
-               ("band = [20000, 40000]", "band = [45000, 56000]"),
-               ("modes = 5", "modes_below_hz = 3e5"), ("modes = 3", "modes_below_hz = 3e5"),  # whole sets
-               ("pull_direction", "axis = [0, 1, 0]\npull_direction"))
-MM = (("[material]", '[units]\nlength = "mm"\nstress = "MPa"\ndensity = "t/mm3"\n[material]'), ("207e9", "207e3"),
-      ("density = 7850", "density = 7.85e-9"), ("kn = 1e8", "kn = 1e5"), ("kt = 1e8", "kt = 1e5"),
-      ("width = 0.01", "width = 10"))
+TEXT = changed(
+    corner_study.TEXT,
+    ("[respond]", '[tune]\nstations = "all"\n[respond]\ndirection = [1, 0, 0]'),
+    ("levels = [1]", "levels = [2]\nharmonics = [1]\nboth_ways = false"),
+    ("kn = 1e6", "kn = 1e8"),
+    ("kt = 1e6", "kt = 1e8"),
+    ("band = [20000, 40000]", "band = [45000, 56000]"),
+    # whole sets
+    ("modes = 5", "modes_below_hz = 3e5"),
+    ("modes = 3", "modes_below_hz = 3e5"),
+    ("pull_direction", "axis = [0, 1, 0]\npull_direction"),
+)
+MM = (
+    ("[material]", '[units]\nlength = "mm"\nstress = "MPa"\ndensity = "t/mm3"\n[material]'),
+    ("207e9", "207e3"),
+    ("density = 7850", "density = 7.85e-9"),
+    ("kn = 1e8", "kn = 1e5"),
+    ("kt = 1e8", "kt = 1e5"),
+    ("width = 0.01", "width = 10"),
+)
 
 
 def written(folder, meshes, *changes):
@@ -55,8 +66,13 @@ def renumbered(mesh, seed):
     new = 1000 + 7 * np.arange(len(order))
     to = dict(zip(mesh.node[order], new, strict=True))
     place = np.argsort(order)
-    return replace(mesh, node=new, position=mesh.position[order], cells={k: place[c] for k, c in mesh.cells.items()},
-                   groups={k: np.sort([to[n] for n in g]) for k, g in mesh.groups.items()})
+    return replace(
+        mesh,
+        node=new,
+        position=mesh.position[order],
+        cells={k: place[c] for k, c in mesh.cells.items()},
+        groups={k: np.sort([to[n] for n in g]) for k, g in mesh.groups.items()},
+    )
 
 
 def found(study, turn=STILL):
@@ -67,9 +83,12 @@ def found(study, turn=STILL):
     place = np.round(pairs.position @ turn, 9)
     order = np.lexsort((*place.T, pairs.side))
     curve = json.loads((folder / "respond.json").read_text())["responses"][0]
-    return {"preload": pairs.preload[order],
-            "peak": np.array([curve["peak_m"]]), "peak_hz": np.array([curve["peak_hz"]]),
-            "free_hz": np.array(json.loads((folder / "reduce.json").read_text())["free_modes_hz"])}
+    return {
+        "preload": pairs.preload[order],
+        "peak": np.array([curve["peak_m"]]),
+        "peak_hz": np.array([curve["peak_hz"]]),
+        "free_hz": np.array(json.loads((folder / "reduce.json").read_text())["free_modes_hz"]),
+    }
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +98,8 @@ def reference(tmp_path_factory):
 
 def same(one, two, tolerance):
     for name, values in one.items():
-        allowed = max(tolerance, 1e-6) if name == "peak_hz" and tolerance else tolerance      # a peak is flat
+        # a peak is flat
+        allowed = max(tolerance, 1e-6) if name == "peak_hz" and tolerance else tolerance
         assert np.abs(values - two[name]).max() <= allowed * np.abs(values).max(), name
 
 
@@ -96,10 +116,14 @@ def test_other_node_numbers(reference, tmp_path):
 def test_rotated_axes(reference, tmp_path):
     def vector(v):
         return str((TURN @ v).tolist())
-    study = written(tmp_path / "turned", [moved(m, TURN) for m in plain()],
-                    ("axis = [0, 1, 0]", f"axis = {vector([0, 1, 0])}"),
-                    ("pull_direction = [1, 0, 1]", f"pull_direction = {vector([1, 0, 1])}"),
-                    ("direction = [1, 0, 0]", f"direction = {vector([1, 0, 0])}"))
+
+    study = written(
+        tmp_path / "turned",
+        [moved(m, TURN) for m in plain()],
+        ("axis = [0, 1, 0]", f"axis = {vector([0, 1, 0])}"),
+        ("pull_direction = [1, 0, 1]", f"pull_direction = {vector([1, 0, 1])}"),
+        ("direction = [1, 0, 0]", f"direction = {vector([1, 0, 0])}"),
+    )
     same(reference, found(study, TURN), 1e-8)
 
 
@@ -131,7 +155,10 @@ def test_a_verb_that_is_the_work_of_one_process(tmp_path, monkeypatch, verb, ran
         monkeypatch.setenv(name, str(value))
     said = tipdamp(verb, *study)
     assert not (tmp_path / "results").exists() and not said.out
-    assert said.err.startswith(f"tipdamp: {verb} is the work of one process, and mpirun started 4") or rank
+    assert (
+        said.err.startswith(f"tipdamp: {verb} is the work of one process, and mpirun started 4")
+        or rank
+    )
     assert said.code == (0 if rank else 2) and (not rank or not said.err)
 
 
@@ -150,8 +177,11 @@ class Clock:
 
 
 def test_a_clock_that_jumps(tmp_path, monkeypatch):
-    """While stages run and between them, with files from the future and of 1970: the same bits, nothing made again."""
-    studies = [chain(tmp_path / name) for name in ("still", "jumps") if (tmp_path / name).mkdir() is None]
+    """While stages run and between them, with files from the future and of 1970: the same bits,
+    nothing made again."""
+    studies = [
+        chain(tmp_path / name) for name in ("still", "jumps") if (tmp_path / name).mkdir() is None
+    ]
     stages(studies[0], "respond")
     clock = Clock()
     monkeypatch.setattr(time, "time", clock.time)
@@ -172,11 +202,24 @@ def test_threads_and_a_second_run(tmp_path):
     results = []
     for k, threads in enumerate((1, 1, 2)):
         study = written(tmp_path / str(k), plain())
-        program = ("from tipdamp.cli import main\nfor v in ('inspect', 'reduce', 'preload', 'tune', 'respond'): "
-                   "assert main([v, 'corner.toml', '--quiet']) == 0")
-        subprocess.run([sys.executable, "-c", program], cwd=study.parent, check=True, capture_output=True, timeout=200,
-                       env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2]), "TIPDAMP_JOBS": "1",
-                            "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)})
+        program = (
+            "from tipdamp.cli import main\nfor v in ('inspect', 'reduce', 'preload', 'tune', "
+            "'respond'): assert main([v, 'corner.toml', '--quiet']) == 0"
+        )
+        subprocess.run(
+            [sys.executable, "-c", program],
+            cwd=study.parent,
+            check=True,
+            capture_output=True,
+            timeout=200,
+            env={
+                **os.environ,
+                "PYTHONPATH": str(Path(__file__).parents[2]),
+                "TIPDAMP_JOBS": "1",
+                "OMP_NUM_THREADS": str(threads),
+                "OPENBLAS_NUM_THREADS": str(threads),
+            },
+        )
         results.append(found(study))
     same(results[0], results[1], 0.0)
     same(results[0], results[2], 1e-9)

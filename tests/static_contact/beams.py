@@ -1,4 +1,5 @@
-"""Free beams on unilateral supports: as a model, and by Macaulay brackets without any stiffness matrix."""
+"""Free beams on unilateral supports: as a model, and by Macaulay brackets without any stiffness
+matrix."""
 
 import json
 from itertools import product
@@ -15,26 +16,39 @@ REFERENCE = Path(__file__).parents[1] / "reference" / "statics"
 
 
 def beam(x, EI):
-    """Free-free beam as a model of its deflections only: Hermite elements, rotations condensed exactly."""
+    """Free-free beam as a model of its deflections only: Hermite elements, rotations condensed
+    exactly."""
     n = len(x)
     K, _ = bending(x, EI)
     w, r = np.arange(0, 2 * n, 2), np.arange(1, 2 * n, 2)
     S = K[np.ix_(w, w)] - K[np.ix_(w, r)] @ np.linalg.solve(K[np.ix_(r, r)], K[np.ix_(r, w)])
     position = np.column_stack([x, np.zeros(n), np.zeros(n)])
-    return ReducedModel.from_matrices(np.eye(n), (S + S.T) / 2, body="damper", node=np.arange(1, n + 1),
-                                      direction=np.full(n, "z"), position=position)
+    return ReducedModel.from_matrices(
+        np.eye(n),
+        (S + S.T) / 2,
+        body="damper",
+        node=np.arange(1, n + 1),
+        direction=np.full(n, "z"),
+        position=position,
+    )
 
 
 def supports(x, kn, gap):
-    return contact_table(np.tile(np.eye(3), (len(x), 1, 1)), kn=kn, gap=gap, kt=1.0,
-                         position=np.column_stack([x, 0 * x, 0 * x]))
+    return contact_table(
+        np.tile(np.eye(3), (len(x), 1, 1)),
+        kn=kn,
+        gap=gap,
+        kt=1.0,
+        position=np.column_stack([x, 0 * x, 0 * x]),
+    )
 
 
 def random_case(random, largest=31):
-    """x, EI, kn (a third of the cases with some hard supports), gap, load: one that an equilibrium exists for.
+    """x, EI, kn (a third of the cases with some hard supports), gap, load: one that an equilibrium
+    exists for.
 
-    EI between those of reference cases F1 and F2; the resultant presses inside the supports, single loads may pull.
-    """
+    EI between those of reference cases F1 and F2; the resultant presses inside the supports, single
+    loads may pull."""
     n = int(random.integers(3, largest + 1))
     x = 0.07 * np.cumsum(random.uniform(0.4, 1.0, n))
     x = 0.07 * (x - x[0]) / (x[-1] - x[0])
@@ -47,27 +61,35 @@ def random_case(random, largest=31):
         load = random.normal(0, 40, n) * (random.random(n) < 0.5)
         total = load.sum()
         # one load on one support leaves the beam balanced there at any tilt: no set is the answer
-        if np.count_nonzero(load) > 1 and total > 1 and 0.02 * 0.07 < load @ x / total < 0.98 * 0.07:
+        if (
+            np.count_nonzero(load) > 1
+            and total > 1
+            and 0.02 * 0.07 < load @ x / total < 0.98 * 0.07
+        ):
             return x, EI, kn, gap, load
 
 
 def macaulay(x, EI, kn, gap, load, closed):
-    """(sets, n) forces and opening for each row of `closed` (sets, n) bool; NaN where the set does not hold the beam.
+    """(sets, n) forces and opening for each row of `closed` (sets, n) bool; NaN where the set does
+    not hold the beam.
 
-    w(x) = a + b x + sum (P - r) <x - p>^3 / 6EI, balance of force and moment, w = gap + r/kn where closed.
+    w(x) = a + b x + sum (P - r) <x - p>^3 / 6EI, balance of force and moment, w = gap + r/kn where
+    closed.
     """
     closed = np.atleast_2d(closed)
     n, L = len(x), x[-1]
     s = x / L
-    cube = np.maximum(s[:, None] - s[None, :], 0.0) ** 3 / 6             # times L^3/EI
+    cube = np.maximum(s[:, None] - s[None, :], 0.0) ** 3 / 6  # times L^3/EI
     flex = L**3 / EI
     line = np.column_stack([np.ones(n), s])
     A = np.zeros((len(closed), n + 2, n + 2))
     A[:, :n, :n] = np.where(closed[:, :, None], cube + np.diag(1 / (kn * flex)), np.eye(n))
-    A[:, :n, n:] = np.where(closed[:, :, None], -line, 0.0)              # unknowns a, b in flex * N
+    A[:, :n, n:] = np.where(closed[:, :, None], -line, 0.0)  # unknowns a, b in flex * N
     A[:, n:, :n] = line.T
-    right = np.concatenate([np.where(closed, cube @ load - gap / flex, 0.0),
-                            np.tile(line.T @ load, (len(closed), 1))], axis=1)
+    right = np.concatenate(
+        [np.where(closed, cube @ load - gap / flex, 0.0), np.tile(line.T @ load, (len(closed), 1))],
+        axis=1,
+    )
     held = closed.sum(axis=1) >= 2
     A[~held] = np.eye(n + 2)
     found = np.linalg.solve(A, right[:, :, None])[:, :, 0]
@@ -78,7 +100,9 @@ def macaulay(x, EI, kn, gap, load, closed):
 
 def is_solution(r, opening, closed):
     """(sets,) bool: no closed support pulls, no open one is overlapped."""
-    return (np.where(closed, r >= 0, True) & np.where(closed, True, opening >= 0)).all(axis=1) & (closed.sum(1) >= 2)
+    return (np.where(closed, r >= 0, True) & np.where(closed, True, opening >= 0)).all(axis=1) & (
+        closed.sum(1) >= 2
+    )
 
 
 def by_trying_all_sets(x, EI, kn, gap, load):

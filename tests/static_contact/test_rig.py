@@ -14,7 +14,8 @@ from tipdamp.static_contact.tuning.redistribution import redistribute
 from tipdamp.static_contact.tuning.reduction_error import stuck_error_bound
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
-EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # Fc / (2 sin 45): frictionless balance between faces at 45 degrees
+# Fc / (2 sin 45): frictionless balance between faces at 45 degrees
+EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +48,8 @@ def test_preload_sums_to_the_equilibrium(rig_results, whole):
         assert figures["sum_N"] == pytest.approx(EACH_SIDE, rel=1e-6), side
         assert figures["balance_error"] < 1e-6
         station = np.bincount(whole.station[whole.side == side], whole.preload[whole.side == side])
-        assert station[[0, -1]].min() > 2 * station[15]  # ends loaded, middle less [Zucca 2016, figure 9]
+        # ends loaded, middle less [Zucca 2016, figure 9]
+        assert station[[0, -1]].min() > 2 * station[15]
 
 
 def test_frames_are_right_handed_and_face_the_blades(whole):
@@ -55,13 +57,17 @@ def test_frames_are_right_handed_and_face_the_blades(whole):
     assert np.allclose(np.linalg.det(whole.frame), 1.0)
     assert np.allclose(whole.frame[:, 0], [0, 1, 0])
     outward = np.where(whole.side == "left", -1.0, 1.0) * np.sin(np.pi / 4)
-    assert np.allclose(whole.normal[:, 0], outward, atol=1e-6) and np.allclose(whole.normal[:, 2], np.sin(np.pi / 4))
+    assert np.allclose(whole.normal[:, 0], outward, atol=1e-6) and np.allclose(
+        whole.normal[:, 2], np.sin(np.pi / 4)
+    )
 
 
 def test_rows_count_from_the_lower_edge(whole):
     flat = whole.select(whole.side == "right")
     low, high = flat.select(flat.row == 0), flat.select(flat.row == 1)
-    assert (high.position[:, 2] - low.position[:, 2] == pytest.approx(1.6e-3 * np.sin(np.pi / 4), rel=1e-6))
+    assert high.position[:, 2] - low.position[:, 2] == pytest.approx(
+        1.6e-3 * np.sin(np.pi / 4), rel=1e-6
+    )
 
 
 def test_edge_line_alone_leaves_the_roll_unbalanced(model, whole):
@@ -75,13 +81,17 @@ def test_edge_line_alone_leaves_the_roll_unbalanced(model, whole):
     # a pure couple is taken up: the sides still balance the pull
     assert held.residual < 1e-8 and held.balance < 1e-9
     for side in ("left", "right"):
-        assert np.maximum(held.pairs.preload, 0)[line.side == side].sum() == pytest.approx(EACH_SIDE, rel=1e-6)
+        assert np.maximum(held.pairs.preload, 0)[line.side == side].sum() == pytest.approx(
+            EACH_SIDE, rel=1e-6
+        )
 
 
 def test_crown_opens_the_middle(model, whole):
     """An initial gap of 60 um in the middle opens pairs there and raises the ends."""
     y = whole.position[:, 1] / 0.07
-    crowned = StaticContact(model, whole.replace(gap=60e-6 * (1 - (2 * y - 1) ** 2))).solve(113 * model.loads["pull"])
+    crowned = StaticContact(model, whole.replace(gap=60e-6 * (1 - (2 * y - 1) ** 2))).solve(
+        113 * model.loads["pull"]
+    )
     left = crowned.pairs.select(crowned.pairs.side == "left")
     assert 4 <= (left.preload < 0).sum() <= 20 and (left.preload[[0, -1]] > 10).all()
     assert np.maximum(left.preload, 0).sum() == pytest.approx(EACH_SIDE, rel=1e-6)
@@ -95,17 +105,20 @@ def test_carried_preload_is_the_whole_pull(whole):
         assert done.pairs.preload[kept.side == side].sum() == pytest.approx(EACH_SIDE, rel=1e-12)
         assert 1.5 < done.scale[side] < 3
     assert (done.pairs.preload > 0).all()
-    assert abs(done.moment[1]) == pytest.approx(EACH_SIDE * 0.8e-3, rel=1e-3)  # what the edge line cannot balance
+    # what the edge line cannot balance
+    assert abs(done.moment[1]) == pytest.approx(EACH_SIDE * 0.8e-3, rel=1e-3)
 
 
 def test_detachment_against_brute_force(model, whole, follow):
-    """Every split by an eigenvalue problem of its own: the same frequencies, falling from the middle outwards with
-    each station that goes, and none nearer the target."""
+    """Every split by an eigenvalue problem of its own: the same frequencies, falling from the
+    middle outwards with each station that goes, and none nearer the target."""
     line, target = whole.replace(weight=(whole.row == 0).astype(float)), 2500.0
     assembly = StuckAssembly(model)
     found = detach_until(assembly, line, target, follow)
     hz = {(s.front, s.back): s.hz for s in found.history}
-    assert len(hz) == 436 and (np.diff([hz[(n + 1) // 2, n // 2] for n in range(31, 1, -1)]) < 0).all()
+    assert (
+        len(hz) == 436 and (np.diff([hz[(n + 1) // 2, n // 2] for n in range(31, 1, -1)]) < 0).all()
+    )
     brute = {s: assembly.modes(keep_ends(line, *s), follow).tracked_hz for s in list(hz)[::3]}
     assert max(abs(hz[s] - brute[s]) for s in brute) < 1e-5
     assert abs(found.chosen.hz - target) < min(abs(v - target) for v in hz.values()) + 1e-6
@@ -118,8 +131,12 @@ def test_target_out_of_reach(model, whole, follow, target):
     """The answer names the range of the whole sequence, whichever side the target lies on."""
     line = whole.replace(weight=(whole.row == 0).astype(float))
     assembly = StuckAssembly(model)
-    low, high = (assembly.modes(keep_ends(line, *ends), follow).tracked_hz for ends in ((1, 1), (16, 15)))
-    with pytest.raises(InputError, match=rf"not reachable: {low:.0f}\.\.{high:.0f} Hz with 2..31 stations"):
+    low, high = (
+        assembly.modes(keep_ends(line, *ends), follow).tracked_hz for ends in ((1, 1), (16, 15))
+    )
+    with pytest.raises(
+        InputError, match=rf"not reachable: {low:.0f}\.\.{high:.0f} Hz with 2..31 stations"
+    ):
         detach_until(StuckAssembly(model), line, target, follow)
 
 
@@ -139,7 +156,8 @@ def test_reduced_stuck_frequencies_match_the_full_model(rig_results):
         error = np.array(figures["reduced_hz"]) / figures["full_hz"] - 1
         assert (error > -1e-6).all() and (error < 1e-3).all()  # from above (Rayleigh), within 0.1 %
         bound = np.array(figures["error_bound"])
-        assert (bound >= error).all() and (bound < 3 * error + 1e-5).all()  # never passed, and worth reading
+        # never passed, and worth reading
+        assert (bound >= error).all() and (bound < 3 * error + 1e-5).all()
 
 
 @pytest.mark.slow
@@ -151,14 +169,20 @@ def test_modes_by_frequency_and_by_error(rig, tmp_path):
     from tipdamp.stages.run import run_stage
     from tipdamp.study.study import load_study
 
-    text = (rig / "rig.toml").read_text().replace("modes = 30", "error = 1e-4").replace(
-        "modes = 10", "modes_below_hz = 60e3")
+    text = (
+        (rig / "rig.toml")
+        .read_text()
+        .replace("modes = 30", "error = 1e-4")
+        .replace("modes = 10", "modes_below_hz = 60e3")
+    )
     (rig / "by_error.toml").write_text(text)
     study, store = load_study(rig / "by_error.toml"), Store(tmp_path)
     for stage in ("reduce", "preload"):
         run_stage(stage, study, store, quiet=True)
-    model, pairs = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("preload.csv"))
-    facts, truncation = store.read_json("reduce.json"), Truncation.load(store.path("truncation.npz"))
+    model = ReducedModel.load(store.path("model.npz"))
+    pairs = ContactTable.load(store.path("preload.csv"))
+    facts = store.read_json("reduce.json")
+    truncation = Truncation.load(store.path("truncation.npz"))
     modes = facts["reduction"]["modes"]
     assert truncation.omega[0] >= 2 * np.pi * facts["highest_fixed_interface_hz"]["blades"]
     assert facts["highest_fixed_interface_hz"]["damper"] < 60e3 <= truncation.omega[1] / (2 * np.pi)

@@ -1,5 +1,5 @@
-"""A wedge damper under blade platforms that slides along its axis at 3 N: the curves stop, and have no peak; held along
-its axis they are complete."""
+"""A wedge damper under blade platforms that slides along its axis at 3 N: the curves stop, and have
+no peak; held along its axis they are complete."""
 
 import re
 import shutil
@@ -22,13 +22,17 @@ def run(folder, *changes):
     for name in ("coarse_blades.msh", "coarse_damper.msh"):
         shutil.copy(FOLDER / name, folder)
     text = (FOLDER / "coarse.toml").read_text(encoding="utf-8")
-    (folder / "coarse.toml").write_text(changed(text, ("levels = [0.1, 1, 3]", "levels = [3]"), *changes),
-                                        encoding="utf-8")
-    return main(["run", str(folder / "coarse.toml"), "--quiet"]), Store(folder / "results" / "coarse")
+    (folder / "coarse.toml").write_text(
+        changed(text, ("levels = [0.1, 1, 3]", "levels = [3]"), *changes), encoding="utf-8"
+    )
+    return main(["run", str(folder / "coarse.toml"), "--quiet"]), Store(
+        folder / "results" / "coarse"
+    )
 
 
 def test_held_along_its_axis(tmp_path):
-    """Both ways are complete: 1042.6 um/N at 823.6 Hz, and what a stop along the axis would have to take."""
+    """Both ways are complete: 1042.6 um/N at 823.6 Hz, and what a stop along the axis would have to
+    take."""
     code, store = run(tmp_path, ("pull = 60", 'pull = 60\nhold = "y"'))
     up = store.read_json("summary.json")["responses"][0]
     assert code == 0 and up["complete"] and up["back"]["complete"] and up["held_change"] < 1e-4
@@ -37,22 +41,31 @@ def test_held_along_its_axis(tmp_path):
         assert one["peak_hz"] == pytest.approx(823.6, rel=1e-3)
     force, back = (one["held"]["damper: slide along y"] for one in (up, up["back"]))
     assert up["back"]["peak_m"] == pytest.approx(up["peak_m"], rel=1e-6)
-    assert back["mean"] == pytest.approx(force["mean"], rel=1e-4) and abs(force["mean"]) > 0.01 and force["unit"] == "N"
+    assert (
+        back["mean"] == pytest.approx(force["mean"], rel=1e-4)
+        and abs(force["mean"]) > 0.01
+        and force["unit"] == "N"
+    )
     assert (store.folder / "figures" / "held.png").is_file()
 
 
 def test_curve_that_stops_has_no_peak(tmp_path, capsys):
-    """309 and 491 um/N are where they stop; the peak, with a soft spring along the axis, is 1042.6 um/N at 823.6 Hz."""
+    """309 and 491 um/N are where they stop; the peak, with a soft spring along the axis, is 1042.6
+    um/N at 823.6 Hz."""
     code, store = run(tmp_path)
     printed, summary = capsys.readouterr(), store.read_json("summary.json")
     assert code == 3
     up, down = summary["responses"][0], summary["responses"][0]["back"]
     for one, bound in ((up, 308.8e-6), (down, 491e-6)):
-        assert one["peak_hz"] is None and one["peak_m"] is None and "rigid-body drift" in one["ended"]
+        assert (
+            one["peak_hz"] is None and one["peak_m"] is None and "rigid-body drift" in one["ended"]
+        )
         assert "slides along (0.00, 1.00, 0.00)" in one["ended"]
         assert "hold = { motion = 'y', mean = true } in [damper]" in one["ended"]
         assert one["at_least_m"] / 3 == pytest.approx(bound, rel=1e-3)
     assert "2 curves incomplete, 2 without a peak" in printed.out
     assert "no peak, at least 926.5 um at 809.4 Hz; stopped at 809.394 Hz: " in printed.out
-    assert any(re.search("followed from the other end is incomplete.*: no peak, at least 1473 um", w)
-               for w in summary["warnings"])
+    assert any(
+        re.search("followed from the other end is incomplete.*: no peak, at least 1473 um", w)
+        for w in summary["warnings"]
+    )

@@ -1,4 +1,5 @@
-"""The study of the demo, docs/studies/two_blade_rig/twin.toml, and its map with an open middle, default mesh."""
+"""The study of the demo, docs/studies/two_blade_rig/twin.toml, and its map with an open middle,
+default mesh."""
 
 import shutil
 
@@ -17,7 +18,7 @@ from tipdamp.study.study import load_study
 pytestmark = pytest.mark.slow
 
 pytest.importorskip("dolfinx")
-KEPT = 2799.5            # Hz, stuck on 5 + 4 stations
+KEPT = 2799.5  # Hz, stuck on 5 + 4 stations
 
 
 @pytest.fixture(scope="module")
@@ -46,24 +47,32 @@ def twin(folder):
 def stations(store):
     """{side: (31,) N, sum over the rows of the closed pairs of each station}"""
     pairs = ContactTable.load(store.path("preload.csv"))
-    return {side: np.bincount(pairs.station[pairs.side == side], np.maximum(pairs.preload[pairs.side == side], 0))
-            for side in pairs.sides}
+    return {
+        side: np.bincount(
+            pairs.station[pairs.side == side], np.maximum(pairs.preload[pairs.side == side], 0)
+        )
+        for side in pairs.sides
+    }
 
 
 def test_frequencies_beside_the_papers(twin):
-    """Zucca 2016, sections 5 and 8; in phase with the damper the frequency hardly changes (section 5)."""
+    """Zucca 2016, sections 5 and 8; in phase with the damper the frequency hardly changes (section
+    5)."""
     summary, tune = (twin[1].read_json(f"{name}.json") for name in ("summary", "tune"))
     assert summary["free_hz"] == pytest.approx({"out_of_phase": 1590, "in_phase": 1665}, rel=0.01)
     assert summary["stuck_hz"]["full_line"] == pytest.approx(3500, rel=0.01)
     assert summary["stuck_hz"]["tuned"] == pytest.approx(2800, rel=0.01)
     assert summary["stuck_hz"]["full_area"] == pytest.approx(3600, rel=0.03)
     assert summary["tuned_pairs"] == {"front": 5, "back": 4}
-    assert tune["other_modes"]["in_phase"]["hz"] == pytest.approx(summary["free_hz"]["in_phase"], rel=0.03)
+    assert tune["other_modes"]["in_phase"]["hz"] == pytest.approx(
+        summary["free_hz"]["in_phase"], rel=0.03
+    )
     assert "in phase with damper" in twin[1].path("report.html").read_text()
 
 
 def test_no_neighbour_of_the_tracked_mode(twin):
-    """Modal constants of blade 1's patch within 10 % of the tracked mode: none above a tenth of its own."""
+    """Modal constants of blade 1's patch within 10 % of the tracked mode: none above a tenth of its
+    own."""
     from scipy.linalg import eigh
 
     assembly = assembled(*twin)
@@ -92,7 +101,9 @@ def test_peaks_fall_with_the_force(twin):
     found = twin[1].read_json("respond.json")["responses"]
     for H in (1, 5):
         curves = [c for c in found if c["H"] == H]
-        assert [c["Fe_N"] for c in curves] == [1, 6, 10, 12, 20] and all(c["complete"] for c in curves)
+        assert [c["Fe_N"] for c in curves] == [1, 6, 10, 12, 20] and all(
+            c["complete"] for c in curves
+        )
         assert (np.diff([c["peak_m"] / c["Fe_N"] for c in curves]) < 0).all()
         assert (np.diff([c["peak_hz"] for c in curves]) < 0).all()
         for c in curves:
@@ -114,23 +125,36 @@ def test_map_with_an_open_middle(folder):
     _, store = run(folder, "open_middle", ("inspect", "reduce", "preload"))
     for side, opened in (("left", 5), ("right", 3)):
         force = stations(store)[side]
-        assert np.flatnonzero(force == 0).tolist() == list(range(15 - opened // 2, 16 + opened // 2))
+        assert np.flatnonzero(force == 0).tolist() == list(
+            range(15 - opened // 2, 16 + opened // 2)
+        )
         assert force.max() < 5 and min(force[0], force[-1]) == pytest.approx(force.max(), rel=0.01)
         assert force.sum() == pytest.approx(EACH_SIDE, rel=1e-9)
 
 
 def test_tuned_to_synthetic_measurements(folder, twin):
-    """overlay.toml: graded to the measured peak at 1 N, the computed curves lie in the measured bands as far as the
-    hidden friction lets them."""
+    """overlay.toml: graded to the measured peak at 1 N, the computed curves lie in the measured
+    bands as far as the hidden friction lets them."""
     shutil.copytree(FOLDER / "synthetic", folder / "synthetic")
-    shutil.copytree(twin[1].folder, folder / "results" / "overlay")     # reduce and preload are the same
-    _, store = run(folder, "overlay", ("inspect", "reduce", "preload", "measured", "tune", "respond", "agreement"))
+    # reduce and preload are the same
+    shutil.copytree(twin[1].folder, folder / "results" / "overlay")
+    _, store = run(
+        folder,
+        "overlay",
+        ("inspect", "reduce", "preload", "measured", "tune", "respond", "agreement"),
+    )
     measured, tune = (store.read_json(f"{name}.json") for name in ("measured", "tune"))
     one = measured["curves"]["SYNTHETIC_1N"]
-    assert one["circle_fit"]["zeta"] == pytest.approx(0.022, rel=0.02)   # of the computation that made it
+    # of the computation that made it
+    assert one["circle_fit"]["zeta"] == pytest.approx(0.022, rel=0.02)
     assert tune["stuck_hz"]["tuned"] == pytest.approx(one["peak_hz"], abs=0.1)
     found = store.read_json("agreement.json")["curves"]
     assert [c["measured"] for c in found] == ["SYNTHETIC_1N", "SYNTHETIC_12N"]
-    # without slip all of the curve; at 12 N the hidden limits of friction, 0.55 x 0.96 for 0.6, are 12 % lower
+    # without slip all of the curve; at 12 N the hidden limits of friction, 0.55 x 0.96 for 0.6, are
+    # 12 % lower
     for curve, share, peak in zip(found, (0.9, 0.5), (0.02, 0.1), strict=True):
-        assert curve["share_inside"] > share and abs(curve["peak"]) < peak and abs(curve["frequency"]) < 5e-3
+        assert (
+            curve["share_inside"] > share
+            and abs(curve["peak"]) < peak
+            and abs(curve["frequency"]) < 5e-3
+        )

@@ -1,4 +1,5 @@
-"""The worked examples: docs/studies/two_blade_rig as the documentation has them, default mesh, from mesh to curves."""
+"""The worked examples: docs/studies/two_blade_rig as the documentation has them, default mesh, from
+mesh to curves."""
 
 import shutil
 from pathlib import Path
@@ -43,9 +44,12 @@ def test_frequencies_beside_the_papers(asymmetric):
     for name, hz in (("full_line", 3500), ("tuned", 2800), ("full_area", 3600)):
         assert summary["stuck_hz"][name] == pytest.approx(hz, rel=1e-2)
     assert summary["tuned_pairs"] == {"front": 5, "back": 4}  # section 8
-    even = [s for s in asymmetric.read_json("tune.json")["history"] if 0 <= s["front"] - s["back"] <= 1]
+    even = [
+        s for s in asymmetric.read_json("tune.json")["history"] if 0 <= s["front"] - s["back"] <= 1
+    ]
     even.sort(key=lambda s: -s["front"] - s["back"])
-    assert len(even) >= 30 and (np.diff([s["hz"] for s in even]) < 0).all()       # falls as stations are detached
+    # falls as stations are detached
+    assert len(even) >= 30 and (np.diff([s["hz"] for s in even]) < 0).all()
 
 
 def test_preload_of_patch_and_kept_stations(asymmetric):
@@ -70,7 +74,9 @@ def test_reduced_model_against_the_full_one(asymmetric):
 
 def test_curves_are_complete_from_both_ends(asymmetric):
     responses = asymmetric.read_json("respond.json")["responses"]
-    assert {(r["Fe_N"], r["H"]) for r in responses} == {(Fe, H) for Fe in (1, 6, 10, 12, 20) for H in (1, 5)}
+    assert {(r["Fe_N"], r["H"]) for r in responses} == {
+        (Fe, H) for Fe in (1, 6, 10, 12, 20) for H in (1, 5)
+    }
     for r in responses:
         assert r["complete"] and r["failed_points"] == 0, r["ended"]
         assert r["back"]["complete"] and r["back"]["failed_points"] == 0
@@ -93,7 +99,10 @@ def test_slip_lowers_the_linear_peak(asymmetric):
 
 def test_report_and_figures_are_there(asymmetric):
     page = asymmetric.path("report.html").read_text()
-    assert "Two-blade rig, asymmetric damper" in page and len(list(asymmetric.path("figures").glob("*.png"))) >= 7
+    assert (
+        "Two-blade rig, asymmetric damper" in page
+        and len(list(asymmetric.path("figures").glob("*.png"))) >= 7
+    )
 
 
 @pytest.mark.parametrize("damper", ["wedge", "cylindrical"])

@@ -1,5 +1,6 @@
-"""The rig with blades of tetrahedra whose covers do not match the damper, from one Abaqus file to a report in one go;
-beside the same rig whose covers have the damper's nodes, in cells of the same sizes."""
+"""The rig with blades of tetrahedra whose covers do not match the damper, from one Abaqus file to a
+report in one go; beside the same rig whose covers have the damper's nodes, in cells of the same
+sizes."""
 
 import re
 
@@ -18,16 +19,28 @@ pytest.importorskip("gmsh")
 from tipdamp.meshes.rig import Rig  # noqa: E402
 from tipdamp.meshes.tetrahedra import generate  # noqa: E402
 
-KNOWN = {"E": "207e9", "nu": "0.3", "density": "7850", "pull": "113", "mu": "0.6", "levels": "[6]",
-         "band": "[2600, 3400]\nharmonics = 1\nboth_ways = false"}
-STATIONS = r'(?m)^(stations = "all"|by = "area"\nkept_share = 1) .*$'         # of matching nodes, of contact points
-WRITTEN = {"damping_ratio = 0.005": "damping_ratio = 0.022",
-           'shape = "flat"': 'shape = "flat"\nkn_per_area = 5.7e11\nkt_per_area = 5.2e11'}
+KNOWN = {
+    "E": "207e9",
+    "nu": "0.3",
+    "density": "7850",
+    "pull": "113",
+    "mu": "0.6",
+    "levels": "[6]",
+    "band": "[2600, 3400]\nharmonics = 1\nboth_ways = false",
+}
+# of matching nodes, of contact points
+STATIONS = r'(?m)^(stations = "all"|by = "area"\nkept_share = 1) .*$'
+WRITTEN = {
+    "damping_ratio = 0.005": "damping_ratio = 0.022",
+    'shape = "flat"': 'shape = "flat"\nkn_per_area = 5.7e11\nkt_per_area = 5.2e11',
+}
 
 
 def completed(text, method):
     """A proposed study with what only a person knows."""
-    text = re.sub(r"(?m)^# (\[\w+\]|\w+ = )", r"\1", text).replace('stiffness = "halfspace"', f'method = "{method}"')
+    text = re.sub(r"(?m)^# (\[\w+\]|\w+ = )", r"\1", text).replace(
+        'stiffness = "halfspace"', f'method = "{method}"'
+    )
     text = re.sub(STATIONS, "stations = [3, 2]", text)
     for key, value in KNOWN.items():
         text = text.replace(f'\n{key} = "?"', f"\n{key} = {value}")
@@ -42,11 +55,22 @@ def both(tmp_path_factory):
     found = []
     for matching in (False, True):
         folder = tmp_path_factory.mktemp("matching" if matching else "unlike")
-        generate(Rig.named("asymmetric"), "wedge", folder, edge=0.01, contact_edge=2e-3, cells=(15, 2),
-                 matching=matching)
+        generate(
+            Rig.named("asymmetric"),
+            "wedge",
+            folder,
+            edge=0.01,
+            contact_edge=2e-3,
+            cells=(15, 2),
+            matching=matching,
+        )
         assert main(["inspect", str(folder / "tet_rig.inp")]) == 0
         study = folder / "tet_rig.toml"
-        assert "the nodes match" in study.read_text() if matching else "the nodes do not match" in study.read_text()
+        assert (
+            "the nodes match" in study.read_text()
+            if matching
+            else "the nodes do not match" in study.read_text()
+        )
         study.write_text(completed(study.read_text(), "surfaces" if matching else "auto"))
         for verb in ("reduce", "preload", "tune", "respond") if matching else ("run",):
             assert main([verb, str(study), "--quiet"]) == 0
@@ -75,8 +99,15 @@ def test_preload_per_station(both):
     forces = []
     for store in both:
         pairs = ContactTable.load(store.path("preload.csv"))
-        forces.append([[np.maximum(pairs.preload[(pairs.side == s) & (pairs.station == k)], 0).sum() for k in range(16)]
-                       for s in ("left", "right")])
+        forces.append(
+            [
+                [
+                    np.maximum(pairs.preload[(pairs.side == s) & (pairs.station == k)], 0).sum()
+                    for k in range(16)
+                ]
+                for s in ("left", "right")
+            ]
+        )
     assert np.array(forces[0]) == pytest.approx(np.array(forces[1]), rel=0.03)
 
 

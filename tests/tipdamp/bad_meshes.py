@@ -1,4 +1,5 @@
-"""What the tests of damaged meshes share: a mesh written in every format, the refusal, what inspect says."""
+"""What the tests of damaged meshes share: a mesh written in every format, the refusal, what inspect
+says."""
 
 import json
 
@@ -9,9 +10,15 @@ from tipdamp.cli import main
 from tipdamp.hbm.errors import InputError
 from tipdamp.readers.dispatch import read_mesh
 
-WRITERS = {".msh": mesh_texts.gmsh_text, ".2.msh": lambda m: mesh_texts.gmsh_text(m, "2.2"),
-           ".inp": mesh_texts.abaqus_flat, ".cae.inp": mesh_texts.abaqus_cae, ".cdb": mesh_texts.ansys,
-           ".bdf": mesh_texts.nastran, ".free.bdf": lambda m: mesh_texts.nastran(m, "free")}
+WRITERS = {
+    ".msh": mesh_texts.gmsh_text,
+    ".2.msh": lambda m: mesh_texts.gmsh_text(m, "2.2"),
+    ".inp": mesh_texts.abaqus_flat,
+    ".cae.inp": mesh_texts.abaqus_cae,
+    ".cdb": mesh_texts.ansys,
+    ".bdf": mesh_texts.nastran,
+    ".free.bdf": lambda m: mesh_texts.nastran(m, "free"),
+}
 every_format = pytest.mark.parametrize("end", WRITERS)
 
 
@@ -29,17 +36,19 @@ def refused(path, pattern):
 
 
 def inspect(path, capsys):
-    """Exit code, standard error, and the warnings that are printed, at least those of inspect.json (None when it
-    failed)."""
+    """Exit code, standard error, and the warnings that are printed, at least those of inspect.json
+    (None when it failed)."""
     code = main(["inspect", str(path), "--quiet"])
     out, error = capsys.readouterr()
     result = path.parent / "results" / "corner" / "inspect.json"
     if code:
         assert not result.exists() and error.count("\n") == 1
         return code, error, None
-    printed = [line.removeprefix("warning: ") for line in out.splitlines() if line.startswith("warning: ")]
+    printed = [
+        line.removeprefix("warning: ") for line in out.splitlines() if line.startswith("warning: ")
+    ]
     kept = json.loads(result.read_text())["warnings"]
-    assert [w[:60] for w in printed[:len(kept)]] == [w[:60] for w in kept]
+    assert [w[:60] for w in printed[: len(kept)]] == [w[:60] for w in kept]
     return code, error, printed
 
 

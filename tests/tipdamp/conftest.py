@@ -19,10 +19,14 @@ def copy(rig, rig_results, tmp_path):
 
 @pytest.fixture
 def variant(rig_results, tmp_path):
-    """variant(last, *(old, new)): the study on matrices with changes, up to a stage; returns the results folder."""
+    """variant(last, *(old, new)): the study on matrices with changes, up to a stage; returns the
+    results folder."""
     shutil.copy(rig_results.path("model.npz"), tmp_path)
     shutil.copy(rig_results.path("preload.csv"), tmp_path / "pairs.csv")
-    text = '[model]\nmatrices = "model.npz"\npull = 113\n[contact]\npairs = "pairs.csv"' + STUDY.split("[contact]")[1]
+    text = (
+        '[model]\nmatrices = "model.npz"\npull = 113\n[contact]\npairs = "pairs.csv"'
+        + STUDY.split("[contact]")[1]
+    )
     for line in SAID_BY_THE_TABLE:
         text = text.replace(line, "")
 
@@ -32,6 +36,7 @@ def variant(rig_results, tmp_path):
             assert main([verb, str(tmp_path / "rig.toml"), "--quiet"]) == 0
             if verb == last:
                 return tmp_path / "results" / "rig"
+
     return run
 
 
@@ -44,6 +49,7 @@ def matrices_study(tmp_path):
 @pytest.fixture
 def nothing_is_assembled(monkeypatch):
     """What is wrong with pairs and loads is answered before anything heavy is done."""
+
     def heavy(*_, **__):
         raise AssertionError("a body was assembled")
 

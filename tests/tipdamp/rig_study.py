@@ -1,4 +1,5 @@
-"""Studies that tests change by replacing texts: of the small rig, and CHAIN of the matrices of the example."""
+"""Studies that tests change by replacing texts: of the small rig, and CHAIN of the matrices of the
+example."""
 
 import importlib.util
 import json
@@ -39,11 +40,17 @@ def write_chain(folder):
     M, K = example.matrices()
     body, node = zip(*[(b, n) for b, nodes in example.NODES.items() for n in nodes], strict=True)
     pull = np.zeros(27)
-    pull[[20, 26]] = 0.5                                  # z of the two ends of the damper
-    ReducedModel.from_matrices(M, K, body=np.repeat(body, 3), node=np.repeat(node, 3), direction=["x", "y", "z"] * 9,
-                               position=np.repeat(example.positions(), 3, axis=0), loads={"pull": pull},
-                               groups={"blades/excitation": [2], "blades/patch_1": [2], "blades/patch_2": [12]},
-                               ).save(folder / "model.npz")
+    pull[[20, 26]] = 0.5  # z of the two ends of the damper
+    ReducedModel.from_matrices(
+        M,
+        K,
+        body=np.repeat(body, 3),
+        node=np.repeat(node, 3),
+        direction=["x", "y", "z"] * 9,
+        position=np.repeat(example.positions(), 3, axis=0),
+        loads={"pull": pull},
+        groups={"blades/excitation": [2], "blades/patch_1": [2], "blades/patch_2": [12]},
+    ).save(folder / "model.npz")
     example.contact_table().save(folder / "pairs.csv")
     (folder / "study.toml").write_text(CHAIN)
     return folder / "study.toml"
@@ -57,9 +64,17 @@ def edit(folder, old, new):
     return str(path)
 
 
-SAID_BY_THE_TABLE = ('blade = "contact_left"\n', 'damper = "contact_left"\n', 'blade = "contact_right"\n',
-                     'damper = "contact_right"\n', "mu = 0.6\n", "kn = 3.32e6\n", "kt = 3.02e6\n", "kn = 1.03e6\n",
-                     "kt = 0.94e6\n")
+SAID_BY_THE_TABLE = (
+    'blade = "contact_left"\n',
+    'damper = "contact_left"\n',
+    'blade = "contact_right"\n',
+    'damper = "contact_right"\n',
+    "mu = 0.6\n",
+    "kn = 3.32e6\n",
+    "kt = 3.02e6\n",
+    "kn = 1.03e6\n",
+    "kt = 0.94e6\n",
+)
 
 
 def own_pairs(folder):
@@ -71,7 +86,11 @@ def own_pairs(folder):
 
 def files(folder):
     """Times of all files but the name of who holds the lock."""
-    return {p: p.stat().st_mtime_ns for p in Path(folder).rglob("*") if p.is_file() and p.name != ".holder"}
+    return {
+        p: p.stat().st_mtime_ns
+        for p in Path(folder).rglob("*")
+        if p.is_file() and p.name != ".holder"
+    }
 
 
 def read(folder, name):
@@ -82,4 +101,5 @@ def text(old, new):
     def change(study):
         assert old in CHAIN
         study.write_text(CHAIN.replace(old, new))
+
     return change

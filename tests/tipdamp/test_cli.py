@@ -1,4 +1,5 @@
-"""The command line: bad input with one line and exit code 2, and whole runs without meshes or responses."""
+"""The command line: bad input with one line and exit code 2, and whole runs without meshes or
+responses."""
 
 import json
 import re
@@ -20,16 +21,38 @@ from tipdamp.hbm.balance import problem
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("verb, old, new, message", [
-    ("inspect", "asymmetric_blades.msh", "none.msh", "[blades] mesh = 'none.msh': no such file"),
-    ("reduce", 'clamp = "clamp"', 'clamp = "clmp"', "[blades] clamp[0]: asymmetric_blades.msh: no group 'clmp'; did "
-                                                    "you mean 'clamp'"),
-    ("reduce", 'blade = "contact_right"', 'blade = "contact_left"', "the groups are swapped"),
-    ("reduce", "asymmetric_blades.msh", "asymmetric_damper.msh", "mesh is the file of the [blades] too, and all its "
-                                                                 "cells are connected; name another file"),
-    ("reduce", "[respond]", '[respond]\nexcitation = "tip"', "[respond] excitation: asymmetric_blades.msh: no group"),
-    ("run", "band = [2300, 3300]", "band = [3300, 2300]", "the band is empty"),
-])
+@pytest.mark.parametrize(
+    "verb, old, new, message",
+    [
+        (
+            "inspect",
+            "asymmetric_blades.msh",
+            "none.msh",
+            "[blades] mesh = 'none.msh': no such file",
+        ),
+        (
+            "reduce",
+            'clamp = "clamp"',
+            'clamp = "clmp"',
+            "[blades] clamp[0]: asymmetric_blades.msh: no group 'clmp'; did you mean 'clamp'",
+        ),
+        ("reduce", 'blade = "contact_right"', 'blade = "contact_left"', "the groups are swapped"),
+        (
+            "reduce",
+            "asymmetric_blades.msh",
+            "asymmetric_damper.msh",
+            "mesh is the file of the [blades] too, and all its "
+            "cells are connected; name another file",
+        ),
+        (
+            "reduce",
+            "[respond]",
+            '[respond]\nexcitation = "tip"',
+            "[respond] excitation: asymmetric_blades.msh: no group",
+        ),
+        ("run", "band = [2300, 3300]", "band = [3300, 2300]", "the band is empty"),
+    ],
+)
 def test_bad_input_exits_with_one_line(copy, capsys, verb, old, new, message):
     path = edit(copy, old, new)
     before = files(copy / "results")
@@ -41,7 +64,8 @@ def test_bad_input_exits_with_one_line(copy, capsys, verb, old, new, message):
 
 @pytest.mark.slow
 def test_matrices_only_way_without_finite_elements(rig, rig_results, tmp_path):
-    """From model.npz and pairs.csv alone, where dolfinx, petsc4py, slepc4py, gmsh and mpi4py cannot be imported."""
+    """From model.npz and pairs.csv alone, where dolfinx, petsc4py, slepc4py, gmsh and mpi4py cannot
+    be imported."""
     shutil.copy(rig_results.path("model.npz"), tmp_path)
     shutil.copy(rig_results.path("preload.csv"), tmp_path / "pairs.csv")
     head, rest = STUDY.split("[contact]")
@@ -50,14 +74,20 @@ def test_matrices_only_way_without_finite_elements(rig, rig_results, tmp_path):
         assert line in text
         text = text.replace(line, "")
     (tmp_path / "rig.toml").write_text(text)
-    program = ("import sys\n"
-               "for name in ('dolfinx', 'petsc4py', 'slepc4py', 'gmsh', 'mpi4py'): sys.modules[name] = None\n"
-               "from tipdamp.cli import main\n"
-               "for verb in ('inspect', 'reduce', 'preload', 'tune', 'respond'):\n"
-               "    code = main([verb, 'rig.toml', '--quiet'])\n"
-               "    assert code == 0, (verb, code)\n")
-    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True,
-                          env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}, timeout=300)
+    program = (
+        "import sys\nfor name in ('dolfinx', 'petsc4py', 'slepc4py', 'gmsh', 'mpi4py'): "
+        "sys.modules[name] = None\nfrom tipdamp.cli import main\nfor verb in ('inspect', "
+        "'reduce', 'preload', 'tune', 'respond'):\n    code = main([verb, 'rig.toml', "
+        "'--quiet'])\n    assert code == 0, (verb, code)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env={"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(tmp_path)},
+        timeout=300,
+    )
     assert done.returncode == 0, done.stderr
     ours = json.loads((tmp_path / "results" / "rig" / "respond.json").read_text())["responses"]
     for one, two in zip(ours, rig_results.read_json("respond.json")["responses"], strict=True):
@@ -74,12 +104,14 @@ def test_a_study_of_the_preload_alone(copy, capsys):
     out = capsys.readouterr().out
     assert "nothing to do: the study has no [tune], [respond]" in out
     summary = json.loads((copy / "alone" / "summary.json").read_text())
-    assert summary["preload"]["left"]["sum_N"] == pytest.approx(79.903, abs=1e-3)  # 113 / (2 sin 45)
+    # 113 / (2 sin 45)
+    assert summary["preload"]["left"]["sum_N"] == pytest.approx(79.903, abs=1e-3)
     assert "Preload" in (copy / "alone" / "report.html").read_text()
 
 
 def cell(column, value):
     """A cell of the contact table, in the third line of the file."""
+
     def change(study):
         path = study.parent / "pairs.csv"
         lines = path.read_text().splitlines()
@@ -87,6 +119,7 @@ def cell(column, value):
         fields[lines[0].split(",").index(column)] = value
         lines[2] = ",".join(fields)
         path.write_text("\n".join(lines))
+
     return change
 
 
@@ -102,6 +135,7 @@ def array(name, change):
             arrays = {k: z[k] for k in z.files}
         arrays[name] = change(arrays[name])
         np.savez(path, **arrays)
+
     return changed
 
 
@@ -119,9 +153,15 @@ REFUSED_STUDIES = {
     "mu a text": (cell("mu", "much"), r"line 3: mu = 'much' is not a number"),
     "no pairs": (no_rows, r"holds no contact pairs"),
     "band empty": (text("[900, 1400]", "[900, 900]"), r"band.*empty"),
-    "band reversed": (text("[900, 1400]", "[1400, 900]"), r"band.*the first must be below the last"),
+    "band reversed": (
+        text("[900, 1400]", "[1400, 900]"),
+        r"band.*the first must be below the last",
+    ),
     "band negative": (text("[900, 1400]", "[-900, 1400]"), r"band.*-900"),
-    "damping negative": (text("damping_ratio = 0.01", "damping_ratio = -0.01"), r"damping_ratio.*-0\.01"),
+    "damping negative": (
+        text("damping_ratio = 0.01", "damping_ratio = -0.01"),
+        r"damping_ratio.*-0\.01",
+    ),
     "level not a number": (text("levels = [5]", "levels = ['much']"), r"levels.*much"),
     "key misspelt": (text("harmonics", "harmonic"), r"harmonic'.*harmonics"),
 }
@@ -135,6 +175,7 @@ def test_refused_in_a_study(row, matrices_study, capsys, monkeypatch):
 
     def heavy(*_, **__):
         raise AssertionError("something heavy has started")
+
     monkeypatch.setattr(problem, "stuck_receptance", heavy)
     assert main(["run", str(matrices_study), "--quiet"]) == 2
     error = capsys.readouterr().err.strip()
@@ -158,37 +199,55 @@ def test_results_of_a_study_stay_in_its_folder(matrices_study, tmp_path, way, ca
     place = {"relative": "../outside", "absolute": str(outside), "link": "linked/study"}[way]
     study.write_text(f'results = "{place}"\n' + study.read_text())
     assert main(["inspect", str(study), "--quiet"]) == 2
-    assert re.search(r"study.toml: its results lead out of its own folder, to \S*outside.*--allow-outside",
-                     capsys.readouterr().err) and not list(outside.iterdir())
-    assert main(["inspect", str(study), "--quiet", "--allow-outside"]) == 0 and list(outside.iterdir())
+    assert re.search(
+        r"study.toml: its results lead out of its own folder, to \S*outside.*--allow-outside",
+        capsys.readouterr().err,
+    ) and not list(outside.iterdir())
+    assert main(["inspect", str(study), "--quiet", "--allow-outside"]) == 0 and list(
+        outside.iterdir()
+    )
     assert main(["inspect", str(study), "--quiet", "--out", str(tmp_path / "mine")]) == 0
 
 
 @pytest.mark.parametrize("late", ["SIGINT", "SIGTERM"])
 def test_a_signal_while_the_interpreter_is_taken_down(late):
     """Comes after the work is done, with Python's own handlers gone: it changes nothing."""
-    program = (f"import os, signal, sys\nclass Late:\n    def __del__(self, kill=os.kill, me=os.getpid(), "
-               f"how=signal.{late}): kill(me, how)\n"
-               "from tipdamp import cli\nlate = Late()\nsys.argv[1:] = ['--version']\n"
-               "cli._main = lambda argv: 0\ncli.command()")
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True,
-                           preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+    program = (
+        f"import os, signal, sys\nclass Late:\n    def __del__(self, kill=os.kill, me=os.getpid(), "
+        f"how=signal.{late}): kill(me, how)\n"
+        "from tipdamp import cli\nlate = Late()\nsys.argv[1:] = ['--version']\n"
+        "cli._main = lambda argv: 0\ncli.command()"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
     assert (ended.returncode, ended.stderr) == (0, "")
 
 
 def test_inputs_from_outside_are_named(matrices_study, tmp_path, caplog):
     (tmp_path / "theirs").mkdir()
     study = matrices_study.rename(tmp_path / "theirs" / "study.toml")
-    study.write_text(study.read_text().replace('"model.npz"', '"../model.npz"').replace('"pairs.csv"', '"linked.csv"'))
+    study.write_text(
+        study.read_text()
+        .replace('"model.npz"', '"../model.npz"')
+        .replace('"pairs.csv"', '"linked.csv"')
+    )
     (study.parent / "linked.csv").symlink_to(tmp_path / "pairs.csv")
     assert main(["inspect", str(study), "--quiet"]) == 0
-    assert caplog.messages == [f"[model] matrices is read from outside the study's folder: {tmp_path / 'model.npz'}",
-                               f"[contact] pairs is read from outside the study's folder: {tmp_path / 'pairs.csv'}"]
+    assert caplog.messages == [
+        f"[model] matrices is read from outside the study's folder: {tmp_path / 'model.npz'}",
+        f"[contact] pairs is read from outside the study's folder: {tmp_path / 'pairs.csv'}",
+    ]
 
 
 @pytest.mark.parametrize("signal_sent, code", [(KeyboardInterrupt, 130), (Terminated, 143)])
 @pytest.mark.parametrize("wrapped", [SystemError, RuntimeError, ImportError])
-def test_an_interrupt_in_compiled_code_is_an_interrupt(monkeypatch, capsys, signal_sent, code, wrapped):
+def test_an_interrupt_in_compiled_code_is_an_interrupt(
+    monkeypatch, capsys, signal_sent, code, wrapped
+):
     def stopped(_):
         try:
             raise signal_sent

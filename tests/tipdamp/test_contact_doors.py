@@ -1,4 +1,5 @@
-"""What contact sections and pair tables may hold: lands, gap profiles, groups of the wrong side, rows that repeat."""
+"""What contact sections and pair tables may hold: lands, gap profiles, groups of the wrong side,
+rows that repeat."""
 
 from dataclasses import replace
 
@@ -15,12 +16,19 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.static_contact.contact.preload import StaticContact
 
-LANDS = "".join(f'[contact.{name}b]\nblade = "touch_{name}b"\ndamper = "face_{axis}b"\nshape = "flat"\n'
-                "kn = 1e6\nkt = 1e6\nwidth = 0.01\n" for name, axis in (("one", "x"), ("two", "z"))) + "[respond]"
+LANDS = (
+    "".join(
+        f'[contact.{name}b]\nblade = "touch_{name}b"\ndamper = "face_{axis}b"\nshape = "flat"\n'
+        "kn = 1e6\nkt = 1e6\nwidth = 0.01\n"
+        for name, axis in (("one", "x"), ("two", "z"))
+    )
+    + "[respond]"
+)
 
 
 def with_lands(mesh, **across):
-    """The mesh with the last row of nodes of each group split off as a group of its own: {group: axis across}."""
+    """The mesh with the last row of nodes of each group split off as a group of its own: {group:
+    axis across}."""
     groups = dict(mesh.groups)
     for name, axis in across.items():
         nodes = groups[name]
@@ -36,12 +44,17 @@ def preload(path, capsys):
 
 
 def test_two_lands_on_each_side(tmp_path, capsys):
-    """The same pairs as one land a side: the map is the same, and the lands share what the side carries."""
+    """The same pairs as one land a side: the map is the same, and the lands share what the side
+    carries."""
     whole = tmp_path / "whole"
     whole.mkdir()
     assert preload(corner_study.write(whole), capsys)[0] == 0
-    path = corner_study.write(tmp_path, with_lands(corner_study.blades(), touch_one=2, touch_two=0),
-                              with_lands(corner_study.damper(), face_x=2, face_z=0), [("[respond]", LANDS)])
+    path = corner_study.write(
+        tmp_path,
+        with_lands(corner_study.blades(), touch_one=2, touch_two=0),
+        with_lands(corner_study.damper(), face_x=2, face_z=0),
+        [("[respond]", LANDS)],
+    )
     code, error, store = preload(path, capsys)
     assert code == 0, error
     one = ContactTable.load(whole / "results" / "corner" / "preload.csv")
@@ -50,31 +63,53 @@ def test_two_lands_on_each_side(tmp_path, capsys):
     assert lands.sides == ["one", "two", "oneb", "twob"]
     for side in ("one", "two"):
         mine, parts = one.side == side, np.char.startswith(lands.side, side)
-        given = {node: force for node, force in zip(lands.blade_node[parts], lands.preload[parts], strict=True)}
-        assert [given[n] for n in one.blade_node[mine]] == pytest.approx(one.preload[mine], rel=1e-9)
-        assert sides[side]["sum_N"] + sides[f"{side}b"]["sum_N"] == pytest.approx(10 / np.sqrt(2), rel=1e-6)
+        given = {
+            node: force
+            for node, force in zip(lands.blade_node[parts], lands.preload[parts], strict=True)
+        }
+        assert [given[n] for n in one.blade_node[mine]] == pytest.approx(
+            one.preload[mine], rel=1e-9
+        )
+        assert sides[side]["sum_N"] + sides[f"{side}b"]["sum_N"] == pytest.approx(
+            10 / np.sqrt(2), rel=1e-6
+        )
 
 
 def test_lands_whose_stiffness_depends_on_their_force(tmp_path, capsys):
-    """Half-space theory needs the force of a side, which elasticity decides: said, with what can be given."""
+    """Half-space theory needs the force of a side, which elasticity decides: said, with what can be
+    given."""
     land = LANDS.replace("kn = 1e6\nkt = 1e6\n", "").split("[contact.twob]")[0]
-    path = corner_study.write(tmp_path, with_lands(corner_study.blades(), touch_one=2),
-                              with_lands(corner_study.damper(), face_x=2),
-                              [("mu = 0.3\n", 'mu = 0.3\nstiffness = "halfspace"\n'),
-                               ("[respond]", land + "[respond]")])
+    path = corner_study.write(
+        tmp_path,
+        with_lands(corner_study.blades(), touch_one=2),
+        with_lands(corner_study.damper(), face_x=2),
+        [("mu = 0.3\n", 'mu = 0.3\nstiffness = "halfspace"\n'), ("[respond]", land + "[respond]")],
+    )
     code, error, _ = preload(path, capsys)
     assert code == 2 and "[contact.oneb]: elasticity decides how its force is shared" in error
     assert "give it: kn_per_area and kt_per_area" in error
 
 
-@pytest.mark.parametrize("gap, message", [
-    ("[[0, 0], [0.005, 3], [0.01, 0]]", "[contact.one] gap = 3 m: larger than a tenth of the damper, which is 0.01 m"),
-    ("[[0, 0], [0.008, 1e-6]]", "[contact.one] gap: the profile reaches from 0 m to 0.008 m along the axis, the pairs "
-                                "of the side from 0 m to 0.01 m; give rows up to both ends"),
-    ("[[0, 0], [0.005, 1e-6], [0.01, 0]]", None)])
+@pytest.mark.parametrize(
+    "gap, message",
+    [
+        (
+            "[[0, 0], [0.005, 3], [0.01, 0]]",
+            "[contact.one] gap = 3 m: larger than a tenth of the damper, which is 0.01 m",
+        ),
+        (
+            "[[0, 0], [0.008, 1e-6]]",
+            "[contact.one] gap: the profile reaches from 0 m to 0.008 m along the axis, the pairs "
+            "of the side from 0 m to 0.01 m; give rows up to both ends",
+        ),
+        ("[[0, 0], [0.005, 1e-6], [0.01, 0]]", None),
+    ],
+)
 def test_gap_profiles(tmp_path, capsys, gap, message):
     """Three metres in the middle; a profile that ends before the side does; one of a micrometre."""
-    path = corner_study.write(tmp_path, change=[('shape = "flat"\n', f'shape = "flat"\ngap = {gap}\n')])
+    path = corner_study.write(
+        tmp_path, change=[('shape = "flat"\n', f'shape = "flat"\ngap = {gap}\n')]
+    )
     code = main(["inspect", str(path), "--quiet"])
     assert code == (2 if message else 0) and (message or "") in capsys.readouterr().err
     code, error, _ = preload(path, capsys)
@@ -82,18 +117,32 @@ def test_gap_profiles(tmp_path, capsys, gap, message):
 
 
 def test_swapped_groups(tmp_path, capsys):
-    path = corner_study.write(tmp_path, change=[('damper = "face_x"', 'damper = "face_q"'), ("face_z", "face_x"),
-                                                ("face_q", "face_z")])
+    path = corner_study.write(
+        tmp_path,
+        change=[
+            ('damper = "face_x"', 'damper = "face_q"'),
+            ("face_z", "face_x"),
+            ("face_q", "face_z"),
+        ],
+    )
     assert main(["inspect", str(path), "--quiet"]) == 2
     error = capsys.readouterr().err
-    assert "[contact.one]: the nodes of blade group 'touch_one' lie on those of damper group 'face_x', which " \
-           "[contact.two] names: the groups are swapped" in error and "would match them" not in error
+    assert (
+        "[contact.one]: the nodes of blade group 'touch_one' lie on those of damper group "
+        "'face_x', which [contact.two] names: the groups are swapped"
+        in error
+        and "would match them" not in error
+    )
 
 
-@pytest.mark.parametrize("column, value, message", [
-    ("row", -1, "pair 3: station 2, row -1: must be 0 or more"),
-    ("station", -2, "pair 3: station -2, row 0: must be 0 or more"),
-    ("station", 0, "station 0, row 0 is there twice (pairs 1 and 3; 1 such)")])
+@pytest.mark.parametrize(
+    "column, value, message",
+    [
+        ("row", -1, "pair 3: station 2, row -1: must be 0 or more"),
+        ("station", -2, "pair 3: station -2, row 0: must be 0 or more"),
+        ("station", 0, "station 0, row 0 is there twice (pairs 1 and 3; 1 such)"),
+    ],
+)
 def test_rows_of_a_table(tmp_path, capsys, column, value, message):
     path = write_chain(tmp_path)
     pairs = ContactTable.load(tmp_path / "pairs.csv")
@@ -105,12 +154,16 @@ def test_rows_of_a_table(tmp_path, capsys, column, value, message):
 
 
 def test_a_pair_on_two_sides():
-    """Its stiffness would count twice; the same nodes with another normal, on an edge, are another pair."""
+    """Its stiffness would count twice; the same nodes with another normal, on an edge, are another
+    pair."""
     x = np.linspace(0, 0.07, 3)
     table = supports(x, np.full(3, 1e6), np.zeros(3))
     twice = table.select([0, 1, 2, 1]).replace(side=np.array(["a", "a", "a", "b"]))
-    with pytest.raises(InputError, match="blade node 1 and damper node 2 is there twice .pairs 2 and 4, on the sides "
-                                         "'a' and 'b'; 1 such.; its stiffness would count twice"):
+    with pytest.raises(
+        InputError,
+        match="blade node 1 and damper node 2 is there twice .pairs 2 and 4, on the sides "
+        "'a' and 'b'; 1 such.; its stiffness would count twice",
+    ):
         StaticContact(beam(x, 5.0), twice)
     StaticContact(beam(x, 5.0), twice.replace(weight=np.array([1.0, 1, 1, 0])))
     turned = twice.frame.copy()

@@ -1,4 +1,5 @@
-"""Each trouble that the doctor knows, as facts; and the doctor on the machine at hand, with and without dolfinx."""
+"""Each trouble that the doctor knows, as facts; and the doctor on the machine at hand, with and
+without dolfinx."""
 
 import subprocess
 import sys
@@ -41,7 +42,9 @@ HEALTHY = Facts(
 
 
 def with_module(name, **changes):
-    return replace(HEALTHY, modules={**HEALTHY.modules, name: replace(HEALTHY.modules[name], **changes)})
+    return replace(
+        HEALTHY, modules={**HEALTHY.modules, name: replace(HEALTHY.modules[name], **changes)}
+    )
 
 
 def troubles(facts):
@@ -61,7 +64,11 @@ def test_healthy_machine_has_no_troubles():
 
 def test_processes_that_cannot_be_started(monkeypatch):
     check = only(replace(HEALTHY, no_jobs="PermissionError: no sockets"))
-    assert (check.name, check.repair, check.what) == ("jobs", "export TIPDAMP_JOBS=1", "PermissionError: no sockets")
+    assert (check.name, check.repair, check.what) == (
+        "jobs",
+        "export TIPDAMP_JOBS=1",
+        "PermissionError: no sockets",
+    )
     rows = {name: {} for name in MODULES}
     monkeypatch.setenv("TIPDAMP_JOBS", "3")
     assert _try_jobs(rows) == (3, "")
@@ -76,22 +83,30 @@ def test_reference_blas():
 
 
 def test_pips_own_openblas_is_no_reference_blas():
-    path = "/home/anna/tipdamp/.venv/lib/python3.11/site-packages/numpy.libs/libscipy_openblas64_-ff651d7f.so"
+    packages = "/home/anna/tipdamp/.venv/lib/python3.11/site-packages"
+    path = f"{packages}/numpy.libs/libscipy_openblas64_-ff651d7f.so"
     assert troubles(replace(HEALTHY, blas=(path,))) == {}
 
 
 @pytest.mark.parametrize("version", ["1.25.0", "2.4.1"])
 def test_numpy_newer_than_debians(version):
     check = only(with_module("numpy", version=version))
-    assert check.status == "fail" and version in check.what and "pip uninstall numpy" in check.repair
+    assert (
+        check.status == "fail" and version in check.what and "pip uninstall numpy" in check.repair
+    )
 
 
 def test_numpy_too_new_explains_the_other_failed_imports():
-    modules = {**HEALTHY.modules, "numpy": replace(HEALTHY.modules["numpy"], version="2.4.1"),
-               "dolfinx": Module(error="ValueError: numpy.dtype size changed"),
-               "plotly": Module(error="ModuleNotFoundError: No module named 'plotly'")}
+    modules = {
+        **HEALTHY.modules,
+        "numpy": replace(HEALTHY.modules["numpy"], version="2.4.1"),
+        "dolfinx": Module(error="ValueError: numpy.dtype size changed"),
+        "plotly": Module(error="ModuleNotFoundError: No module named 'plotly'"),
+    }
     found = troubles(replace(HEALTHY, modules=modules))
-    assert "uninstall numpy" in found["dolfinx"].repair and "install plotly" in found["plotly"].repair
+    assert (
+        "uninstall numpy" in found["dolfinx"].repair and "install plotly" in found["plotly"].repair
+    )
 
 
 def test_numpy_may_be_new_where_debian_has_none():
@@ -108,43 +123,72 @@ def test_debian_counts_where_python_looks_there(monkeypatch, tmp_path):
     assert debian_numpy(["/venv/site-packages"]) == ""
 
 
-@pytest.mark.parametrize("name, works", [("dolfinx", OWN_CELLS), ("petsc4py", OWN_FACTORS), ("gmsh", NO_RIG),
-                                         ("slepc4py", NO_SHARED_MODES)])
+@pytest.mark.parametrize(
+    "name, works",
+    [
+        ("dolfinx", OWN_CELLS),
+        ("petsc4py", OWN_FACTORS),
+        ("gmsh", NO_RIG),
+        ("slepc4py", NO_SHARED_MODES),
+    ],
+)
 def test_what_works_without_a_library_of_the_meshes(name, works):
     check = only(with_module(name, error=f"ModuleNotFoundError: No module named '{name}'"))
-    assert (check.name, check.status, check.works, check.repair) == (name, "warn", works, "./dev setup")
+    assert (check.name, check.status, check.works, check.repair) == (
+        name,
+        "warn",
+        works,
+        "./dev setup",
+    )
 
 
 @pytest.mark.parametrize("name", ["dolfinx", "petsc4py"])
 def test_with_a_broken_library_matrices_still_work(name):
-    assert only(with_module(name, error="ImportError: libsomething.so: cannot open")).works == FROM_MATRICES
+    assert (
+        only(with_module(name, error="ImportError: libsomething.so: cannot open")).works
+        == FROM_MATRICES
+    )
 
 
 def test_doctor_on_meshes_without_libraries(tmp_path):
-    """inspect, reduce and preload of a small study where neither dolfinx nor PETSc nor SLEPc can be imported."""
+    """inspect, reduce and preload of a small study where neither dolfinx nor PETSc nor SLEPc can be
+    imported."""
     code = """import sys
 for name in ("dolfinx", "petsc4py", "slepc4py"):
     sys.modules[name] = None
 from pathlib import Path
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
-path = corner_study.write(Path(sys.argv[1]), corner_study.blades("tetra10"), corner_study.damper("tetra10"))
+meshes = [make("tetra10") for make in (corner_study.blades, corner_study.damper)]
+path = corner_study.write(Path(sys.argv[1]), *meshes)
 sys.exit(max(main([verb, str(path), "--quiet"]) for verb in ("inspect", "reduce", "preload")))"""
-    child = subprocess.run([sys.executable, "-c", code, str(tmp_path)], cwd=ROOT, capture_output=True, text=True)
+    child = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path)], cwd=ROOT, capture_output=True, text=True
+    )
     assert child.returncode == 0, child.stderr
 
 
 def test_slepc_is_needed_under_mpirun_alone():
-    assert only(with_module("slepc4py", error="ImportError: libsomething.so: cannot open")).works == NO_SHARED_MODES
+    assert (
+        only(with_module("slepc4py", error="ImportError: libsomething.so: cannot open")).works
+        == NO_SHARED_MODES
+    )
 
 
 def test_another_python_does_not_see_debians_packages():
-    facts = replace(with_module("dolfinx", error="ModuleNotFoundError: No module named 'dolfinx'"), python="/opt/py")
+    facts = replace(
+        with_module("dolfinx", error="ModuleNotFoundError: No module named 'dolfinx'"),
+        python="/opt/py",
+    )
     assert only(facts).repair.startswith("rm -rf .venv")
 
 
 def test_h5py_from_pip_beside_dolfinx():
-    check = only(with_module("h5py", file="/home/anna/tipdamp/.venv/lib/python3.11/site-packages/h5py/__init__.py"))
+    check = only(
+        with_module(
+            "h5py", file="/home/anna/tipdamp/.venv/lib/python3.11/site-packages/h5py/__init__.py"
+        )
+    )
     assert check.status == "fail" and "pip uninstall h5py" in check.repair
 
 
@@ -165,7 +209,10 @@ def test_without_a_package_of_the_study(name):
 
 
 def test_numba_is_needed():
-    assert only(with_module("numba", error="ImportError: Numba needs NumPy 1.22 or greater")).status == "fail"
+    assert (
+        only(with_module("numba", error="ImportError: Numba needs NumPy 1.22 or greater")).status
+        == "fail"
+    )
 
 
 def test_foreign_package_imported_instead_of_ours():
@@ -181,7 +228,9 @@ def test_foreign_project_that_claims_our_name():
 
 
 def test_report_names_trouble_repair_and_what_works():
-    text = report(checks(with_module("dolfinx", error="ModuleNotFoundError: No module named 'dolfinx'")))
+    text = report(
+        checks(with_module("dolfinx", error="ModuleNotFoundError: No module named 'dolfinx'"))
+    )
     assert f"still works: {OWN_CELLS}" in text and "repair: ./dev setup" in text
     assert text.endswith("0 failed, 1 warned, 19 looked at")
 
@@ -207,8 +256,13 @@ def test_runs_where_dolfinx_cannot_be_imported(tmp_path):
     for name in ("dolfinx", "petsc4py", "slepc4py", "gmsh"):
         (tmp_path / f"{name}.py").write_text("raise ImportError('taken away by the test')\n")
     script = "from tipdamp import doctor; print(doctor.report(doctor.checks()))"
-    child = subprocess.run([sys.executable, "-c", script], cwd=ROOT, text=True, capture_output=True,
-                           env={"PYTHONPATH": str(tmp_path), "PATH": "/usr/bin"})
+    child = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=ROOT,
+        text=True,
+        capture_output=True,
+        env={"PYTHONPATH": str(tmp_path), "PATH": "/usr/bin"},
+    )
     assert child.returncode == 0, child.stderr
     assert child.stdout.count("taken away by the test") == 4
     assert f"still works: {FROM_MATRICES}" in child.stdout

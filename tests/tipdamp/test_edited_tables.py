@@ -1,4 +1,5 @@
-"""Tables that a person has edited: what does not fit its header, the model or the pull is refused, and named."""
+"""Tables that a person has edited: what does not fit its header, the model or the pull is refused,
+and named."""
 
 import re
 
@@ -15,10 +16,15 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study
 
-TUNED_BY_TABLE = ("[tune]\nstations = [1, 1]\n", "[tune]\nkept = \"kept.csv\"\n")
-OWN = (("mu = 0.3\n", 'pairs = "own.csv"\n'),
-       *((f'blade = "touch_{side}"\ndamper = "face_{axis}"\n', "") for side, axis in (("one", "x"), ("two", "z"))),
-       *(("kn = 1e6\nkt = 1e6\n", ""),) * 2)
+TUNED_BY_TABLE = ("[tune]\nstations = [1, 1]\n", '[tune]\nkept = "kept.csv"\n')
+OWN = (
+    ("mu = 0.3\n", 'pairs = "own.csv"\n'),
+    *(
+        (f'blade = "touch_{side}"\ndamper = "face_{axis}"\n', "")
+        for side, axis in (("one", "x"), ("two", "z"))
+    ),
+    *(("kn = 1e6\nkt = 1e6\n", ""),) * 2,
+)
 
 
 def lines(path):
@@ -31,22 +37,28 @@ def write(path, rows, mark=","):
 
 def in_row(change, number):
     """Edit of one row of the text of a table, with its header."""
+
     def edit(path):
         rows = lines(path)
         rows[number] = change(rows[0], rows[number])
         write(path, rows)
+
     return edit
 
 
 def cell(name, text):
-    return lambda header, row: [text if name == column else old for column, old in zip(header, row, strict=True)]
+    return lambda header, row: [
+        text if name == column else old for column, old in zip(header, row, strict=True)
+    ]
 
 
 def table(change):
     """Edit of the table as a program would do it: replaced columns."""
+
     def edit(path):
         pairs = ContactTable.load(path)
         pairs.replace(**change(pairs)).save(path)
+
     return edit
 
 
@@ -67,15 +79,36 @@ def swapped(pairs, side):
 
 
 EDITS = {
-    "a decimal comma in mu": (in_row(cell("mu", "0,3"), 2), r"pairs.csv, line 3: has \d+ fields.*mu = '0,3' meant"),
+    "a decimal comma in mu": (
+        in_row(cell("mu", "0,3"), 2),
+        r"pairs.csv, line 3: has \d+ fields.*mu = '0,3' meant",
+    ),
     "a second column": (second_column, r"pairs.csv, line 1: column 'kn' is there twice"),
-    "a field too few": (in_row(lambda _, row: row[:-1], 4), r"line 5: has 24 fields.*column 'weight' is missing"),
-    "a quoted decimal comma": (in_row(cell("kt", '"2,5"'), 1), r"line 2: has 25 .*|line 2: kt = '2,5' is not a number"),
-    "partners reversed": (table(lambda p: {"blade_node": swapped(p, "left")}), "pair 1 .*partners mixed up"),
-    "neighbours swapped": (table(lambda p: {"blade_node": p.blade_node[[1, 0, 2, 3, 4, 5]]}), "partners mixed up"),
+    "a field too few": (
+        in_row(lambda _, row: row[:-1], 4),
+        r"line 5: has 24 fields.*column 'weight' is missing",
+    ),
+    "a quoted decimal comma": (
+        in_row(cell("kt", '"2,5"'), 1),
+        r"line 2: has 25 .*|line 2: kt = '2,5' is not a number",
+    ),
+    "partners reversed": (
+        table(lambda p: {"blade_node": swapped(p, "left")}),
+        "pair 1 .*partners mixed up",
+    ),
+    "neighbours swapped": (
+        table(lambda p: {"blade_node": p.blade_node[[1, 0, 2, 3, 4, 5]]}),
+        "partners mixed up",
+    ),
     "places in mm": (table(lambda p: {"position": 1e3 * p.position}), "pair .*given in mm"),
-    "places 3 mm off": (table(lambda p: {"position": p.position + [0, 0, 3e-3]}), "0.003 m off its nodes"),
-    "one n reversed": (table(lambda p: {"frame": flipped(p, [1])}), "pair 2 .*points against that of its neighbour"),
+    "places 3 mm off": (
+        table(lambda p: {"position": p.position + [0, 0, 3e-3]}),
+        "0.003 m off its nodes",
+    ),
+    "one n reversed": (
+        table(lambda p: {"frame": flipped(p, [1])}),
+        "pair 2 .*points against that of its neighbour",
+    ),
     "no number": (table(lambda p: {"position": p.position * [np.nan, 1, 1]}), "must be finite"),
 }
 
@@ -93,11 +126,18 @@ def test_own_pairs(tmp_path, capsys, name):
 
 
 def test_all_normals_of_a_side_reversed(tmp_path, capsys):
-    """No neighbour tells: the pull does not press the damper against the side, and there is no preload."""
+    """No neighbour tells: the pull does not press the damper against the side, and there is no
+    preload."""
     study = write_chain(tmp_path)
     table(lambda p: {"frame": flipped(p, p.side == "left")})(tmp_path / "pairs.csv")
-    assert main(["inspect", str(study), "--quiet"]) == 0 and "pull_direction" in capsys.readouterr().out
-    assert main(["reduce", str(study), "--quiet"]) == 0 and main(["preload", str(study), "--quiet"]) != 0
+    assert (
+        main(["inspect", str(study), "--quiet"]) == 0
+        and "pull_direction" in capsys.readouterr().out
+    )
+    assert (
+        main(["reduce", str(study), "--quiet"]) == 0
+        and main(["preload", str(study), "--quiet"]) != 0
+    )
 
 
 @pytest.fixture(scope="module")
@@ -111,12 +151,17 @@ def corner(tmp_path_factory):
     return ContactTable.load(store.path("preload.csv"))
 
 
-@pytest.mark.parametrize("change, words", [
-    (lambda p: {}, ""), (lambda p: {"gap": p.gap + 1e-5}, ""), (lambda p: {"position": p.position - 1e-5 * p.normal,
-                                                                            "gap": p.gap + 1e-5}, ""),
-    (lambda p: {"frame": flipped(p, p.side == p.side[0])}, "180 degrees off the surfaces"),
-    (lambda p: {"frame": flipped(p, [0])}, "against that of its neighbour"),
-    (lambda p: {"position": p.position + 1e-4}, "from where the table has it")])
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda p: {}, ""),
+        (lambda p: {"gap": p.gap + 1e-5}, ""),
+        (lambda p: {"position": p.position - 1e-5 * p.normal, "gap": p.gap + 1e-5}, ""),
+        (lambda p: {"frame": flipped(p, p.side == p.side[0])}, "180 degrees off the surfaces"),
+        (lambda p: {"frame": flipped(p, [0])}, "against that of its neighbour"),
+        (lambda p: {"position": p.position + 1e-4}, "from where the table has it"),
+    ],
+)
 def test_own_pairs_of_meshes(tmp_path, capsys, corner, change, words):
     study = corner_study.write(tmp_path, change=OWN)
     corner.replace(**change(corner)).save(tmp_path / "own.csv")
@@ -127,17 +172,24 @@ def test_own_pairs_of_meshes(tmp_path, capsys, corner, change, words):
 def test_distances_that_are_meant(tmp_path, capsys):
     """[contact] tolerance, which the refusal names."""
     study = write_chain(tmp_path)
-    table(lambda p: {"blade_node": swapped(p, "left"), "position": p.position + [0, 0, 3e-3]})(tmp_path / "pairs.csv")
+    table(lambda p: {"blade_node": swapped(p, "left"), "position": p.position + [0, 0, 3e-3]})(
+        tmp_path / "pairs.csv"
+    )
     study.write_text(CHAIN.replace("[contact]\n", "[contact]\ntolerance = 0.03\n"))
     assert main(["inspect", str(study), "--quiet"]) == 0
 
 
 def test_a_model_without_positions(tmp_path, capsys):
     study = write_chain(tmp_path)
-    assert main(["inspect", str(study), "--quiet"]) == 0 and "no positions" not in capsys.readouterr().out
+    assert (
+        main(["inspect", str(study), "--quiet"]) == 0
+        and "no positions" not in capsys.readouterr().out
+    )
     with np.load(tmp_path / "model.npz") as z:
         found = dict(z)
-    np.savez(tmp_path / "model.npz", **found | {"position": np.full_like(found["position"], np.nan)})
+    np.savez(
+        tmp_path / "model.npz", **found | {"position": np.full_like(found["position"], np.nan)}
+    )
     table(lambda p: {"blade_node": swapped(p, "left")})(tmp_path / "pairs.csv")
     assert main(["inspect", str(study), "--quiet"]) == 0
     assert "no positions for the nodes of 6 of 6 pairs" in capsys.readouterr().out
@@ -162,17 +214,30 @@ def test_decimal_commas_and_points_in_one_table(tmp_path):
     rows = [[text.replace(".", ",") for text in row] for row in lines(path)]
     rows[3][rows[0].index("kn")] = "1.234"
     write(path, rows, ";")
-    with pytest.raises(InputError, match=r"decimal commas \(line 2: .*\) and decimal points \(line 4: kn = '1.234'\)"):
+    with pytest.raises(
+        InputError,
+        match=r"decimal commas \(line 2: .*\) and decimal points \(line 4: kn = '1.234'\)",
+    ):
         ContactTable.load(path)
 
 
-@pytest.mark.parametrize("text, words", [
-    ("node,direction,x,y,z\n1,x,0,5,0,0\n1,y,0.5,0,0\n", r"line 2: has 6 fields"),
-    ("node,direction,x,y,z,group tip\n1,x,0,5,0.1,0,\n", "line 2: has 7 fields, 1 more"),
-    ("node,direction,x,y,z,x\n1,x,0.5,0,0,7\n", "line 1: column 'x' is there twice"),
-    ("node,direction,x,load pull,load pull\n1,x,0.5,0,1\n", "line 1: column 'load pull' is there twice"),
-    ("node,direction,x,y,z\n1,x,0.5,0\n", "line 2: has 4 fields, the header 5 columns: column 'z' is missing"),
-    ("node,direction,x,y,z\n1.5,x,0.5,0,0\n", "line 2: node = '1.5' is not a whole number")])
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        ("node,direction,x,y,z\n1,x,0,5,0,0\n1,y,0.5,0,0\n", r"line 2: has 6 fields"),
+        ("node,direction,x,y,z,group tip\n1,x,0,5,0.1,0,\n", "line 2: has 7 fields, 1 more"),
+        ("node,direction,x,y,z,x\n1,x,0.5,0,0,7\n", "line 1: column 'x' is there twice"),
+        (
+            "node,direction,x,load pull,load pull\n1,x,0.5,0,1\n",
+            "line 1: column 'load pull' is there twice",
+        ),
+        (
+            "node,direction,x,y,z\n1,x,0.5,0\n",
+            "line 2: has 4 fields, the header 5 columns: column 'z' is missing",
+        ),
+        ("node,direction,x,y,z\n1.5,x,0.5,0,0\n", "line 2: node = '1.5' is not a whole number"),
+    ],
+)
 def test_dof_tables(tmp_path, text, words):
     (tmp_path / "dofs.csv").write_text(text)
     with pytest.raises(InputError, match=words):
@@ -180,13 +245,19 @@ def test_dof_tables(tmp_path, text, words):
 
 
 def test_a_dof_table_with_semicolons(tmp_path):
-    (tmp_path / "dofs.csv").write_text("node;direction;x;y;z;load pull\n1;x;0,5;0;0;\n2;z;0,5;1e-3;0;1\n")
+    (tmp_path / "dofs.csv").write_text(
+        "node;direction;x;y;z;load pull\n1;x;0,5;0;0;\n2;z;0,5;1e-3;0;1\n"
+    )
     found = read_dofs(tmp_path / "dofs.csv")
-    assert found["position"] == [[0.5, 0, 0], [0.5, 1e-3, 0]] and found["loads"] == {"pull": [0.0, 1.0]}
+    assert found["position"] == [[0.5, 0, 0], [0.5, 1e-3, 0]] and found["loads"] == {
+        "pull": [0.0, 1.0]
+    }
 
 
 def up_to_preload(study):
-    assert [main([stage, str(study), "--quiet"]) for stage in ("inspect", "reduce", "preload")] == [0] * 3
+    assert [main([stage, str(study), "--quiet"]) for stage in ("inspect", "reduce", "preload")] == [
+        0
+    ] * 3
 
 
 def tuned(folder, edit, *changes):
@@ -207,8 +278,14 @@ def nothing(path):
 
 
 KEPT = {
-    "n reversed": (table(lambda p: {"frame": flipped(p, [0])}), r"kept.csv, row 1: .*t2 is not that|n is not that"),
-    "places in mm": (table(lambda p: {"position": 1e3 * p.position}), "x, y, z is not that of the study's pair"),
+    "n reversed": (
+        table(lambda p: {"frame": flipped(p, [0])}),
+        r"kept.csv, row 1: .*t2 is not that|n is not that",
+    ),
+    "places in mm": (
+        table(lambda p: {"position": 1e3 * p.position}),
+        "x, y, z is not that of the study's pair",
+    ),
     "a gap": (table(lambda p: {"gap": p.gap + 1e-5}), "row 1: .*gap is not that"),
     "a second column": (second_column, "column 'kn' is there twice"),
     "a decimal comma": (in_row(cell("mu", "0,3"), 1), r"line 2: .*mu = '0,3' meant"),
@@ -224,15 +301,22 @@ def test_own_kept_table(tmp_path, capsys, name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("factor, mu, code", [(1, 0.5, 0), (1.3, 0.5, 0), (10, 0.5, 2), (0.05, 0.5, 2), (1.3, 0.0, 2)])
+@pytest.mark.parametrize(
+    "factor, mu, code", [(1, 0.5, 0), (1.3, 0.5, 0), (10, 0.5, 2), (0.05, 0.5, 2), (1.3, 0.0, 2)]
+)
 def test_preload_that_the_pull_cannot_hold(tmp_path, capsys, factor, mu, code):
-    """Sides at 35 degrees: normal forces balance the pull at N_0 = Fc / (2 sin 35) each; friction mu N along the sides
-    holds those from N_0 / (1 + mu cot 35) up, and down from N_0 / (1 - mu cot 35)."""
+    """Sides at 35 degrees: normal forces balance the pull at N_0 = Fc / (2 sin 35) each; friction
+    mu N along the sides holds those from N_0 / (1 + mu cot 35) up, and down from N_0 / (1 - mu cot
+    35)."""
     edit = table(lambda p: {"preload": factor * p.preload, "mu": np.full(len(p), mu)})
     by_table = (TUNED_BY_TABLE[1], TUNED_BY_TABLE[1] + 'preload = "table"\n')
     assert tuned(tmp_path, edit, by_table) == code
     said = capsys.readouterr()
-    assert re.search("friction can hold", said.err) if code else ("not balanced" in said.out) == (factor != 1)
+    assert (
+        re.search("friction can hold", said.err)
+        if code
+        else ("not balanced" in said.out) == (factor != 1)
+    )
 
 
 def test_python_alone_has_the_same_table(tmp_path):

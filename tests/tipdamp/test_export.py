@@ -16,12 +16,22 @@ def test_reduced_model_exported_and_read_back(tmp_path, capsys):
     results = tmp_path / "results" / "corner"
     model = ReducedModel.load(results / "model.npz")
     assert "pull" in model.loads and model.groups
-    for arguments, names in (([], ("M.mtx", "K.mtx")), (["--format", "mat"], ("model.mat", "model.mat"))):
+    for arguments, names in (
+        ([], ("M.mtx", "K.mtx")),
+        (["--format", "mat"], ("model.mat", "model.mat")),
+    ):
         assert main(["export", str(path), *arguments]) == 0
         out = results / "export"
         again = ReducedModel.from_files(*(out / name for name in names), dofs=out / "dofs.csv")
-        assert again.K == pytest.approx(model.K, rel=1e-14) and again.M == pytest.approx(model.M, rel=1e-14)
-        assert np.array_equal(again.loads["pull"], model.loads["pull"]) and set(again.groups) == set(model.groups)
-        assert again.body.tolist() == model.body.tolist() and again.node.tolist() == model.node.tolist()
+        assert again.K == pytest.approx(model.K, rel=1e-14) and again.M == pytest.approx(
+            model.M, rel=1e-14
+        )
+        assert np.array_equal(again.loads["pull"], model.loads["pull"]) and set(
+            again.groups
+        ) == set(model.groups)
+        assert (
+            again.body.tolist() == model.body.tolist()
+            and again.node.tolist() == model.node.tolist()
+        )
     assert main(["export", str(path), "--format", "xls"]) == 2
     assert "export to 'xls' is unknown" in capsys.readouterr().err

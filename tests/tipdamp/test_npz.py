@@ -1,4 +1,5 @@
-"""Sizes that an .npz declares are held against the file and the memory before anything is unpacked."""
+"""Sizes that an .npz declares are held against the file and the memory before anything is
+unpacked."""
 
 import io
 import zipfile
@@ -18,7 +19,9 @@ from tipdamp.hbm.result import ForcedResponse
 def lying(path, shape):
     """K of a given shape by its header, of 3 numbers in truth."""
     header = io.BytesIO()
-    np.lib.format.write_array_header_1_0(header, {"descr": "<f8", "fortran_order": False, "shape": shape})
+    np.lib.format.write_array_header_1_0(
+        header, {"descr": "<f8", "fortran_order": False, "shape": shape}
+    )
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as z:
         z.writestr("K.npy", header.getvalue() + np.zeros(3).tobytes())
 
@@ -35,7 +38,9 @@ def test_arrays_beyond_the_memory(tmp_path, monkeypatch, capsys):
     np.savez_compressed(tmp_path / "model.npz", M=big, K=big)
     monkeypatch.setattr(npz, "available_bytes", lambda: 12e6)
     for read in (ReducedModel.load, lambda path: ReducedModel.from_files(path, path)):
-        with pytest.raises(InputError, match="arrays take 0.0194 GB of memory, 0.012 GB are available"):
+        with pytest.raises(
+            InputError, match="arrays take 0.0194 GB of memory, 0.012 GB are available"
+        ):
             read(tmp_path / "model.npz")
     (tmp_path / "study.toml").write_text(CHAIN)
     (tmp_path / "pairs.csv").write_text("")
@@ -52,6 +57,7 @@ def test_packed_results_are_not_ours(tmp_path):
 def test_memory_that_runs_out_is_one_line(matrices_study, monkeypatch, capsys):
     def greedy(_):
         raise MemoryError("Unable to allocate 9.2 GiB")
+
     monkeypatch.setattr("tipdamp.study.study.load_study", greedy)
     assert main(["inspect", str(matrices_study)]) == 4
     assert capsys.readouterr().err == "tipdamp: not enough memory: Unable to allocate 9.2 GiB\n"

@@ -1,6 +1,7 @@
-"""Cases beside their references, one module a subject. The tests hold every row to its limit; a release prints them.
+"""Cases beside their references, one module a subject. The tests hold every row to its limit; a
+release prints them.
 
-    OMP_NUM_THREADS=1 python -m tests.validation [--out build/validation] [--long] [SUBJECT ...]
+OMP_NUM_THREADS=1 python -m tests.validation [--out build/validation] [--long] [SUBJECT ...]
 """
 
 from collections.abc import Callable, Iterable
@@ -11,7 +12,8 @@ import numpy as np
 
 
 class Row(NamedTuple):
-    """case: which system, where; ours, reference: the two values; error: relative; against: the kind of reference."""
+    """case: which system, where; ours, reference: the two values; error: relative; against: the
+    kind of reference."""
 
     case: str
     ours: object
@@ -21,7 +23,8 @@ class Row(NamedTuple):
 
 
 class Miss(NamedTuple):
-    """A limit that is known not to be met: largest error measured, number of rows within the limit, and why."""
+    """A limit that is known not to be met: largest error measured, number of rows within the limit,
+    and why."""
 
     measured: float
     within: int
@@ -34,7 +37,8 @@ class Subject:
 
     title, text : what is compared, in which quantity, and the source of the reference
     rows : function without arguments that yields its rows
-    limits : {against: largest error}, as asked; a key may be the beginning of an `against`. What has no limit is
+    limits : {against: largest error}, as asked; a key may be the beginning of an `against`. What
+    has no limit is
         reported.
     misses : {against: Miss}, the kinds of reference against which the limit is not met
     long : its rows and more that take minutes, for the command with --long
@@ -52,7 +56,8 @@ class Subject:
         return self.limits[max(fits, key=len)] if fits else None
 
     def check(self):
-        """Every row within its limit, every known miss as it was measured, and no limit without a row."""
+        """Every row within its limit, every known miss as it was measured, and no limit without a
+        row."""
         rows = list(self.rows())
         for row in rows:
             limit = self.limit(row.against)
@@ -62,12 +67,17 @@ class Subject:
         for kind, miss in self.misses.items():
             errors = np.array([row.error for row in rows if row.against == kind])
             limit = self.limit(kind)
-            assert limit < errors.max() <= miss.measured, f"{kind}: known miss of {limit:.2g}, now {errors.max():.3g}"
-            assert (errors <= limit).sum() >= miss.within, f"{kind}: fewer rows than before are within {limit:.2g}"
+            assert limit < errors.max() <= miss.measured, (
+                f"{kind}: known miss of {limit:.2g}, now {errors.max():.3g}"
+            )
+            assert (errors <= limit).sum() >= miss.within, (
+                f"{kind}: fewer rows than before are within {limit:.2g}"
+            )
 
 
 def row(case, ours, reference, against, scale=None) -> Row:
-    """The error is relative to the reference (norm), or to `scale`; complex values are compared with their phase."""
+    """The error is relative to the reference (norm), or to `scale`; complex values are compared
+    with their phase."""
     error = np.linalg.norm(np.subtract(ours, reference, dtype=complex))
     error /= scale or max(np.linalg.norm(reference), 1e-300)
     return Row(case, np.linalg.norm(ours), np.linalg.norm(reference), float(error), against)

@@ -1,6 +1,5 @@
 """Craig-Bampton reduction of a bar and a beam: frequencies, and the bound of their error."""
 
-
 from tests.modal.test_g1_bar_beam import table
 from tests.validation import Row, Subject, row
 
@@ -12,8 +11,18 @@ def rows():
             for k, (ours, value) in enumerate(zip(omega, told, strict=False), start=1):
                 yield row(f"{case}, frequency {k}", ours, value, "table")
             for k, (mine, most) in enumerate(zip(error, bound, strict=True), start=1):
-                yield Row(f"{case}, error of frequency {k}", mine, most, max(mine - most, 0.0), "beyond its bound")
+                yield Row(
+                    f"{case}, error of frequency {k}",
+                    mine,
+                    most,
+                    max(mine - most, 0.0),
+                    "beyond its bound",
+                )
 
 
-SUBJECT = Subject("Craig-Bampton of a bar and a beam", "omega of each mode, and the bound of its error. Source: "
-                  "tests/reference/modal/G1.", rows, {"table": 1e-8, "beyond its bound": 0.0})
+SUBJECT = Subject(
+    "Craig-Bampton of a bar and a beam",
+    "omega of each mode, and the bound of its error. Source: tests/reference/modal/G1.",
+    rows,
+    {"table": 1e-8, "beyond its bound": 0.0},
+)

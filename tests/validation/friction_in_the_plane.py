@@ -15,11 +15,18 @@ def rows():
         expected = [complex(*known["coupled"][key]) for key in ("Tx1", "Ty1")]
         F = prescribed(X, Y, known["kt"], known["L"], 64, H=1)
         for d, label in enumerate("xy"):
-            yield row(f"{name}, force in {label}, H = 1", F[d, 1], expected[d], "differential equation, per limit",
-                      known["L"])
+            yield row(
+                f"{name}, force in {label}, H = 1",
+                F[d, 1],
+                expected[d],
+                "differential equation, per limit",
+                known["L"],
+            )
         yield row(name, _work(F, X, Y), known["coupled"]["dissipation"], "work per cycle")
         F = prescribed(X, Y, known["kt"], known["L"], 64, law=DryFriction2T())
-        yield row(name, _work(F, X, Y), known["uncoupled"]["dissipation"], "work of two crossed elements")
+        yield row(
+            name, _work(F, X, Y), known["uncoupled"]["dissipation"], "work of two crossed elements"
+        )
     for known in load("E1")["rotating_force_oscillator"]:
         found = rotating(known)
         exact = min(known["R_exact"], key=lambda R: abs(R - found))
@@ -31,6 +38,14 @@ def _work(F, X, Y):
 
 
 SUBJECT = Subject(
-    "Coupled friction in the plane", "Prescribed ellipses: harmonic 1 of the force, and the work of a cycle. A force "
-    "that rotates: radius of the orbit in closed form. Source: tests/reference/hbm/E1.", rows,
-    {"differential equation": 2e-8, "work per cycle": 1e-7, "work of two": 1e-8, "exact radius": 1e-8})
+    "Coupled friction in the plane",
+    "Prescribed ellipses: harmonic 1 of the force, and the work of a cycle. A force "
+    "that rotates: radius of the orbit in closed form. Source: tests/reference/hbm/E1.",
+    rows,
+    {
+        "differential equation": 2e-8,
+        "work per cycle": 1e-7,
+        "work of two": 1e-8,
+        "exact radius": 1e-8,
+    },
+)

@@ -1,4 +1,5 @@
-"""A wedge under blade platforms that slides through along its axis at 3 N: its peak on soft springs along the axis."""
+"""A wedge under blade platforms that slides through along its axis at 3 N: its peak on soft springs
+along the axis."""
 
 import shutil
 import tempfile
@@ -17,7 +18,7 @@ from tipdamp.statics.model_inputs import excitation, outputs
 from tipdamp.study.study import load_study
 
 FOLDER = Path(__file__).parents[1] / "reference" / "platform-wedge"
-BAND = (812, 832)       # every pair slides along the axis
+BAND = (812, 832)  # every pair slides along the axis
 
 
 def rows():
@@ -28,14 +29,28 @@ def rows():
         store = results_folder(study, None)
         for name in ("reduce", "preload", "tune"):
             run_stage(name, study, store, quiet=True)
-        model, pairs = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("kept.csv"))
+        model = ReducedModel.load(store.path("model.npz"))
+        pairs = ContactTable.load(store.path("kept.csv"))
     force, patch = 3 * excitation(study, model), outputs(study, model)
     patch = {name: patch[name] for name in patch if name.startswith("tipL")}
     found = {}
-    for name, hold in (("1e2 N/m", Hold("y", 1e2)), ("default", Hold("y")), ("1e4 N/m", Hold("y", 1e4)),
-                       ("mean alone", Hold("y", mean=True))):
-        curve = forced_response(model, pairs, DryFriction2T(), force, BAND, damping_ratio=0.005, harmonics=1,
-                                outputs=patch, hold=hold)
+    for name, hold in (
+        ("1e2 N/m", Hold("y", 1e2)),
+        ("default", Hold("y")),
+        ("1e4 N/m", Hold("y", 1e4)),
+        ("mean alone", Hold("y", mean=True)),
+    ):
+        curve = forced_response(
+            model,
+            pairs,
+            DryFriction2T(),
+            force,
+            BAND,
+            damping_ratio=0.005,
+            harmonics=1,
+            outputs=patch,
+            hold=hold,
+        )
         peak = max((curve.peak(node) for node in patch), key=lambda p: p[1])
         at = int(np.abs(curve.frequency - peak[0]).argmin())
         found[name] = peak[1], curve.reaction[at, 0, 0].real
@@ -49,9 +64,16 @@ def rows():
 
 
 SUBJECT = Subject(
-    "A damper that is held", "Wedge damper under blade platforms (tests/reference/platform-wedge) at 3 N, H = 1: "
-    "largest peak of the patch and the mean force on what holds the wedge along y, over a hundredfold range of "
-    "stiffness and where the mean alone is held. Reference: 1042.6 um/N at 823.6 Hz with springs on all nodes of the "
-    "wedge, 1e4 N/m in all.",
-    rows, {"complete curve": 0.0, "springs on the nodes of the damper": 1e-3, "peak whose mean alone is held": 4e-10,
-           "force where the mean alone is held": 1e-3})
+    "A damper that is held",
+    "Wedge damper under blade platforms (tests/reference/platform-wedge) at 3 N, H = 1: largest "
+    "peak of the patch and the mean force on what holds the wedge along y, over a hundredfold "
+    "range of stiffness and where the mean alone is held. Reference: 1042.6 um/N at 823.6 Hz "
+    "with springs on all nodes of the wedge, 1e4 N/m in all.",
+    rows,
+    {
+        "complete curve": 0.0,
+        "springs on the nodes of the damper": 1e-3,
+        "peak whose mean alone is held": 4e-10,
+        "force where the mean alone is held": 1e-3,
+    },
+)

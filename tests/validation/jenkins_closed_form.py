@@ -1,4 +1,5 @@
-"""One dof with a Jenkins element: tables at equal H, exact orbits, the peak of one harmonic in closed form."""
+"""One dof with a Jenkins element: tables at equal H, exact orbits, the peak of one harmonic in
+closed form."""
 
 import numpy as np
 
@@ -24,10 +25,23 @@ def rows():
         curve = follow_band(problem, force, band, harmonics=1, outputs={"x": [1.0]})
         hz, amplitude = curve.peak("x")
         yield row(f"{case}, peak, H = 1", amplitude, peak["X"], "closed form")
-        yield row(f"{case}, frequency of the peak, H = 1", 2 * np.pi * hz, peak["Omega"], "frequency in closed form")
+        yield row(
+            f"{case}, frequency of the peak, H = 1",
+            2 * np.pi * hz,
+            peak["Omega"],
+            "frequency in closed form",
+        )
 
 
 SUBJECT = Subject(
-    "One dof with a Jenkins element", "Amplitude of the first harmonic. Source: tests/reference/hbm/A1, A2.", rows,
-    {"table at equal H": 5e-6, "exact orbit, H = 5": 5e-4, "exact orbit, H = 20": 5e-6, "closed form": 1e-9,
-     "frequency in closed form": 1e-6})
+    "One dof with a Jenkins element",
+    "Amplitude of the first harmonic. Source: tests/reference/hbm/A1, A2.",
+    rows,
+    {
+        "table at equal H": 5e-6,
+        "exact orbit, H = 5": 5e-4,
+        "exact orbit, H = 20": 5e-6,
+        "closed form": 1e-9,
+        "frequency in closed form": 1e-6,
+    },
+)

@@ -1,21 +1,29 @@
-"""Contact laws written once more, plainly: sample by sample, explicit, no code of the laws or of `hbm.fourier`.
+"""Contact laws written once more, plainly: sample by sample, explicit, no code of the laws or of
+`hbm.fourier`.
 
-N = max(0, preload + kn u_n); the slider w stays where it is unless kt (u - w) is beyond mu N, then it is put to the
-limit: each tangent for itself, or along the resultant (radial return, of first order in the length of a sample). Where
-a contact closes between two samples, the slider begins at the motion there, straight between them.
+N = max(0, preload + kn u_n); the slider w stays where it is unless kt (u - w) is beyond mu N, then
+it is put to the limit: each tangent for itself, or along the resultant (radial return, of first
+order in the length of a sample). Where a contact closes between two samples, the slider begins at
+the motion there, straight between them.
 """
 
 import numpy as np
 from numba import njit
 
-TANGENTS = {"Jenkins1D": (1, False), "DryFriction1T": (1, False), "DryFriction2T": (2, False),
-            "UnilateralSpring": (0, False), "IsotropicFriction": (2, True)}        # and whether mu N is for both
+TANGENTS = {
+    "Jenkins1D": (1, False),
+    "DryFriction1T": (1, False),
+    "DryFriction2T": (2, False),
+    # and whether mu N is for both
+    "UnilateralSpring": (0, False),
+    "IsotropicFriction": (2, True),
+}
 
 
 @njit(cache=True)
 def march(u, contact, tangents, coupled, force, max_periods, repeats):
-    """Forces (n, nd) N at the samples of the motion u (n, nd) m of a contact, once its slider repeats; the share of the
-    motion by which it does not.
+    """Forces (n, nd) N at the samples of the motion u (n, nd) m of a contact, once its slider
+    repeats; the share of the motion by which it does not.
 
     contact : kn, kt, mu, preload; the slider starts at zero; sample 0 is the last of a period
     """
@@ -25,7 +33,7 @@ def march(u, contact, tangents, coupled, force, max_periods, repeats):
     size, change = np.abs(u).max() + 1e-300, 0.0
     for period in range(max_periods):
         begin = w.copy()
-        for k in range(0 if period == 0 else 1, n + 1):          # the start is held to the limit, too
+        for k in range(0 if period == 0 else 1, n + 1):  # the start is held to the limit, too
             i = k % n
             N = preload + kn * u[i, nd - 1] if nd > tangents else preload
             before = preload + kn * u[i - 1, nd - 1] if nd > tangents else preload
@@ -55,12 +63,14 @@ def march(u, contact, tangents, coupled, force, max_periods, repeats):
 
 
 def harmonics(law: str, contacts, X, samples, max_periods=4000, repeats=1e-9):
-    """(P, nd, H+1) complex N of P contacts at the motion X (P, nd, H+1) m, as the deviation from the force at rest."""
+    """(P, nd, H+1) complex N of P contacts at the motion X (P, nd, H+1) m, as the deviation from
+    the force at rest."""
     (P, nd, nh), (tangents, coupled) = X.shape, TANGENTS[law]
     spectrum = np.zeros((P, nd, samples // 2 + 1), complex)
     spectrum[:, :, :nh] = X * samples / 2
     spectrum[:, :, 0] *= 2
-    u, force = np.fft.irfft(spectrum, samples).transpose(0, 2, 1), np.empty((samples, nd))
+    u = np.fft.irfft(spectrum, samples).transpose(0, 2, 1)
+    force = np.empty((samples, nd))
     found = np.empty(X.shape, complex)
     for p in range(P):
         contact = contacts.kn[p], contacts.kt[p], contacts.mu[p], contacts.preload[p]
@@ -73,8 +83,9 @@ def harmonics(law: str, contacts, X, samples, max_periods=4000, repeats=1e-9):
 
 
 def modal_damping(M, K, ratio):
-    """C whose every mode of (K, M) has the damping ratio: M phi diag(2 zeta w) phi' M for phi' M phi = 1."""
-    root = 1 / np.sqrt(np.diag(M))                       # M is diagonal
+    """C whose every mode of (K, M) has the damping ratio: M phi diag(2 zeta w) phi' M for phi' M
+    phi = 1."""
+    root = 1 / np.sqrt(np.diag(M))  # M is diagonal
     w2, v = np.linalg.eigh(root[:, None] * K * root)
-    phi = v / root[:, None]                              # M phi
+    phi = v / root[:, None]  # M phi
     return phi * (2 * ratio * np.sqrt(w2)) @ phi.T

@@ -1,10 +1,10 @@
-"""Stored points of random contact systems by the plain equation of motion, the laws written once more and stepped
-through 16384 samples.
+"""Stored points of random contact systems by the plain equation of motion, the laws written once
+more and stepped through 16384 samples.
 
     OMP_NUM_THREADS=1 python -m tests.validation.random_residuals [--count 500] [--first 0]
 
-kn and kt over five decades. A curve is complete or says why not; of each, five points at random. A line a system; all
-500 from the first leave their counts for docs/reliability.md.
+kn and kt over five decades. A curve is complete or says why not; of each, five points at random. A
+line a system; all 500 from the first leave their counts for docs/reliability.md.
 """
 
 import argparse
@@ -20,7 +20,11 @@ from tests.validation.random_systems import System, contact_systems
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.result import ForcedResponse
 
-SAMPLES, DECADES, SEED, LIMIT, COUNT = 16384, (-2, 3), 3, 1e-3, 500
+SAMPLES = 16384
+DECADES = (-2, 3)
+SEED = 3
+LIMIT = 1e-3
+COUNT = 500
 STUCK = {"t1": "kt", "t2": "kt", "n": "kn"}
 
 
@@ -38,12 +42,17 @@ class Found(NamedTuple):
 
 
 def residual(problem, force, w, q) -> float:
-    """Of the equation of motion at q (r, H+1), over the external force or that of the contacts, the larger one."""
+    """Of the equation of motion at q (r, H+1), over the external force or that of the contacts, the
+    larger one."""
     k, B, settings = w * np.arange(q.shape[1]), np.asarray(problem.B), problem.contacts
     u = (B @ q).reshape(len(settings), -1, q.shape[1])
-    contact = B.T @ plain_stepping.harmonics(problem.law.name, settings, u, SAMPLES).reshape(-1, q.shape[1])
+    contact = B.T @ plain_stepping.harmonics(problem.law.name, settings, u, SAMPLES).reshape(
+        -1, q.shape[1]
+    )
     springs = np.stack([vars(settings)[STUCK[c]] for c in problem.law.components], axis=1).ravel()
-    C = plain_stepping.modal_damping(problem.M, problem.K + (B.T * springs) @ B, problem.damping_ratio)
+    C = plain_stepping.modal_damping(
+        problem.M, problem.K + (B.T * springs) @ B, problem.damping_ratio
+    )
     applied = np.zeros_like(q)
     applied[:, 1] = force
     r = problem.K @ q - k**2 * (problem.M @ q) + 1j * k * (C @ q) + contact - applied
@@ -53,10 +62,15 @@ def residual(problem, force, w, q) -> float:
 def checked(system: System, rng, points: int = 5) -> Found:
     """The curve of a system, and the largest residual of some of its points."""
     outputs = {f"q{i}": row for i, row in enumerate(np.eye(len(system.force)))}
-    curve = follow_band(system.problem, system.force, tuple(system.band), harmonics=system.H, outputs=outputs)
+    curve = follow_band(
+        system.problem, system.force, tuple(system.band), harmonics=system.H, outputs=outputs
+    )
     solved = np.flatnonzero(curve.converged)
     drawn = rng.choice(solved, min(points, len(solved)), replace=False)
-    found = [residual(system.problem, system.force, 2 * np.pi * curve.frequency[i], curve.harmonics[i]) for i in drawn]
+    found = [
+        residual(system.problem, system.force, 2 * np.pi * curve.frequency[i], curve.harmonics[i])
+        for i in drawn
+    ]
     return Found(system, curve, max(found, default=np.nan))
 
 
@@ -72,11 +86,19 @@ def rows(count: int = 20):
     found = [checked(system, rng) for _, system, rng in systems(count)]
     name = f"{count} systems (seed {SEED})"
     silent = sum(not one.explained for one in found)
-    yield Row(f"{name}: incomplete without a reason", silent, 0, silent, "reason of an incomplete curve")
+    yield Row(
+        f"{name}: incomplete without a reason", silent, 0, silent, "reason of an incomplete curve"
+    )
     incomplete = sum(not one.curve.complete for one in found)
     yield Row(f"{name}: incomplete", incomplete, 0, incomplete, "complete curve")
     worst = max(found, key=lambda one: np.inf if np.isnan(one.residual) else one.residual)
-    yield Row(f"{name}: {worst.system.name}, H = {worst.system.H}", "", "", worst.residual, "equation of motion")
+    yield Row(
+        f"{name}: {worst.system.name}, H = {worst.system.H}",
+        "",
+        "",
+        worst.residual,
+        "equation of motion",
+    )
 
 
 def main():
@@ -88,18 +110,26 @@ def main():
         begin = time.process_time()
         try:
             found.append(one := checked(system, rng))
-        except Exception:                                  # counted, and the others go on
+        except Exception:  # counted, and the others go on
             crashes += 1
             print(f"{i}: {system.name}: CRASH {traceback.format_exc()}", flush=True)
             continue
-        print(f"{i}: {system.name}, H = {system.H}, {len(one.curve.frequency)} points, residual {one.residual:.1e}, "
-              f"{time.process_time() - begin:.1f} s: {one.curve.ended}", flush=True)
-    figures = dict(systems=len(found) + crashes, complete=sum(bool(one.curve.complete) for one in found),
-                   ended_with_a_reason=sum(one.explained and not one.curve.complete for one in found),
-                   ended_without_one=sum(not one.explained for one in found), crashes=crashes, points_of_each=5,
-                   without_a_point=int(np.isnan([one.residual for one in found]).sum()),
-                   above_a_residual_of_0_001=sum(bool(one.residual > LIMIT) for one in found),
-                   largest_residual=float(f"{max(r for one in found if not np.isnan(r := one.residual)):.2g}"))
+        print(
+            f"{i}: {system.name}, H = {system.H}, {len(one.curve.frequency)} points, residual "
+            f"{one.residual:.1e}, {time.process_time() - begin:.1f} s: {one.curve.ended}",
+            flush=True,
+        )
+    figures = dict(
+        systems=len(found) + crashes,
+        complete=sum(bool(one.curve.complete) for one in found),
+        ended_with_a_reason=sum(one.explained and not one.curve.complete for one in found),
+        ended_without_one=sum(not one.explained for one in found),
+        crashes=crashes,
+        points_of_each=5,
+        without_a_point=int(np.isnan([one.residual for one in found]).sum()),
+        above_a_residual_of_0_001=sum(bool(one.residual > LIMIT) for one in found),
+        largest_residual=float(f"{max(r for one in found if not np.isnan(r := one.residual)):.2g}"),
+    )
     if asked.count >= COUNT and not asked.first:
         counts.keep("random contact systems", **figures)
     else:
@@ -107,10 +137,15 @@ def main():
 
 
 SUBJECT = Subject(
-    "Random systems by the plain equation of motion", "2 to 6 dofs, 1 to 4 contacts of any law, gaps, kn and kt over "
-    "five decades, H = 1 to 9. Five points of each curve at random, of the equation of motion with the laws written "
-    "once more, plainly, at 16384 samples; relative to the external force, or to that of the contacts.", rows,
-    {"reason of an incomplete curve": 0.0, "equation of motion": LIMIT}, long=lambda: rows(COUNT))
+    "Random systems by the plain equation of motion",
+    "2 to 6 dofs, 1 to 4 contacts of any law, gaps, kn and kt over five decades, H = 1 to 9. "
+    "Five points of each curve at random, of the equation of motion with the laws written once "
+    "more, plainly, at 16384 samples; relative to the external force, or to that of the "
+    "contacts.",
+    rows,
+    {"reason of an incomplete curve": 0.0, "equation of motion": LIMIT},
+    long=lambda: rows(COUNT),
+)
 
 if __name__ == "__main__":
     main()

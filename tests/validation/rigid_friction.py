@@ -20,10 +20,18 @@ def rows():
             yield row(case, ours, expected, "exponent of the exact orbits")
 
 
-CORNERS = ("stiffer contacts turn the reversals into corners, whose harmonics fall as slowly as those of rigid "
-           "friction: what is missing is in the harmonics that are left out")
+CORNERS = (
+    "stiffer contacts turn the reversals into corners, whose harmonics fall as slowly as those "
+    "of rigid friction: what is missing is in the harmonics that are left out"
+)
 SUBJECT = Subject(
-    "Towards rigid friction", "Largest displacement; rigid friction (Den Hartog) is approached as kt^-1/2. "
-    "tests/hbm/test_verification.py holds what 61 harmonics reach. Source: tests/reference/hbm/B1.", rows,
+    "Towards rigid friction",
+    "Largest displacement; rigid friction (Den Hartog) is approached as kt^-1/2. "
+    "tests/hbm/test_verification.py holds what 61 harmonics reach. Source: tests/reference/hbm/B1.",
+    rows,
     {"exact orbit": 5e-6},
-    {"exact orbit, H = 20": Miss(3.2e-3, 0, CORNERS), f"exact orbit, H = {MAX_HARMONICS}": Miss(1.04e-4, 10, CORNERS)})
+    {
+        "exact orbit, H = 20": Miss(3.2e-3, 0, CORNERS),
+        f"exact orbit, H = {MAX_HARMONICS}": Miss(1.04e-4, 10, CORNERS),
+    },
+)

@@ -16,5 +16,9 @@ def rows():
             yield row(f"lagging at speed {eta}, mode {k + 1}", lag[k], lagging[k], "published")
 
 
-SUBJECT = Subject("Rotating cantilever", "omega sqrt(m L^4 / EI). Source: Wright et al. 1982.", rows,
-                  {"published": 1e-3})
+SUBJECT = Subject(
+    "Rotating cantilever",
+    "omega sqrt(m L^4 / EI). Source: Wright et al. 1982.",
+    rows,
+    {"published": 1e-3},
+)

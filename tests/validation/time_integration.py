@@ -1,4 +1,5 @@
-"""Time integration against exact orbits, through stick, slip, lift-off and contact, also with a light contact node."""
+"""Time integration against exact orbits, through stick, slip, lift-off and contact, also with a
+light contact node."""
 
 import numpy as np
 
@@ -34,17 +35,26 @@ def rows():
             name = f"{case}, Om = {omega:g}"
             yield row(name, steady(problem, force, omega), exact, "exact orbit, tolerance 1e-7")
             for steps in (32, 128):
-                ours = steady(problem, force, omega, settings=IntegrationSettings(tolerance=0, steps=steps))
+                ours = steady(
+                    problem, force, omega, settings=IntegrationSettings(tolerance=0, steps=steps)
+                )
                 yield row(name, ours, exact, f"exact orbit, {steps} equal steps")
             if omega in LIGHT_NODE.get(case, ()):
                 node = with_node(problem, 1e-6)
-                ours = steady(node, np.r_[force, np.zeros(len(node.K) - len(force))], omega, 20)[:len(force)]
-                yield row(f"{name}, light contact node", ours, exact, "exact orbit, node without mass")
+                ours = steady(node, np.r_[force, np.zeros(len(node.K) - len(force))], omega, 20)[
+                    : len(force)
+                ]
+                yield row(
+                    f"{name}, light contact node", ours, exact, "exact orbit, node without mass"
+                )
 
 
 SUBJECT = Subject(
-    "Time integration against exact orbits", "Amplitudes of the first harmonic, by shooting; fourth order in the step. "
-    "Modes above 50 times the excitation follow statically: C1 and D1 also with a node of a millionth of the mass "
-    "between body and contact, on springs three times as stiff, both in series those of the reference. Source: "
-    "tests/reference/hbm/A1 to D2.", rows,
-    {"exact orbit, tolerance": 5e-6, "exact orbit, 128": 5e-6, "exact orbit, node": 1e-5})
+    "Time integration against exact orbits",
+    "Amplitudes of the first harmonic, by shooting; fourth order in the step. Modes above 50 "
+    "times the excitation follow statically: C1 and D1 also with a node of a millionth of the "
+    "mass between body and contact, on springs three times as stiff, both in series those of the "
+    "reference. Source: tests/reference/hbm/A1 to D2.",
+    rows,
+    {"exact orbit, tolerance": 5e-6, "exact orbit, 128": 5e-6, "exact orbit, node": 1e-5},
+)

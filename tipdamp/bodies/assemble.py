@@ -1,4 +1,5 @@
-"""The finite-element bodies of a study: materials, supports, and the nodes that they are reduced onto."""
+"""The finite-element bodies of a study: materials, supports, and the nodes that they are reduced
+onto."""
 
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -26,16 +27,17 @@ from tipdamp.study.view import Study
 class Tractions:
     """When contact shapes are of tractions, unless the study says otherwise."""
 
-    points: int = 600       # of a body with shapes of their own: 1800 dense columns, 40 s for the modes of both bodies
-    cells: int = 200        # of a body beyond that
+    # of a body with shapes of their own: 1800 dense columns, 40 s for the modes of both bodies
+    points: int = 600
+    cells: int = 200  # of a body beyond that
 
 
 TRACTIONS = Tractions()
 
 
 class ShapeCount(NamedTuple):
-    """masters - nodes; points - contact points that are none; cells - that stand for these, None where they stand for
-    themselves."""
+    """masters - nodes; points - contact points that are none; cells - that stand for these, None
+    where they stand for themselves."""
 
     masters: int
     points: int
@@ -47,8 +49,13 @@ class ShapeCount(NamedTuple):
         return 3 * (self.masters + (self.cells or self.points))
 
 
-def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, counts: dict[str, ShapeCount] | None = None,
-                    points: dict[str, MeshPoints] | None = None) -> list[Body]:
+def assemble_bodies(
+    study: Study,
+    meshes: dict[str, Mesh],
+    tick: Tick,
+    counts: dict[str, ShapeCount] | None = None,
+    points: dict[str, MeshPoints] | None = None,
+) -> list[Body]:
     """[blades, damper]; the support of each is checked when it is reduced.
 
     counts : {body: ...} of `shape_counts`, for the forecast of the memory
@@ -57,11 +64,17 @@ def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, counts: d
     from tipdamp.modal.elasticity import elastic_body
     from tipdamp.modal.memory import check_memory
 
-    check_memory(*((len(mesh.node), counts[name].columns // 3 if counts else 0, mesh.source)
-                   for name, mesh in meshes.items()))
+    check_memory(
+        *(
+            (len(mesh.node), counts[name].columns // 3 if counts else 0, mesh.source)
+            for name, mesh in meshes.items()
+        )
+    )
     tick(0.02, "assembling the blades")
     material, others = materials(study, meshes[BLADES])
-    blades = elastic_body(meshes[BLADES], material, BLADES, other_materials=others, clamp=study.blades.clamp)
+    blades = elastic_body(
+        meshes[BLADES], material, BLADES, other_materials=others, clamp=study.blades.clamp
+    )
     blades = at_speed(study, blades, meshes[BLADES], material, others)
     tick(0.1, "assembling the damper")
     material, others = materials(study, meshes[DAMPER])
@@ -69,13 +82,18 @@ def assemble_bodies(study: Study, meshes: dict[str, Mesh], tick: Tick, counts: d
     if points is None:
         met = surface_points(study, meshes)
         points = met.points if met else {}
-    return [replace(body, points=points[body.name].on(body)) if points else body for body in (blades, damper)]
+    return [
+        replace(body, points=points[body.name].on(body)) if points else body
+        for body in (blades, damper)
+    ]
 
 
 def materials(study: Study, mesh: Mesh) -> tuple[Material, dict[str, Material]]:
-    """The study's Material, and {group of cells: Material} of those cells of the mesh that are of another."""
-    return _material(study.material), {m.group: _material(m) for m in study.materials.values()
-                                       if m.group in mesh.cell_groups}
+    """The study's Material, and {group of cells: Material} of those cells of the mesh that are of
+    another."""
+    return _material(study.material), {
+        m.group: _material(m) for m in study.materials.values() if m.group in mesh.cell_groups
+    }
 
 
 def _material(section: schema.MaterialSection | schema.OtherMaterial) -> Material:
@@ -84,8 +102,15 @@ def _material(section: schema.MaterialSection | schema.OtherMaterial) -> Materia
 
 def with_points(body: Body, pairs: ContactTable, masters: np.ndarray) -> Body:
     """The body with those nodes of its pairs as contact points that are no masters."""
-    nodes = np.concatenate([numbers[(bodies == body.name) & ~pairs.on_surface] for bodies, numbers in (
-        (pairs.blade_body, pairs.blade_node), (pairs.damper_body, pairs.damper_node))])
+    nodes = np.concatenate(
+        [
+            numbers[(bodies == body.name) & ~pairs.on_surface]
+            for bodies, numbers in (
+                (pairs.blade_body, pairs.blade_node),
+                (pairs.damper_body, pairs.damper_node),
+            )
+        ]
+    )
     nodes = np.setdiff1d(nodes, masters)
     if not len(nodes):
         return body
@@ -94,14 +119,18 @@ def with_points(body: Body, pairs: ContactTable, masters: np.ndarray) -> Body:
     motion = body.motion_of(body.name, nodes)
     points = ContactPoints(nodes, place, motion)
     if (known := body.points) is not None:
-        points = ContactPoints(np.r_[known.number, nodes], np.vstack([known.position, place]),
-                               sp.vstack([known.motion, motion]))
+        points = ContactPoints(
+            np.r_[known.number, nodes],
+            np.vstack([known.position, place]),
+            sp.vstack([known.motion, motion]),
+        )
     return replace(body, points=points)
 
 
 def tractions_on(study: Study, body: Body, pairs: ContactTable) -> sp.csr_matrix | None:
-    """(points, cells) shares of the contact points of a body in unit forces on cells, by area; of nodes, which know no
-    area, by their number. None where every point has contact shapes of its own."""
+    """(points, cells) shares of the contact points of a body in unit forces on cells, by area; of
+    nodes, which know no area, by their number. None where every point has contact shapes of its
+    own."""
     if body.points is None or (most := most_cells(study, len(body.points.number))) is None:
         return None
     numbers = np.where(pairs.blade_body == body.name, pairs.blade_node, pairs.damper_node)
@@ -110,7 +139,9 @@ def tractions_on(study: Study, body: Body, pairs: ContactTable) -> sp.csr_matrix
     rows = np.flatnonzero(touching)[first[np.searchsorted(known, body.points.number)]]
     area = pairs.area[rows]
     usual = pairs.area[pairs.area > 0].mean() if (pairs.area > 0).any() else 1.0
-    return traction_cells(body.points.position, np.where(area > 0, area, usual), pairs.side[rows], most)
+    return traction_cells(
+        body.points.position, np.where(area > 0, area, usual), pairs.side[rows], most
+    )
 
 
 def most_cells(study: Study, points: int) -> int | None:
@@ -121,32 +152,50 @@ def most_cells(study: Study, points: int) -> int | None:
     return wanted if points > wanted else None
 
 
-def shape_counts(study: Study, pairs: ContactTable, masters: dict[str, np.ndarray]) -> dict[str, ShapeCount]:
+def shape_counts(
+    study: Study, pairs: ContactTable, masters: dict[str, np.ndarray]
+) -> dict[str, ShapeCount]:
     """{body: of what it is reduced to}"""
     found = {}
-    for name, bodies, nodes in ((BLADES, pairs.blade_body, pairs.blade_node),
-                                (DAMPER, pairs.damper_body, pairs.damper_node)):
+    for name, bodies, nodes in (
+        (BLADES, pairs.blade_body, pairs.blade_node),
+        (DAMPER, pairs.damper_body, pairs.damper_node),
+    ):
         points = len(np.setdiff1d(nodes[bodies == name], masters[name]))
         found[name] = ShapeCount(len(np.unique(masters[name])), points, most_cells(study, points))
     return found
 
 
-def master_nodes(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, np.ndarray]:
-    """{"blades": node numbers, "damper": node numbers} that the bodies are reduced onto: excitation and response, and
-    pairs of nodes unless they are to be contact points. InputError where one of them is clamped."""
-    pairs = pairs.select(~pairs.on_surface)          # contact points bring shapes of their own
+def master_nodes(
+    study: Study, meshes: dict[str, Mesh], pairs: ContactTable
+) -> dict[str, np.ndarray]:
+    """{"blades": node numbers, "damper": node numbers} that the bodies are reduced onto: excitation
+    and response, and pairs of nodes unless they are to be contact points. InputError where one of
+    them is clamped."""
+    pairs = pairs.select(~pairs.on_surface)  # contact points bring shapes of their own
     on_blades = pairs.blade_body != GROUND
-    nodes = {f"[contact.{s}] the pairs": pairs.blade_node[on_blades & (pairs.side == s)] for s in pairs.sides}
+    nodes = {
+        f"[contact.{s}] the pairs": pairs.blade_node[on_blades & (pairs.side == s)]
+        for s in pairs.sides
+    }
     if "respond" in study:
-        nodes |= {f"[respond] group '{g}'": meshes[BLADES].group(g)
-                  for g in (*study.respond.excitation, *study.respond.patches)}
+        nodes |= {
+            f"[respond] group '{g}'": meshes[BLADES].group(g)
+            for g in (*study.respond.excitation, *study.respond.patches)
+        }
     for group in study.blades.clamp:
-        held = meshes[BLADES].groups.get(group, ())          # one that is not there is refused where it is used
+        # one that is not there is refused where it is used
+        held = meshes[BLADES].groups.get(group, ())
         for what, mine in nodes.items():
             if len(both := np.intersect1d(mine, held)):
-                raise InputError(f"{study.path}: {what}: node {both[0]} of the blades is clamped by group '{group}' "
-                                 f"and cannot move ({len(both)} such nodes)")
+                raise InputError(
+                    f"{study.path}: {what}: node {both[0]} of the blades is clamped by group "
+                    f"'{group}' and cannot move ({len(both)} such nodes)"
+                )
     damper = pairs.damper_node[pairs.damper_body != GROUND]
     if study.contact.reduction == "contact_points":
-        nodes, damper = {what: mine for what, mine in nodes.items() if what.startswith("[respond]")}, damper[:0]
+        nodes, damper = (
+            {what: mine for what, mine in nodes.items() if what.startswith("[respond]")},
+            damper[:0],
+        )
     return {BLADES: np.concatenate([np.empty(0, dtype=np.int64), *nodes.values()]), DAMPER: damper}

@@ -1,8 +1,9 @@
-"""Free modes of the blades by shape: which is the out-of-phase one, which the in-phase one, and whether any is.
+"""Free modes of the blades by shape: which is the out-of-phase one, which the in-phase one, and
+whether any is.
 
-Weakly coupled blades vibrate one at a time: no mode involves both, and none is named. The motion that is then tracked
-into the stuck assembly, where the damper couples the blades, is the sum or the difference of the two blades' own modes.
-"""
+Weakly coupled blades vibrate one at a time: no mode involves both, and none is named. The motion
+that is then tracked into the stuck assembly, where the damper couples the blades, is the sum or the
+difference of the two blades' own modes."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,16 +18,18 @@ from tipdamp.results.static_results import TuneResult
 from tipdamp.study.view import Study
 
 NAMES = ("out_of_phase", "in_phase")
-BOTH = 0.1               # a mode involves both blades when each moves at least this part of what the other does
-LOWEST_MAC = 0.5          # below, the tracked mode hardly resembles the free one
-ALIKE = 0.5               # MAC of the two blades' own motions above which they are one
-BESIDE = (0.88, 1.14)    # default band of the free response: of the lower and of the upper of the two modes
+BOTH = 0.1  # a mode involves both blades when each moves at least this part of what the other does
+LOWEST_MAC = 0.5  # below, the tracked mode hardly resembles the free one
+ALIKE = 0.5  # MAC of the two blades' own motions above which they are one
+# default band of the free response: of the lower and of the upper of the two modes
+BESIDE = (0.88, 1.14)
 
 
 @dataclass(frozen=True)
 class FreeModes:
     """hz (m,) lowest modes; named {name of NAMES: Hz}, empty where one mode would bear both names
-    follow {name: (r,) mass-normalised shape}, always both; pair - Hz of the two modes that they were made from."""
+    follow {name: (r,) mass-normalised shape}, always both; pair - Hz of the two modes that they
+    were made from."""
 
     hz: np.ndarray
     named: dict
@@ -35,7 +38,8 @@ class FreeModes:
 
     @property
     def warnings(self) -> list[str]:
-        """Sentences where no mode is named, and where modes have one frequency and so no shapes of their own."""
+        """Sentences where no mode is named, and where modes have one frequency and so no shapes of
+        their own."""
         return [*repeated_warnings(self.hz, "free", self.pair), *self._unnamed]
 
     @property
@@ -43,9 +47,16 @@ class FreeModes:
         if self.named:
             return []
         a, b = self.pair
-        made = f"the difference or sum of the motions at {a:.1f} and {b:.1f} Hz" if a != b else f"that at {a:.1f} Hz"
-        return [f"no free mode involves both blades (lowest: {_list(self.hz)} Hz), so none is called out of phase or "
-                f"in phase: the blades are weakly coupled without the damper; tune tracks {made}"]
+        made = (
+            f"the difference or sum of the motions at {a:.1f} and {b:.1f} Hz"
+            if a != b
+            else f"that at {a:.1f} Hz"
+        )
+        return [
+            f"no free mode involves both blades (lowest: {_list(self.hz)} Hz), so none is called "
+            "out of phase or in phase: the blades are weakly coupled without the damper; tune "
+            f"tracks {made}"
+        ]
 
 
 def lowest_modes(model: ReducedModel, count: int = 20) -> tuple[np.ndarray, np.ndarray]:
@@ -57,9 +68,9 @@ def lowest_modes(model: ReducedModel, count: int = 20) -> tuple[np.ndarray, np.n
 def named_modes(blades: ReducedModel, one: np.ndarray, two: np.ndarray) -> FreeModes:
     """From the rows (r,) of the mean motion of the two patches.
 
-    The mode that contributes most to the static compliance of their difference (sum), each measured by its patch's own
-    compliance, is the out-of-phase (in-phase) one: found by shape, whatever its number. Of modes with one frequency
-    the mixture is taken that has all of this motion.
+    The mode that contributes most to the static compliance of their difference (sum), each measured
+    by its patch's own compliance, is the out-of-phase (in-phase) one: found by shape, whatever its
+    number. Of modes with one frequency the mixture is taken that has all of this motion.
     """
     hz, shapes = lowest_modes(blades)
     # patches may lie at different heights
@@ -67,31 +78,41 @@ def named_modes(blades: ReducedModel, one: np.ndarray, two: np.ndarray) -> FreeM
     best = [_most(hz, shapes, row) for row in (one - two, one + two)]
     part = np.abs([[row @ shape for _, shape in best] for row in (one, two)])
     if best[0][0] != best[1][0] and (part.min(axis=0) >= BOTH * part.max(axis=0)).all():
-        return FreeModes(hz[:10], {name: float(hz[k]) for name, (k, _) in zip(NAMES, best, strict=True)},
-                         {name: shape for name, (_, shape) in zip(NAMES, best, strict=True)},
-                         tuple(float(hz[k]) for k, _ in best))
+        return FreeModes(
+            hz[:10],
+            {name: float(hz[k]) for name, (k, _) in zip(NAMES, best, strict=True)},
+            {name: shape for name, (_, shape) in zip(NAMES, best, strict=True)},
+            tuple(float(hz[k]) for k, _ in best),
+        )
     (i, a), (j, b) = (_most(hz, shapes, row) for row in (one, two))
-    alike = (a @ blades.M @ b)**2 > ALIKE
+    alike = (a @ blades.M @ b) ** 2 > ALIKE
     follow = {name: a if alike else made for name, made in zip(NAMES, (a - b, a + b), strict=True)}
-    return FreeModes(hz[:10], {}, {name: s / np.sqrt(s @ blades.M @ s) for name, s in follow.items()},
-                     (float(hz[i]), float(hz[j])))
+    return FreeModes(
+        hz[:10],
+        {},
+        {name: s / np.sqrt(s @ blades.M @ s) for name, s in follow.items()},
+        (float(hz[i]), float(hz[j])),
+    )
 
 
 def _most(hz, shapes, row) -> tuple[int, np.ndarray]:
     """(number, shape) of the mode that contributes most to the static compliance of a row (r,)."""
     shapes = turned(hz, shapes, row)
-    k = first_largest((row @ shapes / hz)**2, SETTINGS.alike)
+    k = first_largest((row @ shapes / hz) ** 2, SETTINGS.alike)
     return k, shapes[:, k]
 
 
 def repeated_warnings(hz: np.ndarray, which: str, used: Iterable[float]) -> list[str]:
-    """One sentence where modes of the frequencies `used` share theirs with another one of hz (m,)."""
+    """One sentence where modes of the frequencies `used` share theirs with another one of hz
+    (m,)."""
     for f in used:
         same = np.abs(hz - f) <= SETTINGS.equal * f
         if same.sum() > 1:
-            return [f"{same.sum()} {which} modes have the same frequency, {f:.1f} Hz: any mixture of their shapes is a "
-                    "mode too; that with most of the motion looked for is taken; make the blades differ by what real "
-                    "ones do"]
+            return [
+                f"{same.sum()} {which} modes have the same frequency, {f:.1f} Hz: any mixture of "
+                "their shapes is a mode too; that with most of the motion looked for is taken; "
+                "make the blades differ by what real ones do"
+            ]
     return []
 
 
@@ -106,25 +127,41 @@ def band_warnings(limits: tuple[float, float], modes: FreeModes) -> list[str]:
     low, high = limits
     if ((modes.hz >= low) & (modes.hz <= high)).any():
         return []
-    return [f"[free] band = {low:g} to {high:g} Hz contains no resonance of the blades; their lowest modes are at "
-            f"{_list(modes.hz)} Hz"]
+    return [
+        f"[free] band = {low:g} to {high:g} Hz contains no resonance of the blades; their lowest "
+        f"modes are at {_list(modes.hz)} Hz"
+    ]
 
 
 def tracking_warnings(study: Study, tune: TuneResult) -> list[str]:
-    """Sentences where the tracked mode hardly resembles the free one, or lies outside the band of the response."""
-    labels = {"full_area": "on the whole area", **({} if tune.line_is_whole else {"full_line": "on the whole line"}),
-              "tuned": f"on the {tune.kept_name}"}
+    """Sentences where the tracked mode hardly resembles the free one, or lies outside the band of
+    the response."""
+    labels = {
+        "full_area": "on the whole area",
+        **({} if tune.line_is_whole else {"full_line": "on the whole line"}),
+        "tuned": f"on the {tune.kept_name}",
+    }
     hz = dict(tune.stuck_hz)
-    found = [f"the tracked mode, stuck {labels[name]} ({hz[name]:.0f} Hz), has a MAC of {mac:.2f} with the free one: "
-             "check its shape before relying on its frequency" for name, mac in tune.mac
-             if name in labels and mac < LOWEST_MAC]
+    found = [
+        f"the tracked mode, stuck {labels[name]} ({hz[name]:.0f} Hz), has a MAC of {mac:.2f} with "
+        "the free one: check its shape before relying on its frequency"
+        for name, mac in tune.mac
+        if name in labels and mac < LOWEST_MAC
+    ]
     (low, high), tuned = study.respond.band, tune.stuck_hz.tuned
     found += repeated_warnings(np.array(tune.stuck_modes_hz.tuned), "stuck", [tuned])
     if not low <= tuned <= high:
         inside = [f"{f:.1f}" for f in tune.stuck_modes_hz.tuned if low <= f <= high]
-        found.append(f"the tracked mode, stuck {labels['tuned']} ({tuned:.0f} Hz), lies outside [respond] band = "
-                     f"{low:g} to {high:g} Hz, " + (f"where there are stuck modes at {', '.join(inside)} Hz: [tune] "
-                     "follow may be the other one" if inside else "which contains no stuck mode"))
+        found.append(
+            f"the tracked mode, stuck {labels['tuned']} ({tuned:.0f} Hz), lies outside [respond] "
+            f"band = {low:g} to {high:g} Hz, "
+            + (
+                f"where there are stuck modes at {', '.join(inside)} Hz: [tune] "
+                "follow may be the other one"
+                if inside
+                else "which contains no stuck mode"
+            )
+        )
     return found
 
 

@@ -7,12 +7,12 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.study.view import Study
 
-LARGEST = 0.1       # of the damper's size
+LARGEST = 0.1  # of the damper's size
 
 
 def check_gaps(study: Study, pairs: ContactTable, damper: np.ndarray) -> None:
-    """InputError where a gap is larger than a tenth of the damper, whose nodes lie at (n, 3) m, nan where that is not
-    known, or a profile ends before its side does."""
+    """InputError where a gap is larger than a tenth of the damper, whose nodes lie at (n, 3) m, nan
+    where that is not known, or a profile ends before its side does."""
     known = damper[np.isfinite(damper).all(axis=1)]
     size = float(np.ptp(known, axis=0).max()) if len(known) else 0.0
     shown, axis = length_text(study.length_unit), np.array(study.driver.axis)
@@ -22,17 +22,29 @@ def check_gaps(study: Study, pairs: ContactTable, damper: np.ndarray) -> None:
         where = f"{study.path}: [contact.{name}] gap"
         profile, along = np.array(side.gap), (pairs.position @ axis)[pairs.side == name]
         _refuse_wide(where, profile[np.abs(profile[:, 1]).argmax(), 1], size, shown)
-        low, high, least, most = along.min(), along.max(), profile[:, 0].min(), profile[:, 0].max()
+        low = along.min()
+        high = along.max()
+        least = profile[:, 0].min()
+        most = profile[:, 0].max()
         if least > low + study.contact.tolerance or most < high - study.contact.tolerance:
-            raise InputError(f"{where}: the profile reaches from {shown(least)} to {shown(most)} along the axis, the "
-                             f"pairs of the side from {shown(low)} to {shown(high)}; give rows up to both ends (the "
-                             "same gap again where it is to stay as it is)")
+            raise InputError(
+                f"{where}: the profile reaches from {shown(least)} to {shown(most)} along the "
+                f"axis, the pairs of the side from {shown(low)} to {shown(high)}; give rows up to "
+                "both ends (the same gap again where it is to stay as it is)"
+            )
     i = int(np.abs(pairs.gap).argmax())
-    _refuse_wide(f"{study.path}: [contact], side '{pairs.side[i]}', station {pairs.station[i]}: gap", pairs.gap[i],
-                 size, shown)
+    _refuse_wide(
+        f"{study.path}: [contact], side '{pairs.side[i]}', station {pairs.station[i]}: gap",
+        pairs.gap[i],
+        size,
+        shown,
+    )
 
 
 def _refuse_wide(where, gap, size, shown):
     if 0 < LARGEST * size < abs(gap):
-        raise InputError(f"{where} = {shown(gap)}: larger than a tenth of the damper, which is {shown(size)} long; "
-                         "lengths are in the unit of [units]: check it, or take the pairs out that never touch")
+        raise InputError(
+            f"{where} = {shown(gap)}: larger than a tenth of the damper, which is {shown(size)} "
+            "long; lengths are in the unit of [units]: check it, or take the pairs out that "
+            "never touch"
+        )

@@ -1,4 +1,5 @@
-"""Loads of a study: the pull, the further load cases ([loads.NAME]), and the blades at speed ([rotation])."""
+"""Loads of a study: the pull, the further load cases ([loads.NAME]), and the blades at speed
+([rotation])."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -21,7 +22,8 @@ PULL = "pull"
 
 
 class PointLoad(NamedTuple):
-    """Forces (d,) N on the free dofs of the damper for a pull of 1 N, and where they act along the axis, m."""
+    """Forces (d,) N on the free dofs of the damper for a pull of 1 N, and where they act along the
+    axis, m."""
 
     force: np.ndarray
     along_axis: list[float]
@@ -35,7 +37,9 @@ def pull_vector(study: Study) -> np.ndarray:
 def held_directions(study: Study, pairs: ContactTable) -> np.ndarray:
     """(m, 3) directions along which the study holds the damper and no pair's normal does."""
     ways = np.array([parse_motion(one.motion)[2][:3] for one in study.driver.hold]).reshape(-1, 3)
-    return ways[ways.any(axis=1) & (np.abs(ways @ pairs.normal.T).max(axis=1, initial=0.0) <= RIGID.facing)]
+    return ways[
+        ways.any(axis=1) & (np.abs(ways @ pairs.normal.T).max(axis=1, initial=0.0) <= RIGID.facing)
+    ]
 
 
 def unit_pull(study: Study, body: Body, mesh: Mesh) -> PointLoad:
@@ -44,8 +48,14 @@ def unit_pull(study: Study, body: Body, mesh: Mesh) -> PointLoad:
     from tipdamp.static_contact.contact.pull import pull_forces
 
     damper = study.damper
-    nodes, forces = pull_forces(mesh, damper.load_points, damper.axis, damper.pull_direction, weights=damper.shares,
-                                positions=damper.positions)
+    nodes, forces = pull_forces(
+        mesh,
+        damper.load_points,
+        damper.axis,
+        damper.pull_direction,
+        weights=damper.shares,
+        positions=damper.positions,
+    )
     along = mesh.position[mesh.index(nodes)] @ np.array(damper.axis)
     return PointLoad(nodal_load(body, nodes, forces), sorted(along.tolist()))
 
@@ -61,7 +71,9 @@ def rotation(study: Study, speed: float) -> Any:
     from tipdamp.modal.loads import Rotation
 
     if "rotation" not in study:
-        raise InputError(f"{study.path}: section [rotation] is missing: a load case with speed needs its axis")
+        raise InputError(
+            f"{study.path}: section [rotation] is missing: a load case with speed needs its axis"
+        )
     return Rotation(speed, study.rotation.axis, study.rotation.point)
 
 
@@ -83,9 +95,11 @@ def case_forces(study: Study, case: str, body: Body, mesh: Mesh) -> np.ndarray:
     force = loads.gravity(body, given.gravity)
     if given.speed:
         force = force + loads.centrifugal(body, rotation(study, given.speed))
-    for key, rows, function in (("forces", given.forces, lambda g, v: loads.point_force(body, g, v)),
-                                ("pressure", given.pressure, lambda g, v: loads.pressure(body, mesh, g, v[0])),
-                                ("traction", given.traction, lambda g, v: loads.traction(body, mesh, g, v))):
+    for key, rows, function in (
+        ("forces", given.forces, lambda g, v: loads.point_force(body, g, v)),
+        ("pressure", given.pressure, lambda g, v: loads.pressure(body, mesh, g, v[0])),
+        ("traction", given.traction, lambda g, v: loads.traction(body, mesh, g, v)),
+    ):
         for name, group, *value in rows:
             if name == body.name:
                 try:
@@ -96,7 +110,8 @@ def case_forces(study: Study, case: str, body: Body, mesh: Mesh) -> np.ndarray:
 
 
 def with_loads(study: Study, bodies: Sequence[Body], meshes: dict[str, Mesh]) -> list[Body]:
-    """The bodies with their part of every load case and the pull of 1 N as `loads`, (d,) N on their free dofs."""
+    """The bodies with their part of every load case and the pull of 1 N as `loads`, (d,) N on their
+    free dofs."""
     found = []
     for body in bodies:
         forces = {case: case_forces(study, case, body, meshes[body.name]) for case in study.loads}
@@ -111,7 +126,11 @@ def check(study: Study, meshes: dict[str, Mesh]) -> None:
     for case, given in study.loads.items():
         if given.speed:
             rotation(study, given.speed)
-        for key, rows in (("forces", given.forces), ("pressure", given.pressure), ("traction", given.traction)):
+        for key, rows in (
+            ("forces", given.forces),
+            ("pressure", given.pressure),
+            ("traction", given.traction),
+        ):
             for body, group, *_ in rows:
                 where = f"{study.path}: [loads.{case}] {key}"
                 if body not in meshes:
@@ -126,14 +145,17 @@ def total(study: Study, case: str, model: ReducedModel | SparseBodies) -> np.nda
     """(r,) N: a load case on the dofs of a model with its pull."""
     own = model.loads.get(case)
     if own is None and study.loads[case].pull is None:
-        raise InputError(f"{study.path}: [loads.{case}]: the model holds no load named '{case}', and no pull is "
-                         f"stated; {nearest(case, [name for name in model.loads if name != PULL])}")
+        raise InputError(
+            f"{study.path}: [loads.{case}]: the model holds no load named '{case}', and no pull is "
+            f"stated; {nearest(case, [name for name in model.loads if name != PULL])}"
+        )
     own = np.zeros(model.size) if own is None else own
     return own + case_pull(study, case) * model.loads[PULL]
 
 
 def at_rest(study: Study, model: ReducedModel | SparseBodies) -> np.ndarray:
-    """(r,) N: the load under which the damper vibrates: the pull, or the case that [preload] names."""
+    """(r,) N: the load under which the damper vibrates: the pull, or the case that [preload]
+    names."""
     case = study.preload.case
     return total(study, case, model) if case else study.driver.pull * model.loads[PULL]
 

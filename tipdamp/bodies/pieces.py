@@ -1,4 +1,5 @@
-"""Pieces of a mesh that share no node: each of the damper's needs contact and load of its own, or nothing holds it."""
+"""Pieces of a mesh that share no node: each of the damper's needs contact and load of its own, or
+nothing holds it."""
 
 from collections.abc import Sequence
 
@@ -16,7 +17,7 @@ from tipdamp.modal.mesh_checks import some
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
 from tipdamp.study.view import Study
 
-SAME_PLACE = 1e-6       # of the size of a mesh: nodes nearer to each other lie on one another
+SAME_PLACE = 1e-6  # of the size of a mesh: nodes nearer to each other lie on one another
 
 
 def coincident(mesh: Mesh) -> np.ndarray:
@@ -35,12 +36,17 @@ def merging(mesh: Mesh) -> str:
     if not len(twice):
         return ""
     first, second = mesh.node[twice[0]]
-    return (f"{len(np.unique(twice[:, 1]))} of its nodes lie on nodes of other pieces (first: {second} on {first}): "
-            "merge coincident nodes where that is one body")
+    return (
+        f"{len(np.unique(twice[:, 1]))} of its nodes lie on nodes of other pieces (first: "
+        f"{second} on {first}): merge coincident nodes where that is one body"
+    )
 
 
-def check_pieces(study: Study, meshes: dict[str, Mesh], bodies: Sequence[Body], pairs: ContactTable) -> None:
-    """InputError where the damper has a piece that is there twice, or one without contact or load of its own.
+def check_pieces(
+    study: Study, meshes: dict[str, Mesh], bodies: Sequence[Body], pairs: ContactTable
+) -> None:
+    """InputError where the damper has a piece that is there twice, or one without contact or load
+    of its own.
 
     bodies - with their loads and contact points."""
     damper = next(body for body in bodies if body.name == DAMPER)
@@ -52,28 +58,37 @@ def check_pieces(study: Study, meshes: dict[str, Mesh], bodies: Sequence[Body], 
     touched = _touched(damper, pairs)
     for i in range(label.max() + 1):
         mine = label == i
-        lacks = [what for what, there in (("contact", touched), ("load", loaded)) if not there[mine].any()]
+        lacks = [
+            what
+            for what, there in (("contact", touched), ("load", loaded))
+            if not there[mine].any()
+        ]
         if lacks:
             merged = merging(meshes[DAMPER])
             raise InputError(
-                f"{study.path}: [damper] mesh: the damper consists of {label.max() + 1} pieces that share no node, and "
-                f"{piece_in_words(piece(damper, np.flatnonzero(mine)))} has no {' and no '.join(lacks)} of its own: "
-                f"nothing holds it; {merged}{'; ' * bool(merged)}join the pieces, take it out of the mesh, or give it "
-                f"{_remedy(lacks)}")
+                f"{study.path}: [damper] mesh: the damper consists of {label.max() + 1} pieces "
+                f"that share no node, and {piece_in_words(piece(damper, np.flatnonzero(mine)))} "
+                f"has no {' and no '.join(lacks)} of its own: nothing holds it; "
+                f"{merged}{'; ' * bool(merged)}join the pieces, take it out of the mesh, or give "
+                f"it {_remedy(lacks)}"
+            )
 
 
 def check_loaded(study: Study, model: ReducedModel | SparseBodies) -> None:
-    """InputError where the load at rest leaves out a piece of the damper; model - knows its rigid motions."""
+    """InputError where the load at rest leaves out a piece of the damper; model - knows its rigid
+    motions."""
     load, mine = loads.at_rest(study, model), np.flatnonzero(model.body == DAMPER)
     motions = model.rigid.get(DAMPER, np.zeros((len(mine), 0)))
     for first in range(0, motions.shape[1], 6):
-        own = mine[motions[:, first:first + 6].any(axis=1)]
+        own = mine[motions[:, first : first + 6].any(axis=1)]
         if motions.shape[1] > 6 and not load[own].any():
             place = np.round(model.position[own].mean(axis=0), 4).tolist()
-            raise InputError(f"{study.path}: the damper consists of {motions.shape[1] // 6} pieces that share no node, "
-                             f"and the one around {place} m (node {model.node[own[0]]}) has no load of its own in "
-                             f"{loads.rest_name(study)}: nothing presses it against the blades; join the pieces, or "
-                             f"give it {_remedy(['load'])}")
+            raise InputError(
+                f"{study.path}: the damper consists of {motions.shape[1] // 6} pieces that share "
+                f"no node, and the one around {place} m (node {model.node[own[0]]}) has no load "
+                f"of its own in {loads.rest_name(study)}: nothing presses it against the blades; "
+                f"join the pieces, or give it {_remedy(['load'])}"
+            )
 
 
 def _touched(damper, pairs):
@@ -84,7 +99,10 @@ def _touched(damper, pairs):
 
 
 def _remedy(lacks):
-    ways = {"contact": "faces in the groups of [contact.NAME]", "load": "nodes of [damper] load_points"}
+    ways = {
+        "contact": "faces in the groups of [contact.NAME]",
+        "load": "nodes of [damper] load_points",
+    }
     return " and ".join(ways[what] for what in lacks)
 
 
@@ -98,6 +116,7 @@ def _check_not_twice(study, mesh):
         mine = np.unique(ends[(where == [i, j]).all(axis=1), 0])
         if len(mine) == size[i]:
             raise InputError(
-                f"{study.path}: [damper] mesh: the damper has a piece twice: all {size[i]} nodes of the one of nodes "
-                f"{some(mesh.node[mine].tolist())} lie on nodes of another piece; take one of them out of the mesh, or "
-                "merge coincident nodes")
+                f"{study.path}: [damper] mesh: the damper has a piece twice: all {size[i]} nodes "
+                f"of the one of nodes {some(mesh.node[mine].tolist())} lie on nodes of another "
+                "piece; take one of them out of the mesh, or merge coincident nodes"
+            )

@@ -12,16 +12,38 @@ from tipdamp.static_contact.surfaces.pick import FacePick
 from tipdamp.study.view import Study, every_key
 
 # what every stage that works on meshes or given matrices reads of the study
-BODY_FILES = ("model", "blades", "damper", "contact")          # sections that name meshes, matrices or pairs
-BODY_READS = ("length_unit", "material", "materials", "rotation", "blades", *every_key(DAMPER, but=("pull", "hold")),
-              *every_key("model", but=("pull", "hold")), "driver.axis", "driver.pull_direction", "contact.pairs",
-              "contact.tolerance", "contact.distance", "contact.method", "contact.reduction", "contact.tractions",
-              "sides.blade", "sides.damper", "sides.shape", "sides.given", "sides.per_node", "respond.excitation",
-              "respond.direction", "respond.patches")
+# sections that name meshes, matrices or pairs
+BODY_FILES = ("model", "blades", "damper", "contact")
+BODY_READS = (
+    "length_unit",
+    "material",
+    "materials",
+    "rotation",
+    "blades",
+    *every_key(DAMPER, but=("pull", "hold")),
+    *every_key("model", but=("pull", "hold")),
+    "driver.axis",
+    "driver.pull_direction",
+    "contact.pairs",
+    "contact.tolerance",
+    "contact.distance",
+    "contact.method",
+    "contact.reduction",
+    "contact.tractions",
+    "sides.blade",
+    "sides.damper",
+    "sides.shape",
+    "sides.given",
+    "sides.per_node",
+    "respond.excitation",
+    "respond.direction",
+    "respond.patches",
+)
 
 
 class NamedGroup(NamedTuple):
-    """A node group that the study names: of which mesh, where it is named, and the dimensions that make sense."""
+    """A node group that the study names: of which mesh, where it is named, and the dimensions that
+    make sense."""
 
     body: str
     where: str
@@ -40,8 +62,10 @@ def read_meshes(study: Study) -> dict[str, Mesh]:
     held = sorted({group for mesh in meshes.values() for group in mesh.cell_groups})
     for name, material in study.materials.items():
         if material.group not in held:
-            raise InputError(f"{study.path}: [material.{name}] group: no mesh has a group of cells "
-                             f"'{shown(material.group)}'; {nearest(material.group, held)}")
+            raise InputError(
+                f"{study.path}: [material.{name}] group: no mesh has a group of cells "
+                f"'{shown(material.group)}'; {nearest(material.group, held)}"
+            )
     return with_picked(study, meshes)
 
 
@@ -50,8 +74,10 @@ def _read(study):
     from tipdamp.readers.dispatch import read_mesh
 
     files = {BLADES: study.blades.mesh, DAMPER: study.damper.mesh}
-    wanted = {BLADES: Wanted("[blades]", study.blades.cells),
-              DAMPER: Wanted("[damper]", study.damper.cells, holds=study.damper.load_points)}
+    wanted = {
+        BLADES: Wanted("[blades]", study.blades.cells),
+        DAMPER: Wanted("[damper]", study.damper.cells, holds=study.damper.load_points),
+    }
     found = {}
     for body, name in files.items():
         if body == DAMPER and study.file(name).resolve() == study.file(files[BLADES]).resolve():
@@ -64,8 +90,12 @@ def _read(study):
     try:
         if found[BLADES] is found[DAMPER]:
             return dict(zip(found, split(found[BLADES], *wanted.values()), strict=True))
-        return {body: cut_named(mesh, wanted[body], named_cells(mesh, wanted[body])) if wanted[body].cells else mesh
-                for body, mesh in found.items()}
+        return {
+            body: cut_named(mesh, wanted[body], named_cells(mesh, wanted[body]))
+            if wanted[body].cells
+            else mesh
+            for body, mesh in found.items()
+        }
     except InputError as error:
         raise InputError(f"{study.path}: {error}") from None
 

@@ -1,11 +1,18 @@
-"""The reduced model of a study: Craig-Bampton models of blades and damper side by side, loads condensed onto them."""
+"""The reduced model of a study: Craig-Bampton models of blades and damper side by side, loads
+condensed onto them."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from tipdamp.bodies import BLADES, CHECK_BELOW_HZ, DAMPER, loads
-from tipdamp.bodies.assemble import assemble_bodies, master_nodes, shape_counts, tractions_on, with_points
+from tipdamp.bodies.assemble import (
+    assemble_bodies,
+    master_nodes,
+    shape_counts,
+    tractions_on,
+    with_points,
+)
 from tipdamp.bodies.pair import matched
 from tipdamp.bodies.pieces import check_pieces
 from tipdamp.bodies.read import read_meshes
@@ -24,15 +31,15 @@ from tipdamp.static_contact.tuning.reduction_error import enough_modes, own_erro
 from tipdamp.study.schema import Blades, Damper
 from tipdamp.study.view import Study
 
-FIRST_CUT_HZ = 4 * CHECK_BELOW_HZ   # modes up to here at first, where an error is asked for
+FIRST_CUT_HZ = 4 * CHECK_BELOW_HZ  # modes up to here at first, where an error is asked for
 LAST_CUT_HZ = 1e6
 
 
 @dataclass(frozen=True)
 class ReducedBodies:
-    """model - both bodies side by side; pairs - the whole patch; parts - (blades, damper) reductions; truncation -
-    what they left out, None where it is not known; materials {side: E, nu, E, nu} where a model makes the stiffness
-    pull_positions - m."""
+    """model - both bodies side by side; pairs - the whole patch; parts - (blades, damper)
+    reductions; truncation - what they left out, None where it is not known; materials {side: E, nu,
+    E, nu} where a model makes the stiffness pull_positions - m."""
 
     model: ReducedModel
     pairs: ContactTable
@@ -45,12 +52,18 @@ class ReducedBodies:
     @property
     def size(self) -> ReductionFacts:
         """Numbers of dofs and modes."""
-        return ReductionFacts(dofs=sum(p.body.dofs for p in self.parts), masters=sum(len(p.boundary) for p in self.parts),
-                         modes={p.body.name: len(p.mode_omega) for p in self.parts},
-                         load_modes={p.body.name: p.load_modes for p in self.parts},
-                         contact_shapes={p.body.name: p.contact_shapes for p in self.parts},
-                         tractions={p.body.name: p.tractions.shape[1] for p in self.parts
-                                    if p.contact_shapes and p.tractions is not None})
+        return ReductionFacts(
+            dofs=sum(p.body.dofs for p in self.parts),
+            masters=sum(len(p.boundary) for p in self.parts),
+            modes={p.body.name: len(p.mode_omega) for p in self.parts},
+            load_modes={p.body.name: p.load_modes for p in self.parts},
+            contact_shapes={p.body.name: p.contact_shapes for p in self.parts},
+            tractions={
+                p.body.name: p.tractions.shape[1]
+                for p in self.parts
+                if p.contact_shapes and p.tractions is not None
+            },
+        )
 
     @property
     def highest_hz(self) -> dict[str, float]:
@@ -64,7 +77,8 @@ def wants_error(study: Study) -> bool:
 
 
 def reduced_model(study: Study, tick: Tick) -> ReducedBodies:
-    """Meshes to the reduced model; load cases and pairs are checked before anything is assembled."""
+    """Meshes to the reduced model; load cases and pairs are checked before anything is
+    assembled."""
     meshes = read_meshes(study)
     loads.check(study, meshes)
     pairs, points = matched(study, meshes)
@@ -82,25 +96,41 @@ def reduced_model(study: Study, tick: Tick) -> ReducedBodies:
             part.model.loads[case] = part.condense_dofs(force)
     blades, damper = parts
     left_out = [part.truncation for part in parts if part.truncation is not None]
-    return ReducedBodies(assemble(blades.model, damper.model), pairs, meshes, (blades, damper),
-                         join(*left_out) if len(left_out) == len(parts) else None, side_moduli,
-                         loads.unit_pull(study, damper.body, meshes[DAMPER]).along_axis)
+    return ReducedBodies(
+        assemble(blades.model, damper.model),
+        pairs,
+        meshes,
+        (blades, damper),
+        join(*left_out) if len(left_out) == len(parts) else None,
+        side_moduli,
+        loads.unit_pull(study, damper.body, meshes[DAMPER]).along_axis,
+    )
 
 
-def reduce_bodies(study: Study, bodies: list[Body], masters: dict, pairs: ContactTable, tick: Tick
-                  ) -> list[BodyReduction]:
-    """Reductions with the modes that the study asks for: a number, all below a frequency, or enough for an error; and
-    the static shapes of the bodies' loads where it asks for them."""
+def reduce_bodies(
+    study: Study, bodies: list[Body], masters: dict, pairs: ContactTable, tick: Tick
+) -> list[BodyReduction]:
+    """Reductions with the modes that the study asks for: a number, all below a frequency, or enough
+    for an error; and the static shapes of the bodies' loads where it asks for them."""
     settings: dict[str, Blades | Damper] = {BLADES: study.blades, DAMPER: study.damper}
 
     def reduced(body: Body, cut_hz: float | None) -> BodyReduction:
         given, cells = settings[body.name], tractions_on(study, body, pairs)
-        bound = cells is None or wants_error(study)         # of tractions it bounds no frequency, but counts modes
+        # of tractions it bounds no frequency, but counts modes
+        bound = cells is None or wants_error(study)
         shapes = list(body.loads.values()) if given.load_modes else ()
         if cut_hz or given.modes_below_hz:
-            return craig_bampton(body, masters[body.name], below_hz=cut_hz or given.modes_below_hz, loads=shapes,
-                                 tractions=cells, bound=bound)
-        return craig_bampton(body, masters[body.name], given.modes, loads=shapes, tractions=cells, bound=bound)
+            return craig_bampton(
+                body,
+                masters[body.name],
+                below_hz=cut_hz or given.modes_below_hz,
+                loads=shapes,
+                tractions=cells,
+                bound=bound,
+            )
+        return craig_bampton(
+            body, masters[body.name], given.modes, loads=shapes, tractions=cells, bound=bound
+        )
 
     def error(i: int) -> float:
         return own_error(parts, i, len(parts[i].mode_omega), pairs, CHECK_BELOW_HZ)
@@ -117,4 +147,6 @@ def reduce_bodies(study: Study, bodies: list[Body], masters: dict, pairs: Contac
             tick(0.85, f"{bodies[i].name}: modes up to {cut:g} Hz")
             parts[i] = reduced(bodies[i], cut)
     counts = enough_modes(parts, targets, pairs, CHECK_BELOW_HZ)
-    return [part.fewer(n) if part.truncation else part for part, n in zip(parts, counts, strict=True)]
+    return [
+        part.fewer(n) if part.truncation else part for part, n in zip(parts, counts, strict=True)
+    ]

@@ -1,4 +1,5 @@
-"""Stiffness, friction and initial gaps of matched pairs: the study's own values, or from half-space theory."""
+"""Stiffness, friction and initial gaps of matched pairs: the study's own values, or from half-space
+theory."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -26,16 +27,27 @@ from tipdamp.static_contact.stiffness.rough_surfaces import Roughness
 from tipdamp.study.schema import MaterialSection, OtherMaterial, SideSection
 from tipdamp.study.view import Study
 
-MODELS = {"halfspace": "halfspace_3d"}      # names in a study file that differ from those of `nodal_stiffness.MODELS`
-SOFTER = {"plane_depth": "plane strain with depth", "rough_series": "half-spaces and a rough interface in series"}
-Moduli = tuple[float, float, float, float]   # E, nu of the blade, E, nu of the damper
+# names in a study file that differ from those of `nodal_stiffness.MODELS`
+MODELS = {"halfspace": "halfspace_3d"}
+SOFTER = {
+    "plane_depth": "plane strain with depth",
+    "rough_series": "half-spaces and a rough interface in series",
+}
+Moduli = tuple[float, float, float, float]  # E, nu of the blade, E, nu of the damper
 
 
-def with_values(study: Study, pairs: ContactTable, materials: dict[str, Moduli],
-                pull: np.ndarray | None = None, fitted: float = 1.0) -> ContactTable:
-    """The pairs with stiffness, friction and initial gap of the study; a user-supplied pair table brings its own.
+def with_values(
+    study: Study,
+    pairs: ContactTable,
+    materials: dict[str, Moduli],
+    pull: np.ndarray | None = None,
+    fitted: float = 1.0,
+) -> ContactTable:
+    """The pairs with stiffness, friction and initial gap of the study; a user-supplied pair table
+    brings its own.
 
-    pull (3,) N: load on the damper, by default Fc; fitted - factor found by a fit, on what a model gives
+    pull (3,) N: load on the damper, by default Fc; fitted - factor found by a fit, on what a model
+    gives
     """
     if study.contact.pairs:
         return pairs
@@ -49,32 +61,55 @@ def with_values(study: Study, pairs: ContactTable, materials: dict[str, Moduli],
     return pairs.replace(kn=kn, kt=kt, gap=gap, mu=np.full(len(pairs), study.contact.mu))
 
 
-def side_stiffness(study: Study, pairs: ContactTable, materials: dict[str, Moduli],
-                   pull: np.ndarray | None = None, fitted: float = 1.0) -> dict[str, NodalStiffness]:
-    """{side: NodalStiffness} under its part of the pull, with all that it was made from; {} with an own table.
+def side_stiffness(
+    study: Study,
+    pairs: ContactTable,
+    materials: dict[str, Moduli],
+    pull: np.ndarray | None = None,
+    fitted: float = 1.0,
+) -> dict[str, NodalStiffness]:
+    """{side: NodalStiffness} under its part of the pull, with all that it was made from; {} with an
+    own table.
 
     materials {side: Moduli} as `side_materials` finds them; only theory needs them.
     """
     contact, found = study.contact, {}
     if contact.pairs:
         return {}
-    forces = side_forces(side_normals(pairs), pull_vector(study) if pull is None else pull,
-                         held=held_directions(study, pairs))
+    forces = side_forces(
+        side_normals(pairs),
+        pull_vector(study) if pull is None else pull,
+        held=held_directions(study, pairs),
+    )
     for name, side in study.sides.items():
         mine = pairs.select(pairs.side == name)
         length = float(np.ptp(mine.position @ np.array(study.driver.axis)))
         if side.given:
-            found[name] = given_stiffness(_per_node(study, name, mine), len(mine), forces.get(name, 0.0), length)
+            found[name] = given_stiffness(
+                _per_node(study, name, mine), len(mine), forces.get(name, 0.0), length
+            )
             continue
         if name not in forces:
-            raise InputError(f"{study.path}: [contact.{name}]: elasticity decides how its force is shared with sides "
-                             f"of the same normal, and the stiffness of [contact] stiffness = '{contact.stiffness}' "
-                             "depends on it; give it: kn_per_area and kt_per_area, kn_total and kt_total, or kn and kt")
+            raise InputError(
+                f"{study.path}: [contact.{name}]: elasticity decides how its force is shared with "
+                "sides of the same normal, and the stiffness of [contact] stiffness = "
+                f"'{contact.stiffness}' depends on it; give it: kn_per_area and kt_per_area, "
+                "kn_total and kt_total, or kn and kt"
+            )
         depth = (side.depth[0], side.depth[1]) if side.depth else None
-        roughness = None if side.h_rms is None or side.gamma is None else Roughness(side.h_rms, side.gamma)
-        model = StiffnessModel(MODELS.get(contact.stiffness, contact.stiffness), contact.kind, depth, roughness,
-                               contact.scale * fitted)
-        found[name] = nodal_stiffness(contact_side(side, length, materials[name]), forces[name], len(mine), model)
+        roughness = (
+            None if side.h_rms is None or side.gamma is None else Roughness(side.h_rms, side.gamma)
+        )
+        model = StiffnessModel(
+            MODELS.get(contact.stiffness, contact.stiffness),
+            contact.kind,
+            depth,
+            roughness,
+            contact.scale * fitted,
+        )
+        found[name] = nodal_stiffness(
+            contact_side(side, length, materials[name]), forces[name], len(mine), model
+        )
     return found
 
 
@@ -95,40 +130,60 @@ def _tributary(study, name, mine, need_area=False) -> np.ndarray:
         return mine.area
     found, width = patches(mine), study.sides[name].width
     if not found:
-        raise InputError(f"{study.path}: [contact.{name}]: its pairs lie at one place, which has no tributary areas")
+        raise InputError(
+            f"{study.path}: [contact.{name}]: its pairs lie at one place, which has no tributary "
+            "areas"
+        )
     patch = found[0]
     if need_area and not patch.is_area and not width:
-        raise InputError(f"{study.path}: [contact.{name}] kn_per_area: the pairs form a line, which has no area; state "
-                         "its width, or give kn_total and kt_total")
+        raise InputError(
+            f"{study.path}: [contact.{name}] kn_per_area: the pairs form a line, which has no "
+            "area; state its width, or give kn_total and kt_total"
+        )
     return patch.tributary * (width if need_area and not patch.is_area else 1.0)
 
 
-def contact_side(side: SideSection, length: float, moduli: Moduli, width: float | None = None) -> ContactSide:
-    """A side for half-space theory, with the sizes that its shape has; width - in place of one that is not stated."""
-    return ContactSide(side.shape, length, MaterialPair(*moduli), radius=None if side.shape == "flat" else side.radius,
-                       width=None if side.shape == "cylinder" else side.width or width)
+def contact_side(
+    side: SideSection, length: float, moduli: Moduli, width: float | None = None
+) -> ContactSide:
+    """A side for half-space theory, with the sizes that its shape has; width - in place of one that
+    is not stated."""
+    return ContactSide(
+        side.shape,
+        length,
+        MaterialPair(*moduli),
+        radius=None if side.shape == "flat" else side.radius,
+        width=None if side.shape == "cylinder" else side.width or width,
+    )
 
 
-def node_stiffness(study: Study, pairs: ContactTable,
-                   sides: dict[str, NodalStiffness]) -> tuple[np.ndarray, np.ndarray]:
-    """kn, kt (P,) N/m of the nodes from the NodalStiffness of their sides: equal shares, or by tributary area. What is
-    given or found for a whole side is shared by those of its nodes that can touch; the others have the same per area.
-    """
+def node_stiffness(
+    study: Study, pairs: ContactTable, sides: dict[str, NodalStiffness]
+) -> tuple[np.ndarray, np.ndarray]:
+    """kn, kt (P,) N/m of the nodes from the NodalStiffness of their sides: equal shares, or by
+    tributary area. What is given or found for a whole side is shared by those of its nodes that can
+    touch; the others have the same per area."""
     kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
     for name, one in sides.items():
         mine, weights = pairs.side == name, np.ones(one.n_nodes)
         if shares(study, name, pairs.select(mine)) == "tributary":
             weights = _tributary(study, name, pairs.select(mine))
-            of = np.ones(len(weights), dtype=bool) if study.sides[name].kn_per_area else can_touch(
-                study.sides[name], pairs.select(mine), weights, one)
+            of = (
+                np.ones(len(weights), dtype=bool)
+                if study.sides[name].kn_per_area
+                else can_touch(study.sides[name], pairs.select(mine), weights, one)
+            )
             weights = weights * one.n_nodes / weights[of].sum()
         kn[mine], kt[mine] = one.kn * weights, one.kt * weights
     return kn, kt
 
 
-def can_touch(side: SideSection, pairs: ContactTable, weights: np.ndarray, one: NodalStiffness) -> np.ndarray:
-    """(n,) bool: contact points of a round side between which and the blade there is less than the side's force presses
-    them together by, load / kn beyond their mean distance, each beside the nearest of its station; all of a flat."""
+def can_touch(
+    side: SideSection, pairs: ContactTable, weights: np.ndarray, one: NodalStiffness
+) -> np.ndarray:
+    """(n,) bool: contact points of a round side between which and the blade there is less than the
+    side's force presses them together by, load / kn beyond their mean distance, each beside the
+    nearest of its station; all of a flat."""
     if side.shape == "flat" or not pairs.on_surface.all():
         return np.ones(len(pairs), dtype=bool)
     nearest = np.full(pairs.station.max() + 1, np.inf)
@@ -136,7 +191,10 @@ def can_touch(side: SideSection, pairs: ContactTable, weights: np.ndarray, one: 
     apart = pairs.gap - nearest[pairs.station]
     found, before = apart <= 0, None
     while before is None or (found != before).any():
-        before, approach = found, one.load / (one.kn * one.n_nodes) + np.average(apart[found], weights=weights[found])
+        before = found
+        approach = one.load / (one.kn * one.n_nodes) + np.average(
+            apart[found], weights=weights[found]
+        )
         found = found | (apart < approach)
     return found
 
@@ -147,31 +205,52 @@ def shares(study: Study, name: str, mine: ContactTable) -> str:
     return "equal" if study.contact.shares == "equal" and not by_area else "tributary"
 
 
-def facts(study: Study, pairs: ContactTable, sides: dict[str, NodalStiffness], materials: dict[str, Moduli],
-          fitted: float = 1.0) -> dict[str, SideStiffness]:
+def facts(
+    study: Study,
+    pairs: ContactTable,
+    sides: dict[str, NodalStiffness],
+    materials: dict[str, Moduli],
+    fitted: float = 1.0,
+) -> dict[str, SideStiffness]:
     """{side: what its stiffness was made from} for the result of the stage."""
     found = {}
     for name, one in sides.items():
         theory = one.model != "given"
         found[name] = SideStiffness(
-            model=one.model, kn_N_per_m=one.kn, kt_N_per_m=one.kt, kt_along_N_per_m=one.kt_along,
-            kt_across_N_per_m=one.kt_across, nodes=one.n_nodes, load_N=one.load, length_m=one.length,
-            kind=one.kind if theory else None, half_width_m=one.size, depth_m=one.depth,
+            model=one.model,
+            kn_N_per_m=one.kn,
+            kt_N_per_m=one.kt,
+            kt_along_N_per_m=one.kt_along,
+            kt_across_N_per_m=one.kt_across,
+            nodes=one.n_nodes,
+            load_N=one.load,
+            length_m=one.length,
+            kind=one.kind if theory else None,
+            half_width_m=one.size,
+            depth_m=one.depth,
             h_rms_m=one.roughness.h_rms if one.roughness else None,
-            gamma=one.roughness.gamma if one.roughness else None, scale=one.scale,
+            gamma=one.roughness.gamma if one.roughness else None,
+            scale=one.scale,
             shares=shares(study, name, pairs.select(pairs.side == name)),
             E_star_Pa=one.pair.E_star if one.pair else None,
-            ways=tuple(_ways(study, name, one, materials.get(name), fitted)))
+            ways=tuple(_ways(study, name, one, materials.get(name), fitted)),
+        )
     return found
 
 
 def _ways(study, name, one, moduli, fitted) -> Iterator[StiffnessWay]:
-    """The way in use, the smooth bodies that it starts from where their sizes are known, and the reference."""
+    """The way in use, the smooth bodies that it starts from where their sizes are known, and the
+    reference."""
     side, contact, before = study.sides[name], study.contact, []
     if moduli:
-        with suppress(InputError):          # a given side may have no radius, or one far too small for the load
-            smooth = nodal_stiffness(contact_side(side, one.length, moduli), one.load, one.n_nodes,
-                                     StiffnessModel(kind=contact.kind))
+        # a given side may have no radius, or one far too small for the load
+        with suppress(InputError):
+            smooth = nodal_stiffness(
+                contact_side(side, one.length, moduli),
+                one.load,
+                one.n_nodes,
+                StiffnessModel(kind=contact.kind),
+            )
             before.append(("smooth half-spaces", smooth.kn, smooth.kt))
     if one.model in SOFTER:
         before.append((SOFTER[one.model], one.kn / one.scale, one.kt / one.scale))
@@ -185,19 +264,25 @@ def _ways(study, name, one, moduli, fitted) -> Iterator[StiffnessWay]:
     for i, (way, kn, kt) in enumerate(before, start=1):
         yield StiffnessWay(way=way, kn_N_per_m=kn, kt_N_per_m=kt, in_use=i == len(before))
     if side.reference_kn is not None and side.reference_kt is not None:
-        yield StiffnessWay(way="reference", kn_N_per_m=side.reference_kn, kt_N_per_m=side.reference_kt)
+        yield StiffnessWay(
+            way="reference", kn_N_per_m=side.reference_kn, kt_N_per_m=side.reference_kt
+        )
 
 
 def side_materials(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, Moduli]:
-    """{side: Moduli} of the cells in contact. Sides with a stiffness of their own, which need none, are left out where
-    the cells are of several materials."""
+    """{side: Moduli} of the cells in contact. Sides with a stiffness of their own, which need none,
+    are left out where the cells are of several materials."""
     found: dict[str, Moduli] = {}
-    nodes = side_nodes(study, meshes, pairs) if not study.contact.pairs else {BLADES: [], DAMPER: []}
+    nodes = (
+        side_nodes(study, meshes, pairs) if not study.contact.pairs else {BLADES: [], DAMPER: []}
+    )
     for name, blade, damper in zip(pairs.sides, nodes[BLADES], nodes[DAMPER], strict=False):
         side = study.sides[name]
         try:
-            one, two = (material_at(study, meshes[body], mine, f"[contact.{name}]")
-                        for body, mine in ((BLADES, blade), (DAMPER, damper)))
+            one, two = (
+                material_at(study, meshes[body], mine, f"[contact.{name}]")
+                for body, mine in ((BLADES, blade), (DAMPER, damper))
+            )
         except InputError:
             if side.given:
                 continue
@@ -206,12 +291,26 @@ def side_materials(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -
     return found
 
 
-def material_at(study: Study, mesh: Mesh, nodes: np.ndarray, where: str) -> MaterialSection | OtherMaterial:
-    """The material section of the cells that hold the nodes; InputError when they are of several."""
-    numbers = np.concatenate([mesh.number[kind][np.isin(cells, mesh.index(nodes)).any(axis=1)]
-                              for kind, cells in mesh.cells.items()])
-    own = [m for m in study.materials.values() if np.isin(numbers, mesh.cell_groups.get(m.group, ())).any()]
+def material_at(
+    study: Study, mesh: Mesh, nodes: np.ndarray, where: str
+) -> MaterialSection | OtherMaterial:
+    """The material section of the cells that hold the nodes; InputError when they are of
+    several."""
+    numbers = np.concatenate(
+        [
+            mesh.number[kind][np.isin(cells, mesh.index(nodes)).any(axis=1)]
+            for kind, cells in mesh.cells.items()
+        ]
+    )
+    own = [
+        m
+        for m in study.materials.values()
+        if np.isin(numbers, mesh.cell_groups.get(m.group, ())).any()
+    ]
     whole = own and np.isin(numbers, mesh.cell_groups[own[0].group]).all()
     if len(own) > 1 or (own and not whole):
-        raise InputError(f"{study.path}: {where}: its cells are of several materials; one is needed for the half-space")
+        raise InputError(
+            f"{study.path}: {where}: its cells are of several materials; one is needed for the "
+            "half-space"
+        )
     return own[0] if own else study.material

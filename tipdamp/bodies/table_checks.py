@@ -11,15 +11,17 @@ from tipdamp.modal.faces import boundary_faces, node_normals
 from tipdamp.modal.mesh import Mesh
 from tipdamp.study.view import Study
 
-OUTWARD = 90.0          # degrees off the surfaces: beyond, n points into the damper
+OUTWARD = 90.0  # degrees off the surfaces: beyond, n points into the damper
 
 
 def check_against_model(study: Study, model: ReducedModel, pairs: ContactTable) -> None:
-    """InputError where the pairs contradict the positions in a model's dof table, as far as it has them, or each
-    other."""
+    """InputError where the pairs contradict the positions in a model's dof table, as far as it has
+    them, or each other."""
     where, tolerance = f"{study.path}: [contact] pairs", study.contact.tolerance
     blade, damper = node_places(model, pairs)
-    apart = mixed_partners(pairs, blade, damper, tolerance) or misplaced(pairs, blade, damper, tolerance)
+    apart = mixed_partners(pairs, blade, damper, tolerance) or misplaced(
+        pairs, blade, damper, tolerance
+    )
     if apart:
         raise InputError(f"{where}, {apart}; [contact] tolerance allows distances that are meant")
     _check_normals(where, pairs)
@@ -32,20 +34,27 @@ def check_on_surface(study: Study, meshes: dict[str, Mesh], pairs: ContactTable)
     angles = surface_angles(pairs, meshes)
     i = int(angles.argmax())
     if angles[i] > OUTWARD:
-        raise InputError(f"{where}, pair {i + 1} (side '{pairs.side[i]}', station {pairs.station[i]}, row "
-                         f"{pairs.row[i]}): n is {angles[i]:.0f} degrees off the surfaces at blade node "
-                         f"{pairs.blade_node[i]} and damper node {pairs.damper_node[i]} ({(angles > OUTWARD).sum()} "
-                         "such pairs): n must point out of the damper into the blade, with t1 x t2 = n")
+        raise InputError(
+            f"{where}, pair {i + 1} (side '{pairs.side[i]}', station {pairs.station[i]}, row "
+            f"{pairs.row[i]}): n is {angles[i]:.0f} degrees off the surfaces at blade node "
+            f"{pairs.blade_node[i]} and damper node {pairs.damper_node[i]} "
+            f"({(angles > OUTWARD).sum()} such pairs): n must point out of the damper into the "
+            "blade, with t1 x t2 = n"
+        )
 
 
 def unknown_places(model: ReducedModel, pairs: ContactTable) -> list[str]:
     """A sentence where the model does not know where the nodes of the pairs lie."""
     blade, damper = (np.isnan(place).any(axis=1) for place in node_places(model, pairs))
-    missing = int((blade & (pairs.blade_body != GROUND) | damper & (pairs.damper_body != GROUND)).sum())
+    missing = int(
+        (blade & (pairs.blade_body != GROUND) | damper & (pairs.damper_body != GROUND)).sum()
+    )
     if not missing:
         return []
-    return [f"[model] matrices: the dof table has no positions for the nodes of {missing} of {len(pairs)} pairs: "
-            "partners and places of [contact] pairs cannot be checked"]
+    return [
+        f"[model] matrices: the dof table has no positions for the nodes of {missing} of "
+        f"{len(pairs)} pairs: partners and places of [contact] pairs cannot be checked"
+    ]
 
 
 def _check_normals(where, pairs):
@@ -55,13 +64,16 @@ def _check_normals(where, pairs):
 
 
 def surface_angles(pairs: ContactTable, meshes: dict) -> np.ndarray:
-    """(P,) degrees: how far n is off the damper's outward normal or the blade's inward one, whichever is worse; of
-    several faces at a node the nearest counts. 180 where a node is not on the surface; 0 at contact points, whose n is
-    that of the surfaces."""
+    """(P,) degrees: how far n is off the damper's outward normal or the blade's inward one,
+    whichever is worse; of several faces at a node the nearest counts. 180 where a node is not on
+    the surface; 0 at contact points, whose n is that of the surfaces."""
     worst = np.zeros(len(pairs))
-    for body, bodies, nodes, sign in ((DAMPER, pairs.damper_body, pairs.damper_node, 1.0),
-                                      (BLADES, pairs.blade_body, pairs.blade_node, -1.0)):
-        mesh, there = meshes[body], np.flatnonzero((bodies != GROUND) & ~pairs.on_surface)
+    for body, bodies, nodes, sign in (
+        (DAMPER, pairs.damper_body, pairs.damper_node, 1.0),
+        (BLADES, pairs.blade_body, pairs.blade_node, -1.0),
+    ):
+        mesh = meshes[body]
+        there = np.flatnonzero((bodies != GROUND) & ~pairs.on_surface)
         faces = boundary_faces(mesh)
         for i, index in zip(there, mesh.index(nodes[there]), strict=True):
             normals = node_normals(mesh, index, faces)

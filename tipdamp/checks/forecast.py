@@ -1,5 +1,6 @@
-"""What the stages will cost, before anything heavy: estimated from the sizes that `inspect` found and from the speed of
-this machine, measured on a small body in the same run. Right to a factor of about three; refused is memory alone."""
+"""What the stages will cost, before anything heavy: estimated from the sizes that `inspect` found
+and from the speed of this machine, measured on a small body in the same run. Right to a factor of
+about three; refused is memory alone."""
 
 import time
 from collections.abc import Iterator
@@ -18,7 +19,8 @@ from tipdamp.study.view import Study
 
 @dataclass(frozen=True)
 class Machine:
-    """factor, solve - s for the factor of a solid of `dofs` dofs and for one right-hand side; flops - dense, per s."""
+    """factor, solve - s for the factor of a solid of `dofs` dofs and for one right-hand side; flops
+    - dense, per s."""
 
     factor: float
     solve: float
@@ -30,35 +32,40 @@ class Machine:
 class ForecastSettings:
     """How costs grow, and what a curve is taken to be."""
 
-    factor_growth: float = 1.65     # of the factor's time with the dofs, hexahedra and tetrahedra [benchmarks/growth]
-    solve_growth: float = 4 / 3     # of a right-hand side's, as its entries: nested dissection in three dimensions
-    factors: int = 3                # of a body: for its masters, for its modes, and their count
-    solves_a_mode: int = 4          # of the Lanczos process
-    dense: int = 6                  # products of dofs x masters with masters in a reduction
-    eigen: float = 25.0             # flops of the modes of r dofs over r^3
-    points: int = 80                # of a curve, one way [the two-blade rig: 50]
-    steps: int = 4                  # of Newton's method a point
-    contact: float = 8e-6           # s a pair and step for its force of one harmonic
-    slipping: float = 0.25          # of the pairs; all of them is the upper bound
-    kept: float = 0.3               # of the pairs, where they are detached to a frequency: 9 of 31 [Zucca 2016]
-    short: float = 60.0             # s below which nothing is measured and nothing said
-    slow: float = 600.0             # s above which a stage is warned of
-    many: int = 900                 # masters and contact shapes of which fewer are advised
-    unreduced: int = 2              # of the factors of both bodies: a preload on them [460 points 10 s, 2718: 70 s]
-    checked: int = 4                # of the factor of both together: their stuck modes, which `tune` compares
+    # of the factor's time with the dofs, hexahedra and tetrahedra [benchmarks/growth]
+    factor_growth: float = 1.65
+    # of a right-hand side's, as its entries: nested dissection in three dimensions
+    solve_growth: float = 4 / 3
+    factors: int = 3  # of a body: for its masters, for its modes, and their count
+    solves_a_mode: int = 4  # of the Lanczos process
+    dense: int = 6  # products of dofs x masters with masters in a reduction
+    eigen: float = 25.0  # flops of the modes of r dofs over r^3
+    points: int = 80  # of a curve, one way [the two-blade rig: 50]
+    steps: int = 4  # of Newton's method a point
+    contact: float = 8e-6  # s a pair and step for its force of one harmonic
+    slipping: float = 0.25  # of the pairs; all of them is the upper bound
+    kept: float = 0.3  # of the pairs, where they are detached to a frequency: 9 of 31 [Zucca 2016]
+    short: float = 60.0  # s below which nothing is measured and nothing said
+    slow: float = 600.0  # s above which a stage is warned of
+    many: int = 900  # masters and contact shapes of which fewer are advised
+    # of the factors of both bodies: a preload on them [460 points 10 s, 2718: 70 s]
+    unreduced: int = 2
+    checked: int = 4  # of the factor of both together: their stuck modes, which `tune` compares
 
 
 SETTINGS = ForecastSettings()
-COMMON = Machine(factor=0.25, solve=2.5e-3, flops=1e10)     # one core of an office machine with a tuned BLAS
+# one core of an office machine with a tuned BLAS
+COMMON = Machine(factor=0.25, solve=2.5e-3, flops=1e10)
 
 
 @dataclass(frozen=True)
 class Size:
-    """bodies {name: (dofs, columns, modes)}, columns - master dofs and contact shapes; pairs; curves - H of each, each
-    way counted; followed - pairs that a reduced interface follows, which most often hold those that slip, 0 where it
-    is none; jobs - curves that are made side by side; kept - share of pairs that stay
-    unreduced - whether the preload is solved on all dofs; sets - of stations of which `tune` seeks the frequency
-    fewer - what makes of many columns fewer."""
+    """bodies {name: (dofs, columns, modes)}, columns - master dofs and contact shapes; pairs;
+    curves - H of each, each way counted; followed - pairs that a reduced interface follows, which
+    most often hold those that slip, 0 where it is none; jobs - curves that are made side by side;
+    kept - share of pairs that stay
+    unreduced - whether the preload is solved on all dofs; sets - of stations of which `tune` seeks
+    the frequency fewer - what makes of many columns fewer."""
 
     bodies: dict[str, tuple[int, int, int]]
     pairs: int
@@ -88,8 +95,11 @@ class Cost:
     @property
     def text(self) -> str:
         """In a few words."""
-        longest, largest = self.at_most > 2 * self.seconds, self.bytes_at_most > 2 * max(self.bytes, 5e7)
-        bound = [duration(self.at_most)] * longest + [f"{self.bytes_at_most / 1e9:.1f} GB"] * largest
+        longest = self.at_most > 2 * self.seconds
+        largest = self.bytes_at_most > 2 * max(self.bytes, 5e7)
+        bound = [duration(self.at_most)] * longest + [
+            f"{self.bytes_at_most / 1e9:.1f} GB"
+        ] * largest
         slip = f" (should all pairs slip: {', '.join(bound)})" if bound else ""
         return f"about {duration(self.seconds)}, {self.bytes / 1e9:.1f} GB{slip}"
 
@@ -97,22 +107,44 @@ class Cost:
 def size_of(study: Study, found: InspectResult, jobs: int = 1, kept: int | None = None) -> Size:
     """From what `inspect` found; jobs - curves side by side; kept - pairs, None before `tune`."""
     modes = {} if "model" in study else {"blades": study.blades.modes, "damper": study.damper.modes}
-    bodies = {name: (b.free_dofs or b.dofs or 0, found.columns.get(name, 0), modes.get(name, b.dofs or 0))
-              for name, b in found.bodies.items()}
-    curves = () if "respond" not in study else tuple(
-        H for H in study.respond.harmonics for _ in study.respond.levels for _ in range(1 + study.respond.both_ways))
+    bodies = {
+        name: (b.free_dofs or b.dofs or 0, found.columns.get(name, 0), modes.get(name, b.dofs or 0))
+        for name, b in found.bodies.items()
+    }
+    curves = (
+        ()
+        if "respond" not in study
+        else tuple(
+            H
+            for H in study.respond.harmonics
+            for _ in study.respond.levels
+            for _ in range(1 + study.respond.both_ways)
+        )
+    )
     pairs = sum(found.pairs.values())
     detached = "tune" in study and bool(study.tune.target_hz or study.tune.target_from)
     share = kept / pairs if kept is not None and pairs else SETTINGS.kept if detached else 1.0
-    return Size(bodies, pairs, curves, study.respond.followed if curves and is_reduced(study, pairs) else 0,
-                share, study.preload.bodies == "full" or bool(found.tractions),
-                _sets(study, found) if detached else 0, _fewer(study, found, pairs), jobs)
+    return Size(
+        bodies,
+        pairs,
+        curves,
+        study.respond.followed if curves and is_reduced(study, pairs) else 0,
+        share,
+        study.preload.bodies == "full" or bool(found.tractions),
+        _sets(study, found) if detached else 0,
+        _fewer(study, found, pairs),
+        jobs,
+    )
 
 
 def _sets(study: Study, found: InspectResult) -> int:
     """Numbers of stations at the front and at the back that are tried for a target."""
     every = study.tune.by == "station" and study.tune.order == "from_middle"
-    return max((check.stations for check in found.pair_checks.values()), default=0)**2 // 2 if every else 0
+    return (
+        max((check.stations for check in found.pair_checks.values()), default=0) ** 2 // 2
+        if every
+        else 0
+    )
 
 
 def _fewer(study: Study, found: InspectResult, pairs: int) -> str:
@@ -123,29 +155,43 @@ def _fewer(study: Study, found: InspectResult, pairs: int) -> str:
     if found.tractions:
         cells = max(found.tractions.values())
         return f"lower [contact] tractions, {cells} cells a body now, or coarsen the meshes"
-    nodes = study.contact.reduction == "craig_bampton" and columns > 3 * pairs and any(
-        check.area_m2 is None for check in found.pair_checks.values())
-    points = "reduction = \"contact_points\" and " * nodes
-    return (f"{pairs} pairs make {columns} masters and contact shapes: [contact] {points}tractions = 200 makes them "
-            "shapes of so many cells a body, or coarsen the contact")
+    nodes = (
+        study.contact.reduction == "craig_bampton"
+        and columns > 3 * pairs
+        and any(check.area_m2 is None for check in found.pair_checks.values())
+    )
+    points = 'reduction = "contact_points" and ' * nodes
+    return (
+        f"{pairs} pairs make {columns} masters and contact shapes: [contact] {points}tractions = "
+        "200 makes them shapes of so many cells a body, or coarsen the contact"
+    )
 
 
-def forecast(size: Size, machine: Machine, settings: ForecastSettings = SETTINGS) -> dict[str, Cost]:
+def forecast(
+    size: Size, machine: Machine, settings: ForecastSettings = SETTINGS
+) -> dict[str, Cost]:
     """{stage: its cost}."""
     seconds = memory = 0.0
     for dofs, columns, modes in size.bodies.values():
         grown = dofs / machine.dofs
         seconds += settings.factors * machine.factor * grown**settings.factor_growth
-        seconds += (columns + settings.solves_a_mode * modes) * machine.solve * grown**settings.solve_growth
+        seconds += (
+            (columns + settings.solves_a_mode * modes)
+            * machine.solve
+            * grown**settings.solve_growth
+        )
         seconds += settings.dense * 2 * dofs * columns**2 / machine.flops
         memory += predicted_bytes(dofs // 3, columns // 3)
     r, pairs = size.reduced, size.pairs
     dense = 8.0 * r**2
     modes_of_all = settings.eigen * r**3 / machine.flops
     statics = (2 * r**2 * 3 * pairs + 20 * pairs**3) / machine.flops
-    a_set = 2 / 3 * min(r, 3 * pairs)**3 / machine.flops
-    costs = {"preload": Cost(statics, 4 * dense), "tune": Cost(3 * modes_of_all + size.sets * a_set, 6 * dense)}
-    if any(columns for _, columns, _ in size.bodies.values()):              # not so of given matrices
+    a_set = 2 / 3 * min(r, 3 * pairs) ** 3 / machine.flops
+    costs = {
+        "preload": Cost(statics, 4 * dense),
+        "tune": Cost(3 * modes_of_all + size.sets * a_set, 6 * dense),
+    }
+    if any(columns for _, columns, _ in size.bodies.values()):  # not so of given matrices
         costs = {"reduce": Cost(seconds, memory), **_of_meshes(size, costs, machine, settings)}
     if size.curves:
         costs["respond"] = _of_curves(size, Cost(modes_of_all, 4 * dense), machine, settings)
@@ -153,56 +199,84 @@ def forecast(size: Size, machine: Machine, settings: ForecastSettings = SETTINGS
 
 
 def _of_curves(size, model, machine, settings):
-    """The cost of the response beside that of the model alone. An interface reduction makes the model small, not the
-    contact: every kept pair is in it and can slip."""
+    """The cost of the response beside that of the model alone. An interface reduction makes the
+    model small, not the contact: every kept pair is in it and can slip."""
     kept = max(int(size.kept * size.pairs), 1)
     slip = max(int(settings.slipping * min(size.followed or kept, kept)), 1)
-    some, worst = (model.seconds + sum(_curve(kept, H, n, machine, settings) for H in size.curves)
-                   for n in (slip, kept))
-    together = sorted(size.curves)[-size.jobs:]
-    few, all_of_them = (model.bytes + sum(curve_bytes(n, kept, 3, H) for H in together) for n in (slip, kept))
+    some, worst = (
+        model.seconds + sum(_curve(kept, H, n, machine, settings) for H in size.curves)
+        for n in (slip, kept)
+    )
+    together = sorted(size.curves)[-size.jobs :]
+    few, all_of_them = (
+        model.bytes + sum(curve_bytes(n, kept, 3, H) for H in together) for n in (slip, kept)
+    )
     return Cost(some, few, worst, all_of_them)
 
 
 def _of_meshes(size, costs, machine, settings):
     """The costs of preload and tune with what they do on all dofs."""
     dofs = [dofs for dofs, _, _ in size.bodies.values()]
-    factors, together = (sum(machine.factor * (d / machine.dofs)**settings.factor_growth for d in each)
-                         for each in (dofs, [sum(dofs)]))
-    held, preload, tune = predicted_bytes(sum(dofs) // 3), costs["preload"], costs["tune"]
-    found = {"preload": preload, "tune": Cost(tune.seconds + settings.checked * together, tune.bytes + held)}
+    factors, together = (
+        sum(machine.factor * (d / machine.dofs) ** settings.factor_growth for d in each)
+        for each in (dofs, [sum(dofs)])
+    )
+    held = predicted_bytes(sum(dofs) // 3)
+    preload = costs["preload"]
+    tune = costs["tune"]
+    found = {
+        "preload": preload,
+        "tune": Cost(tune.seconds + settings.checked * together, tune.bytes + held),
+    }
     if size.unreduced:
         contact = 2 * size.pairs**3 / machine.flops
-        found["preload"] = Cost(contact + settings.unreduced * factors, 3 * 8.0 * size.pairs**2 + held)
+        found["preload"] = Cost(
+            contact + settings.unreduced * factors, 3 * 8.0 * size.pairs**2 + held
+        )
     return found
 
 
 def _curve(pairs, H, slip, machine, settings):
-    """s of one curve, one way, on which so many of the pairs slip: factors of their Jacobian, and the forces."""
+    """s of one curve, one way, on which so many of the pairs slip: factors of their Jacobian, and
+    the forces."""
     unknowns = 3 * (2 * H + 1) * slip
     step = 2 / 3 * unknowns**3 / machine.flops + settings.contact * pairs * (2 * H + 1)
     return settings.points * settings.steps * step
 
 
-def advice(size: Size, costs: dict[str, Cost], settings: ForecastSettings = SETTINGS) -> Iterator[str]:
+def advice(
+    size: Size, costs: dict[str, Cost], settings: ForecastSettings = SETTINGS
+) -> Iterator[str]:
     """What will be slow or too large, and what helps."""
-    more = {"tune": f"; [tune] by = \"area\" tries some dozen shares in place of {size.sets} sets" * (size.sets > 0),
-            "respond": "; [respond] interface = \"reduced\" follows the pairs nearest to slip" * (not size.followed)}
+    more = {
+        "tune": f'; [tune] by = "area" tries some dozen shares in place of {size.sets} sets'
+        * (size.sets > 0),
+        "respond": '; [respond] interface = "reduced" follows the pairs nearest to slip'
+        * (not size.followed),
+    }
     for stage, cost in costs.items():
         if cost.bytes > available_bytes():
-            yield (f"{stage} is estimated to need {cost.bytes / 1e9:.1f} GB, {available_bytes() / 1e9:.1f} GB are "
-                   f"available: {size.fewer}")
+            yield (
+                f"{stage} is estimated to need {cost.bytes / 1e9:.1f} GB, "
+                f"{available_bytes() / 1e9:.1f} GB are available: {size.fewer}"
+            )
         elif max(cost.seconds, cost.at_most if stage == "respond" else 0.0) > settings.slow:
             yield f"{stage} is estimated to take {cost.text}: {size.fewer}{more.get(stage, '')}"
         if cost.bytes <= available_bytes() < cost.bytes_at_most:
-            yield (f"{stage} may need {cost.bytes_at_most / 1e9:.1f} GB should all kept pairs slip, "
-                   f"{available_bytes() / 1e9:.1f} GB are available: fewer [respond] harmonics or kept pairs"
-                   + f", or --jobs below {size.jobs}" * (min(size.jobs, len(size.curves)) > 1))
+            yield (
+                f"{stage} may need {cost.bytes_at_most / 1e9:.1f} GB should all kept pairs slip, "
+                f"{available_bytes() / 1e9:.1f} GB are available: fewer [respond] harmonics or "
+                "kept pairs"
+                + f", or --jobs below {size.jobs}"
+                * (min(size.jobs, len(size.curves)) > 1)
+            )
 
 
-def estimate(study: Study, found: InspectResult, jobs: int = 1,
-             kept: int | None = None) -> tuple[Size, dict[str, Cost]]:
-    """Sizes and costs; the machine is measured where the common one would take longer than a minute."""
+def estimate(
+    study: Study, found: InspectResult, jobs: int = 1, kept: int | None = None
+) -> tuple[Size, dict[str, Cost]]:
+    """Sizes and costs; the machine is measured where the common one would take longer than a
+    minute."""
     size = size_of(study, found, jobs, kept)
     costs = forecast(size, COMMON)
     if sum(max(cost.seconds, cost.at_most) for cost in costs.values()) < SETTINGS.short:
@@ -212,7 +286,8 @@ def estimate(study: Study, found: InspectResult, jobs: int = 1,
 
 @cache
 def measured() -> Machine:
-    """The yardstick: a block of 14 x 14 x 14 hexahedra is factorised and solved, a dense matrix factorised."""
+    """The yardstick: a block of 14 x 14 x 14 hexahedra is factorised and solved, a dense matrix
+    factorised."""
     import scipy.linalg as sl
     import scipy.sparse as sp
 
@@ -221,8 +296,13 @@ def measured() -> Machine:
 
     n = 14
     at = np.arange((n + 1) ** 3).reshape((n + 1,) * 3)
-    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-    cells = np.stack([at[a:n + a, b:n + b, c:n + c].ravel() for a, b, c in corners], axis=1)
+    # fmt: off
+    corners = [
+        (0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0),
+        (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1),
+    ]
+    # fmt: on
+    cells = np.stack([at[a : n + a, b : n + b, c : n + c].ravel() for a, b, c in corners], axis=1)
     place = np.stack(np.meshgrid(*[np.arange(n + 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     K = stiffness_and_mass(place, "hexahedron", cells, 1.0, 1.0, 1.0)[0]
     K = (K + sp.identity(K.shape[0])).tocsr()
@@ -234,4 +314,9 @@ def measured() -> Machine:
     dense = np.eye(700) + 1e-3 * place[:700, :1] @ place[:700, :1].T
     sl.lu_factor(dense)
     done = time.process_time()
-    return Machine(factored - began, (solved - factored) / 32, 2 / 3 * 700**3 / max(done - solved, 1e-4), K.shape[0])
+    return Machine(
+        factored - began,
+        (solved - factored) / 32,
+        2 / 3 * 700**3 / max(done - solved, 1e-4),
+        K.shape[0],
+    )

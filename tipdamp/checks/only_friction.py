@@ -1,4 +1,5 @@
-"""Rigid motions of the damper that no contact normal faces and no `hold` holds: nothing but friction resists them."""
+"""Rigid motions of the damper that no contact normal faces and no `hold` holds: nothing but
+friction resists them."""
 
 from collections.abc import Iterable, Sequence
 
@@ -17,7 +18,7 @@ def held_by_friction(pairs: ContactTable, holds: Sequence[HoldChoice] = ()) -> l
     """Names such as 'slide along y' of motions of a free, rigid damper between bodies at rest."""
     mine = pairs.select(pairs.damper_body != GROUND)
     arm = mine.position - mine.position.mean(axis=0)
-    turns = np.cross(np.eye(3), arm[:, None]).transpose(0, 2, 1)                  # columns: about x, y, z
+    turns = np.cross(np.eye(3), arm[:, None]).transpose(0, 2, 1)  # columns: about x, y, z
     rigid = np.concatenate([np.broadcast_to(np.eye(3), turns.shape), turns], axis=2).reshape(-1, 6)
     held = np.array([parse_motion(one.motion)[2] for one in holds]).reshape(-1, 6)
     left = sl.null_space(held) if len(held) else np.eye(6)
@@ -27,7 +28,8 @@ def held_by_friction(pairs: ContactTable, holds: Sequence[HoldChoice] = ()) -> l
 
 
 def directed(motions: FreeMotions) -> list[str]:
-    """Names of the motions; of a slide along no coordinate its direction, 'slide along (0.6, 0.8, 0)'."""
+    """Names of the motions; of a slide along no coordinate its direction, 'slide along (0.6, 0.8,
+    0)'."""
     names = []
     for (name, _), column in zip(motions.names, motions.coefficients.T, strict=True):
         parts = column.reshape(-1, 3)
@@ -44,7 +46,8 @@ def said(motions: Iterable[str]) -> str:
 
 
 def remedy(motions: Iterable[str], section: str = "damper") -> str:
-    """The key that holds the mean position and leaves the vibration free: '[damper] hold = { motion = "y", ... }'."""
+    """The key that holds the mean position and leaves the vibration free: '[damper] hold = { motion
+    = "y", ... }'."""
     tables = [f"{{ motion = {_value(name)}, mean = true }}" for name in dict.fromkeys(motions)]
     return f"[{section}] hold = " + (tables[0] if len(tables) == 1 else f"[{', '.join(tables)}]")
 
@@ -53,4 +56,3 @@ def _value(name):
     """A motion as the key has it: "y", "about x" or a direction [x, y, z]."""
     short = name.removeprefix("slide along ").removeprefix("roll ")
     return f"[{short.strip('()')}]" if short.startswith("(") else f'"{short}"'
-

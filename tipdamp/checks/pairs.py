@@ -1,4 +1,5 @@
-"""Checks of contact pairs before anything is computed: normals, distances, nodes without a partner."""
+"""Checks of contact pairs before anything is computed: normals, distances, nodes without a
+partner."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,134 +21,198 @@ from tipdamp.static_contact.contact.equilibrium import side_forces, side_normals
 class PairLimits:
     """What is warned of."""
 
-    mu: float = 2.0             # more than any dry metals have
-    longer: float = 1.5         # times as wide as long: no damper between blades is
-    one_row: float = 0.9        # of the closed area in one row of contact points
-    odd_angle: float = 20.0     # degrees between a pair's normal and the surfaces; as much as matching itself allows
+    mu: float = 2.0  # more than any dry metals have
+    longer: float = 1.5  # times as wide as long: no damper between blades is
+    one_row: float = 0.9  # of the closed area in one row of contact points
+    # degrees between a pair's normal and the surfaces; as much as matching itself allows
+    odd_angle: float = 20.0
 
 
 LIMITS = PairLimits()
 
 
 def one_row_warnings(pairs: ContactTable) -> Iterator[str]:
-    """A sentence for each side of contact points that is closed along one row of them alone; pairs with preload."""
+    """A sentence for each side of contact points that is closed along one row of them alone; pairs
+    with preload."""
     for side in pairs.sides:
         mine = pairs.select((pairs.side == side) & pairs.on_surface)
         closed = np.bincount(mine.row, np.where(mine.preload > 0, mine.area, 0.0))
         if len(np.unique(mine.row)) > 1 and closed.max() > LIMITS.one_row * closed.sum() > 0:
-            yield (f"side '{side}': the closed part is one row of contact points, as wide as the faces there are; with "
-                   "them its area and its stiffness per area change, and the stuck frequency may by percents: refine "
-                   "the damper across the side, or let by = 'area' in [tune] meet a measured frequency")
+            yield (
+                f"side '{side}': the closed part is one row of contact points, as wide as the "
+                "faces there are; with them its area and its stiffness per area change, and the "
+                "stuck frequency may by percents: refine the damper across the side, or let by = "
+                "'area' in [tune] meet a measured frequency"
+            )
 
 
 def places_in(model: ReducedModel | None, pairs: ContactTable) -> dict:
-    """{"blades", "damper": (P, 3) m} of the two nodes of each pair; the table's place for what the model lacks."""
+    """{"blades", "damper": (P, 3) m} of the two nodes of each pair; the table's place for what the
+    model lacks."""
     if model is None:
         return {BLADES: pairs.position, DAMPER: pairs.position}
     found = dict(zip((BLADES, DAMPER), node_places(model, pairs), strict=True))
-    return {name: np.where(np.isfinite(place), place, pairs.position) for name, place in found.items()}
+    return {
+        name: np.where(np.isfinite(place), place, pairs.position) for name, place in found.items()
+    }
 
 
-def forces_per_pull(pairs: ContactTable, pull_direction: np.ndarray | tuple[float, ...],
-                    held: ArrayLike = ()) -> tuple[dict, str | None]:
-    """{side: N} for 1 N of pull without friction, held along directions (m, 3), or what stands against it."""
+def forces_per_pull(
+    pairs: ContactTable, pull_direction: np.ndarray | tuple[float, ...], held: ArrayLike = ()
+) -> tuple[dict, str | None]:
+    """{side: N} for 1 N of pull without friction, held along directions (m, 3), or what stands
+    against it."""
     try:
         return side_forces(side_normals(pairs), pull_direction, held=held), None
     except InputError as error:
         return {}, str(error)
 
 
-def pull_warnings(pairs: ContactTable, pull_direction: np.ndarray | tuple[float, ...],
-                  held: ArrayLike = ()) -> list[str]:
+def pull_warnings(
+    pairs: ContactTable, pull_direction: np.ndarray | tuple[float, ...], held: ArrayLike = ()
+) -> list[str]:
     """One sentence when the pull does not press the damper against its sides."""
     _, trouble = forces_per_pull(pairs, pull_direction, held)
-    return [f"pull_direction = {np.round(pull_direction, 4).tolist()}: {trouble}"] if trouble else []
+    return (
+        [f"pull_direction = {np.round(pull_direction, 4).tolist()}: {trouble}"] if trouble else []
+    )
 
 
 def axis_warnings(pairs: ContactTable, axis: np.ndarray | tuple[float, ...]) -> list[str]:
-    """What speaks against the axis: normals that lie along it, or a contact that is longer across it."""
-    stated, along = f"axis = {np.round(axis, 4).tolist()}", np.asarray(axis, dtype=float) / np.linalg.norm(axis)
+    """What speaks against the axis: normals that lie along it, or a contact that is longer across
+    it."""
+    stated = f"axis = {np.round(axis, 4).tolist()}"
+    along = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     angle = 90 - np.degrees(np.arccos(np.clip(np.abs(pairs.normal @ along), 0, 1)))
     if (angle > LIMITS.odd_angle).any():
         i = int(angle.argmax())
-        return [f"{stated}: {(angle > LIMITS.odd_angle).sum()} of {len(pairs)} contact normals are more than "
-                f"{LIMITS.odd_angle:g} degrees off being perpendicular to it, side '{pairs.side[i]}' "
-                f"{angle[i]:.0f}: the axis runs along all contact sides"]
+        return [
+            f"{stated}: {(angle > LIMITS.odd_angle).sum()} of {len(pairs)} contact normals are "
+            f"more than {LIMITS.odd_angle:g} degrees off being perpendicular to it, side "
+            f"'{pairs.side[i]}' {angle[i]:.0f}: the axis runs along all contact sides"
+        ]
     length = np.ptp(pairs.position @ along)
-    wide = {s: np.ptp(pairs.position[pairs.side == s] @ pairs.frame[pairs.side == s, 1].mean(axis=0))
-            for s in pairs.sides}
+    wide = {
+        s: np.ptp(pairs.position[pairs.side == s] @ pairs.frame[pairs.side == s, 1].mean(axis=0))
+        for s in pairs.sides
+    }
     side = max(wide, key=lambda s: wide[s])
     if wide[side] <= LIMITS.longer * length:
         return []
-    return [f"{stated}: side '{side}' is {1e3 * wide[side]:.3g} mm wide across it, all contact {1e3 * length:.3g} mm "
-            "long along it: is it the long direction of the damper's contact?"]
+    return [
+        f"{stated}: side '{side}' is {1e3 * wide[side]:.3g} mm wide across it, all contact "
+        f"{1e3 * length:.3g} mm long along it: is it the long direction of the damper's contact?"
+    ]
 
 
-def side_checks(pairs: ContactTable, places: dict[str, np.ndarray], pull_direction: np.ndarray | tuple[float, ...],
-                angles: np.ndarray | None = None, held: ArrayLike = ()) -> dict[str, SideCheck]:
-    """{side: geometry of its pairs}; places {body: (P, 3) m} of their nodes; angles (P,) of `surface_angles`."""
+def side_checks(
+    pairs: ContactTable,
+    places: dict[str, np.ndarray],
+    pull_direction: np.ndarray | tuple[float, ...],
+    angles: np.ndarray | None = None,
+    held: ArrayLike = (),
+) -> dict[str, SideCheck]:
+    """{side: geometry of its pairs}; places {body: (P, 3) m} of their nodes; angles (P,) of
+    `surface_angles`."""
     forces, trouble = forces_per_pull(pairs, pull_direction, held)
     apart = np.einsum("pij,pj->pi", pairs.frame, places[BLADES] - places[DAMPER])
     found = {}
     for side in pairs.sides:
         mine = pairs.side == side
         mean = pairs.normal[mine].mean(axis=0)
-        turn = np.degrees(np.arccos(np.clip(pairs.normal[mine] @ mean / np.linalg.norm(mean), -1, 1)))
-        length, across = (np.ptp(pairs.position[mine] @ pairs.frame[mine, k].mean(axis=0)) for k in (0, 1))
+        turn = np.degrees(
+            np.arccos(np.clip(pairs.normal[mine] @ mean / np.linalg.norm(mean), -1, 1))
+        )
+        length, across = (
+            np.ptp(pairs.position[mine] @ pairs.frame[mine, k].mean(axis=0)) for k in (0, 1)
+        )
         found[side] = SideCheck(
-            pairs=int(mine.sum()), stations=len(np.unique(pairs.station[mine])), rows=len(np.unique(pairs.row[mine])),
-            length_m=length, across_m=across, mean_normal=mean / np.linalg.norm(mean), normals_within_deg=turn.max(),
+            pairs=int(mine.sum()),
+            stations=len(np.unique(pairs.station[mine])),
+            rows=len(np.unique(pairs.row[mine])),
+            length_m=length,
+            across_m=across,
+            mean_normal=mean / np.linalg.norm(mean),
+            normals_within_deg=turn.max(),
             off_surface_deg=None if angles is None else angles[mine].max(),
             apart_along_n_m=(apart[mine, 2].min(), apart[mine, 2].max()),
-            apart_across_m=np.hypot(apart[mine, 0], apart[mine, 1]).max(), force_per_pull=forces.get(side),
-            trouble=trouble)
+            apart_across_m=np.hypot(apart[mine, 0], apart[mine, 1]).max(),
+            force_per_pull=forces.get(side),
+            trouble=trouble,
+        )
     return found
 
 
 def warnings(pairs: ContactTable, angles: np.ndarray | None = None) -> list[str]:
-    """One sentence on friction above that of any dry metals, one on normals that are not normal to the surfaces."""
+    """One sentence on friction above that of any dry metals, one on normals that are not normal to
+    the surfaces."""
     found, slippery = [], np.flatnonzero(pairs.mu > LIMITS.mu)
     if len(slippery):
         i = slippery[np.argmax(pairs.mu[slippery])]
-        found = [f"{len(slippery)} of {len(pairs)} pairs have a friction coefficient above {LIMITS.mu:g}, pair "
-                 f"{i + 1} (side '{pairs.side[i]}') {pairs.mu[i]:g}: is it mu, or in percent?"]
+        found = [
+            f"{len(slippery)} of {len(pairs)} pairs have a friction coefficient above "
+            f"{LIMITS.mu:g}, pair {i + 1} (side '{pairs.side[i]}') {pairs.mu[i]:g}: is it mu, or "
+            "in percent?"
+        ]
     if angles is None or not (angles > LIMITS.odd_angle).any():
         return found
     i = int(angles.argmax())
-    return [*found, f"{(angles > LIMITS.odd_angle).sum()} of {len(pairs)} contact normals are not normal to the "
-            f"surfaces; the worst, side '{pairs.side[i]}' station {pairs.station[i]} row {pairs.row[i]} (damper node "
-            f"{pairs.damper_node[i]}), is {angles[i]:.0f} degrees off: n must point out of the damper into the blade"]
+    return [
+        *found,
+        f"{(angles > LIMITS.odd_angle).sum()} of {len(pairs)} contact normals are not normal to "
+        f"the surfaces; the worst, side '{pairs.side[i]}' station {pairs.station[i]} row "
+        f"{pairs.row[i]} (damper node {pairs.damper_node[i]}), is {angles[i]:.0f} degrees off: n "
+        "must point out of the damper into the blade",
+    ]
 
 
 def jamming(pairs: ContactTable, pull: np.ndarray) -> list[str]:
-    """One sentence for each side on which the damper can jam: its friction angle atan(mu) exceeds the angle between the
-    face and the pull (3,), so that friction alone can hold it against the pull."""
+    """One sentence for each side on which the damper can jam: its friction angle atan(mu) exceeds
+    the angle between the face and the pull (3,), so that friction alone can hold it against the
+    pull."""
     found = []
     for side in pairs.sides:
         mine = pairs.side == side
         normal, mu = pairs.normal[mine].mean(axis=0), float(pairs.mu[mine].max())
-        face = np.degrees(np.arcsin(min(abs(normal @ pull) / np.linalg.norm(normal) / np.linalg.norm(pull), 1.0)))
+        face = np.degrees(
+            np.arcsin(min(abs(normal @ pull) / np.linalg.norm(normal) / np.linalg.norm(pull), 1.0))
+        )
         friction = np.degrees(np.arctan(mu))
         if friction > face:
-            found.append(f"side '{side}' can jam: its friction angle atan(mu) = {friction:.1f} degrees exceeds the "
-                         f"angle between its face and the pull, {face:.1f} degrees; the preload may then be less than "
-                         "the frictionless one, and not come back after a large vibration")
+            found.append(
+                f"side '{side}' can jam: its friction angle atan(mu) = {friction:.1f} degrees "
+                f"exceeds the angle between its face and the pull, {face:.1f} degrees; the "
+                "preload may then be less than the frictionless one, and not come back after a "
+                "large vibration"
+            )
     return found
 
 
 def without_partner(blade: np.ndarray, damper: np.ndarray, tolerance: float) -> tuple[list, ...]:
-    """(blade, damper): [(index, index of the nearest of the others, distance m)] of the nodes (n, 3) m that have no
-    other within the tolerance."""
+    """(blade, damper): [(index, index of the nearest of the others, distance m)] of the nodes (n,
+    3) m that have no other within the tolerance."""
     found = []
     for mine, others in ((blade, damper), (damper, blade)):
         distance, nearest = cKDTree(others).query(mine)
-        found.append([(int(i), int(nearest[i]), float(distance[i])) for i in np.flatnonzero(distance > tolerance)])
+        found.append(
+            [
+                (int(i), int(nearest[i]), float(distance[i]))
+                for i in np.flatnonzero(distance > tolerance)
+            ]
+        )
     return tuple(found)
 
 
 def pair_names(pairs: ContactTable, chosen: np.ndarray | list[int] | slice) -> list[str]:
-    """Names of some pairs (indices or mask): 'left 4', and on sides with several rows 'left 4/1', station and row."""
+    """Names of some pairs (indices or mask): 'left 4', and on sides with several rows 'left 4/1',
+    station and row."""
     several = {side for side in pairs.sides if len(np.unique(pairs.row[pairs.side == side])) > 1}
-    return [f"{side} {station}/{row}" if side in several else f"{side} {station}" for side, station, row
-            in zip(pairs.side[chosen].tolist(), pairs.station[chosen].tolist(), pairs.row[chosen].tolist(),
-                   strict=True)]
+    return [
+        f"{side} {station}/{row}" if side in several else f"{side} {station}"
+        for side, station, row in zip(
+            pairs.side[chosen].tolist(),
+            pairs.station[chosen].tolist(),
+            pairs.row[chosen].tolist(),
+            strict=True,
+        )
+    ]

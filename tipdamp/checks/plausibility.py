@@ -1,7 +1,9 @@
-"""Are these numbers plausible for turbine blades and their damper in the units of the study? Warnings, never errors.
+"""Are these numbers plausible for turbine blades and their damper in the units of the study?
+Warnings, never errors.
 
-What concerns the meshes and friction is stored by `inspect`; what compares them with bands, damping and stiffness of
-the study is judged anew each time (`expectations`), so that changing those leaves `inspect` up to date.
+What concerns the meshes and friction is stored by `inspect`; what compares them with bands, damping
+and stiffness of the study is judged anew each time (`expectations`), so that changing those leaves
+`inspect` up to date.
 """
 
 from collections.abc import Iterator
@@ -28,16 +30,19 @@ from tipdamp.study.view import Study
 SIZE = {"blades": (5e-3, 5.0), "damper": (1e-3, 1.0)}
 MASS = {"blades": (1e-3, 1e3), "damper": (1e-5, 10.0)}
 LARGE_DAMPING = 0.2
-SOFT = 2e-3              # of two smooth half-spaces: rough contacts are stiffer; N/mm taken for N/m is a factor of 1e-3
-CLOSURE = 0.05           # of the size of a cell: more is no small motion, and other nodes would face each other
-COVERED = 0.95           # of a side of the damper: less of it opposite to the blade is said
-# percent by which a bar with one and two layers of linear cells is too stiff in bending; quadratic ones: 3 and 2
-# [tests/modal/test_bending.py]
+# of two smooth half-spaces: rough contacts are stiffer; N/mm taken for N/m is a factor of 1e-3
+SOFT = 2e-3
+# of the size of a cell: more is no small motion, and other nodes would face each other
+CLOSURE = 0.05
+COVERED = 0.95  # of a side of the damper: less of it opposite to the blade is said
+# percent by which a bar with one and two layers of linear cells is too stiff in bending; quadratic
+# ones: 3 and 2 [tests/modal/test_bending.py]
 LOCKING = {"tetra": (284, 84), "hexahedron": (56, 16), "wedge": (55, 16)}
 
 
 def mesh_warnings(study: Study, name: str, mesh: Mesh, mass: float | None = None) -> list[str]:
-    """What looks wrong with the mesh of a body: what its reader says, pieces, and units, with the factor of 1000.
+    """What looks wrong with the mesh of a body: what its reader says, pieces, and units, with the
+    factor of 1000.
 
     mass : kg, None where it is not known yet
     """
@@ -56,7 +61,7 @@ def expectations(study: Study, inspected: InspectResult) -> list[str]:
 def friction_warnings(study: Study) -> Iterator[str]:
     """A friction coefficient above that of any dry metals."""
     mu = study.contact.mu
-    if mu is not None and mu > LIMITS.mu:                     # None: a table of pairs says it
+    if mu is not None and mu > LIMITS.mu:  # None: a table of pairs says it
         yield f"[contact] mu = {mu:g} is above {LIMITS.mu:g}: is it mu, or in percent?"
 
 
@@ -64,34 +69,52 @@ def _locking(name, mesh):
     total = sum(map(len, mesh.cells.values()))
     for kind, percent in LOCKING.items():
         if kind in mesh.cells:
-            yield (f"{name}: {len(mesh.cells[kind])} of {total} cells are linear ({kind}) and lock in bending: with "
-                   f"one layer through the thickness a bar is {percent[0]} % too stiff, with two {percent[1]} %, of "
-                   "quadratic ones 3 and 2 %; use quadratic cells")
+            yield (
+                f"{name}: {len(mesh.cells[kind])} of {total} cells are linear ({kind}) and lock "
+                f"in bending: with one layer through the thickness a bar is {percent[0]} % too "
+                f"stiff, with two {percent[1]} %, of quadratic ones 3 and 2 %; use quadratic "
+                "cells"
+            )
 
 
 def _loose_pieces(study, name, mesh):
-    """Pieces without contact: two blades that stand apart, each with a side of the damper, are none; and a damper of
-    several."""
+    """Pieces without contact: two blades that stand apart, each with a side of the damper, are
+    none; and a damper of several."""
     pieces, label = parts(mesh)
     clamped = _labels(mesh, label, study.blades.clamp if name == BLADES else ())
     sides = [] if study.contact.pairs else [named_side(study, one) for one in study.sides]
     met = _labels(mesh, label, [side.blade if name == BLADES else side.damper for side in sides])
     apart = set(range(pieces)) - met
     loose = apart - clamped
-    idle, how = (loose, "neither clamped nor in contact") if loose or study.contact.pairs else \
-        (apart, "clamped and in no contact")
+    idle, how = (
+        (loose, "neither clamped nor in contact")
+        if loose or study.contact.pairs
+        else (apart, "clamped and in no contact")
+    )
     if pieces > 1 and (idle or name == DAMPER):
         sizes = sorted(np.bincount(label).tolist(), reverse=True)
-        said = f"{len(idle)} of them {'is' if len(idle) == 1 else 'are'} {how}" if idle else "each floats by itself"
-        yield (f"{name}: the mesh consists of {pieces} pieces that share no node (of "
-               f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes); {said}")
-        if (loose or name == DAMPER) and (merged := merging(mesh)):      # two blades may touch each other
+        said = (
+            f"{len(idle)} of them {'is' if len(idle) == 1 else 'are'} {how}"
+            if idle
+            else "each floats by itself"
+        )
+        yield (
+            f"{name}: the mesh consists of {pieces} pieces that share no node (of "
+            f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes); {said}"
+        )
+        # two blades may touch each other
+        if (loose or name == DAMPER) and (merged := merging(mesh)):
             yield f"{name}: {merged}"
 
 
 def _labels(mesh, label, groups):
     """Pieces that groups of the mesh have nodes of."""
-    return {int(i) for group in groups if group in mesh.groups for i in label[mesh.index(mesh.groups[group])]}
+    return {
+        int(i)
+        for group in groups
+        if group in mesh.groups
+        for i in label[mesh.index(mesh.groups[group])]
+    }
 
 
 def _wave_speed(study):
@@ -99,9 +122,11 @@ def _wave_speed(study):
         speed = np.sqrt(m.E / m.density)
         low, high = m.wave_speed
         if not low <= speed <= high:
-            yield (f"[material{'.' if name else ''}{name}] sqrt(E/density) = {speed:.4g} m/s, metals have {low:g} to "
-                   f"{high:g} (see wave_speed): a factor of 1000 or more in E = {m.E:.4g} Pa or density = "
-                   f"{m.density:.4g} kg/m3? See [units]")
+            yield (
+                f"[material{'.' if name else ''}{name}] sqrt(E/density) = {speed:.4g} m/s, metals "
+                f"have {low:g} to {high:g} (see wave_speed): a factor of 1000 or more in E = "
+                f"{m.E:.4g} Pa or density = {m.density:.4g} kg/m3? See [units]"
+            )
 
 
 def _size(study, name, mesh):
@@ -110,25 +135,33 @@ def _size(study, name, mesh):
     if low <= size <= high:
         return []
     unit, other = ("m", "mm") if study.length_unit == 1 else ("mm", "m")
-    return [f"{name}: the mesh is {size:.4g} m in size, {low:g} to {high:g} m is usual: it was read in {unit}; a "
-            f"factor of 1000 ([units] length = \"{other}\")?"]
+    return [
+        f"{name}: the mesh is {size:.4g} m in size, {low:g} to {high:g} m is usual: it was read in "
+        f"{unit}; a "
+        f'factor of 1000 ([units] length = "{other}")?'
+    ]
 
 
 def _mass(name, mass):
     low, high = MASS[name]
     if low <= mass <= high:
         return []
-    return [f"{name}: its mass is {mass:.3g} kg, {low:g} to {high:g} kg is usual: a factor of 1000 in the length is "
-            "1e9 in the mass, in the density 1000"]
+    return [
+        f"{name}: its mass is {mass:.3g} kg, {low:g} to {high:g} kg is usual: a factor of 1000 in "
+        "the length is 1e9 in the mass, in the density 1000"
+    ]
 
 
 def first_frequency(study: Study, mesh: Mesh) -> tuple[float, float]:
-    """Hz: the first frequency of a solid of size L and thickness h lies between those of a slender cantilever and of
-    longitudinal waves: 0.16 c h/L^2 (a third of it, for two blades on a soft fixture) and c/2L."""
+    """Hz: the first frequency of a solid of size L and thickness h lies between those of a slender
+    cantilever and of longitudinal waves: 0.16 c h/L^2 (a third of it, for two blades on a soft
+    fixture) and c/2L."""
     m = study.material
     speed, size = np.sqrt(m.E / m.density), np.ptp(mesh.position, axis=0).max()
-    edge = min(np.linalg.norm(mesh.position[c[:, 1]] - mesh.position[c[:, 0]], axis=1).min()
-               for c in mesh.cells.values())
+    edge = min(
+        np.linalg.norm(mesh.position[c[:, 1]] - mesh.position[c[:, 0]], axis=1).min()
+        for c in mesh.cells.values()
+    )
     return 0.05 * speed * edge / size**2, speed / (2 * size)
 
 
@@ -138,57 +171,79 @@ def _frequency(study, inspected):
         return
     (low, high), band = bounds, study.respond.band
     if band[1] < low or high < band[0]:
-        yield (f"blades: a body of this size and material has its first natural frequency between {low:.3g} and "
-               f"{high:.3g} Hz, the band of the study is {band[0]:g} to {band[1]:g} Hz: a factor of 1000 in the length "
-               "is one in frequency too")
+        yield (
+            "blades: a body of this size and material has its first natural frequency between "
+            f"{low:.3g} and {high:.3g} Hz, the band of the study is {band[0]:g} to {band[1]:g} "
+            "Hz: a factor of 1000 in the length is one in frequency too"
+        )
 
 
 def _stiffness(study, inspected):
-    """Given kn beyond what two smooth half-spaces of the side's size and materials have, real contacts are softer; or
-    hundreds of times below it."""
+    """Given kn beyond what two smooth half-spaces of the side's size and materials have, real
+    contacts are softer; or hundreds of times below it."""
     pull = float(np.linalg.norm(pull_vector(study)))
     for name, moduli in inspected.side_moduli.items():
         side, found = study.sides[name], inspected.pair_checks[name]
-        if side.shape == "cylinder" and not side.radius:             # none is larger than the damper
-            side = side.model_copy(update={"radius": np.ptp(inspected.bodies[DAMPER].box_m, axis=0).max() / 2})
+        if side.shape == "cylinder" and not side.radius:  # none is larger than the damper
+            side = side.model_copy(
+                update={"radius": np.ptp(inspected.bodies[DAMPER].box_m, axis=0).max() / 2}
+            )
         sized = side.radius if side.shape == "cylinder" else side.width or found.across_m
-        share = found.force_per_pull or (1.0 if side.shape == "flat" else 0.0)      # a flat's does not depend on it
+        # a flat's does not depend on it
+        share = found.force_per_pull or (1.0 if side.shape == "flat" else 0.0)
         if not side.given or not share or not found.length_m or not sized:
             continue
         try:
             one = contact_side(side, found.length_m, moduli, found.across_m)
             bound = side_stiffness(one, share * pull).normal
-        except InputError:       # a radius that is missing, or far too small for the load
+        except InputError:  # a radius that is missing, or far too small for the load
             continue
         total, said, asked = _given_total(side, found)
         if total < SOFT * bound:
             force = (found.force_per_pull or 0.0) * pull
-            closes = (f": {force:.3g} N close it by {1e3 * force / total:.2g} mm and those by "
-                      f"{1e3 * force / bound:.2g} mm" if force else "")
-            yield (f"[contact.{name}] {said} for the side, 1/{bound / total:.3g} of that of two smooth half-spaces of "
-                   f"its size and material ({bound:.3g} N/m){closes}; rough contacts have a tenth to a hundredth: is "
-                   f"{asked}, and in the units of [units] (1 N/mm is 1e3 N/m, 1 N/mm3 is 1e9 N/m3)?")
+            closes = (
+                f": {force:.3g} N close it by {1e3 * force / total:.2g} mm and those by "
+                f"{1e3 * force / bound:.2g} mm"
+                if force
+                else ""
+            )
+            yield (
+                f"[contact.{name}] {said} for the side, 1/{bound / total:.3g} of that of two "
+                f"smooth half-spaces of its size and material ({bound:.3g} N/m){closes}; rough "
+                f"contacts have a tenth to a hundredth: is {asked}, and in the units of [units] "
+                "(1 N/mm is 1e3 N/m, 1 N/mm3 is 1e9 N/m3)?"
+            )
         if total > bound:
-            yield (f"[contact.{name}] {said} for the side, "
-                   f"{total / bound:.2g} times that of two smooth half-spaces of its size and material ({bound:.3g} "
-                   f"N/m), real contacts are softer: is {asked}, and in the units of [units]?")
+            yield (
+                f"[contact.{name}] {said} for the side, {total / bound:.2g} times that of two "
+                f"smooth half-spaces of its size and material ({bound:.3g} N/m), real contacts "
+                f"are softer: is {asked}, and in the units of [units]?"
+            )
 
 
 def _given_total(side, found):
     """N/m of the whole side, how the study states it, and what may be meant."""
     if side.kn is not None:
         total = side.kn * found.pairs
-        return total, f"kn = {side.kn:.4g} N/m on {found.pairs} nodes is {total:.3g} N/m", "kn per node"
+        return (
+            total,
+            f"kn = {side.kn:.4g} N/m on {found.pairs} nodes is {total:.3g} N/m",
+            "kn per node",
+        )
     if side.kn_total is not None:
         return side.kn_total, f"kn_total = {side.kn_total:.4g} N/m", "kn_total that of the side"
     area = found.area_m2 or found.length_m * (side.width or found.across_m)
     total = side.kn_per_area * area
-    return total, (f"kn_per_area = {side.kn_per_area:.4g} N/m3 on {1e6 * area:.4g} mm2 is {total:.3g} N/m"), \
-        "kn_per_area per area"
+    return (
+        total,
+        (f"kn_per_area = {side.kn_per_area:.4g} N/m3 on {1e6 * area:.4g} mm2 is {total:.3g} N/m"),
+        "kn_per_area per area",
+    )
 
 
 def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]) -> Iterator[str]:
-    """Pairs whose nodes lie apart along the normal by more than a tenth of the distance of neighbouring nodes."""
+    """Pairs whose nodes lie apart along the normal by more than a tenth of the distance of
+    neighbouring nodes."""
     yield from _gap_warnings(study, pairs.select(pairs.on_surface))
     yield from _cover_warnings(study, pairs, damper_areas(study, meshes))
     shown = length_text(study.length_unit)
@@ -201,23 +256,37 @@ def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]
         far = mine[np.abs(apart[mine]) > 0.1 * size]
         if len(far):
             i = far[np.abs(apart[far]).argmax()]
-            how = ("they count as touching (shifted onto each other)" if study.contact.distance != "gap"
-                   else "it counts as initial gap")
-            yield (f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'are apart'}, most at blade node "
-                   f"{pairs.blade_node[i]} ({', '.join(map(shown, pairs.position[i]))}): {shown(apart[i])}, "
-                   f"{abs(apart[i]) / size:.2g} of the distance of neighbouring nodes; {how}: [contact] distance")
+            how = (
+                "they count as touching (shifted onto each other)"
+                if study.contact.distance != "gap"
+                else "it counts as initial gap"
+            )
+            yield (
+                f"side '{name}': {len(far)} pairs {'overlap' if apart[i] < 0 else 'are apart'}, "
+                f"most at blade node {pairs.blade_node[i]} "
+                f"({', '.join(map(shown, pairs.position[i]))}): {shown(apart[i])}, "
+                f"{abs(apart[i]) / size:.2g} of the distance of neighbouring nodes; {how}: "
+                "[contact] distance"
+            )
 
 
 def _left_alone(study, pairs, meshes):
-    """Nodes of a face that lie where another one has the partner already, as those of unmerged nodes do."""
+    """Nodes of a face that lie where another one has the partner already, as those of unmerged
+    nodes do."""
     for name in pairs.sides:
         mine, side = pairs.select(pairs.side == name), named_side(study, name)
-        for body, group, paired in ((BLADES, side.blade, mine.blade_node), (DAMPER, side.damper, mine.damper_node)):
+        for body, group, paired in (
+            (BLADES, side.blade, mine.blade_node),
+            (DAMPER, side.damper, mine.damper_node),
+        ):
             alone = np.setdiff1d(nodes := meshes[body].group(group), paired)
             if len(alone):
-                yield (f"side '{name}': {len(alone)} of {len(nodes)} nodes of '{group}' of the {body} have no partner "
-                       f"and no contact (first: node {alone[0]}): the node on the other side belongs to another one at "
-                       "the same place; merge coincident nodes where that is one body")
+                yield (
+                    f"side '{name}': {len(alone)} of {len(nodes)} nodes of '{group}' of the "
+                    f"{body} have no partner and no contact (first: node {alone[0]}): the node on "
+                    "the other side belongs to another one at the same place; merge coincident "
+                    "nodes where that is one body"
+                )
 
 
 def _gap_warnings(study, points):
@@ -228,27 +297,36 @@ def _gap_warnings(study, points):
         if len(far):
             i = far[points.gap[far].argmax()]
             shown = length_text(study.length_unit)
-            yield (f"side '{name}': {len(far)} of {len(mine)} contact points have gaps of more than a tenth of their "
-                   f"size, up to {shown(points.gap[i])} at point {points.damper_node[i]}; they carry nothing until "
-                   "they close, and take their share of a stiffness of the whole side (kn_total, a model): kn_per_area "
-                   "is that of each point")
+            yield (
+                f"side '{name}': {len(far)} of {len(mine)} contact points have gaps of more than "
+                f"a tenth of their size, up to {shown(points.gap[i])} at point "
+                f"{points.damper_node[i]}; they carry nothing until they close, and take their "
+                "share of a stiffness of the whole side (kn_total, a model): kn_per_area is that "
+                "of each point"
+            )
 
 
 def _cover_warnings(study, pairs, areas):
-    """Sides of which a part lies opposite to no blade face; areas {side: m2} of the damper's faces."""
+    """Sides of which a part lies opposite to no blade face; areas {side: m2} of the damper's
+    faces."""
     for name, whole in areas.items():
         met, side = float(pairs.area[pairs.side == name].sum()), named_side(study, name)
         if met < COVERED * whole:
-            yield (f"side '{name}': of the damper's faces '{side.damper}' {1e6 * met:.4g} of {1e6 * whole:.4g} mm2 "
-                   f"({met / whole:.0%}) lie opposite to blade faces of '{side.blade}', the rest carries nothing; "
-                   "where it should, see whether the meshes are in place and all blade faces are named")
+            yield (
+                f"side '{name}': of the damper's faces '{side.damper}' {1e6 * met:.4g} of "
+                f"{1e6 * whole:.4g} mm2 ({met / whole:.0%}) lie opposite to blade faces of "
+                f"'{side.blade}', the rest carries nothing; where it should, see whether the "
+                "meshes are in place and all blade faces are named"
+            )
 
 
 def closure_warnings(pairs: ContactTable, smooth: dict[str, float]) -> Iterator[str]:
-    """Sides whose springs close under the preload of the pairs by more than a small part of a cell; smooth {side: N/m}
-    of two smooth half-spaces, where it is known."""
+    """Sides whose springs close under the preload of the pairs by more than a small part of a cell;
+    smooth {side: N/m} of two smooth half-spaces, where it is known."""
     for name in pairs.sides:
-        mine = pairs.select((pairs.side == name) & pairs.carrying & (pairs.kn > 0) & np.isfinite(pairs.kn))
+        mine = pairs.select(
+            (pairs.side == name) & pairs.carrying & (pairs.kn > 0) & np.isfinite(pairs.kn)
+        )
         size = _cell_sizes(mine)
         closure = np.maximum(mine.preload, 0) / np.where(mine.kn > 0, mine.kn * mine.weight, 1.0)
         far = closure > CLOSURE * size
@@ -256,20 +334,30 @@ def closure_warnings(pairs: ContactTable, smooth: dict[str, float]) -> Iterator[
             i = int((closure / size).argmax())
             kn = mine.kn[i] * mine.weight[i]
             force = float(np.maximum(mine.preload, 0).sum())
-            estimate = ("; two smooth half-spaces of its size and material would by "
-                        f"{1e3 * force / smooth[name]:.2g} mm" if name in smooth else "")
-            yield (f"side '{name}': the springs of {int(far.sum())} of {len(mine)} pairs close under the preload by "
-                   f"more than {CLOSURE:g} of the size of a cell, most at damper node {mine.damper_node[i]}: "
-                   f"{mine.preload[i]:.3g} N on kn = {kn:.3g} N/m is {1e3 * closure[i]:.2g} mm, and cells are "
-                   f"{1e3 * size[i]:.2g} mm{estimate}: is kn too small by a factor of 1000 or more (N/mm for N/m)?")
+            estimate = (
+                "; two smooth half-spaces of its size and material would by "
+                f"{1e3 * force / smooth[name]:.2g} mm"
+                if name in smooth
+                else ""
+            )
+            yield (
+                f"side '{name}': the springs of {int(far.sum())} of {len(mine)} pairs close under "
+                f"the preload by more than {CLOSURE:g} of the size of a cell, most at damper node "
+                f"{mine.damper_node[i]}: {mine.preload[i]:.3g} N on kn = {kn:.3g} N/m is "
+                f"{1e3 * closure[i]:.2g} mm, and cells are {1e3 * size[i]:.2g} mm{estimate}: is "
+                "kn too small by a factor of 1000 or more (N/mm for N/m)?"
+            )
 
 
 def _cell_sizes(mine):
-    """(n,) m: of the faces around contact points, and the distance of neighbouring pairs of nodes."""
+    """(n,) m: of the faces around contact points, and the distance of neighbouring pairs of
+    nodes."""
     if len(mine) < 2:
         return np.full(len(mine), np.inf)
     apart = cKDTree(mine.position).query(mine.position, 2)[0][:, 1]
-    return np.where(mine.on_surface, np.sqrt(np.where(mine.on_surface, mine.area, 0.0)), np.median(apart))
+    return np.where(
+        mine.on_surface, np.sqrt(np.where(mine.on_surface, mine.area, 0.0)), np.median(apart)
+    )
 
 
 def damping_warnings(study: Study) -> Iterator[str]:
@@ -278,4 +366,7 @@ def damping_warnings(study: Study) -> Iterator[str]:
     for section, ratios in {**sections, "free": study.free.damping_ratio}.items():
         large = max(ratios)
         if large >= LARGE_DAMPING:
-            yield f"[{section}] damping_ratio = {large:g}: is it in percent? expected a ratio (2 % is 0.02)"
+            yield (
+                f"[{section}] damping_ratio = {large:g}: is it in percent? expected a ratio (2 % "
+                "is 0.02)"
+            )

@@ -1,4 +1,5 @@
-"""Whether the curves that are computed side by side fit into memory, asked before the first of them."""
+"""Whether the curves that are computed side by side fit into memory, asked before the first of
+them."""
 
 from collections.abc import Sequence
 
@@ -9,17 +10,26 @@ from tipdamp.hbm.memory import SMALL, available_bytes, curve_bytes
 
 
 def check_room(curves: Curves, cases: Sequence[CurveCase], jobs: int) -> None:
-    """InputError where the cases may need more memory than there is, `jobs` of them at once, with what would fit.
+    """InputError where the cases may need more memory than there is, `jobs` of them at once, with
+    what would fit.
 
-    Every kept pair can slip or lift off, whether an interface reduction follows it or not; where all of them would not
-    fit, those are counted that the stuck response of a case moves.
+    Every kept pair can slip or lift off, whether an interface reduction follows it or not; where
+    all of them would not fit, those are counted that the stuck response of a case moves.
     """
     P, nd = len(curves.problem.contacts), len(curves.problem.law.components)
-    if Need(curves, cases, dict.fromkeys((case.Fe_N for case in cases), Activity(P, P * nd))).fits(jobs):
+    if Need(curves, cases, dict.fromkeys((case.Fe_N for case in cases), Activity(P, P * nd))).fits(
+        jobs
+    ):
         return
     start = "zero_slider" if curves.start is None else curves.start
-    need = Need(curves, cases, {level: activity(curves.problem, level * curves.force, cases[0].band, start)
-                                for level in sorted({case.Fe_N for case in cases})})
+    need = Need(
+        curves,
+        cases,
+        {
+            level: activity(curves.problem, level * curves.force, cases[0].band, start)
+            for level in sorted({case.Fe_N for case in cases})
+        },
+    )
     if not need.fits(jobs):
         raise InputError(need.message(min(jobs, len(cases))))
 
@@ -27,7 +37,9 @@ def check_room(curves: Curves, cases: Sequence[CurveCase], jobs: int) -> None:
 class Need:
     """Bytes of cases, with what is active at each level."""
 
-    def __init__(self, curves: Curves, cases: Sequence[CurveCase], active: dict[float, Activity]) -> None:
+    def __init__(
+        self, curves: Curves, cases: Sequence[CurveCase], active: dict[float, Activity]
+    ) -> None:
         self.contacts, self.nd = len(curves.problem.contacts), len(curves.problem.law.components)
         self.cases, self.active, self.available = cases, active, available_bytes()
 
@@ -51,8 +63,11 @@ class Need:
         fewer = next((n for n in range(jobs - 1, 0, -1) if self.fits(n)), 0)
         H = next((h for h in range(worst.H - 1, 0, -1) if self.fits(1, h)), 0)
         fits = [f"run with --jobs {fewer}"] * (fewer > 0) + [
-            f"set [respond] harmonics to {H} or less" + " and run with --jobs 1" * (jobs > 1)] * (H > 0)
-        return (f"[respond]: {self.active[worst.Fe_N].contacts} of the {self.contacts} kept pairs may slip or lift off "
-                f"at once at {worst.Fe_N:g} N: {who} may need {self.bytes(jobs) / 1e9:.3g} GB of memory, "
-                f"{self.available / 1e9:.3g} GB are available: "
-                + ", or ".join([*fits, "lower [respond] levels, or keep fewer pairs"]))
+            f"set [respond] harmonics to {H} or less" + " and run with --jobs 1" * (jobs > 1)
+        ] * (H > 0)
+        return (
+            f"[respond]: {self.active[worst.Fe_N].contacts} of the {self.contacts} kept pairs may "
+            f"slip or lift off at once at {worst.Fe_N:g} N: {who} may need "
+            f"{self.bytes(jobs) / 1e9:.3g} GB of memory, {self.available / 1e9:.3g} GB are "
+            "available: " + ", or ".join([*fits, "lower [respond] levels, or keep fewer pairs"])
+        )

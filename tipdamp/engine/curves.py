@@ -1,8 +1,9 @@
-"""The store of curves: one file each, with a record of all that it follows from; what a running curve has is kept too.
+"""The store of curves: one file each, with a record of all that it follows from; what a running
+curve has is kept too.
 
-    responses/Fe_5N_H3.npz, Fe_5N_H3_back.npz    the finished curves
-    .stages/Fe_5N_H3.json                        key and fingerprint of the file
-    .stages/Fe_5N_H3.<key>.<n>.npz               the journal of one that runs, or was interrupted
+responses/Fe_5N_H3.npz, Fe_5N_H3_back.npz    the finished curves
+.stages/Fe_5N_H3.json                        key and fingerprint of the file
+.stages/Fe_5N_H3.<key>.<n>.npz               the journal of one that runs, or was interrupted
 """
 
 import logging
@@ -25,7 +26,8 @@ from tipdamp.hbm.laws import ContactLaw, Contacts
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.result import ForcedResponse
 
-DAMAGED = (OSError, ValueError, KeyError, EOFError, RuntimeError, BadZipFile)     # an npz file, cut or altered
+# an npz file, cut or altered
+DAMAGED = (OSError, ValueError, KeyError, EOFError, RuntimeError, BadZipFile)
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,8 @@ class CurveCase:
 class Curves:
     """What the curves of a study have in common, and where they are kept.
 
-    force (r,) N for a level of 1 N; rows {name: (r,)} of the outputs; start : of the sliders, and samples of a cycle,
-    None for the default; peaks : as in `hbm.curve.options.CurveOptions`
+    force (r,) N for a level of 1 N; rows {name: (r,)} of the outputs; start : of the sliders, and
+    samples of a cycle, None for the default; peaks : as in `hbm.curve.options.CurveOptions`
     """
 
     problem: ContactProblem
@@ -77,7 +79,9 @@ class Curves:
         path = self.store.path(case.file)
         if path.is_file() and fingerprint(path) == record.outputs[case.file]:
             return True
-        logging.getLogger("tipdamp").warning("%s is damaged, changed or gone; it is made anew", path)
+        logging.getLogger("tipdamp").warning(
+            "%s is damaged, changed or gone; it is made anew", path
+        )
         return False
 
     def load(self, case: CurveCase) -> ForcedResponse:
@@ -85,16 +89,20 @@ class Curves:
         return ForcedResponse.load(self.store.path(case.file))
 
     def key(self, case: CurveCase) -> str:
-        """Fingerprint of all that the curve follows from: equations, law, excitation, outputs, program."""
+        """Fingerprint of all that the curve follows from: equations, law, excitation, outputs,
+        program."""
         return fingerprint(self._equations, case.Fe_N, case.H, case.band)
 
     @cached_property
     def _equations(self):
-        return fingerprint(_program(), *_leaves((self.problem, self.force, self.rows, self.start, self.samples,
-                                                 self.peaks)))
+        return fingerprint(
+            _program(),
+            *_leaves((self.problem, self.force, self.rows, self.start, self.samples, self.peaks)),
+        )
 
     def make(self, case: CurveCase, progress: Callable) -> None:
-        """Compute a curve and put it into the store; one that was interrupted goes on where it was."""
+        """Compute a curve and put it into the store; one that was interrupted goes on where it
+        was."""
         try:
             curve = self._followed(case, progress, Journal(self._keep(case), self._journal(case)))
         except StaleJournal:
@@ -107,9 +115,18 @@ class Curves:
 
     def _followed(self, case, progress, journal):
         try:
-            return follow_band(self.problem, case.Fe_N * self.force, case.band, harmonics=case.H, outputs=self.rows,
-                               start=self.start, samples=self.samples, peaks=self.peaks, progress=progress,
-                               journal=journal)
+            return follow_band(
+                self.problem,
+                case.Fe_N * self.force,
+                case.band,
+                harmonics=case.H,
+                outputs=self.rows,
+                start=self.start,
+                samples=self.samples,
+                peaks=self.peaks,
+                progress=progress,
+                journal=journal,
+            )
         except BaseException:
             journal.flush()
             raise
@@ -130,8 +147,11 @@ class Curves:
 
     def _keep(self, case):
         def keep(block):
-            with self.store.writing(f".stages/{case.name}.{self.key(case)}.{len(self._blocks(case)):05d}.npz") as path:
+            with self.store.writing(
+                f".stages/{case.name}.{self.key(case)}.{len(self._blocks(case)):05d}.npz"
+            ) as path:
                 np.savez(path, **block._asdict())
+
         return keep
 
     def _remove_journal(self, case):
@@ -140,7 +160,8 @@ class Curves:
 
 
 def sweep(store: Store, cases: Collection[CurveCase]) -> None:
-    """Remove curves, and journals of curves, that belong to no case: those of other versions of the study.
+    """Remove curves, and journals of curves, that belong to no case: those of other versions of the
+    study.
 
     A curve that somebody has changed since is named and stays.
     """
@@ -149,9 +170,13 @@ def sweep(store: Store, cases: Collection[CurveCase]) -> None:
         if record.stem in kept:
             continue
         file = f"responses/{record.stem}.npz"
-        store.remove({name: mark for name, mark in store.outputs(record.stem).items() if name == file})
+        store.remove(
+            {name: mark for name, mark in store.outputs(record.stem).items() if name == file}
+        )
         if store.path(file).is_file():
-            logging.getLogger("tipdamp").warning("%s is not of this study, and was changed; it stays", store.path(file))
+            logging.getLogger("tipdamp").warning(
+                "%s is not of this study, and was changed; it stays", store.path(file)
+            )
         record.unlink()
     for block in filter(Path.is_file, store.path(".stages").glob("Fe_*.*.npz")):
         block.unlink()
@@ -170,7 +195,8 @@ def _program() -> str:
 
 
 def _leaves(value: Any) -> Iterator[Any]:
-    """Names, arrays and plain values of records inside one another; functions, which only describe, are passed over."""
+    """Names, arrays and plain values of records inside one another; functions, which only describe,
+    are passed over."""
     if is_dataclass(value):
         yield type(value).__name__
         value = {f.name: vars(value)[f.name] for f in fields(value)}

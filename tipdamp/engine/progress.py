@@ -1,11 +1,12 @@
-"""Progress of whatever takes longer than a moment: bars on a terminal, a line now and then elsewhere.
+"""Progress of whatever takes longer than a moment: bars on a terminal, a line now and then
+elsewhere.
 
     with display().job("respond") as tick:
         tick(0.58, "2850.1 Hz  step 34  3 it")
 
-Several jobs may be open at once, each with a bar of its own: `tick.beside(title)` opens a further one. A job that ends
-within PATIENCE leaves no trace; a longer one closes with a line that says how long it took. Everything goes to stderr,
-so that results on stdout stay clean.
+Several jobs may be open at once, each with a bar of its own: `tick.beside(title)` opens a further
+one. A job that ends within PATIENCE leaves no trace; a longer one closes with a line that says how
+long it took. Everything goes to stderr, so that results on stdout stay clean.
 """
 
 import sys
@@ -44,7 +45,9 @@ class Job:
         """What remains of it: done, stopped or interrupted."""
         if how != "done" and self.share is not None:
             how += f" at {100 * self.share:.0f} %"
-        return "  ".join(part for part in (self.title, how, self.figures, duration(self.elapsed)) if part)
+        return "  ".join(
+            part for part in (self.title, how, self.figures, duration(self.elapsed)) if part
+        )
 
 
 class Lines:
@@ -75,21 +78,30 @@ class Bars:
         from rich.progress import BarColumn, Progress, TaskID, TextColumn
         from rich.table import Column
 
-        title, state = (TextColumn(text, markup=False, table_column=Column(no_wrap=True, overflow="ellipsis"))
-                        for text in ("{task.fields[job].title}", "{task.fields[job].state}"))
-        self.bars = Progress(title, BarColumn(BAR), state, console=Console(file=stream), transient=True,
-                             redirect_stdout=False)
+        title, state = (
+            TextColumn(text, markup=False, table_column=Column(no_wrap=True, overflow="ellipsis"))
+            for text in ("{task.fields[job].title}", "{task.fields[job].state}")
+        )
+        self.bars = Progress(
+            title,
+            BarColumn(BAR),
+            state,
+            console=Console(file=stream),
+            transient=True,
+            redirect_stdout=False,
+        )
         self.tasks: dict[Job, TaskID] = {}
 
     def update(self, job: Job) -> None:
-        """A bar, from the first time on; rich draws it anew ten times a second, with the elapsed time."""
+        """A bar, from the first time on; rich draws it anew ten times a second, with the elapsed
+        time."""
         if not self.tasks:
             self.bars.start()
         done, total = job.share or 0.0, None if job.share is None else 1.0
         if job in self.tasks:
             self.bars.update(self.tasks[job], completed=done, total=total)
         else:
-            self.tasks[job] = self.bars.add_task("", job=job, completed=done, total=total)    # type: ignore[arg-type]
+            self.tasks[job] = self.bars.add_task("", job=job, completed=done, total=total)  # type: ignore[arg-type]
 
     def close(self, job: Job, line: str) -> None:
         """The bar is removed, the last line stands above the others."""
@@ -108,20 +120,28 @@ class Display:
         self.sink, self.clock = sink, clock
 
     @contextmanager
-    def job(self, title: str, total: float = 1.0, *, patience: float = PATIENCE) -> Iterator["Ticker"]:
-        """Yield `tick(done, figures)`: how far the work is, of `total` (None: unknown), and what to show beside it.
+    def job(
+        self, title: str, total: float = 1.0, *, patience: float = PATIENCE
+    ) -> Iterator["Ticker"]:
+        """Yield `tick(done, figures)`: how far the work is, of `total` (None: unknown), and what to
+        show beside it.
 
-        patience - s before the job is shown; 0 announces work that cannot tick, a factorisation say, at once
-        """
+        patience - s before the job is shown; 0 announces work that cannot tick, a factorisation
+        say, at once"""
         job = Job(title, self.clock)
         tick = Ticker(self, job, total, patience)
         tick.show()
         try:
             yield tick
         except BaseException as error:
-            self.sink.close(job, job.last_line("interrupted" if isinstance(error, KeyboardInterrupt) else "stopped"))
+            self.sink.close(
+                job,
+                job.last_line("interrupted" if isinstance(error, KeyboardInterrupt) else "stopped"),
+            )
             raise
-        self.sink.close(job, job.last_line("done") if job.elapsed >= min(patience, PATIENCE) else "")
+        self.sink.close(
+            job, job.last_line("done") if job.elapsed >= min(patience, PATIENCE) else ""
+        )
 
 
 class Ticker:
@@ -145,9 +165,14 @@ class Ticker:
         return self.display.job(title)
 
 
-def display(*, quiet: bool = False, stream: TextIO | None = None,
-            clock: Callable[[], float] = time.monotonic) -> Display:
-    """Bars where `stream` (stderr by default) is a terminal, plain lines elsewhere, nothing where quiet.
+def display(
+    *,
+    quiet: bool = False,
+    stream: TextIO | None = None,
+    clock: Callable[[], float] = time.monotonic,
+) -> Display:
+    """Bars where `stream` (stderr by default) is a terminal, plain lines elsewhere, nothing where
+    quiet.
 
     clock - returns seconds, for tests
     """

@@ -1,4 +1,5 @@
-"""Processes that mpirun has started. One verb shares its work over them; the others belong into one process."""
+"""Processes that mpirun has started. One verb shares its work over them; the others belong into one
+process."""
 
 import os
 from collections.abc import Iterator
@@ -23,7 +24,9 @@ def number() -> int:
 
 
 def _told(which, otherwise):
-    return next((int(os.environ[names[which]]) for names in _TOLD if names[0] in os.environ), otherwise)
+    return next(
+        (int(os.environ[names[which]]) for names in _TOLD if names[0] in os.environ), otherwise
+    )
 
 
 def world() -> Any:
@@ -37,8 +40,8 @@ def world() -> Any:
 
 @contextmanager
 def together() -> Iterator[None]:
-    """What only one process meets must end all of them: the others would wait for it for ever. Errors of the input and
-    of a solver come to all alike."""
+    """What only one process meets must end all of them: the others would wait for it for ever.
+    Errors of the input and of a solver come to all alike."""
     try:
         yield
     except (InputError, RuntimeError):

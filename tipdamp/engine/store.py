@@ -1,4 +1,5 @@
-"""The results folder: what each stage left there, what it was made from, and whether it still is up to date."""
+"""The results folder: what each stage left there, what it was made from, and whether it still is up
+to date."""
 
 import hashlib
 import json
@@ -20,7 +21,8 @@ from tipdamp.hbm.io.room import check_size
 
 
 class Finished(NamedTuple):
-    """Record of a finished stage: key of what it was made from, outputs {file: fingerprint}, seconds."""
+    """Record of a finished stage: key of what it was made from, outputs {file: fingerprint},
+    seconds."""
 
     key: str
     outputs: dict[str, str]
@@ -34,7 +36,8 @@ class Finished(NamedTuple):
 
 @dataclass(frozen=True)
 class Store:
-    """A folder of plain files, with a small record `.stages/<stage>.json` for each stage that has finished.
+    """A folder of plain files, with a small record `.stages/<stage>.json` for each stage that has
+    finished.
 
     The folder may come from somebody else: nothing outside it is read, written or removed.
     """
@@ -42,7 +45,8 @@ class Store:
     folder: Path
 
     def path(self, name: str) -> Path:
-        """The file of that name; InputError where the name, or a symbolic link, leads out of the folder."""
+        """The file of that name; InputError where the name, or a symbolic link, leads out of the
+        folder."""
         path = self.folder / name
         named_outside = Path(name).is_absolute() or ".." in Path(name).parts
         if named_outside or not path.resolve().is_relative_to(self.folder.resolve()):
@@ -51,7 +55,8 @@ class Store:
 
     @contextmanager
     def writing(self, name: str) -> Iterator[Path]:
-        """A temporary path that takes its final name only when the block ends well: no partial file is ever left."""
+        """A temporary path that takes its final name only when the block ends well: no partial file
+        is ever left."""
         final = self.path(name)
         final.parent.mkdir(parents=True, exist_ok=True)
         temporary = final.with_name(f".tmp-{os.getpid()}-{final.name}")
@@ -61,7 +66,7 @@ class Store:
             if temporary.is_file():
                 os.replace(temporary, final)
         except OSError as error:
-            error.filename = error.filename or str(final)         # a full disk is told without one
+            error.filename = error.filename or str(final)  # a full disk is told without one
             raise
         finally:
             temporary.unlink(missing_ok=True)
@@ -69,11 +74,14 @@ class Store:
     def write_json(self, name: str, content: dict) -> None:
         """Write numbers, arrays and texts as JSON; what is not a finite number becomes null."""
         with self.writing(name) as path:
-            path.write_text(json.dumps(plain(content), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+            path.write_text(
+                json.dumps(plain(content), indent=1, allow_nan=False) + "\n", encoding="utf-8"
+            )
 
     @contextmanager
     def lock(self) -> Iterator[None]:
-        """One run at a time works in the folder; BlockingIOError names the host and process of the other one."""
+        """One run at a time works in the folder; BlockingIOError names the host and process of the
+        other one."""
         from filelock import FileLock, Timeout
 
         self.path(".stages").mkdir(parents=True, exist_ok=True)
@@ -82,12 +90,18 @@ class Store:
         try:
             held.acquire()
         except Timeout:
-            other = holder.read_text(encoding="utf-8")[:200] if holder.is_file() else "another process"
-            raise BlockingIOError(f"results folder {self.folder} is in use by {shown(other)}; wait for it to end, or "
-                                  "choose another folder with --out") from None
+            other = (
+                holder.read_text(encoding="utf-8")[:200] if holder.is_file() else "another process"
+            )
+            raise BlockingIOError(
+                f"results folder {self.folder} is in use by {shown(other)}; wait for it to end, or "
+                "choose another folder with --out"
+            ) from None
         try:
             with self.writing(".stages/.holder") as path:
-                path.write_text(f"process {os.getpid()} on host {socket.gethostname()}", encoding="utf-8")
+                path.write_text(
+                    f"process {os.getpid()} on host {socket.gethostname()}", encoding="utf-8"
+                )
             yield
         finally:
             held.release()
@@ -99,13 +113,15 @@ class Store:
         try:
             return _json(self.path(name))
         except (ValueError, RecursionError) as error:
-            raise InputError(f"{self.path(name)} is damaged: {error}; write it anew with --force") from None
+            raise InputError(
+                f"{self.path(name)} is damaged: {error}; write it anew with --force"
+            ) from None
 
     def record(self, stage: str) -> Finished | None:
         """What the stage left when it last finished.
 
-        None when it has not, or when the record is damaged, no file, or leads or names files outside the folder; the
-        user is told.
+        None when it has not, or when the record is damaged, no file, or leads or names files
+        outside the folder; the user is told.
         """
         path = self.path(".stages") / f"{stage}.json"
         if not os.path.lexists(path):
@@ -132,18 +148,27 @@ class Store:
     def is_current(self, stage: str, key: str) -> bool:
         """Finished with this key, and its files are still there."""
         record = self.record(stage)
-        return record is not None and record.key == key and all(self.path(o).is_file() for o in record.outputs)
+        return (
+            record is not None
+            and record.key == key
+            and all(self.path(o).is_file() for o in record.outputs)
+        )
 
     def edited(self, stage: str) -> list[str]:
         """Files of a stage that somebody has changed since it wrote them."""
-        return [o for o, mark in self.outputs(stage).items() if self.path(o).is_file()
-                and fingerprint(self.path(o)) != mark]
+        return [
+            o
+            for o, mark in self.outputs(stage).items()
+            if self.path(o).is_file() and fingerprint(self.path(o)) != mark
+        ]
 
     @contextmanager
     def running(self, stage: str) -> Iterator[dict]:
-        """Set the record of a stage aside while it runs, so that an interrupted one is simply run again.
+        """Set the record of a stage aside while it runs, so that an interrupted one is simply run
+        again.
 
-        Yields the outputs that it had. When it fails before any of them was touched, the record comes back.
+        Yields the outputs that it had. When it fails before any of them was touched, the record
+        comes back.
         """
         record, aside = (self.path(".stages") / f"{stage}.{state}" for state in ("json", "running"))
         outputs = self.outputs(stage)
@@ -154,13 +179,23 @@ class Store:
         try:
             yield outputs
         except BaseException:
-            untouched = all(self.path(o).is_file() and fingerprint(self.path(o)) == m for o, m in outputs.items())
+            untouched = all(
+                self.path(o).is_file() and fingerprint(self.path(o)) == m
+                for o, m in outputs.items()
+            )
             if aside.is_file() and untouched:
                 os.replace(aside, record)
             raise
         aside.unlink(missing_ok=True)
 
-    def finish(self, stage: str, key: str, outputs: Iterable[str], seconds: float, before: dict | None = None) -> None:
+    def finish(
+        self,
+        stage: str,
+        key: str,
+        outputs: Iterable[str],
+        seconds: float,
+        before: dict | None = None,
+    ) -> None:
         """Record the stage; files of its last run that it did not write again are removed.
 
         before - as in `remove`
@@ -174,11 +209,12 @@ class Store:
     def remove(self, before: dict[str, str]) -> None:
         """Remove files of an earlier run.
 
-        before - {file: fingerprint} of names that a stage declares: a record may be forged. A file that has changed
-        since, or that is reached by a link, is not the program's, and stays
+        before - {file: fingerprint} of names that a stage declares: a record may be forged. A file
+        that has changed since, or that is reached by a link, is not the program's, and stays
         """
         for stale, mark in before.items():
-            path, linked = self.path(stale), self.path(stale).resolve() != self.folder.resolve() / stale
+            path = self.path(stale)
+            linked = self.path(stale).resolve() != self.folder.resolve() / stale
             if not linked and path.is_file() and fingerprint(path) == mark:
                 path.unlink()
 
@@ -189,7 +225,8 @@ def _json(path: Path) -> dict:
 
 
 def _make_way(record: Path) -> None:
-    """Remove a link from the place of a record, and set a folder aside; the program makes neither."""
+    """Remove a link from the place of a record, and set a folder aside; the program makes
+    neither."""
     if record.is_symlink():
         record.unlink()
     elif record.is_dir():
@@ -199,7 +236,9 @@ def _make_way(record: Path) -> None:
 @cache
 def _tell_damaged(path: Path, reason: str) -> None:
     """Once a process, however often the record is asked for."""
-    logging.getLogger("tipdamp").warning("%s is damaged (%s); what it records counts as not run", path, reason)
+    logging.getLogger("tipdamp").warning(
+        "%s is damaged (%s); what it records counts as not run", path, reason
+    )
 
 
 def fingerprint(*parts: Any) -> str:
@@ -209,7 +248,9 @@ def fingerprint(*parts: Any) -> str:
         if isinstance(part, Path):
             digest.update(_digest(part))
         elif isinstance(part, np.ndarray):
-            digest.update(f"{part.dtype.str}{part.shape}".encode() + np.ascontiguousarray(part).tobytes())
+            digest.update(
+                f"{part.dtype.str}{part.shape}".encode() + np.ascontiguousarray(part).tobytes()
+            )
         else:
             digest.update(json.dumps(plain(part), sort_keys=True).encode())
         digest.update(b"\0")
@@ -222,12 +263,13 @@ def _digest(path: Path) -> bytes:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").digest()
     except OSError as error:
-        error.filename = error.filename or str(path)              # a failing disk is told without one
+        error.filename = error.filename or str(path)  # a failing disk is told without one
         raise
 
 
 def plain(value: Any) -> Any:
-    """numpy numbers and arrays, tuples and paths as what JSON knows; what is not a finite number becomes null."""
+    """numpy numbers and arrays, tuples and paths as what JSON knows; what is not a finite number
+    becomes null."""
     if isinstance(value, dict):
         return {str(k): plain(v) for k, v in value.items()}
     if isinstance(value, np.ndarray):

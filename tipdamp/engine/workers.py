@@ -1,7 +1,7 @@
 """Processes that work side by side, each with one BLAS thread.
 
-They are forked from a server that has loaded the equations and nothing of the finite elements, and end with the process
-that uses them, however that ends.
+They are forked from a server that has loaded the equations and nothing of the finite elements, and
+end with the process that uses them, however that ends.
 """
 
 import logging
@@ -22,16 +22,17 @@ from typing import Any
 from tipdamp.hbm.errors import InputError
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-PRELOADED = "tipdamp.engine.curves"          # with all that it imports
-BETWEEN = 0.1                         # s between two reports of a task
-PATIENCE = 10.0                       # s for a process to keep what it has and end
+PRELOADED = "tipdamp.engine.curves"  # with all that it imports
+BETWEEN = 0.1  # s between two reports of a task
+PATIENCE = 10.0  # s for a process to keep what it has and end
 
-Report = Callable[[float, str], None]                  # share done, figures
-Work = Callable[[Any, Any, Report], None]              # (what all tasks have in common, a task, report)
+Report = Callable[[float, str], None]  # share done, figures
+Work = Callable[[Any, Any, Report], None]  # (what all tasks have in common, a task, report)
 
 
 def default_jobs() -> int:
-    """TIPDAMP_JOBS where it is set, else the cores that this process may use; InputError for anything but a number."""
+    """TIPDAMP_JOBS where it is set, else the cores that this process may use; InputError for
+    anything but a number."""
     given = os.environ.get("TIPDAMP_JOBS", "")
     if not given:
         return len(os.sched_getaffinity(0))
@@ -41,8 +42,8 @@ def default_jobs() -> int:
 
 
 class Workers:
-    """Up to `jobs` processes, started when there is work for them; with one job the work is done in this process,
-    with the BLAS threads that it has.
+    """Up to `jobs` processes, started when there is work for them; with one job the work is done in
+    this process, with the BLAS threads that it has.
 
     with Workers(2) as workers:
         for i in workers.spread(work, common, tasks, report): ...
@@ -57,7 +58,9 @@ class Workers:
     def __enter__(self) -> "Workers":
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, _: BaseException | None, __: TracebackType | None
+    ) -> None:
         started = [*self.idle, *(worker for worker, _ in self.busy.values())]
         for worker in started:
             worker.end(at_once=bool(self.busy))
@@ -71,17 +74,24 @@ class Workers:
         worker.start(work, None, task)
         self.busy[worker.pipe] = worker, -1
 
-    def spread(self, work: Work, common: Any, tasks: Sequence[Any],
-               report: Callable[[int, float, str], None]) -> Iterator[int]:
-        """Indices of the tasks as they are finished; report(index, share done, figures) of those that run.
+    def spread(
+        self,
+        work: Work,
+        common: Any,
+        tasks: Sequence[Any],
+        report: Callable[[int, float, str], None],
+    ) -> Iterator[int]:
+        """Indices of the tasks as they are finished; report(index, share done, figures) of those
+        that run.
 
         An error of a task is raised here, and those that run beside it are stopped.
         """
-        while any(i < 0 for _, i in self.busy.values()):          # begun before: kernels that all need
+        while any(i < 0 for _, i in self.busy.values()):  # begun before: kernels that all need
             for pipe in connection.wait(list(self.busy)):
                 yield from self._heard(pipe, report)
         if self.jobs == 1:
-            common = pickle.loads(pickle.dumps(common))    # arrays lie in memory as elsewhere: the same to the last bit
+            # arrays lie in memory as elsewhere: the same to the last bit
+            common = pickle.loads(pickle.dumps(common))
             for i, task in enumerate(tasks):
                 work(common, task, partial(report, i))
                 yield i
@@ -103,7 +113,7 @@ class Workers:
             report(i, *content)
         elif what == "said":
             name, level, text = content
-            if (name, text) in self.said:                  # each process compiles, or warns of the same model
+            if (name, text) in self.said:  # each process compiles, or warns of the same model
                 return
             self.said.add((name, text))
             logging.getLogger(name).log(level, text)
@@ -121,7 +131,8 @@ def nothing(_: Any, __: Any, ___: Report) -> None:
 
 
 class _Worker:
-    """A process and the pipe to it; what it has been given in common with earlier tasks is not sent again."""
+    """A process and the pipe to it; what it has been given in common with earlier tasks is not sent
+    again."""
 
     def __init__(self) -> None:
         context = get_context("forkserver")
@@ -146,9 +157,11 @@ class _Worker:
             return self.pipe.recv()
         except (EOFError, ConnectionError):
             self.process.join(PATIENCE)
-            raise ChildProcessError(f"a process that computed a curve ended unasked (exit code "
-                                    f"{self.process.exitcode}), perhaps for want of memory; run the same command with "
-                                    "fewer --jobs") from None
+            raise ChildProcessError(
+                f"a process that computed a curve ended unasked (exit code "
+                f"{self.process.exitcode}), perhaps for want of memory; run the same command with "
+                "fewer --jobs"
+            ) from None
 
     def end(self, at_once: bool) -> None:
         """Ask it to end; at once where it may be at work: what it has is kept."""
@@ -166,8 +179,10 @@ class _Worker:
 
 @contextmanager
 def _apart():
-    """For a process that is started now: one thread in its environment, and no main program that it would run again."""
-    before, main = {name: os.environ.get(name) for name in THREADS}, sys.modules["__main__"]
+    """For a process that is started now: one thread in its environment, and no main program that it
+    would run again."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    main = sys.modules["__main__"]
     os.environ.update(dict.fromkeys(THREADS, "1"))
     sys.modules["__main__"] = ModuleType("__main__")
     try:
@@ -193,7 +208,8 @@ class _Forwarded(logging.Handler):
 
 def _serve(pipe):
     """What a process does until its pipe is closed: one task after the other."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)            # of the terminal: the process that uses this one decides
+    # of the terminal: the process that uses this one decides
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
     threading.Thread(target=_end_with, args=(parent_process(),), daemon=True).start()
     logging.captureWarnings(True)
@@ -208,7 +224,7 @@ def _serve(pipe):
             try:
                 work(common, task, _reporter(pipe))
                 pipe.send(("done",))
-            except ConnectionError:                         # nobody listens any more
+            except ConnectionError:  # nobody listens any more
                 raise
             except Exception as error:
                 error.add_note(traceback.format_exc())
@@ -218,8 +234,8 @@ def _serve(pipe):
 
 
 def _end_with(user):
-    """Terminate this process when the one that uses it has ended, however that ended: else one that is long at work
-    would notice nothing before its next report."""
+    """Terminate this process when the one that uses it has ended, however that ended: else one that
+    is long at work would notice nothing before its next report."""
     connection.wait([user.sentinel])
     os.kill(os.getpid(), signal.SIGTERM)
 
@@ -232,4 +248,5 @@ def _reporter(pipe):
         if time.monotonic() - told[0] >= BETWEEN:
             told[0] = time.monotonic()
             pipe.send(("report", share, figures))
+
     return report

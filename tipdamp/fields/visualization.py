@@ -1,4 +1,5 @@
-"""What the stages keep to be looked at: surfaces, mode shapes and preload, for the report and as .vtu for ParaView.
+"""What the stages keep to be looked at: surfaces, mode shapes and preload, for the report and as
+.vtu for ParaView.
 
 The .vtu files are written by meshio and left out where it is missing.
 """
@@ -21,15 +22,17 @@ from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.reduction import Reduction
 from tipdamp.static_contact.tuning.stuck_assembly import StuckModes
 
-# straight cells through the corners: every viewer draws them, and the shapes are at the user's own nodes
+# straight cells through the corners: every viewer draws them, and the shapes are at the user's own
+# nodes
 _CORNERS = {"tetra": 4, "wedge": 6, "hexahedron": 8}
-SHOWN = 6                # lowest modes of each kind
-ELASTIC = 1e-3           # of the first elastic frequency: below, a mode is a rigid motion
+SHOWN = 6  # lowest modes of each kind
+ELASTIC = 1e-3  # of the first elastic frequency: below, a mode is a rigid motion
 
 
 @dataclass(frozen=True)
 class Shapes:
-    """Modes on the reduced dofs. kind, label : (m,) str; hz : (m,); q : (r, m), 0 on bodies that do not take part."""
+    """Modes on the reduced dofs. kind, label : (m,) str; hz : (m,); q : (r, m), 0 on bodies that do
+    not take part."""
 
     kind: np.ndarray
     label: np.ndarray
@@ -48,11 +51,14 @@ class Shapes:
             return cls(z["kind"], z["label"], z["hz"], z["q"])
 
 
-# ---- kept by the stages ----------------------------------------------------------------------------------------
+# ---- kept by the stages --------------------------------------------------------------------------
 
-def keep_bodies(store: Store, meshes: Mapping[str, Mesh], reductions: Sequence[Reduction],
-                model: ReducedModel) -> list[str]:
-    """surface.npz, free_modes.npz and free_modes.vtu of the bodies by themselves; the names of what was written."""
+
+def keep_bodies(
+    store: Store, meshes: Mapping[str, Mesh], reductions: Sequence[Reduction], model: ReducedModel
+) -> list[str]:
+    """surface.npz, free_modes.npz and free_modes.vtu of the bodies by themselves; the names of what
+    was written."""
     with store.writing("surface.npz") as path:
         surface.save([surface.skin(meshes[r.body.name], r.body.name, r) for r in reductions], path)
     kinds, q = [], []
@@ -60,7 +66,9 @@ def keep_bodies(store: Store, meshes: Mapping[str, Mesh], reductions: Sequence[R
     for reduction in reductions:
         name = reduction.body.name
         found, shapes = free_shapes(reduction.model)
-        kinds += [f"{name} by themselves" if name.endswith("s") else f"{name} by itself"] * len(found)
+        kinds += [f"{name} by themselves" if name.endswith("s") else f"{name} by itself"] * len(
+            found
+        )
         hz += map(float, found)
         whole = np.zeros((model.size, len(found)))
         whole[model.body == name] = shapes
@@ -87,13 +95,18 @@ def free_shapes(model: ReducedModel, count: int = SHOWN) -> tuple[np.ndarray, np
 
 
 def keep_stuck(store: Store, model: ReducedModel, stuck: Mapping[str, StuckModes]) -> list[str]:
-    """stuck_modes.npz of {words for the set: StuckModes}, and .vtu where the surfaces are known: the lowest modes of
-    each set and the tracked one."""
-    kind, label, hz, q = [], [], [], []
+    """stuck_modes.npz of {words for the set: StuckModes}, and .vtu where the surfaces are known:
+    the lowest modes of each set and the tracked one."""
+    kind = []
+    label = []
+    hz = []
+    q = []
     for words, modes in stuck.items():
         for i in sorted({*range(min(SHOWN, len(modes.hz))), modes.tracked}):
             kind.append(words)
-            label.append(f"{modes.hz[i]:.1f} Hz" + (", the tracked mode" if i == modes.tracked else ""))
+            label.append(
+                f"{modes.hz[i]:.1f} Hz" + (", the tracked mode" if i == modes.tracked else "")
+            )
             hz.append(modes.hz[i])
             q.append(modes.shapes[:, i])
     shapes = Shapes(np.array(kind), np.array(label), np.array(hz), np.column_stack(q))
@@ -108,23 +121,35 @@ def _stuck_vtu(store, model, shapes: Shapes):
         return []
     parts = list(surface.load(store.path("surface.npz")).values())
     start = np.cumsum([0, *(len(s.node) for s in parts)])
-    cells = [("triangle", np.concatenate([s.triangles + k for s, k in zip(parts, start, strict=False)]))]
-    data = {"node": np.concatenate([s.node for s in parts]),
-            "body": np.repeat(np.arange(len(parts)), [len(s.node) for s in parts])}
+    cells = [
+        ("triangle", np.concatenate([s.triangles + k for s, k in zip(parts, start, strict=False)]))
+    ]
+    data = {
+        "node": np.concatenate([s.node for s in parts]),
+        "body": np.repeat(np.arange(len(parts)), [len(s.node) for s in parts]),
+    }
     for kind, label, q in zip(shapes.kind, shapes.label, shapes.q.T, strict=True):
-        data[f"{kind}, {label}"] = np.concatenate([s.displacement(q[model.body == s.body]) for s in parts])
+        data[f"{kind}, {label}"] = np.concatenate(
+            [s.displacement(q[model.body == s.body]) for s in parts]
+        )
     return _vtu(store, "stuck_modes.vtu", np.concatenate([s.position for s in parts]), cells, data)
 
 
 def keep_preload(store: Store, tables: Mapping[str, ContactTable], hard: bool) -> list[str]:
-    """preload.vtu: the contact between the pairs with preload and pressure of each {load case: ContactTable}; hard -
-    the preload is that of pairs without springs."""
+    """preload.vtu: the contact between the pairs with preload and pressure of each {load case:
+    ContactTable}; hard - the preload is that of pairs without springs."""
     first = next(iter(tables.values()))
     sides = patches(first, hard)
     cells = [("triangle" if p.is_area else "line", p.rows[p.cells]) for p in sides]
     number = np.array([first.sides.index(s) for s in first.side])
-    data = {"side": number, "station": first.station, "row": first.row, "blade node": first.blade_node,
-            "damper node": first.damper_node, "n": first.normal}
+    data = {
+        "side": number,
+        "station": first.station,
+        "row": first.row,
+        "blade node": first.blade_node,
+        "damper node": first.damper_node,
+        "n": first.normal,
+    }
     for case, table in tables.items():
         data[f"preload (N), {case}"] = table.preload
         for unit in dict.fromkeys(p.unit for p in sides):
@@ -137,16 +162,24 @@ def keep_preload(store: Store, tables: Mapping[str, ContactTable], hard: bool) -
     return _vtu(store, "preload.vtu", first.position, cells, data) if cells else []
 
 
-# ---- .vtu ------------------------------------------------------------------------------------------------------
+# ---- .vtu ----------------------------------------------------------------------------------------
 
-def write_shapes(store: Store, name: str, mesh: Mesh, shapes: Mapping[str, np.ndarray]) -> list[str]:
-    """The cells of a mesh and, at its nodes, the numbers of the user and vectors {name: (n, 3)}; the name of the file,
-    or nothing where meshio is not installed."""
+
+def write_shapes(
+    store: Store, name: str, mesh: Mesh, shapes: Mapping[str, np.ndarray]
+) -> list[str]:
+    """The cells of a mesh and, at its nodes, the numbers of the user and vectors {name: (n, 3)};
+    the name of the file, or nothing where meshio is not installed."""
     blocks = [(kind.rstrip("0123456789"), cells) for kind, cells in mesh.cells.items()]
-    straight = [(kind, cells[:, :_CORNERS[kind]]) for kind, cells in blocks]
+    straight = [(kind, cells[:, : _CORNERS[kind]]) for kind, cells in blocks]
     used = np.unique(np.concatenate([cells.ravel() for _, cells in straight]))
-    return _vtu(store, name, mesh.position[used], [(kind, np.searchsorted(used, cells)) for kind, cells in straight],
-                {"node": mesh.node[used], **{what: shape[used] for what, shape in shapes.items()}})
+    return _vtu(
+        store,
+        name,
+        mesh.position[used],
+        [(kind, np.searchsorted(used, cells)) for kind, cells in straight],
+        {"node": mesh.node[used], **{what: shape[used] for what, shape in shapes.items()}},
+    )
 
 
 def _vtu(store, name, position, cells, data):

@@ -1,1 +1,2 @@
-"""Measured response curves: read, averaged over repeats, their damping, and their agreement with computed curves."""
+"""Measured response curves: read, averaged over repeats, their damping, and their agreement with
+computed curves."""

@@ -7,11 +7,12 @@ from tipdamp.hbm.result import ForcedResponse
 from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.schema import Measured
 
-LINKS = 16               # straight links of the drawn curve between two computed points
+LINKS = 16  # straight links of the drawn curve between two computed points
 
 
 def drawn(path_hz: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The computed points linked by PCHIP over the length of the curve, as a dense polygon; NaN is a gap.
+    """The computed points linked by PCHIP over the length of the curve, as a dense polygon; NaN is
+    a gap.
 
     path_hz, path (m,) - in the order of the curve, which may fold
     """
@@ -22,11 +23,15 @@ def drawn(path_hz: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray
     parts: list[np.ndarray] = []
     for a, b in zip(edges[::2], edges[1::2], strict=True):
         points = np.column_stack([path_hz[a:b], path[a:b]])
-        steps = np.hypot(*(np.diff(points, axis=0) / np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny)).T)
+        steps = np.hypot(
+            *(np.diff(points, axis=0) / np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny)).T
+        )
         points = points[np.r_[True, steps > 0]]
         if len(points) > 1:
             s = np.r_[0.0, np.cumsum(steps[steps > 0])]
-            fine = np.concatenate([np.linspace(s[k], s[k + 1], LINKS, endpoint=False) for k in range(len(s) - 1)])
+            fine = np.concatenate(
+                [np.linspace(s[k], s[k + 1], LINKS, endpoint=False) for k in range(len(s) - 1)]
+            )
             parts += [PchipInterpolator(s, points)(np.r_[fine, s[-1]]), np.full((1, 2), np.nan)]
     joined = np.concatenate(parts) if parts else np.empty((0, 2))
     return joined[:, 0], joined[:, 1]
@@ -43,19 +48,26 @@ def values_at(hz: np.ndarray, path_hz: np.ndarray, path: np.ndarray) -> list[np.
     return found
 
 
-def share_inside(hz: np.ndarray, low: np.ndarray, high: np.ndarray, path_hz: np.ndarray, path: np.ndarray) -> float:
-    """Part of the measured frequencies which a computed curve covers at which it lies within the measured band; NaN
-    where it covers none.
+def share_inside(
+    hz: np.ndarray, low: np.ndarray, high: np.ndarray, path_hz: np.ndarray, path: np.ndarray
+) -> float:
+    """Part of the measured frequencies which a computed curve covers at which it lies within the
+    measured band; NaN where it covers none.
 
-    hz, low, high (n,) Hz, m/N - measured band; path_hz, path (m,) - computed points in the order of the curve
-    """
+    hz, low, high (n,) Hz, m/N - measured band; path_hz, path (m,) - computed points in the order of
+    the curve"""
     values = values_at(hz, *drawn(path_hz, path))
-    hits = [bool(((v >= a) & (v <= b)).any()) for v, a, b in zip(values, low, high, strict=True) if len(v)]
+    hits = [
+        bool(((v >= a) & (v <= b)).any())
+        for v, a, b in zip(values, low, high, strict=True)
+        if len(v)
+    ]
     return float(np.mean(hits)) if hits else float("nan")
 
 
 def at_place(curve: ForcedResponse, settings: Measured, first_patch: str) -> np.ndarray:
-    """(m,) bool: outputs of the measured place. Raises InputError where the curve has no such output."""
+    """(m,) bool: outputs of the measured place. Raises InputError where the curve has no such
+    output."""
     place, names = settings.response or first_patch, curve.output_names.tolist()
     mine = in_patch(names, place) | (curve.output_names == place)
     if not mine.any():
@@ -64,7 +76,12 @@ def at_place(curve: ForcedResponse, settings: Measured, first_patch: str) -> np.
 
 
 def computed_amplitude(curve: ForcedResponse, settings: Measured, first_patch: str) -> np.ndarray:
-    """(n,) m, largest computed amplitude over the nodes of the measured place; NaN where a point failed."""
+    """(n,) m, largest computed amplitude over the nodes of the measured place; NaN where a point
+    failed."""
     mine = at_place(curve, settings, first_patch)
-    values = np.abs(curve.harmonics[:, mine, 1]) if settings.amplitude == "fundamental" else curve.amplitude()[:, mine]
+    values = (
+        np.abs(curve.harmonics[:, mine, 1])
+        if settings.amplitude == "fundamental"
+        else curve.amplitude()[:, mine]
+    )
     return np.where(curve.converged, values.max(axis=1), np.nan)

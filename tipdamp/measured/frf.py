@@ -1,4 +1,5 @@
-"""Frequency response functions and the mean of repeated measurements; every response is a receptance in m/N."""
+"""Frequency response functions and the mean of repeated measurements; every response is a
+receptance in m/N."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,20 +9,22 @@ import numpy as np
 
 from tipdamp.hbm.errors import InputError
 
-GRAVITY = 9.80665        # m/s2, standard acceleration (CGPM 1901)
+GRAVITY = 9.80665  # m/s2, standard acceleration (CGPM 1901)
 # quantity: power of i omega that leads from displacement to it, and its units in SI
-QUANTITIES = {"receptance": (0, {"m": 1.0, "mm": 1e-3, "um": 1e-6}),
-              "mobility": (1, {"m/s": 1.0, "mm/s": 1e-3}),
-              "accelerance": (2, {"m/s2": 1.0, "mm/s2": 1e-3, "g": GRAVITY})}
+QUANTITIES = {
+    "receptance": (0, {"m": 1.0, "mm": 1e-3, "um": 1e-6}),
+    "mobility": (1, {"m/s": 1.0, "mm/s": 1e-3}),
+    "accelerance": (2, {"m/s2": 1.0, "mm/s2": 1e-3, "g": GRAVITY}),
+}
 BAND_COLUMNS = "frequency (Hz),mean (m/N),low (m/N),high (m/N),standard deviation (m/N)"
-SAME_GRID = 1e-9         # relative difference of frequencies that come from text with ten digits
+SAME_GRID = 1e-9  # relative difference of frequencies that come from text with ten digits
 
 
 @dataclass(frozen=True)
 class Frf:
-    """One measurement. hz (n,) ascending; response (n,) m/N, complex, or real where no phase was measured;
-    force_N - amplitude of the force, its median over the frequencies; source - file and record, for messages
-    clipped - why the signal as it was measured has no peak, or empty"""
+    """One measurement. hz (n,) ascending; response (n,) m/N, complex, or real where no phase was
+    measured; force_N - amplitude of the force, its median over the frequencies; source - file and
+    record, for messages clipped - why the signal as it was measured has no peak, or empty"""
 
     hz: np.ndarray
     response: np.ndarray
@@ -44,8 +47,8 @@ class Frf:
 class MeasuredCurve:
     """Mean of repeats on the frequencies that all of them cover.
 
-    hz, mean, deviation : (n,) Hz, m/N - sample standard deviation of the amplitude, NaN for a single measurement
-    repeats - the measurements themselves
+    hz, mean, deviation : (n,) Hz, m/N - sample standard deviation of the amplitude, NaN for a
+    single measurement repeats - the measurements themselves
     """
 
     hz: np.ndarray
@@ -54,20 +57,23 @@ class MeasuredCurve:
     repeats: tuple[Frf, ...]
 
     def band(self, scatter: float) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper bound (n,) m/N: two standard deviations of the repeats, at least `scatter` times the mean."""
+        """Lower and upper bound (n,) m/N: two standard deviations of the repeats, at least
+        `scatter` times the mean."""
         half = np.fmax(2.0 * self.deviation, scatter * self.mean)
         return np.maximum(self.mean - half, 0.0), self.mean + half
 
 
 def receptance(quantity: str, hz: np.ndarray, response: np.ndarray) -> np.ndarray:
-    """(n,) m/N from a mobility or accelerance in SI units: division by (i omega)^k; amplitudes stay real."""
+    """(n,) m/N from a mobility or accelerance in SI units: division by (i omega)^k; amplitudes stay
+    real."""
     omega = 2 * np.pi * hz
     power, _ = QUANTITIES[quantity]
     return response / (1j * omega if np.iscomplexobj(response) else omega) ** power
 
 
 def average(repeats: Sequence[Frf]) -> MeasuredCurve:
-    """Mean and deviation of the amplitudes. Repeats on other frequencies are interpolated to those of the first.
+    """Mean and deviation of the amplitudes. Repeats on other frequencies are interpolated to those
+    of the first.
 
     Raises InputError where the repeats have no frequencies in common.
     """
@@ -75,7 +81,10 @@ def average(repeats: Sequence[Frf]) -> MeasuredCurve:
     low, high = max(r.hz[0] for r in repeats), min(r.hz[-1] for r in repeats)
     inside = (first.hz >= low * (1 - SAME_GRID)) & (first.hz <= high * (1 + SAME_GRID))
     if inside.sum() < 2:
-        raise InputError(f"{first.source}: the repeats have no frequencies in common (they share {low:g}..{high:g} Hz)")
+        raise InputError(
+            f"{first.source}: the repeats have no frequencies in common (they share "
+            f"{low:g}..{high:g} Hz)"
+        )
     hz = first.hz[inside]
     amplitudes = np.array([_on(hz, r) for r in repeats])
     deviation = amplitudes.std(axis=0, ddof=1) if len(repeats) > 1 else np.full(len(hz), np.nan)

@@ -1,4 +1,5 @@
-"""Frequency response functions from universal files, dataset 58 in the units of dataset 164 (SDRC; read by pyuff)."""
+"""Frequency response functions from universal files, dataset 58 in the units of dataset 164 (SDRC;
+read by pyuff)."""
 
 from pathlib import Path
 from typing import Any
@@ -8,28 +9,44 @@ import numpy as np
 from tipdamp.hbm.errors import InputError
 
 FUNCTION, UNITS, FACTOR = 58, 164, "factor to SI"
-FRF_TYPE, FORCE = 4, 13                    # func_type and specific data type of dataset 58
+FRF_TYPE, FORCE = 4, 13  # func_type and specific data type of dataset 58
 MOTIONS = {8: "receptance", 11: "mobility", 12: "accelerance"}
 
 
-def from_universal(path: Path, records: tuple[int, ...]) -> list[tuple[str, np.ndarray, np.ndarray, str, str, float]]:
-    """[(quantity or '' where the file does not say, hz (n,), response (n,) in the units of the file, source,
-    label of these units or '', factor to SI by dataset 164 before it, 1 without one)].
+def from_universal(
+    path: Path, records: tuple[int, ...]
+) -> list[tuple[str, np.ndarray, np.ndarray, str, str, float]]:
+    """[(quantity or '' where the file does not say, hz (n,), response (n,) in the units of the
+    file, source, label of these units or '', factor to SI by dataset 164 before it, 1 without
+    one)].
 
-    records - positions from 1 among the datasets 58; default: all, which must be of one response and reference
-    Raises InputError with what the file holds.
+    records - positions from 1 among the datasets 58; default: all, which must be of one response
+    and reference Raises InputError with what the file holds.
     """
     found = _datasets(path)
     for k in records:
         if k > len(found):
-            raise InputError(f"{path}: records: there is no dataset 58 number {k}, the file has {len(found)}")
+            raise InputError(
+                f"{path}: records: there is no dataset 58 number {k}, the file has {len(found)}"
+            )
     chosen = {k: found[k - 1] for k in records or range(1, len(found) + 1)}
     places = {k: _place(d) for k, d in chosen.items()}
     if not records and len(set(places.values())) > 1:
         listing = "; ".join(f"{k}: {place}" for k, place in list(places.items())[:12])
-        raise InputError(f"{path}: holds responses of several places ({listing}); choose by records = [...]")
-    return [(_quantity(path, k, d), np.asarray(d["x"], dtype=float), np.asarray(d["data"]), f"{path}, dataset {k}",
-             _label(d), d[FACTOR]) for k, d in chosen.items()]
+        raise InputError(
+            f"{path}: holds responses of several places ({listing}); choose by records = [...]"
+        )
+    return [
+        (
+            _quantity(path, k, d),
+            np.asarray(d["x"], dtype=float),
+            np.asarray(d["data"]),
+            f"{path}, dataset {k}",
+            _label(d),
+            d[FACTOR],
+        )
+        for k, d in chosen.items()
+    ]
 
 
 def _datasets(path) -> list[dict[str, Any]]:
@@ -39,7 +56,7 @@ def _datasets(path) -> list[dict[str, Any]]:
         file = pyuff.UFF(str(path))
         found, factor = [], 1.0
         for k, kind in enumerate(file.get_set_types()):
-            if kind == UNITS:                        # of the datasets that follow; per force
+            if kind == UNITS:  # of the datasets that follow; per force
                 units = file.read_sets(k)
                 factor = units["force"] / units["length"]
             elif kind == FUNCTION:
@@ -57,7 +74,10 @@ def _datasets(path) -> list[dict[str, Any]]:
 
 
 def _place(d):
-    return f"node {d.get('rsp_node', '?')} direction {d.get('rsp_dir', '?')}, force at node {d.get('ref_node', '?')}"
+    return (
+        f"node {d.get('rsp_node', '?')} direction {d.get('rsp_dir', '?')}, force at node "
+        f"{d.get('ref_node', '?')}"
+    )
 
 
 def _label(d):
@@ -68,9 +88,13 @@ def _label(d):
 
 def _quantity(path, k, d):
     if d.get("func_type") != FRF_TYPE:
-        raise InputError(f"{path}: dataset {k} is a function of type {d.get('func_type')}, not a frequency response "
-                         f"function (type {FRF_TYPE})")
+        raise InputError(
+            f"{path}: dataset {k} is a function of type {d.get('func_type')}, not a frequency "
+            f"response function (type {FRF_TYPE})"
+        )
     if d.get("orddenom_spec_data_type") not in (FORCE, 0):
-        raise InputError(f"{path}: dataset {k} is not per excitation force (denominator of type "
-                         f"{d.get('orddenom_spec_data_type')})")
+        raise InputError(
+            f"{path}: dataset {k} is not per excitation force (denominator of type "
+            f"{d.get('orddenom_spec_data_type')})"
+        )
     return MOTIONS.get(d.get("ordinate_spec_data_type"), "")

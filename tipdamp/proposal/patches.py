@@ -1,4 +1,5 @@
-"""Contact candidates: where faces of the damper lie near faces of the blades that face them, patch by patch."""
+"""Contact candidates: where faces of the damper lie near faces of the blades that face them, patch
+by patch."""
 
 from dataclasses import dataclass
 
@@ -17,14 +18,18 @@ from tipdamp.static_contact.surfaces.pick import FacePick
 class ProposalSettings:
     """What counts as a contact candidate."""
 
-    near: float = 0.1       # of the damper's median face size: farther faces do not touch; facets of a curve lie nearer
-    bend: float = 25.0      # degrees between neighbouring faces of one patch, beyond it an edge begins: above the 22.5
-                            # of a pin with 16 faces a turn, below the 30 between a flank of 60 degrees and its wall
-    opposed: float = 30.0   # degrees that faces of a patch may be off opposition to those that they meet
-    small: float = 0.1      # of the largest patch: smaller ones are rims
-    covered: float = 0.6    # of the faces of a patch that a group must have: the plane of a side may go on beyond it
-    larger: float = 4.0     # times as many faces as the patch a group may have
-    round: float = 10.0     # degrees that the normals of a flat side may differ
+    # of the damper's median face size: farther faces do not touch; facets of a curve lie nearer
+    near: float = 0.1
+    # degrees between neighbouring faces of one patch, beyond it an edge begins: above the 22.5
+    bend: float = 25.0
+    # of a pin with 16 faces a turn, below the 30 between a flank of 60 degrees and its wall
+    # degrees that faces of a patch may be off opposition to those that they meet
+    opposed: float = 30.0
+    small: float = 0.1  # of the largest patch: smaller ones are rims
+    # of the faces of a patch that a group must have: the plane of a side may go on beyond it
+    covered: float = 0.6
+    larger: float = 4.0  # times as many faces as the patch a group may have
+    round: float = 10.0  # degrees that the normals of a flat side may differ
 
 
 SETTINGS = ProposalSettings()
@@ -32,9 +37,9 @@ SETTINGS = ProposalSettings()
 
 @dataclass(frozen=True)
 class Patch:
-    """A candidate. damper, blades : (f, 4) keys of the faces, as `faces.face_keys` of the user's node numbers
-    normal : (3,) mean, out of the damper; spread - degrees of a face from it; box : (2, 3) of its nodes, and area, in
-    the units of the mesh"""
+    """A candidate. damper, blades : (f, 4) keys of the faces, as `faces.face_keys` of the user's
+    node numbers normal : (3,) mean, out of the damper; spread - degrees of a face from it; box :
+    (2, 3) of its nodes, and area, in the units of the mesh"""
 
     damper: np.ndarray
     blades: np.ndarray
@@ -63,7 +68,9 @@ def contact_patches(damper: Mesh, blades: Mesh, reach: float) -> list[Patch]:
         return []
     label = mine.pieces()
     nearest = cKDTree(mine.centre).query(theirs.centre)[1] if len(theirs.key) else np.empty(0, int)
-    opposed = np.einsum("ij,ij->i", theirs.normal, mine.normal[nearest]) < -np.cos(np.radians(SETTINGS.opposed))
+    opposed = np.einsum("ij,ij->i", theirs.normal, mine.normal[nearest]) < -np.cos(
+        np.radians(SETTINGS.opposed)
+    )
     met = np.where(opposed, label[nearest], -1)
     found = []
     for i in range(label.max() + 1):
@@ -74,7 +81,8 @@ def contact_patches(damper: Mesh, blades: Mesh, reach: float) -> list[Patch]:
 
 
 def within_group(damper: Mesh, patch: Patch, group: str) -> Patch:
-    """The part of a patch that a group of the damper has: faces that lie near beside it are none of the side."""
+    """The part of a patch that a group of the damper has: faces that lie near beside it are none of
+    the side."""
     mine = _Faces(damper, group_faces(damper, group))
     return _patch(damper, mine, _among(mine.key, patch.damper), patch.blades)
 
@@ -82,8 +90,12 @@ def within_group(damper: Mesh, patch: Patch, group: str) -> Patch:
 def as_one(damper: Mesh, patches: list[Patch]) -> Patch:
     """Several patches as one."""
     mine = _Faces(damper, boundary_faces(damper))
-    return _patch(damper, mine, _among(mine.key, np.concatenate([p.damper for p in patches])),
-                  np.unique(np.concatenate([p.blades for p in patches]), axis=0))
+    return _patch(
+        damper,
+        mine,
+        _among(mine.key, np.concatenate([p.damper for p in patches])),
+        np.unique(np.concatenate([p.blades for p in patches]), axis=0),
+    )
 
 
 def in_one_piece(mesh: Mesh, group: str) -> bool:
@@ -96,12 +108,21 @@ def _patch(damper, mine, own, blades):
     normal /= np.linalg.norm(normal)
     spread = np.degrees(np.arccos(np.clip(mine.normal[own] @ normal, -1, 1))).max()
     nodes = damper.position[damper.index(np.setdiff1d(mine.key[own], [-1]))]
-    return Patch(mine.key[own], blades, normal, float(spread), np.array([nodes.min(axis=0), nodes.max(axis=0)]),
-                 float(mine.area[own].sum()))
+    return Patch(
+        mine.key[own],
+        blades,
+        normal,
+        float(spread),
+        np.array([nodes.min(axis=0), nodes.max(axis=0)]),
+        float(mine.area[own].sum()),
+    )
 
 
 def _among(keys, wanted):
-    return np.isin(keys.view([("", keys.dtype)] * 4)[:, 0], np.ascontiguousarray(wanted).view([("", keys.dtype)] * 4))
+    return np.isin(
+        keys.view([("", keys.dtype)] * 4)[:, 0],
+        np.ascontiguousarray(wanted).view([("", keys.dtype)] * 4),
+    )
 
 
 def group_of(mesh: Mesh, faces: np.ndarray) -> str:
@@ -109,8 +130,14 @@ def group_of(mesh: Mesh, faces: np.ndarray) -> str:
     wanted, found = {tuple(k) for k in faces.tolist()}, {}
     for name in mesh.groups:
         if mesh.dimension.get(name, 0) in (0, 2):
-            own = {tuple(k) for block in group_faces(mesh, name) for k in face_keys(mesh.node[block]).tolist()}
-            if len(own & wanted) >= SETTINGS.covered * len(wanted) and len(own) <= SETTINGS.larger * len(wanted):
+            own = {
+                tuple(k)
+                for block in group_faces(mesh, name)
+                for k in face_keys(mesh.node[block]).tolist()
+            }
+            if len(own & wanted) >= SETTINGS.covered * len(wanted) and len(
+                own
+            ) <= SETTINGS.larger * len(wanted):
                 found[name] = len(own)
     return min(found, key=lambda name: found[name], default="")
 
@@ -120,19 +147,25 @@ class _Faces:
 
     def __init__(self, mesh: Mesh, blocks: list[np.ndarray]) -> None:
         parts = facets(Surface(mesh, blocks))
-        self.key = np.concatenate([face_keys(mesh.node[p.faces]) for p in parts] or [np.empty((0, 4), int)])
-        self.area, self.centre, self.normal = (np.concatenate([_sum(p, v) for p in parts] or [np.empty((0, w))])
-                                               for w, v in ((1, _one), (3, _centre), (3, _normal)))
+        self.key = np.concatenate(
+            [face_keys(mesh.node[p.faces]) for p in parts] or [np.empty((0, 4), int)]
+        )
+        self.area, self.centre, self.normal = (
+            np.concatenate([_sum(p, v) for p in parts] or [np.empty((0, w))])
+            for w, v in ((1, _one), (3, _centre), (3, _normal))
+        )
         self.area = self.area[:, 0]
         self.centre /= np.maximum(self.area, 1e-300)[:, None]
         self.normal /= np.maximum(np.linalg.norm(self.normal, axis=1), 1e-300)[:, None]
-        self.corners = [np.array(p.faces[:, :face_corners(p.faces.shape[1])]) for p in parts]
+        self.corners = [np.array(p.faces[:, : face_corners(p.faces.shape[1])]) for p in parts]
 
     def pieces(self) -> np.ndarray:
         """(f,) label of what hangs together over edges without a bend."""
         rows, ends, first = [], [], 0
         for block in self.corners:
-            edges = np.sort(np.stack([block, np.roll(block, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+            edges = np.sort(
+                np.stack([block, np.roll(block, -1, axis=1)], axis=2).reshape(-1, 2), axis=1
+            )
             ends.append(edges)
             rows.append(first + np.repeat(np.arange(len(block)), block.shape[1]))
             first += len(block)
@@ -141,7 +174,9 @@ class _Faces:
         order = np.argsort(edge.ravel(), kind="stable")
         a, b = face[order[:-1]], face[order[1:]]
         joined = np.diff(edge.ravel()[order]) == 0
-        joined &= np.einsum("ij,ij->i", self.normal[a], self.normal[b]) > np.cos(np.radians(SETTINGS.bend))
+        joined &= np.einsum("ij,ij->i", self.normal[a], self.normal[b]) > np.cos(
+            np.radians(SETTINGS.bend)
+        )
         graph = sp.coo_matrix((np.ones(joined.sum()), (a[joined], b[joined])), shape=(first, first))
         return sp.csgraph.connected_components(graph, directed=False)[1]
 

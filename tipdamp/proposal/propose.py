@@ -26,16 +26,21 @@ from tipdamp.proposal.patches import (
 from tipdamp.readers.dispatch import read_mesh
 
 # parts of the names that pre-processors and people give to groups, by what they are for
-WORDS = {"clamp": "clamp|fix|encastre|root|spc|support|ground", "load_points": "load|pull",
-         "excitation": "excit|(?<![a-z])exc(?![a-z])|shaker|drive", "patches": "patch|resp|tip"}
-ALONG = 1.0          # degrees: a damper this near to an axis of coordinates lies along it
-INTO = 20.0          # degrees: a pull this near to one is meant to act along it, where that is across the damper
+WORDS = {
+    "clamp": "clamp|fix|encastre|root|spc|support|ground",
+    "load_points": "load|pull",
+    "excitation": "excit|(?<![a-z])exc(?![a-z])|shaker|drive",
+    "patches": "patch|resp|tip",
+}
+ALONG = 1.0  # degrees: a damper this near to an axis of coordinates lies along it
+# degrees: a pull this near to one is meant to act along it, where that is across the damper
+INTO = 20.0
 
 
 @dataclass(frozen=True)
 class ProposedSide:
-    """A proposed contact side: name, candidate, group of either body or '' where none is that patch; matching - whether
-    the nodes of both lie at the same places."""
+    """A proposed contact side: name, candidate, group of either body or '' where none is that
+    patch; matching - whether the nodes of both lie at the same places."""
 
     name: str
     patch: Patch
@@ -46,9 +51,10 @@ class ProposedSide:
 
 @dataclass(frozen=True)
 class Proposal:
-    """files, meshes {body: ...} in the unit of the files; together - whether one file holds both bodies, cells - the
-    damper's group of cells in it, or ''; length - unit that fits the size; reach - within which faces are candidates;
-    axis, pull : (3,); groups {purpose: names that fit}."""
+    """files, meshes {body: ...} in the unit of the files; together - whether one file holds both
+    bodies, cells - the damper's group of cells in it, or ''; length - unit that fits the size;
+    reach - within which faces are candidates; axis, pull : (3,); groups {purpose: names that
+    fit}."""
 
     files: dict[str, Path]
     meshes: dict[str, Mesh]
@@ -68,8 +74,11 @@ def propose(paths: list[Path]) -> Proposal:
     Raises InputError for more files, and where no two bodies are found or nothing of them touches.
     """
     if len(paths) > 2:
-        raise InputError(f"{len(paths)} meshes: one file with all bodies is wanted, or one of the blades on their "
-                         "fixture and one of the damper; join the others to the blades in the pre-processor")
+        raise InputError(
+            f"{len(paths)} meshes: one file with all bodies is wanted, or one of the blades on "
+            "their fixture and one of the damper; join the others to the blades in the "
+            "pre-processor"
+        )
     read = [read_mesh(path) for path in paths]
     meshes, files, cells = _bodies(paths, read)
     blades, damper = meshes[BLADES], meshes[DAMPER]
@@ -78,41 +87,85 @@ def propose(paths: list[Path]) -> Proposal:
     size = float(np.ptp(np.concatenate([m.position for m in read]), axis=0).max())
     length = "mm" if size > 3 else "m"
     if not patches:
-        alone = (" These are pieces of one file; where all of them are blades, the mesh of the damper is "
-                 "missing, name it too" if len(paths) == 1 else "")
-        raise InputError(f"no face of {damper.source} ({len(damper.node)} nodes) lies within {reach:.3g} {length} of a "
-                         f"face of {blades.source} that faces it: are both in the same unit and place?{alone}")
+        alone = (
+            " These are pieces of one file; where all of them are blades, the mesh of the damper "
+            "is missing, name it too"
+            if len(paths) == 1
+            else ""
+        )
+        raise InputError(
+            f"no face of {damper.source} ({len(damper.node)} nodes) lies within {reach:.3g} "
+            f"{length} of a face of {blades.source} that faces it: are both in the same unit and "
+            f"place?{alone}"
+        )
     axis, pull = _directions(patches)
-    groups = {what: sorted(name for name in meshes[DAMPER if what == "load_points" else BLADES].groups
-                           if re.search(words, name, re.IGNORECASE)) for what, words in WORDS.items()}
+    groups = {
+        what: sorted(
+            name
+            for name in meshes[DAMPER if what == "load_points" else BLADES].groups
+            if re.search(words, name, re.IGNORECASE)
+        )
+        for what, words in WORDS.items()
+    }
     # a tip that is excited is no patch, and any tip is the last choice for one
-    groups["patches"] = sorted(set(groups["patches"]) - set(groups["excitation"]),
-                               key=lambda name: (not re.search("patch|resp", name, re.IGNORECASE), name))
-    return Proposal(files, meshes, len(paths) == 1, cells, length, reach,
-                    _sides(patches, meshes, axis, pull), axis, pull, groups)
+    groups["patches"] = sorted(
+        set(groups["patches"]) - set(groups["excitation"]),
+        key=lambda name: (not re.search("patch|resp", name, re.IGNORECASE), name),
+    )
+    return Proposal(
+        files,
+        meshes,
+        len(paths) == 1,
+        cells,
+        length,
+        reach,
+        _sides(patches, meshes, axis, pull),
+        axis,
+        pull,
+        groups,
+    )
 
 
 def _bodies(paths, read):
-    """Meshes and files by body, and the damper's group of cells in a common file: the damper is the piece with a
-    group that sounds like a load, or the smallest."""
+    """Meshes and files by body, and the damper's group of cells in a common file: the damper is the
+    piece with a group that sounds like a load, or the smallest."""
     if len(read) == 2:
         order = in_order([-_volumes(mesh).sum() for mesh in read])
-        return (dict(zip((BLADES, DAMPER), (read[i] for i in order), strict=True)),
-                dict(zip((BLADES, DAMPER), (paths[i] for i in order), strict=True)), "")
+        return (
+            dict(zip((BLADES, DAMPER), (read[i] for i in order), strict=True)),
+            dict(zip((BLADES, DAMPER), (paths[i] for i in order), strict=True)),
+            "",
+        )
     mesh = read[0]
     count, label = parts(mesh)
     if count < 2:
-        raise InputError(f"{mesh.source}: all its cells are connected: blades and damper cannot be told apart; "
-                         "separate their nodes, or write a study with cells = \"...\" in [damper]")
-    pulled = {int(i) for name, nodes in mesh.groups.items() if re.search(WORDS["load_points"], name, re.IGNORECASE)
-              for i in label[mesh.index(nodes)]}
+        raise InputError(
+            f"{mesh.source}: all its cells are connected: blades and damper cannot be told apart; "
+            'separate their nodes, or write a study with cells = "..." in [damper]'
+        )
+    pulled = {
+        int(i)
+        for name, nodes in mesh.groups.items()
+        if re.search(WORDS["load_points"], name, re.IGNORECASE)
+        for i in label[mesh.index(nodes)]
+    }
     chosen = pulled.pop() if len(pulled) == 1 else first_largest(-_volumes(mesh))
     mine = {kind: label[cells[:, 0]] == chosen for kind, cells in mesh.cells.items()}
     own = np.sort(np.concatenate([mesh.number[kind][m] for kind, m in mine.items()]))
-    cells = next((name for name, found in sorted(mesh.cell_groups.items()) if np.array_equal(np.sort(found), own)), "")
+    cells = next(
+        (
+            name
+            for name, found in sorted(mesh.cell_groups.items())
+            if np.array_equal(np.sort(found), own)
+        ),
+        "",
+    )
     others = {kind: ~m for kind, m in mine.items()}
-    return ({BLADES: cut(mesh, others, mesh.source), DAMPER: cut(mesh, mine, mesh.source)},
-            {BLADES: paths[0], DAMPER: paths[0]}, cells)
+    return (
+        {BLADES: cut(mesh, others, mesh.source), DAMPER: cut(mesh, mine, mesh.source)},
+        {BLADES: paths[0], DAMPER: paths[0]},
+        cells,
+    )
 
 
 def _volumes(mesh):
@@ -129,9 +182,11 @@ def _volumes(mesh):
 def _directions(patches):
     """Axis of the damper, across the normals of its two largest sides; pull, into both."""
     first = patches[0].normal
-    other = patches[first_largest([np.linalg.norm(np.cross(first, p.normal)) for p in patches])].normal
+    other = patches[
+        first_largest([np.linalg.norm(np.cross(first, p.normal)) for p in patches])
+    ].normal
     along, into = np.cross(first, other), first + other
-    if np.linalg.norm(along) < 1e-3:                       # parallel sides: along the longest edge of the patch
+    if np.linalg.norm(along) < 1e-3:  # parallel sides: along the longest edge of the patch
         along = np.eye(3)[first_largest(np.ptp(patches[0].box, axis=0))]
     axis = _snapped(along / np.linalg.norm(along), ALONG)
     axis = axis if axis[first_largest(np.abs(axis))] > 0 else -axis
@@ -152,17 +207,26 @@ def _snapped(direction, degrees):
 def _sides(patches, meshes, axis, pull):
     """Named by where they lie across axis and pull: left and right for two of them."""
     across = np.cross(axis, pull)
-    order = sorted(_grouped(patches, meshes), key=lambda one: float(one[0].box.mean(axis=0) @ across))
-    names = ["left", "right"] if len(order) == 2 else [f"side_{i}" for i in range(1, len(order) + 1)]
-    return tuple(ProposedSide(name, *one, _match(meshes, one[0])) for name, one in zip(names, order, strict=True))
+    order = sorted(
+        _grouped(patches, meshes), key=lambda one: float(one[0].box.mean(axis=0) @ across)
+    )
+    names = (
+        ["left", "right"] if len(order) == 2 else [f"side_{i}" for i in range(1, len(order) + 1)]
+    )
+    return tuple(
+        ProposedSide(name, *one, _match(meshes, one[0]))
+        for name, one in zip(names, order, strict=True)
+    )
 
 
 def _grouped(patches, meshes):
-    """[(patch, blade group, damper group)]. Lands that a group of the damper joins are one side where they meet one
-    flank of the blades; elsewhere no group, or their contact would count on each of them."""
+    """[(patch, blade group, damper group)]. Lands that a group of the damper joins are one side
+    where they meet one flank of the blades; elsewhere no group, or their contact would count on
+    each of them."""
     named: dict[tuple[str, str], list[Patch]] = {}
     for patch in patches:
-        blade, damper = group_of(meshes[BLADES], patch.blades), group_of(meshes[DAMPER], patch.damper)
+        blade = group_of(meshes[BLADES], patch.blades)
+        damper = group_of(meshes[DAMPER], patch.damper)
         patch = within_group(meshes[DAMPER], patch, damper) if damper else patch
         named.setdefault((blade, damper), []).append(patch)
     found = []
@@ -178,7 +242,9 @@ def _grouped(patches, meshes):
 
 def _match(meshes, patch):
     """Whether every corner of the damper's faces lies on one of the blades'."""
-    ends = [meshes[body].position[meshes[body].index(np.setdiff1d(keys, [-1]))]
-            for body, keys in ((BLADES, patch.blades), (DAMPER, patch.damper))]
+    ends = [
+        meshes[body].position[meshes[body].index(np.setdiff1d(keys, [-1]))]
+        for body, keys in ((BLADES, patch.blades), (DAMPER, patch.damper))
+    ]
     limit = 1e-6 * float(np.ptp(patch.box, axis=0).max())
     return bool((cKDTree(ends[0]).query(ends[1])[0] <= limit).all())

@@ -1,4 +1,5 @@
-"""A proposal as a commented study file; what cannot be guessed stands in it as "?", which is refused."""
+"""A proposal as a commented study file; what cannot be guessed stands in it as "?", which is
+refused."""
 
 import numpy as np
 
@@ -14,32 +15,61 @@ STEEL = {"m": ("205e9", "7850"), "mm": ("205e3", "7.85e-9")}
 def study_text(found: Proposal, folder_of: dict[str, str]) -> str:
     """folder_of {body: the name of its mesh file as the study has it}."""
     (stress, density), E, rho = UNITS[found.length], *STEEL[found.length]
-    lines = ["# Proposed by tipdamp inspect from the meshes alone. Fill in what is \"?\", check the rest, then run",
-             "#   tipdamp inspect, and tipdamp run. All keys: tipdamp keys", "", "[units]",
-             f'length = "{found.length}"             # by the size of the meshes', 'force = "N"',
-             f'stress = "{stress}"', f'density = "{density}"', "", "[material]",
-             f"E = {ASK}                     # Young's modulus, {stress}; steel {E}",
-             f"nu = {ASK}                    # steel 0.3",
-             f"density = {ASK}               # {density}; steel {rho}", ""]
-    lines += [*_blades(found, folder_of[BLADES]), *_damper(found, folder_of[DAMPER]), *_contact(found)]
+    lines = [
+        '# Proposed by tipdamp inspect from the meshes alone. Fill in what is "?", check the '
+        "rest, then run",
+        "#   tipdamp inspect, and tipdamp run. All keys: tipdamp keys",
+        "",
+        "[units]",
+        f'length = "{found.length}"             # by the size of the meshes',
+        'force = "N"',
+        f'stress = "{stress}"',
+        f'density = "{density}"',
+        "",
+        "[material]",
+        f"E = {ASK}                     # Young's modulus, {stress}; steel {E}",
+        f"nu = {ASK}                    # steel 0.3",
+        f"density = {ASK}               # {density}; steel {rho}",
+        "",
+    ]
+    lines += [
+        *_blades(found, folder_of[BLADES]),
+        *_damper(found, folder_of[DAMPER]),
+        *_contact(found),
+    ]
     return "\n".join([*lines, *_response(found), ""])
 
 
 def _blades(found, file):
     groups = found.groups["clamp"]
-    return ["[blades]", f'mesh = "{file}"', f"clamp = {_names(groups)}" + _of(
-        found, BLADES, "nodes that are fixed", not groups), ""]
+    return [
+        "[blades]",
+        f'mesh = "{file}"',
+        f"clamp = {_names(groups)}" + _of(found, BLADES, "nodes that are fixed", not groups),
+        "",
+    ]
 
 
 def _damper(found, file):
     cells = [f'cells = "{found.cells}"'] if found.cells else []
     if found.together and not cells:
-        cells = ["# the damper is what is connected to its load points; or name its group of cells: cells = \"...\""]
-    return ["[damper]", f'mesh = "{file}"', *cells, f"axis = {_vector(found.axis)}         # along both contact sides",
-            f"pull = {ASK}                  # N, total pull on the damper",
-            f"pull_direction = {_vector(found.pull)}         # into both sides", "load_points = "
-            + _names(found.groups["load_points"][:1]) + _of(found, DAMPER, "nodes that share the pull",
-                                                          not found.groups["load_points"]), *_hold(found), ""]
+        cells = [
+            "# the damper is what is connected to its load points; or name its group of cells: "
+            'cells = "..."'
+        ]
+    return [
+        "[damper]",
+        f'mesh = "{file}"',
+        *cells,
+        f"axis = {_vector(found.axis)}         # along both contact sides",
+        f"pull = {ASK}                  # N, total pull on the damper",
+        f"pull_direction = {_vector(found.pull)}         # into both sides",
+        "load_points = "
+        + _names(found.groups["load_points"][:1])
+        + _of(found, DAMPER, "nodes that share the pull", not found.groups["load_points"]),
+        *_hold(found),
+        "",
+    ]
 
 
 def _hold(found):
@@ -48,23 +78,37 @@ def _hold(found):
         return []
     axis = np.flatnonzero(found.axis == 1.0)
     motion = f'"{"xyz"[axis[0]]}"' if len(axis) else _vector(found.axis)
-    return ["# nothing but friction holds the damper along its axis; where a curve drifts or finds no first",
-            "# point, hold its mean position, as a stop does (the vibration stays free): take the mark off",
-            f"# hold = {{ motion = {motion}, mean = true }}"]
+    return [
+        "# nothing but friction holds the damper along its axis; where a curve drifts or finds "
+        "no first",
+        "# point, hold its mean position, as a stop does (the vibration stays free): take the "
+        "mark off",
+        f"# hold = {{ motion = {motion}, mean = true }}",
+    ]
 
 
 def _contact(found):
-    lines = ["[contact]", f"mu = {ASK}                    # friction coefficient",
-             'stiffness = "halfspace"      # or kn_per_area and kt_per_area of each side', ""]
+    lines = [
+        "[contact]",
+        f"mu = {ASK}                    # friction coefficient",
+        'stiffness = "halfspace"      # or kn_per_area and kt_per_area of each side',
+        "",
+    ]
     for side in found.sides:
         patch = side.patch
         match = "match" if side.matching else "do not match: contact of surfaces"
-        lines += [f"# {len(patch.damper)} faces of the damper, {patch.area:.4g} {found.length}2, meet "
-                  f"{len(patch.blades)} of the blades; the nodes {match}",
-                  f"[contact.{side.name}]", f"blade = {_faces(found, BLADES, side.patch.blades, side.blade)}",
-                  f"damper = {_faces(found, DAMPER, side.patch.damper, side.damper)}",
-                  f'shape = "{"flat" if patch.flat else "cylinder"}"              # normals within {patch.spread:.2g} '
-                  "degrees of their mean", _size(found, patch), ""]
+        lines += [
+            f"# {len(patch.damper)} faces of the damper, {patch.area:.4g} {found.length}2, meet "
+            f"{len(patch.blades)} of the blades; the nodes {match}",
+            f"[contact.{side.name}]",
+            f"blade = {_faces(found, BLADES, side.patch.blades, side.blade)}",
+            f"damper = {_faces(found, DAMPER, side.patch.damper, side.damper)}",
+            f'shape = "{"flat" if patch.flat else "cylinder"}"              # normals within '
+            f"{patch.spread:.2g} "
+            "degrees of their mean",
+            _size(found, patch),
+            "",
+        ]
     return lines
 
 
@@ -75,37 +119,54 @@ def _size(found, patch):
     width = patch.area / float(np.ptp(nodes @ found.axis))
     if patch.flat:
         return f"width = {width:.4g}               # area over length"
-    return f"radius = {width / np.radians(2 * patch.spread):.4g}              # area over length and turn of normals"
+    return (
+        f"radius = {width / np.radians(2 * patch.spread):.4g}              # area over length and "
+        "turn of normals"
+    )
 
 
 def _faces(found, body: str, keys: np.ndarray, group: str) -> str:
-    """The group, or the faces by geometry: a box around all of their nodes, which on the larger body lie beyond the
-    contact."""
+    """The group, or the faces by geometry: a box around all of their nodes, which on the larger
+    body lie beyond the contact."""
     if group:
         return f'"{group}"'
     mesh = found.meshes[body]
     place = mesh.position[mesh.index(np.setdiff1d(keys, [-1]))]
     low, high = place.min(axis=0) - found.reach, place.max(axis=0) + found.reach
-    return (f"{{ within = {found.reach:.3g}, box = [{_vector(low)}, {_vector(high)}] }}")
+    return f"{{ within = {found.reach:.3g}, box = [{_vector(low)}, {_vector(high)}] }}"
 
 
 def _response(found):
     excitation, patches = found.groups["excitation"], found.groups["patches"]
-    lines = ["[tune]", *_all_kept(found), "", "[respond]",
-             f"excitation = {_names(excitation[:1])}" + _of(found, BLADES, "the node that is excited", not excitation),
-             f"direction = {_vector(np.cross(found.axis, found.pull))}     # of force and response: across both",
-             f"patches = {_names(patches[:2])}     # two groups of response nodes, blade 1 first",
-             'levels = "?"                # N, amplitudes of the excitation, such as [1, 5]',
-             'band = "?"                  # Hz, such as [700, 900]', "damping_ratio = 0.005"]
-    return ["# for the forced response complete these and take the marks off",
-            *(f"# {line}" if line else "#" for line in lines)]
+    lines = [
+        "[tune]",
+        *_all_kept(found),
+        "",
+        "[respond]",
+        f"excitation = {_names(excitation[:1])}"
+        + _of(found, BLADES, "the node that is excited", not excitation),
+        f"direction = {_vector(np.cross(found.axis, found.pull))}     # of force and response: "
+        "across both",
+        f"patches = {_names(patches[:2])}     # two groups of response nodes, blade 1 first",
+        'levels = "?"                # N, amplitudes of the excitation, such as [1, 5]',
+        'band = "?"                  # Hz, such as [700, 900]',
+        "damping_ratio = 0.005",
+    ]
+    return [
+        "# for the forced response complete these and take the marks off",
+        *(f"# {line}" if line else "#" for line in lines),
+    ]
 
 
 def _all_kept(found):
     """Stations, where nodes match on every side; points of unlike meshes lie in none."""
     if all(side.matching for side in found.sides):
         return ['stations = "all"            # or target_hz, a measured stuck frequency']
-    return ['by = "area"', "kept_share = 1              # of the closed area; or target_hz, a measured stuck frequency"]
+    return [
+        'by = "area"',
+        "kept_share = 1              # of the closed area; or target_hz, a measured stuck "
+        "frequency",
+    ]
 
 
 def _of(found, body, meaning, wanted):
@@ -114,7 +175,13 @@ def _of(found, body, meaning, wanted):
 
 
 def _names(groups):
-    return ASK if not groups else _name(groups[0]) if len(groups) == 1 else f"[{', '.join(map(_name, groups))}]"
+    return (
+        ASK
+        if not groups
+        else _name(groups[0])
+        if len(groups) == 1
+        else f"[{', '.join(map(_name, groups))}]"
+    )
 
 
 def _name(group):

@@ -8,15 +8,20 @@ from tipdamp.proposal.study_text import study_text
 
 
 def write_proposal(paths: list[Path]) -> str:
-    """Write <first mesh>.toml beside the first mesh; what was found, line by line. Never overwrites a file."""
+    """Write <first mesh>.toml beside the first mesh; what was found, line by line. Never overwrites
+    a file."""
     if toml := next((p for p in paths if p.suffix.lower() == ".toml"), None):
         raise InputError(f"{toml}: one study at a time, or mesh files alone")
     target = paths[0].with_suffix(".toml")
     if target.exists():
-        raise InputError(f"{target} is there already and stays as it is; move it away for a new proposal")
+        raise InputError(
+            f"{target} is there already and stays as it is; move it away for a new proposal"
+        )
     found = propose(paths)
-    names = {body: path.name if path.parent == target.parent else str(path.resolve())
-             for body, path in found.files.items()}
+    names = {
+        body: path.name if path.parent == target.parent else str(path.resolve())
+        for body, path in found.files.items()
+    }
     target.write_text(study_text(found, names), encoding="utf-8")
     return "\n".join([*_lines(found), f"study to be completed: {target}"])
 
@@ -26,12 +31,19 @@ def _lines(found: Proposal):
         cells = ", ".join(f"{len(c)} {kind}" for kind, c in mesh.cells.items())
         yield f"{body}: {found.files[body].name}, {len(mesh.node)} nodes, {cells}"
     for side in found.sides:
-        yield (f"side '{side.name}': {len(side.patch.damper)} faces of the damper"
-               + f" ({side.damper})" * bool(side.damper) + f" meet {len(side.patch.blades)} of the blades"
-               + f" ({side.blade})" * bool(side.blade) + f", {side.patch.area:.4g} {found.length}2, nodes "
-               + ("match" if side.matching else "do not match"))
+        yield (
+            f"side '{side.name}': {len(side.patch.damper)} faces of the damper"
+            + f" ({side.damper})" * bool(side.damper)
+            + f" meet {len(side.patch.blades)} of the blades"
+            + f" ({side.blade})" * bool(side.blade)
+            + f", {side.patch.area:.4g} {found.length}2, nodes "
+            + ("match" if side.matching else "do not match")
+        )
     for what, names in found.groups.items():
         yield f"{what}: {', '.join(names) or 'no group has such a name'}"
     if not all(mesh.groups for mesh in found.meshes.values()):
-        yield ("clamp, load_points, excitation and patches are groups of nodes, and there are none: make them in the "
-               "pre-processor (physical groups of gmsh, *NSET of Abaqus, components of Ansys), then inspect anew")
+        yield (
+            "clamp, load_points, excitation and patches are groups of nodes, and there are none: "
+            "make them in the pre-processor (physical groups of gmsh, *NSET of Abaqus, "
+            "components of Ansys), then inspect anew"
+        )

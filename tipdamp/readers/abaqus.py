@@ -1,4 +1,5 @@
-"""Abaqus and CalculiX input files (.inp): nodes, solid elements, sets and sets of sets, surfaces, parts, includes."""
+"""Abaqus and CalculiX input files (.inp): nodes, solid elements, sets and sets of sets, surfaces,
+parts, includes."""
 
 import re
 from pathlib import Path
@@ -11,37 +12,58 @@ from tipdamp.readers.content import FULL_INTEGRATION, Content, Reader, decode, n
 
 # shells, membranes and plane elements: no cells of ours, but pre-processors mark surfaces with them
 _SHEET = re.compile(r"(?:CPS|CPE|CAX|S|M3D|SFM3D|R3D|DS|STRI)([34689])[A-Z]*")
-_LINE = re.compile(r"T[23]D([23])[A-Z]*")            # trusses: gmsh writes physical curves with them
+_LINE = re.compile(r"T[23]D([23])[A-Z]*")  # trusses: gmsh writes physical curves with them
 # keywords that make nodes or elements, or move them: a mesh read without them would be another one
 _REFUSED = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM")
-_NESTED = {"PART": "END PART", "ASSEMBLY": "END ASSEMBLY", "INSTANCE": "END INSTANCE", "STEP": "END STEP"}
+_NESTED = {
+    "PART": "END PART",
+    "ASSEMBLY": "END ASSEMBLY",
+    "INSTANCE": "END INSTANCE",
+    "STEP": "END STEP",
+}
 
 
 def read(path: Path, data: bytes) -> Content:
-    """Content of an .inp file. Sets and surfaces become groups; element sets also become groups of cells."""
+    """Content of an .inp file. Sets and surfaces become groups; element sets also become groups of
+    cells."""
     content = Content()
     f = AbaqusFile(Path(path), content)
     _blocks(f, _lines(f, data, Path(path)))
     if f.open:
-        raise InputError(f"{path}: is cut off: *{f.open[-1]} is not closed by *{_NESTED[f.open[-1]]}")
+        raise InputError(
+            f"{path}: is cut off: *{f.open[-1]} is not closed by *{_NESTED[f.open[-1]]}"
+        )
     collect(f)
-    content.unused += [f"{count} elements of type {shown(kind)} (their sets are kept as groups of nodes)"
-                       for kind, count in f.sheets.items()]
+    content.unused += [
+        f"{count} elements of type {shown(kind)} (their sets are kept as groups of nodes)"
+        for kind, count in f.sheets.items()
+    ]
     if f.integration:
-        content.unused.append(f"element types {', '.join(sorted(f.integration))}: {FULL_INTEGRATION}")
+        content.unused.append(
+            f"element types {', '.join(sorted(f.integration))}: {FULL_INTEGRATION}"
+        )
     if f.skipped:
-        content.unused.append("keywords " + ", ".join(f"*{k} ({n})" for k, n in sorted(f.skipped.items())))
+        content.unused.append(
+            "keywords " + ", ".join(f"*{k} ({n})" for k, n in sorted(f.skipped.items()))
+        )
     return content
 
 
-# ---- lines and keywords ----------------------------------------------------------------------------------------
+# ---- lines and keywords --------------------------------------------------------------------------
+
 
 def _lines(f, data, path):
     text = decode(data, f.content)
     if not text.endswith(("\n", "\r")) and not text.rstrip().rpartition("\n")[2].startswith("*"):
-        raise InputError(f"{path}: is cut off: its last line '{shown(text.rpartition(chr(10))[2])}' has no line end")
-    return [(i, line) for i, line in enumerate(text.splitlines(), start=1)
-            if line.strip() and not line.startswith("**")]
+        raise InputError(
+            f"{path}: is cut off: its last line '{shown(text.rpartition(chr(10))[2])}' has no "
+            "line end"
+        )
+    return [
+        (i, line)
+        for i, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and not line.startswith("**")
+    ]
 
 
 def _blocks(f, lines):
@@ -74,14 +96,20 @@ def _keyword(head):
 
 def _block(f, keyword, options, data, where):
     if keyword in _REFUSED:
-        raise InputError(f"{where} is not read, and the mesh is not the same without it; write all nodes and elements "
-                         "out in the global system")
+        raise InputError(
+            f"{where} is not read, and the mesh is not the same without it; write all nodes and "
+            "elements out in the global system"
+        )
     if keyword in _NESTED:
         f.open.append(keyword)
     elif keyword.startswith("END "):
         if not f.open or _NESTED[f.open.pop()] != keyword:
             raise InputError(f"{where} closes nothing that is open")
-    if keyword == "INCLUDE" or "INPUT" in options and keyword in ("NODE", "ELEMENT", "NSET", "ELSET"):
+    if (
+        keyword == "INCLUDE"
+        or "INPUT" in options
+        and keyword in ("NODE", "ELEMENT", "NSET", "ELSET")
+    ):
         included = _included(f, options.get("INPUT", ""), where)
         if keyword == "INCLUDE":
             return _blocks(f, included)
@@ -89,7 +117,15 @@ def _block(f, keyword, options, data, where):
     read = _READ.get(keyword)
     if read:
         read(f, options, data, where)
-    elif keyword not in ("HEADING", "PREPRINT", "END PART", "END INSTANCE", "END ASSEMBLY", "ASSEMBLY", "INCLUDE"):
+    elif keyword not in (
+        "HEADING",
+        "PREPRINT",
+        "END PART",
+        "END INSTANCE",
+        "END ASSEMBLY",
+        "ASSEMBLY",
+        "INCLUDE",
+    ):
         f.skipped[keyword] = f.skipped.get(keyword, 0) + 1
     if keyword in ("END PART", "END INSTANCE"):
         f.scope = f.model
@@ -111,7 +147,9 @@ def _nodes(f, options, data, where):
         f.content.unused.append(f"{len(data)} reference points of the assembly")
         return
     if options.get("SYSTEM", "R").upper() != "R":
-        raise InputError(f"{where}: SYSTEM={options['SYSTEM']} is not read; write the nodes in the global system")
+        raise InputError(
+            f"{where}: SYSTEM={options['SYSTEM']} is not read; write the nodes in the global system"
+        )
     flat = numbers(" ".join(data), where)
     if len(flat) != 4 * len(data) or any(line.count(",") != 3 for line in data[:1]):
         flat = np.array([_node(line, where) for line in data]).ravel()
@@ -123,7 +161,8 @@ def _nodes(f, options, data, where):
 
 
 def _node(line, where):
-    """Number and coordinates of one line; direction cosines behind them are not ours, blanks are zeros."""
+    """Number and coordinates of one line; direction cosines behind them are not ours, blanks are
+    zeros."""
     words = [w.strip() for w in line.split(",")]
     if len(words) < 4:
         raise InputError(f"{where}: node line '{shown(line)}' has fewer than three coordinates")
@@ -141,15 +180,19 @@ def _elements(f, options, data, where):
         f.content.unused.append(f"{len(data)} lines of elements of type {shown(kind)}")
         return
     if solid and int(solid[1]) not in SOLID:
-        raise InputError(f"{where}: cells of type {shown(kind)} cannot be assembled; allowed: "
-                         f"{', '.join(f'C3D{n}' for n in SOLID)}")
+        raise InputError(
+            f"{where}: cells of type {shown(kind)} cannot be assembled; allowed: "
+            f"{', '.join(f'C3D{n}' for n in SOLID)}"
+        )
     if solid and solid[2]:
         f.integration.add(kind)
     per = int((solid or flat or line)[1])
     found = numbers(" ".join(data), where)
     if len(found) % (per + 1):
-        raise InputError(f"{where}: {len(found)} numbers are no whole number of {kind} elements ({per + 1} each): "
-                         "cut off or damaged")
+        raise InputError(
+            f"{where}: {len(found)} numbers are no whole number of {kind} elements ({per + 1} "
+            "each): cut off or damaged"
+        )
     rows = whole(found, where).reshape(-1, per + 1)
     f.scope.elements.append((per if solid else -1 if line else 0, rows[:, 0], rows[:, 1:]))
     if not solid:
@@ -171,11 +214,14 @@ def _set(kind):
             f.scope.add(kind, name, ("ELSET", options["ELSET"]))
         words = [w.strip().strip('"') for line in data for w in line.split(",") if w.strip()]
         if "GENERATE" in options:
-            f.scope.add(kind, name, *[_generated(line, where, f.scope.known(kind)) for line in data])
+            f.scope.add(
+                kind, name, *[_generated(line, where, f.scope.known(kind)) for line in data]
+            )
             return
         whole = [w for w in words if re.fullmatch(r"\d+", w)]
         others = [w for w in words if not re.fullmatch(r"\d+", w)]
         f.scope.add(kind, name, np.array(whole, dtype=np.int64), *((kind, w) for w in others))
+
     return read
 
 
@@ -195,9 +241,18 @@ def _surface(f, options, data, where):
     _owned_by_assembly(f, "SURFACE", name)
     for line in data:
         words = [w.strip().strip('"') for w in line.split(",")]
-        item = np.array([int(words[0])]) if words[0].isdigit() else ("NSET" if kind == "NODE" else "ELSET", words[0])
-        f.scope.add("SURFACE", name, ("NODES", item) if kind == "NODE"
-                    else ("FACE", item, words[1].upper() if len(words) > 1 else ""))
+        item = (
+            np.array([int(words[0])])
+            if words[0].isdigit()
+            else ("NSET" if kind == "NODE" else "ELSET", words[0])
+        )
+        f.scope.add(
+            "SURFACE",
+            name,
+            ("NODES", item)
+            if kind == "NODE"
+            else ("FACE", item, words[1].upper() if len(words) > 1 else ""),
+        )
 
 
 def _part(f, options, data, where):
@@ -205,15 +260,18 @@ def _part(f, options, data, where):
 
 
 def _instance(f, options, data, where):
-    """The part's nodes, moved to their place, with its sets; what follows up to *END INSTANCE adds to it."""
+    """The part's nodes, moved to their place, with its sets; what follows up to *END INSTANCE adds
+    to it."""
     part = f.parts.get(_name(options, "PART", where).upper())
     if part is None:
         raise InputError(f"{where}: there is no part '{shown(options['PART'])}'")
     used = np.concatenate([n for n, _ in f.model.nodes]) if f.model.nodes else np.empty(0, int)
     own = np.concatenate([n for n, _ in part.nodes]) if part.nodes else np.empty(0, int)
     if np.isin(own, used).any():
-        raise InputError(f"{where}: a second instance uses node {own[np.isin(own, used)][0]} again; numbers must be "
-                         "unique: write each body into a file of its own, or renumber the parts")
+        raise InputError(
+            f"{where}: a second instance uses node {own[np.isin(own, used)][0]} again; numbers "
+            "must be unique: write each body into a file of its own, or renumber the parts"
+        )
     for n, xyz in part.nodes:
         f.model.nodes.append((n, _moved(xyz, data, where)))
     f.model.elements += part.elements
@@ -227,7 +285,8 @@ def _instance(f, options, data, where):
 
 
 def _within(part, instance, item):
-    """An item of a part's set in the model: sets of the part that it names are those of this instance."""
+    """An item of a part's set in the model: sets of the part that it names are those of this
+    instance."""
     if not isinstance(item, tuple):
         return item
     if item[0] in ("NODES", "FACE"):
@@ -237,13 +296,18 @@ def _within(part, instance, item):
 
 
 def _owned_by_assembly(f, kind, name):
-    owners = f.owners.setdefault((kind, name.upper()), []) if f.open and f.open[-1] == "ASSEMBLY" else None
+    owners = (
+        f.owners.setdefault((kind, name.upper()), [])
+        if f.open and f.open[-1] == "ASSEMBLY"
+        else None
+    )
     if owners is not None and "the assembly" not in owners:
         owners.append("the assembly")
 
 
 def _moved(xyz, data, where):
-    """Translation of the first line, then rotation about the axis of the second (two points, degrees)."""
+    """Translation of the first line, then rotation about the axis of the second (two points,
+    degrees)."""
     if data:
         xyz = xyz + numbers(data[0], where)[:3]
     if len(data) > 1:
@@ -255,8 +319,15 @@ def _moved(xyz, data, where):
     return xyz
 
 
-_READ = {"NODE": _nodes, "ELEMENT": _elements, "NSET": _set("NSET"), "ELSET": _set("ELSET"), "SURFACE": _surface,
-         "PART": _part, "INSTANCE": _instance}
+_READ = {
+    "NODE": _nodes,
+    "ELEMENT": _elements,
+    "NSET": _set("NSET"),
+    "ELSET": _set("ELSET"),
+    "SURFACE": _surface,
+    "PART": _part,
+    "INSTANCE": _instance,
+}
 
 
 READER = Reader("Abaqus or CalculiX", (".inp",), read)

@@ -13,11 +13,17 @@ from tipdamp.readers.content import HEX20, TET10, WEDGE15, Content
 _HEX_FACES = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
 _TET_FACES = [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]
 _WEDGE_FACES = [(0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)]
-# nodes of C3D...: our type, the order of the nodes between corners, the corners of faces S1, S2, ...
-SOLID = {4: ("tetra", None, _TET_FACES), 10: ("tetra10", TET10, _TET_FACES),
-         8: ("hexahedron", None, _HEX_FACES), 20: ("hexahedron20", HEX20, _HEX_FACES),
-         27: ("hexahedron27", [*HEX20, tuple(range(8)), *_HEX_FACES], _HEX_FACES),
-         6: ("wedge", None, _WEDGE_FACES), 15: ("wedge15", WEDGE15, _WEDGE_FACES)}
+# nodes of C3D...: our type, the order of the nodes between corners, the corners of faces S1, S2,
+# ...
+SOLID = {
+    4: ("tetra", None, _TET_FACES),
+    10: ("tetra10", TET10, _TET_FACES),
+    8: ("hexahedron", None, _HEX_FACES),
+    20: ("hexahedron20", HEX20, _HEX_FACES),
+    27: ("hexahedron27", [*HEX20, tuple(range(8)), *_HEX_FACES], _HEX_FACES),
+    6: ("wedge", None, _WEDGE_FACES),
+    15: ("wedge15", WEDGE15, _WEDGE_FACES),
+}
 
 
 Key = tuple[str, str]  # ("NSET" | "ELSET" | "SURFACE", name in upper case)
@@ -25,12 +31,15 @@ Key = tuple[str, str]  # ("NSET" | "ELSET" | "SURFACE", name in upper case)
 
 @dataclass
 class Scope:
-    """A part, or the model: what it defines, sets not yet resolved. Names are kept by their upper-case form."""
+    """A part, or the model: what it defines, sets not yet resolved. Names are kept by their
+    upper-case form."""
 
-    nodes: list[tuple] = field(default_factory=list)         # (numbers, xyz)
-    elements: list[tuple] = field(default_factory=list)      # (nodes of a solid; 0: face, -1: curve; numbers, nodes)
-    sets: dict[Key, list] = field(default_factory=dict)      # items of each set: numbers, or references to other sets
-    names: dict[Key, str] = field(default_factory=dict)      # name as written
+    nodes: list[tuple] = field(default_factory=list)  # (numbers, xyz)
+    # (nodes of a solid; 0: face, -1: curve; numbers, nodes)
+    elements: list[tuple] = field(default_factory=list)
+    # items of each set: numbers, or references to other sets
+    sets: dict[Key, list] = field(default_factory=dict)
+    names: dict[Key, str] = field(default_factory=dict)  # name as written
 
     def known(self, kind: str) -> np.ndarray:
         """(n,) numbers of the nodes, or for an ELSET of the elements, so far."""
@@ -52,13 +61,17 @@ class AbaqusFile:
     content: Content
     model: Scope = field(default_factory=Scope)
     parts: dict[str, Scope] = field(default_factory=dict)
-    scope: Scope = field(init=False)                          # that the next keyword adds to: the model, or a part
-    open: list[str] = field(default_factory=list)             # keywords waiting for their *END
+    scope: Scope = field(init=False)  # that the next keyword adds to: the model, or a part
+    open: list[str] = field(default_factory=list)  # keywords waiting for their *END
     skipped: dict[str, int] = field(default_factory=dict)
-    sheets: dict[str, int] = field(default_factory=dict)      # faces and lines given as elements, by their type
-    integration: set[str] = field(default_factory=set)        # element types with another integration than ours
-    qualified: dict[Key, Key] = field(default_factory=dict)   # key of 'Instance.Set' in the model: key of 'Set'
-    owners: dict[Key, list[str]] = field(default_factory=dict)  # instances, and "the assembly", that define a set
+    # faces and lines given as elements, by their type
+    sheets: dict[str, int] = field(default_factory=dict)
+    # element types with another integration than ours
+    integration: set[str] = field(default_factory=set)
+    # key of 'Instance.Set' in the model: key of 'Set'
+    qualified: dict[Key, Key] = field(default_factory=dict)
+    # instances, and "the assembly", that define a set
+    owners: dict[Key, list[str]] = field(default_factory=dict)
 
     def __post_init__(self):
         self.scope = self.model
@@ -79,12 +92,15 @@ def collect(f: AbaqusFile) -> None:
         if key[0] == "ELSET":
             content.add_cell_group(model.names[key], _members(f, *key))
     taken: set[str] = set()
-    for kind, dimension in (("NSET", 0), ("SURFACE", 2), ("ELSET", 3)):  # a name twice: the first kind is the group
+    # a name twice: the first kind is the group
+    for kind, dimension in (("NSET", 0), ("SURFACE", 2), ("ELSET", 3)):
         for key in [k for k in wanted if k[0] == kind]:
             name = model.names[key]
             if key[1] in taken:
                 if kind == "SURFACE":
-                    content.unused.append(f"surface '{shown(name)}': a node set has the same name and is used")
+                    content.unused.append(
+                        f"surface '{shown(name)}': a node set has the same name and is used"
+                    )
                 continue
             nodes, dimension_found = _nodes_of(f, key, dimension)
             content.add_group(name, nodes, dimension_found)
@@ -92,12 +108,18 @@ def collect(f: AbaqusFile) -> None:
 
 
 def _warn_of_shared(f, shared):
-    """A name that several instances carry is one group of all their members, and a group of each instance beside it."""
-    for key in sorted(k for k in shared if not k[1].startswith("_")):   # Abaqus' own names begin with _
+    """A name that several instances carry is one group of all their members, and a group of each
+    instance beside it."""
+    # Abaqus' own names begin with _
+    for key in sorted(k for k in shared if not k[1].startswith("_")):
         name = f.model.names[key]
-        alone = [f"'{shown(f'{owner}.{name}')}'" for owner in f.owners[key] if owner != "the assembly"]
-        f.content.warnings.append(f"group '{shown(name)}' joins the sets of that name of {', '.join(f.owners[key])}; "
-                                  f"one alone is {' or '.join(alone)}")
+        alone = [
+            f"'{shown(f'{owner}.{name}')}'" for owner in f.owners[key] if owner != "the assembly"
+        ]
+        f.content.warnings.append(
+            f"group '{shown(name)}' joins the sets of that name of {', '.join(f.owners[key])}; "
+            f"one alone is {' or '.join(alone)}"
+        )
 
 
 def _nodes_of(f, key, dimension):
@@ -105,7 +127,11 @@ def _nodes_of(f, key, dimension):
     if key[0] == "NSET":
         return members, 0
     if key[0] == "ELSET":
-        found = [(per, nodes[np.isin(n, members)]) for per, n, nodes in f.model.elements if np.isin(n, members).any()]
+        found = [
+            (per, nodes[np.isin(n, members)])
+            for per, n, nodes in f.model.elements
+            if np.isin(n, members).any()
+        ]
         if any(per > 0 for per, _ in found):
             return _element_nodes(f, members), 3
         sheets = [nodes for per, nodes in found if not per]
@@ -124,7 +150,8 @@ def _nodes_of(f, key, dimension):
 
 
 def _key(f, reference):
-    """Of a set that is named: 'Set', or 'Part-1-1.Set' of one instance, which may also stand in the assembly."""
+    """Of a set that is named: 'Set', or 'Part-1-1.Set' of one instance, which may also stand in the
+    assembly."""
     kind, name = reference[0], reference[1].upper()
     return (kind, name) if (kind, name) in f.model.sets else (kind, name.rpartition(".")[2])
 
@@ -139,15 +166,19 @@ def _members(f, kind, name, within=()):
     if key not in f.model.sets:
         if key[1].isdigit():
             return np.array([int(key[1])])
-        raise InputError(f"{f.path}: {'node' if kind == 'NSET' else 'element'} set '{shown(name)}' is used and not "
-                         "defined")
+        raise InputError(
+            f"{f.path}: {'node' if kind == 'NSET' else 'element'} set '{shown(name)}' is used and "
+            "not defined"
+        )
     found = [np.empty(0, dtype=np.int64)]
     for item in f.model.sets[key]:
         if isinstance(item, np.ndarray):
             found.append(item)
         else:
             numbers_ = _members(f, *_key(f, item), within=(*within, key))
-            found.append(_element_nodes(f, numbers_) if kind == "NSET" and item[0] == "ELSET" else numbers_)
+            found.append(
+                _element_nodes(f, numbers_) if kind == "NSET" and item[0] == "ELSET" else numbers_
+            )
     return np.unique(np.concatenate(found))
 
 
@@ -165,8 +196,10 @@ def _faces(f, members, label, surface):
         if not mine.any():
             continue
         if not re.fullmatch(r"S[1-6]", label) or int(label[1]) > len(faces):
-            raise InputError(f"{f.path}: surface '{shown(surface)}': face '{shown(label)}' of a {kind} is not read; "
-                             f"allowed: S1 to S{len(faces)}")
+            raise InputError(
+                f"{f.path}: surface '{shown(surface)}': face '{shown(label)}' of a {kind} is not "
+                f"read; allowed: S1 to S{len(faces)}"
+            )
         corners = faces[int(label[1]) - 1]
         ours = next(face for face in CELLS[kind].faces if set(corners) <= set(face))
         columns = CELLS[kind].columns(between) if between else np.arange(per)

@@ -10,16 +10,28 @@ import numpy as np
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.matlab import open_matlab
 
-MEANINGS = ("frequency_hz", "frequency_rad_s", "amplitude", "complex", "real", "imaginary", "phase_deg", "phase_rad",
-            "force")
+MEANINGS = (
+    "frequency_hz",
+    "frequency_rad_s",
+    "amplitude",
+    "complex",
+    "real",
+    "imaginary",
+    "phase_deg",
+    "phase_rad",
+    "force",
+)
 IGNORED = "-"
-NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf(inity)?)", re.IGNORECASE)
+NUMBER = re.compile(
+    r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?|[-+]?(nan|inf(inity)?)", re.IGNORECASE
+)
 DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 
 
 @dataclass(frozen=True)
 class Columns:
-    """values {meaning: (n,)}; places (n,) - where each row stands, such as 'line 7'; source - of the numbers."""
+    """values {meaning: (n,)}; places (n,) - where each row stands, such as 'line 7'; source - of
+    the numbers."""
 
     values: dict[str, np.ndarray]
     places: tuple[str, ...]
@@ -51,9 +63,9 @@ def parse_meanings(columns: Sequence[str]) -> list[tuple[str, str]]:
 
 
 def from_text(path: Path, columns: Sequence[str]) -> list[Columns]:
-    """One measurement from a text file: columns parted by commas, semicolons, tabs or blanks; lines before the first
-    number and those that start with # or % are skipped. A column is found by its name in the header where one is given,
-    else by its position.
+    """One measurement from a text file: columns parted by commas, semicolons, tabs or blanks; lines
+    before the first number and those that start with # or % are skipped. A column is found by its
+    name in the header where one is given, else by its position.
 
     Raises InputError with the line.
     """
@@ -71,15 +83,22 @@ def from_text(path: Path, columns: Sequence[str]) -> list[Columns]:
     header = [field.strip(' "') for field in lines[first - 1][1].split(part)] if first else []
     parsed = parse_meanings(columns)
     if "complex" in dict(parsed):
-        raise InputError(f"{path}: complex: only variables of a MATLAB file are; use real and imaginary")
+        raise InputError(
+            f"{path}: complex: only variables of a MATLAB file are; use real and imaginary"
+        )
     width = len(header) if any(name for _, name in parsed) else len(columns)
-    places = {meaning: _position(path, name, i, header) for i, (meaning, name) in enumerate(parsed)
-              if meaning != IGNORED}
+    places = {
+        meaning: _position(path, name, i, header)
+        for i, (meaning, name) in enumerate(parsed)
+        if meaning != IGNORED
+    }
     values: dict[str, list[float]] = {meaning: [] for meaning in places}
     for (k, _), row in zip(lines[first:], rows, strict=True):
         if len(row) != width:
-            raise InputError(f"{path}: line {k}: {len(row)} columns, expected {width}; '{IGNORED}' stands for a column "
-                             "that is not used, and decimals need a point")
+            raise InputError(
+                f"{path}: line {k}: {len(row)} columns, expected {width}; '{IGNORED}' stands for "
+                "a column that is not used, and decimals need a point"
+            )
         for meaning, at in places.items():
             values[meaning].append(_number(path, k, row[at]))
     where = tuple(f"line {k}" for k, _ in lines[first:])
@@ -87,15 +106,17 @@ def from_text(path: Path, columns: Sequence[str]) -> list[Columns]:
 
 
 def from_matlab(path: Path, columns: Sequence[str]) -> list[Columns]:
-    """Measurements from the variables of a MATLAB file (up to version 7.2): a matrix with one column for each
-    frequency-long vector holds repeats.
+    """Measurements from the variables of a MATLAB file (up to version 7.2): a matrix with one
+    column for each frequency-long vector holds repeats.
 
     Raises InputError naming the variable.
     """
     parsed = [(m, name) for m, name in parse_meanings(columns) if m != IGNORED]
     unnamed = [meaning for meaning, name in parsed if not name]
     if unnamed:
-        raise InputError(f"{path}: columns: {unnamed[0]} needs the name of its variable, '{unnamed[0]}:NAME'")
+        raise InputError(
+            f"{path}: columns: {unnamed[0]} needs the name of its variable, '{unnamed[0]}:NAME'"
+        )
     try:
         content = open_matlab(path)
     except InputError:
@@ -104,15 +125,27 @@ def from_matlab(path: Path, columns: Sequence[str]) -> list[Columns]:
         raise InputError(f"{path}: MATLAB 7.3 files are not read; save it with -v7") from None
     except Exception as error:  # damaged files end in errors of zlib, struct and numpy
         raise InputError(f"{path}: not a MATLAB file: {error}") from None
-    arrays = {meaning: _variable(path, content, name, meaning == "complex") for meaning, name in parsed}
+    arrays = {
+        meaning: _variable(path, content, name, meaning == "complex") for meaning, name in parsed
+    }
     frequency = next(arrays[m] for m in ("frequency_hz", "frequency_rad_s") if m in arrays)
-    n, repeats = frequency.size, max(a.size for a in arrays.values()) // max(frequency.size, 1)
+    n = frequency.size
+    repeats = max(a.size for a in arrays.values()) // max(frequency.size, 1)
     for (meaning, name), array in zip(parsed, arrays.values(), strict=True):
         if array.size != n and array.shape != (n, repeats):
-            raise InputError(f"{path}: {name} ({meaning}) is {' x '.join(map(str, array.shape))}, expected {n} rows")
+            raise InputError(
+                f"{path}: {name} ({meaning}) is {' x '.join(map(str, array.shape))}, expected {n} "
+                "rows"
+            )
     places = tuple(f"row {k}" for k in range(1, n + 1))
-    return [Columns({m: a.ravel() if a.size == n else a[:, r] for m, a in arrays.items()}, places,
-                    f"{path} (column {r + 1})" if repeats > 1 else str(path)) for r in range(repeats)]
+    return [
+        Columns(
+            {m: a.ravel() if a.size == n else a[:, r] for m, a in arrays.items()},
+            places,
+            f"{path} (column {r + 1})" if repeats > 1 else str(path),
+        )
+        for r in range(repeats)
+    ]
 
 
 def _variable(path, content, name, may_be_complex):
@@ -135,10 +168,16 @@ def _position(path, name, i, header):
     if not name:
         return i
     if name not in header:
-        raise InputError(f"{path}: no column '{name}' in the header; {nearest(name, header)}" if header else
-                         f"{path}: no header, so no column '{name}'")
+        raise InputError(
+            f"{path}: no column '{name}' in the header; {nearest(name, header)}"
+            if header
+            else f"{path}: no header, so no column '{name}'"
+        )
     if header.count(name) > 1:
-        raise InputError(f"{path}: column '{name}' is in the header {header.count(name)} times; take the others out")
+        raise InputError(
+            f"{path}: column '{name}' is in the header {header.count(name)} times; take the "
+            "others out"
+        )
     return header.index(name)
 
 

@@ -1,4 +1,5 @@
-"""What a mesh file says, in the file's own numbers, and how it becomes a Mesh. Each format's reader fills a Content."""
+"""What a mesh file says, in the file's own numbers, and how it becomes a Mesh. Each format's reader
+fills a Content."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -15,28 +16,37 @@ from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.mesh_checks import checked, some
 
 # orders in which formats list the nodes between corners (corner numbers from 0)
-_HEX_BOTTOM, _HEX_TOP = [(0, 1), (1, 2), (2, 3), (3, 0)], [(4, 5), (5, 6), (6, 7), (7, 4)]
+_HEX_BOTTOM = [(0, 1), (1, 2), (2, 3), (3, 0)]
+_HEX_TOP = [(4, 5), (5, 6), (6, 7), (7, 4)]
 _HEX_SIDES = [(0, 4), (1, 5), (2, 6), (3, 7)]
-_WEDGE_BOTTOM, _WEDGE_TOP, _WEDGE_SIDES = [(0, 1), (1, 2), (2, 0)], [(3, 4), (4, 5), (5, 3)], [(0, 3), (1, 4), (2, 5)]
+_WEDGE_BOTTOM = [(0, 1), (1, 2), (2, 0)]
+_WEDGE_TOP = [(3, 4), (4, 5), (5, 3)]
+_WEDGE_SIDES = [(0, 3), (1, 4), (2, 5)]
 TET10 = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]  # Abaqus, Ansys and Nastran
-HEX20, WEDGE15 = _HEX_BOTTOM + _HEX_TOP + _HEX_SIDES, _WEDGE_BOTTOM + _WEDGE_TOP + _WEDGE_SIDES  # Abaqus and Ansys
-HEX20_NASTRAN, WEDGE15_NASTRAN = _HEX_BOTTOM + _HEX_SIDES + _HEX_TOP, _WEDGE_BOTTOM + _WEDGE_SIDES + _WEDGE_TOP
+# Abaqus and Ansys
+HEX20, WEDGE15 = _HEX_BOTTOM + _HEX_TOP + _HEX_SIDES, _WEDGE_BOTTOM + _WEDGE_TOP + _WEDGE_SIDES
+HEX20_NASTRAN = _HEX_BOTTOM + _HEX_SIDES + _HEX_TOP
+WEDGE15_NASTRAN = _WEDGE_BOTTOM + _WEDGE_SIDES + _WEDGE_TOP
 
 MOST_INCLUDES = 500
-SHORT_SPAN = 100_000           # numbers of a set that any line may make
+SHORT_SPAN = 100_000  # numbers of a set that any line may make
 
-FULL_INTEGRATION = ("all cells are assembled with full integration and no added modes: elements that the file asks to "
-                    "be reduced, incompatible or hybrid come out a little stiffer here")
+FULL_INTEGRATION = (
+    "all cells are assembled with full integration and no added modes: elements that the file "
+    "asks to be reduced, incompatible or hybrid come out a little stiffer here"
+)
 
 
 @dataclass
 class Content:
     """Filled piece by piece by a reader.
 
-    nodes : [(numbers (n,), coordinates (n, 3))]; cells : {type: [(element numbers (c,), node numbers (c, k))]} with
-    nodes in gmsh's order; groups : {name: [node numbers]}; cell_groups : {name: [element numbers]};
-    faces : {name: [corners of faces (f, 4)]}, see Mesh.face_groups; dimension : {group: 0..3}; unused : what was not
-    read; warnings : what looks wrong; includes : bytes of each file that was included
+    nodes : [(numbers (n,), coordinates (n, 3))]; cells : {type: [(element numbers (c,), node
+    numbers (c, k))]} with nodes in gmsh's order; groups : {name: [node numbers]}; cell_groups :
+    {name: [element numbers]};
+    faces : {name: [corners of faces (f, 4)]}, see Mesh.face_groups; dimension : {group: 0..3};
+    unused : what was not read; warnings : what looks wrong; includes : bytes of each file that was
+    included
     """
 
     nodes: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
@@ -51,11 +61,16 @@ class Content:
 
     def add_nodes(self, numbers: ArrayLike, coordinates: ArrayLike) -> None:
         """numbers (n,), coordinates (n, 3) in the unit of the file."""
-        self.nodes.append((np.asarray(numbers, dtype=np.int64), np.asarray(coordinates, dtype=float).reshape(-1, 3)))
+        self.nodes.append(
+            (
+                np.asarray(numbers, dtype=np.int64),
+                np.asarray(coordinates, dtype=float).reshape(-1, 3),
+            )
+        )
 
     def included(self, folder: Path, name: str, where: str) -> Path:
-        """The file beside the mesh file that an INCLUDE names; of files that name one another there may be thousands.
-        """
+        """The file beside the mesh file that an INCLUDE names; of files that name one another there
+        may be thousands."""
         path = (folder / name).resolve()
         if not path.is_relative_to(folder.resolve()):
             raise InputError(f"{where}: {shown(name)} lies outside the folder of the mesh file")
@@ -63,15 +78,21 @@ class Content:
             raise InputError(f"{where}: file '{shown(name)}' not found beside the mesh file")
         self.includes.append(path.stat().st_size)
         if len(self.includes) > MOST_INCLUDES:
-            raise InputError(f"{where}: more than {MOST_INCLUDES} files are included; do they name one another?")
+            raise InputError(
+                f"{where}: more than {MOST_INCLUDES} files are included; do they name one another?"
+            )
         check_size(path, sum(self.includes[:-1]))
         return path
 
     def node_numbers(self) -> np.ndarray:
         """(n,) of all nodes so far."""
-        return np.concatenate([np.empty(0, dtype=np.int64), *(numbers for numbers, _ in self.nodes)])
+        return np.concatenate(
+            [np.empty(0, dtype=np.int64), *(numbers for numbers, _ in self.nodes)]
+        )
 
-    def add_cells(self, kind: str, numbers: ArrayLike, nodes: ArrayLike, columns: np.ndarray | None = None) -> None:
+    def add_cells(
+        self, kind: str, numbers: ArrayLike, nodes: ArrayLike, columns: np.ndarray | None = None
+    ) -> None:
         """Cells of one type: numbers (c,), nodes (c, k).
 
         columns : the order that brings the file's nodes into gmsh's, see Cell.columns
@@ -89,9 +110,9 @@ class Content:
         """Element numbers; they join those of a group of the same name."""
         self.cell_groups.setdefault(name, []).append(np.asarray(numbers, dtype=np.int64).ravel())
 
-
     def add_faces(self, name: str, nodes: ArrayLike) -> None:
-        """Faces (f, k) by all their nodes, corners first; they join those of a surface of the same name."""
+        """Faces (f, k) by all their nodes, corners first; they join those of a surface of the same
+        name."""
         self.faces.setdefault(name, []).append(face_keys(np.asarray(nodes, dtype=np.int64)))
 
 
@@ -103,8 +124,8 @@ def _any(data: bytes) -> bool:
 class Reader:
     """A format: what it is called, the ends of its file names, how bytes become a Content.
 
-    claims : of several formats with the same end, the first in the list whose `claims(data)` is true reads the file
-    """
+    claims : of several formats with the same end, the first in the list whose `claims(data)` is
+    true reads the file"""
 
     name: str
     ends: tuple[str, ...]
@@ -115,10 +136,15 @@ class Reader:
 def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mesh:
     """Renumbered from 0, without nodes that no solid cell uses, and checked."""
     number, position = _nodes(content, source)
-    blocks = {k: tuple(np.concatenate(part) for part in zip(*b, strict=True)) for k, b in content.cells.items()}
+    blocks = {
+        k: tuple(np.concatenate(part) for part in zip(*b, strict=True))
+        for k, b in content.cells.items()
+    }
     blocks = {k: b for k, b in blocks.items() if len(b[0])}
     if not blocks:
-        raise InputError(f"{source}: holds {len(number)} nodes and no solid cells" + _listed(content.unused))
+        raise InputError(
+            f"{source}: holds {len(number)} nodes and no solid cells" + _listed(content.unused)
+        )
     _distinct_elements(blocks, source)
     cells = {k: _lookup(number, nodes, elements, source) for k, (elements, nodes) in blocks.items()}
     used = np.zeros(len(number), dtype=bool)
@@ -129,13 +155,26 @@ def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mes
         lost = int((~used).sum())
         unused.append(f"{lost} nodes that no solid cell uses")
         if lost > 0.2 * len(used):
-            warnings.append(f"{lost} of {len(used)} nodes belong to no solid cell and were left out: is the file "
-                            "whole?")
+            warnings.append(
+                f"{lost} of {len(used)} nodes belong to no solid cell and were left out: is the "
+                "file whole?"
+            )
     groups, dimension = _groups(content, number, used, unused)
     renumber = np.cumsum(used) - 1
-    mesh = Mesh(number[used], position[used] * length_unit, {k: renumber[c] for k, c in cells.items()}, groups,
-                tuple(unused), source, {k: e for k, (e, _) in blocks.items()}, _cell_groups(content, blocks), dimension,
-                tuple(warnings), kind, _face_groups(content))
+    mesh = Mesh(
+        number[used],
+        position[used] * length_unit,
+        {k: renumber[c] for k, c in cells.items()},
+        groups,
+        tuple(unused),
+        source,
+        {k: e for k, (e, _) in blocks.items()},
+        _cell_groups(content, blocks),
+        dimension,
+        tuple(warnings),
+        kind,
+        _face_groups(content),
+    )
     return checked(mesh)
 
 
@@ -152,7 +191,9 @@ def _nodes(content, source):
     number, first, inverse = np.unique(number, return_index=True, return_inverse=True)
     moved = (position[first][inverse] != position).any(axis=1) & np.isfinite(position).all(axis=1)
     if moved.any():
-        raise InputError(f"{source}: node {number[inverse[moved][0]]} is given twice, at different places")
+        raise InputError(
+            f"{source}: node {number[inverse[moved][0]]} is given twice, at different places"
+        )
     return number, position[first]
 
 
@@ -160,8 +201,10 @@ def _distinct_elements(blocks, source):
     numbers = np.concatenate([e for e, _ in blocks.values()])
     unique, count = np.unique(numbers, return_counts=True)
     if (count > 1).any():
-        raise InputError(f"{source}: {int((count > 1).sum())} element numbers are used twice: "
-                         f"{some(unique[count > 1])}")
+        raise InputError(
+            f"{source}: {int((count > 1).sum())} element numbers are used twice: "
+            f"{some(unique[count > 1])}"
+        )
 
 
 def _lookup(number, nodes, elements, source):
@@ -169,8 +212,10 @@ def _lookup(number, nodes, elements, source):
     absent = number[place] != nodes
     if absent.any():
         row, column = np.argwhere(absent)[0]
-        raise InputError(f"{source}: element {elements[row]} refers to node {nodes[row, column]}, which does not exist "
-                         f"({int(absent.any(axis=1).sum())} such elements)")
+        raise InputError(
+            f"{source}: element {elements[row]} refers to node {nodes[row, column]}, which does "
+            f"not exist ({int(absent.any(axis=1).sum())} such elements)"
+        )
     return place
 
 
@@ -183,7 +228,10 @@ def _groups(content, number, used, unused):
         if absent:
             unused.append(f"{absent} nodes of group '{shown(name)}' that do not exist")
         if len(members) - absent > len(kept):
-            unused.append(f"{len(members) - absent - len(kept)} nodes of group '{shown(name)}' that no solid cell uses")
+            unused.append(
+                f"{len(members) - absent - len(kept)} nodes of group '{shown(name)}' that no "
+                "solid cell uses"
+            )
         groups[name], dimension[name] = kept, content.dimension.get(name, 0)
     return groups, dimension
 
@@ -197,9 +245,13 @@ def _cell_groups(content, blocks):
 
 
 def _face_groups(content):
-    """Face sets of the groups that hold faces alone: a name that also means single nodes stays a group of nodes."""
-    return {name: np.unique(np.concatenate(parts), axis=0) for name, parts in content.faces.items()
-            if content.dimension.get(name) == 2}
+    """Face sets of the groups that hold faces alone: a name that also means single nodes stays a
+    group of nodes."""
+    return {
+        name: np.unique(np.concatenate(parts), axis=0)
+        for name, parts in content.faces.items()
+        if content.dimension.get(name) == 2
+    }
 
 
 def decode(data: bytes, content: Content | None = None) -> str:
@@ -208,12 +260,15 @@ def decode(data: bytes, content: Content | None = None) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         if content is not None:
-            content.warnings.append(f"the text is not UTF-8 (byte {error.start}); names were read as Latin-1")
+            content.warnings.append(
+                f"the text is not UTF-8 (byte {error.start}); names were read as Latin-1"
+            )
         return data.decode("latin-1")
 
 
 def numbers(text: str, where: str) -> np.ndarray:
-    """Numbers separated by blanks or commas, as floats; InputError at the first word that is not a number."""
+    """Numbers separated by blanks or commas, as floats; InputError at the first word that is not a
+    number."""
     words = text.replace(",", " ").split()
     try:
         return np.array(words, dtype=float)
@@ -227,23 +282,30 @@ def numbers(text: str, where: str) -> np.ndarray:
 
 
 def span(first: int, last: int, step: int, known: ArrayLike, where: str) -> np.ndarray:
-    """first, first + step, ... up to last; of a long span those alone that are `known`: a line may claim any number."""
+    """first, first + step, ... up to last; of a long span those alone that are `known`: a line may
+    claim any number."""
     known = np.asarray(known, dtype=np.int64)
     size = (last - first) // step + 1
     if size <= max(SHORT_SPAN, 10 * len(known)):
         return np.arange(first, last + 1, step)
     if not len(known):
-        raise InputError(f"{where}: a range of {size} numbers stands before the nodes or elements that it is of; put "
-                         "it behind them")
+        raise InputError(
+            f"{where}: a range of {size} numbers stands before the nodes or elements that it is "
+            "of; put it behind them"
+        )
     return known[(known >= first) & (known <= last) & ((known - first) % step == 0)]
 
 
 def whole(values: ArrayLike, where: str) -> np.ndarray:
-    """Numbers of nodes, elements or counts as integers; InputError at the first that is not whole."""
+    """Numbers of nodes, elements or counts as integers; InputError at the first that is not
+    whole."""
     values = np.asarray(values)
     with np.errstate(invalid="ignore"):
         found = values.astype(np.int64)
     wrong = found != values
     if wrong.any():
-        raise InputError(f"{where}: {values[wrong].flat[0]:g} stands where a whole number must: cut off or damaged")
+        raise InputError(
+            f"{where}: {values[wrong].flat[0]:g} stands where a whole number must: cut off or "
+            "damaged"
+        )
     return found

@@ -1,4 +1,5 @@
-"""gmsh .msh files, versions 2.2 and 4.1, text or binary. A node that belongs to several groups stays in all of them."""
+"""gmsh .msh files, versions 2.2 and 4.1, text or binary. A node that belongs to several groups
+stays in all of them."""
 
 import re
 import warnings
@@ -10,12 +11,30 @@ from tipdamp.hbm.errors import InputError, shown
 from tipdamp.readers.content import Content, Reader, whole
 
 # element number -> (name, dimension, nodes)            [gmsh manual, file format MSH]
-ELEMENTS = {1: ("line", 1, 2), 2: ("triangle", 2, 3), 3: ("quadrangle", 2, 4), 4: ("tetra", 3, 4),
-            5: ("hexahedron", 3, 8), 6: ("wedge", 3, 6), 7: ("pyramid", 3, 5), 8: ("line3", 1, 3),
-            9: ("triangle6", 2, 6), 10: ("quadrangle9", 2, 9), 11: ("tetra10", 3, 10), 12: ("hexahedron27", 3, 27),
-            13: ("wedge18", 3, 18), 14: ("pyramid14", 3, 14), 15: ("point", 0, 1), 16: ("quadrangle8", 2, 8),
-            17: ("hexahedron20", 3, 20), 18: ("wedge15", 3, 15), 19: ("pyramid13", 3, 13)}
-SOLID = tuple(name for name, dimension, _ in ELEMENTS.values() if dimension == 3 and "pyramid" not in name)
+ELEMENTS = {
+    1: ("line", 1, 2),
+    2: ("triangle", 2, 3),
+    3: ("quadrangle", 2, 4),
+    4: ("tetra", 3, 4),
+    5: ("hexahedron", 3, 8),
+    6: ("wedge", 3, 6),
+    7: ("pyramid", 3, 5),
+    8: ("line3", 1, 3),
+    9: ("triangle6", 2, 6),
+    10: ("quadrangle9", 2, 9),
+    11: ("tetra10", 3, 10),
+    12: ("hexahedron27", 3, 27),
+    13: ("wedge18", 3, 18),
+    14: ("pyramid14", 3, 14),
+    15: ("point", 0, 1),
+    16: ("quadrangle8", 2, 8),
+    17: ("hexahedron20", 3, 20),
+    18: ("wedge15", 3, 15),
+    19: ("pyramid13", 3, 13),
+}
+SOLID = tuple(
+    name for name, dimension, _ in ELEMENTS.values() if dimension == 3 and "pyramid" not in name
+)
 _DEFAULT = ("point", "curve", "surface", "volume")
 
 
@@ -27,7 +46,7 @@ def read(path: Path, data: bytes) -> Content:
     version, binary = head[1].decode(), head[2] == b"1"
     if version not in ("2.2", "4.1"):
         raise InputError(f"{path}: is of MSH version {version}; write it as 4.1 or 2.2")
-    if binary and np.frombuffer(data[head.end():head.end() + 4].ljust(4, b"\0"), "<i4")[0] != 1:
+    if binary and np.frombuffer(data[head.end() : head.end() + 4].ljust(4, b"\0"), "<i4")[0] != 1:
         raise InputError(f"{path}: is binary in another byte order; write it as text")
     content = Content()
     sections = _sections(path, data, head.end(), binary)
@@ -36,8 +55,10 @@ def read(path: Path, data: bytes) -> Content:
         raise InputError(f"{path}: is partitioned; write it in one piece")
     for needed in ("Nodes", "Elements"):
         if needed not in sections:
-            raise InputError(f"{path}: is cut off or damaged: it has no ${needed} section, so it holds no "
-                             f"{'nodes' if needed == 'Nodes' else 'cells'}")
+            raise InputError(
+                f"{path}: is cut off or damaged: it has no ${needed} section, so it holds no "
+                f"{'nodes' if needed == 'Nodes' else 'cells'}"
+            )
     (_read_4 if version == "4.1" else _read_2)(path, sections, binary, names, content)
     other = sorted(set(sections) - {"MeshFormat", "PhysicalNames", "Entities", "Nodes", "Elements"})
     if other:
@@ -58,12 +79,14 @@ def _sections(path, data, start, binary):
         end = _end(data, match.end(), match[1])
         if end < 0:
             raise InputError(f"{path}: is cut off: the section ${name} is not closed by $End{name}")
-        found[name] = found.get(name, b"") + data[match.end():end]
+        found[name] = found.get(name, b"") + data[match.end() : end]
         place = end + len(name) + 4
     rest = data[place:].strip()
     if rest and not rest.startswith(b"$End"):
-        raise InputError(f"{path}: is cut off or damaged after its last section ({len(rest)} bytes that belong to "
-                         "none)")
+        raise InputError(
+            f"{path}: is cut off or damaged after its last section ({len(rest)} bytes that belong "
+            "to none)"
+        )
     return found
 
 
@@ -71,7 +94,7 @@ def _end(data, start, name):
     """Where $EndName stands at the start of a line (in binary: right after the data)."""
     tag = b"$End" + name
     end = data.find(tag, start)
-    while end >= 0 and data[end + len(tag):end + len(tag) + 1] not in (b"", b"\n", b"\r", b" "):
+    while end >= 0 and data[end + len(tag) : end + len(tag) + 1] not in (b"", b"\n", b"\r", b" "):
         end = data.find(tag, end + 1)
     return end
 
@@ -82,11 +105,15 @@ def _names(path, sections, content):
     try:
         text = text.decode("utf-8")
     except UnicodeDecodeError as error:
-        content.warnings.append(f"a group's name is not UTF-8 (byte {error.start} of $PhysicalNames); "
-                                "names were read as Latin-1")
+        content.warnings.append(
+            f"a group's name is not UTF-8 (byte {error.start} of $PhysicalNames); "
+            "names were read as Latin-1"
+        )
         text = text.decode("latin-1")
-    pattern = re.compile(r'^[ \t]*(\d+)[ \t]+(-?\d+)[ \t]+"(.*?)"[ \t]*\r?\n(?=[ \t]*\d+[ \t]+-?\d+[ \t]+"|\s*\Z)',
-                         re.DOTALL | re.MULTILINE)
+    pattern = re.compile(
+        r'^[ \t]*(\d+)[ \t]+(-?\d+)[ \t]+"(.*?)"[ \t]*\r?\n(?=[ \t]*\d+[ \t]+-?\d+[ \t]+"|\s*\Z)',
+        re.DOTALL | re.MULTILINE,
+    )
     return {(int(d), abs(int(tag))): name for d, tag, name in pattern.findall(text)}
 
 
@@ -99,21 +126,28 @@ class _Stream:
 
     def _numbers(self, data):
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # text that is no number ends the reading with a warning only
+            # text that is no number ends the reading with a warning only
+            warnings.simplefilter("error")
             try:
                 return np.fromstring(data.decode("latin-1"), sep=" ")
             except (DeprecationWarning, ValueError):
-                raise InputError(f"{self.where}: holds something that is not a number: cut off or damaged") from None
+                raise InputError(
+                    f"{self.where}: holds something that is not a number: cut off or damaged"
+                ) from None
 
     def take(self, count, kind="<i4"):
         """(count,) numbers of a binary kind."""
         count = int(count)
         if count < 0:
-            raise InputError(f"{self.where}: says that it holds {count} entries; a count must not be negative")
+            raise InputError(
+                f"{self.where}: says that it holds {count} entries; a count must not be negative"
+            )
         size = count * np.dtype(kind).itemsize if self.binary else count
         if self.place + size > len(self.data):
-            raise InputError(f"{self.where}: ends before all its entries are there: cut off or damaged")
-        part = self.data[self.place:self.place + size]
+            raise InputError(
+                f"{self.where}: ends before all its entries are there: cut off or damaged"
+            )
+        part = self.data[self.place : self.place + size]
         self.place += size
         if self.binary:
             return np.frombuffer(part, kind)
@@ -124,11 +158,13 @@ class _Stream:
         if not self.binary:
             return int(self.take(1)[0])
         end = self.data.find(b"\n", self.place)
-        text, self.place = self.data[self.place:end], end + 1
+        text, self.place = self.data[self.place : end], end + 1
         try:
             return int(text)
         except ValueError:
-            raise InputError(f"{self.where}: begins with '{shown(text[:20].decode('latin-1'))}', not a count") from None
+            raise InputError(
+                f"{self.where}: begins with '{shown(text[:20].decode('latin-1'))}', not a count"
+            ) from None
 
     def done(self):
         rest = len(self.data) - self.place
@@ -141,7 +177,8 @@ def _group_name(names, dimension, tag):
 
 
 def _add(content, path, kind, numbers, nodes, group_names, new=slice(None)):
-    """Elements of one type that belong to the same groups; solid ones that are `new` are kept as cells."""
+    """Elements of one type that belong to the same groups; solid ones that are `new` are kept as
+    cells."""
     name, dimension, _ = ELEMENTS[kind]
     for group in group_names:
         content.add_group(group, nodes, dimension)
@@ -151,22 +188,34 @@ def _add(content, path, kind, numbers, nodes, group_names, new=slice(None)):
             content.add_faces(group, nodes)
     if dimension == 3:
         if name not in SOLID:
-            raise InputError(f"{path}: {len(numbers)} cells of type '{name}' (first: element {numbers[0]}) cannot be "
-                             f"assembled; allowed: {', '.join(SOLID)}")
+            raise InputError(
+                f"{path}: {len(numbers)} cells of type '{name}' (first: element {numbers[0]}) "
+                f"cannot be assembled; allowed: {', '.join(SOLID)}"
+            )
         content.add_cells(name, numbers[new], nodes[new])
 
 
 def _known(path, kind):
     if kind not in ELEMENTS:
-        raise InputError(f"{path}: elements of gmsh type {kind} are not read; of the solid ones: {', '.join(SOLID)}")
+        raise InputError(
+            f"{path}: elements of gmsh type {kind} are not read; of the solid ones: "
+            f"{', '.join(SOLID)}"
+        )
     return ELEMENTS[kind]
 
 
-# ---- version 4.1 -----------------------------------------------------------------------------------------------
+# ---- version 4.1 ---------------------------------------------------------------------------------
+
 
 def _read_4(path, sections, binary, names, content):
-    physical = _entities(_Stream(path, "Entities", sections["Entities"], binary)) if "Entities" in sections else {}
-    for (dimension, tag) in dict.fromkeys([*names, *(k for held in physical.items() for k in _keys(*held))]):
+    physical = (
+        _entities(_Stream(path, "Entities", sections["Entities"], binary))
+        if "Entities" in sections
+        else {}
+    )
+    for dimension, tag in dict.fromkeys(
+        [*names, *(k for held in physical.items() for k in _keys(*held))]
+    ):
         content.add_group(_group_name(names, dimension, tag), [], dimension)
     s = _Stream(path, "Nodes", sections["Nodes"], binary)
     blocks, total, *_ = s.take(4, "<u8")
@@ -189,7 +238,10 @@ def _read_4(path, sections, binary, names, content):
         rows = s.take(count * (per + 1), "<u8").astype(np.int64).reshape(count, per + 1)
         seen += count
         if count:
-            groups = [_group_name(names, *k) for k in _keys((dimension, tag), physical.get((dimension, tag), []))]
+            groups = [
+                _group_name(names, *k)
+                for k in _keys((dimension, tag), physical.get((dimension, tag), []))
+            ]
             _add(content, path, kind, rows[:, 0], rows[:, 1:], groups)
     _all_there(s, seen, total)
 
@@ -207,7 +259,9 @@ def _count(stream, value):
 def _all_there(stream, seen, total):
     stream.done()
     if seen != int(total):
-        raise InputError(f"{stream.where}: holds {seen} entries and says {int(total)}: cut off or damaged")
+        raise InputError(
+            f"{stream.where}: holds {seen} entries and says {int(total)}: cut off or damaged"
+        )
 
 
 def _entities(s):
@@ -224,7 +278,8 @@ def _entities(s):
     return found
 
 
-# ---- version 2.2 -----------------------------------------------------------------------------------------------
+# ---- version 2.2 ---------------------------------------------------------------------------------
+
 
 def _read_2(path, sections, binary, names, content):
     for dimension, tag in names:
@@ -245,8 +300,10 @@ def _read_2(path, sections, binary, names, content):
     blocks = (_binary_elements if binary else _text_elements)(path, s, count)
     s.done()
     if names and blocks and not any(physical for _, physical in blocks):
-        raise InputError(f"{path}: names groups, but no element belongs to one: version 2.2 saved with 'save all' "
-                         "loses the groups; save as 4.1, or without 'save all'")
+        raise InputError(
+            f"{path}: names groups, but no element belongs to one: version 2.2 saved with 'save "
+            "all' loses the groups; save as 4.1, or without 'save all'"
+        )
     blocks = {key: np.concatenate(rows) for key, rows in blocks.items()}
     first = {}  # an element in two groups is written twice in this version, under two numbers
     for (kind, physical), rows in blocks.items():
@@ -267,7 +324,9 @@ def _binary_elements(path, s, count):
         physical = rows[:, 1] if tags else np.zeros(follow, dtype=np.int64)
         for tag in np.unique(physical):
             part = rows[physical == tag]
-            blocks.setdefault((kind, int(tag)), []).append(np.delete(part, np.s_[1:1 + tags], axis=1))
+            blocks.setdefault((kind, int(tag)), []).append(
+                np.delete(part, np.s_[1 : 1 + tags], axis=1)
+            )
         seen += follow
     return blocks
 
@@ -277,14 +336,18 @@ def _text_elements(path, s, count):
     starts, place = {}, 0
     for _ in range(count):
         if place + 3 > len(flat):
-            raise InputError(f"{s.where}: ends before all its {count} elements are there: cut off or damaged")
+            raise InputError(
+                f"{s.where}: ends before all its {count} elements are there: cut off or damaged"
+            )
         kind, tags = flat[place + 1], flat[place + 2]
         size = 3 + tags + _known(path, kind)[2]
         starts.setdefault((kind, tags, flat[place + 3] if tags > 0 else 0), []).append(place)
         place += size
     if place != len(flat):
-        raise InputError(f"{s.where}: holds {len(flat)} numbers where {count} elements have {place}: cut off or "
-                         "damaged")
+        raise InputError(
+            f"{s.where}: holds {len(flat)} numbers where {count} elements have {place}: cut off or "
+            "damaged"
+        )
     flat, blocks = np.array(flat), {}
     for (kind, tags, physical), first in starts.items():
         first = np.array(first)

@@ -1,4 +1,5 @@
-"""Nastran bulk data (.bdf, .nas, .fem): GRID, CHEXA, CPENTA, CTETRA, SET1, SPC1, in small, large and free fields."""
+"""Nastran bulk data (.bdf, .nas, .fem): GRID, CHEXA, CPENTA, CTETRA, SET1, SPC1, in small, large
+and free fields."""
 
 import re
 from pathlib import Path
@@ -17,17 +18,19 @@ from tipdamp.readers.content import (
 )
 
 # card -> {nodes: (our type, order of the nodes between corners)}
-SOLID = {"CHEXA": {8: ("hexahedron", None), 20: ("hexahedron20", HEX20_NASTRAN)},
-         "CPENTA": {6: ("wedge", None), 15: ("wedge15", WEDGE15_NASTRAN)},
-         "CTETRA": {4: ("tetra", None), 10: ("tetra10", TET10)}}
+SOLID = {
+    "CHEXA": {8: ("hexahedron", None), 20: ("hexahedron20", HEX20_NASTRAN)},
+    "CPENTA": {6: ("wedge", None), 15: ("wedge15", WEDGE15_NASTRAN)},
+    "CTETRA": {4: ("tetra", None), 10: ("tetra10", TET10)},
+}
 SHEETS = {"CQUAD4": 4, "CTRIA3": 3, "CQUAD8": 8, "CTRIA6": 6}
 _PYRAMIDS = ("CPYRAM", "CPYRA")
 _SILENT = ("ENDDATA", "BEGIN", "CEND", "")
 
 
 def read(path: Path, data: bytes) -> Content:
-    """Content of a bulk data file. SET1 and SPC1 become groups 'set_N' and 'spc_N', or what the pre-processor called
-    them ($HMSET); the cells of a property become the group 'pid_N'."""
+    """Content of a bulk data file. SET1 and SPC1 become groups 'set_N' and 'spc_N', or what the
+    pre-processor called them ($HMSET); the cells of a property become the group 'pid_N'."""
     content = Content()
     names: dict[int, str] = {}
     cards: dict[str, list] = {}
@@ -35,11 +38,15 @@ def read(path: Path, data: bytes) -> Content:
         if card not in _SILENT:
             cards.setdefault(card, []).append((fields, where))
     if "GRDSET" in cards and any(_integer(f, 1, w) for f, w in cards["GRDSET"]):
-        raise InputError(f"{path}: GRDSET names a coordinate system; write the grid points in the basic system")
+        raise InputError(
+            f"{path}: GRDSET names a coordinate system; write the grid points in the basic system"
+        )
     for card in _PYRAMIDS:
         if card in cards:
-            raise InputError(f"{path}: {len(cards[card])} cells of type {card} cannot be assembled; allowed: "
-                             f"{', '.join(SOLID)}")
+            raise InputError(
+                f"{path}: {len(cards[card])} cells of type {card} cannot be assembled; allowed: "
+                f"{', '.join(SOLID)}"
+            )
     _grid(content, cards.pop("GRID", []))
     _solids(content, path, cards)
     _sheets(content, cards)
@@ -49,13 +56,16 @@ def read(path: Path, data: bytes) -> Content:
     for fields, where in cards.pop("SPC1", []):
         _spc1(content, fields, where, known)
     if cards:
-        content.unused.append("cards " + ", ".join(f"{shown(k)} ({len(v)})" for k, v in sorted(cards.items())))
+        content.unused.append(
+            "cards " + ", ".join(f"{shown(k)} ({len(v)})" for k, v in sorted(cards.items()))
+        )
     if content.cells:
         content.unused.append(f"PSOLID: {FULL_INTEGRATION}")
     return content
 
 
-# ---- cards and fields ------------------------------------------------------------------------------------------
+# ---- cards and fields ----------------------------------------------------------------------------
+
 
 def _cards(path, text, names, content):
     """(name, fields behind it, where) of every card of the bulk data, continuations joined."""
@@ -92,29 +102,38 @@ def _include(path, line, where, names, content):
 
 def _bulk(path, text):
     """Numbered lines of the bulk data: behind BEGIN BULK where there is one, up to ENDDATA."""
-    lines = [(i, line.rstrip()) for i, line in enumerate(text.splitlines(), start=1) if line.strip()]
-    begin = [k for k, (_, line) in enumerate(lines) if re.match(r"BEGIN(\s|,)*(BULK)?\b", line, re.IGNORECASE)]
+    lines = [
+        (i, line.rstrip()) for i, line in enumerate(text.splitlines(), start=1) if line.strip()
+    ]
+    begin = [
+        k
+        for k, (_, line) in enumerate(lines)
+        if re.match(r"BEGIN(\s|,)*(BULK)?\b", line, re.IGNORECASE)
+    ]
     if begin:
-        lines = lines[begin[0] + 1:]
+        lines = lines[begin[0] + 1 :]
     end = [k for k, (_, line) in enumerate(lines) if line.upper().startswith("ENDDATA")]
     if begin and not end:
         raise InputError(f"{path}: is cut off: BEGIN BULK is not followed by ENDDATA")
     if not end and not text.endswith(("\n", "\r")):
-        raise InputError(f"{path}: is cut off: it ends in the middle of '{shown(lines[-1][1])}', without ENDDATA")
-    return lines[:end[0]] if end else lines
+        raise InputError(
+            f"{path}: is cut off: it ends in the middle of '{shown(lines[-1][1])}', without ENDDATA"
+        )
+    return lines[: end[0]] if end else lines
 
 
 def _split(line):
-    """Fields of a line: the name, then the four or eight of data; the one for continuation marks is dropped."""
+    """Fields of a line: the name, then the four or eight of data; the one for continuation marks is
+    dropped."""
     line = line.split("$")[0].rstrip()
     if "," in line:
         fields = [w.strip() for w in line.split(",")]
         wide = fields[0].endswith("*") or fields[0].startswith("*")
-        return (fields + [""] * 9)[:5 if wide else 9]
+        return (fields + [""] * 9)[: 5 if wide else 9]
     line = line.expandtabs(8)
     name = line[:8].strip()
     width, count = (16, 4) if name.endswith("*") or name.startswith("*") else (8, 8)
-    return [name] + [line[8 + width * k:8 + width * (k + 1)].strip() for k in range(count)]
+    return [name] + [line[8 + width * k : 8 + width * (k + 1)].strip() for k in range(count)]
 
 
 def _comment(line, names):
@@ -131,8 +150,10 @@ def _integer(fields, place, where, default=None):
     try:
         return int(text)
     except ValueError:
-        raise InputError(f"{where}: '{shown(text)}' in field {place + 2} must be a whole number: cut off or damaged") \
-            from None
+        raise InputError(
+            f"{where}: '{shown(text)}' in field {place + 2} must be a whole number: cut off or "
+            "damaged"
+        ) from None
 
 
 def _real(text, where):
@@ -145,14 +166,17 @@ def _real(text, where):
         raise InputError(f"{where}: '{shown(text)}' is not a number: cut off or damaged") from None
 
 
-# ---- what the cards say ----------------------------------------------------------------------------------------
+# ---- what the cards say --------------------------------------------------------------------------
+
 
 def _grid(content, cards):
     numbers, xyz = [], []
     for fields, where in cards:
         if _integer(fields, 1, where):
-            raise InputError(f"{where}: grid point {fields[0]} is in coordinate system {fields[1]}; write the grid "
-                             "points in the basic system")
+            raise InputError(
+                f"{where}: grid point {fields[0]} is in coordinate system {fields[1]}; write the "
+                "grid points in the basic system"
+            )
         numbers.append(_integer(fields, 0, where))
         xyz.append([_real(fields[k] if k < len(fields) else "", where) for k in (2, 3, 4)])
     content.add_nodes(numbers, xyz)
@@ -173,16 +197,22 @@ def _solids(content, path, cards):
         for fields, where in cards.pop(card, []):
             nodes = _nodes(fields, where)
             if len(nodes) not in sizes or 0 in nodes:
-                raise InputError(f"{where} {fields[0]} has {sum(n > 0 for n in nodes)} nodes; must be "
-                                 f"{' or '.join(map(str, sizes))} (cut off, or middle nodes are left out)")
+                raise InputError(
+                    f"{where} {fields[0]} has {sum(n > 0 for n in nodes)} nodes; must be "
+                    f"{' or '.join(map(str, sizes))} (cut off, or middle nodes are left out)"
+                )
             number, pid = _integer(fields, 0, where), _integer(fields, 1, where)
             blocks.setdefault(len(nodes), []).append((number, nodes))
             groups.setdefault(f"pid_{pid}", []).append(number)
             cell_nodes.setdefault(f"pid_{pid}", []).extend(nodes)
         for size, rows in blocks.items():
             kind, between = sizes[size]
-            content.add_cells(kind, [n for n, _ in rows], [n for _, n in rows],
-                              CELLS[kind].columns(between) if between else None)
+            content.add_cells(
+                kind,
+                [n for n, _ in rows],
+                [n for _, n in rows],
+                CELLS[kind].columns(between) if between else None,
+            )
     for name, members in groups.items():
         content.add_cell_group(name, members)
         content.add_group(name, cell_nodes[name], 3)
@@ -199,8 +229,10 @@ def _sheets(content, cards):
                 content.add_group(f"pid_{pid}", [n for n in nodes if n], 2)
                 content.add_faces(f"pid_{pid}", [nodes])
         if found:
-            content.unused.append(f"{len(found)} elements of type {card} (their properties are kept as groups of "
-                                  "nodes)")
+            content.unused.append(
+                f"{len(found)} elements of type {card} (their properties are kept as groups of "
+                "nodes)"
+            )
 
 
 def _ranged(words, where, known):
@@ -211,7 +243,9 @@ def _ranged(words, where, known):
         if words[k].upper() == "THRU":
             if not out or k + 1 == len(words):
                 raise InputError(f"{where}: THRU stands without its two ends: cut off or damaged")
-            out += span(out[-1] + 1, _integer(words, k + 1, where, default=0), 1, known, where).tolist()
+            out += span(
+                out[-1] + 1, _integer(words, k + 1, where, default=0), 1, known, where
+            ).tolist()
             k += 1
         else:
             out.append(_integer(words, k, where, default=0))

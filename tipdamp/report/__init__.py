@@ -1,1 +1,2 @@
-"""report.html and inspect.html: the results as figures and tables with numbers and captions, and summary.json."""
+"""report.html and inspect.html: the results as figures and tables with numbers and captions, and
+summary.json."""

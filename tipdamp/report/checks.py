@@ -15,22 +15,25 @@ from tipdamp.results.static_results import SideForces, TuneStep
 class Limits:
     """What passes without a warning."""
 
-    reduction: float = 1e-3         # largest error of a stuck frequency of the reduced model
-    reference: float = 0.03         # deviation from a reference frequency
-    full_model: float = 1e-6        # preload on the full model against the condensed one, of the largest force
-    target: float = 0.0125          # half of what one pair is worth near the target [Zucca 2016, section 8: 35 Hz]
-    balance: float = 1e-6           # contact forces against the load; residual of the static contact
-    stuck_curve: float = 1e-6       # curve without slip against the linear response
-    stuck_peak: float = 0.003       # its peak against the stuck frequency
-    both_ways: float = 1e-3         # peaks of the two ways through the band
-    moment_Nm: float = 1e-6         # left by the redistribution of the preload
+    reduction: float = 1e-3  # largest error of a stuck frequency of the reduced model
+    reference: float = 0.03  # deviation from a reference frequency
+    # preload on the full model against the condensed one, of the largest force
+    full_model: float = 1e-6
+    # half of what one pair is worth near the target [Zucca 2016, section 8: 35 Hz]
+    target: float = 0.0125
+    balance: float = 1e-6  # contact forces against the load; residual of the static contact
+    stuck_curve: float = 1e-6  # curve without slip against the linear response
+    stuck_peak: float = 0.003  # its peak against the stuck frequency
+    both_ways: float = 1e-3  # peaks of the two ways through the band
+    moment_Nm: float = 1e-6  # left by the redistribution of the preload
 
 
 LIMITS = Limits()
 
 
 def warnings_of(results: Results) -> list[str]:
-    """Sentences in the order of the stages, those of a stage itself among them; empty when there is nothing to say."""
+    """Sentences in the order of the stages, those of a stage itself among them; empty when there is
+    nothing to say."""
     found = []
     for stage, said in results.said.items():
         before, after = _CHECKS.get(stage, (_nothing, _nothing))
@@ -51,7 +54,9 @@ def _not_read(results):
 def _free(results):
     reference = results.study.reference
     for name, hz in results.reduce.free_hz.items():
-        yield from _off_reference(f"The free {name.replace('_', '-')} frequency", hz, reference.get(f"{name}_hz"))
+        yield from _off_reference(
+            f"The free {name.replace('_', '-')} frequency", hz, reference.get(f"{name}_hz")
+        )
 
 
 def _preload(results):
@@ -59,57 +64,81 @@ def _preload(results):
     if results.preload.residual > LIMITS.balance:
         yield f"The static contact is solved only to a residual of {results.preload.residual:.1e}."
     if results.full is not None and results.full.difference > LIMITS.full_model:
-        yield (f"The preload on the full model differs from preload.csv by {results.full.difference:.1e} of the "
-               "largest force.")
+        yield (
+            "The preload on the full model differs from preload.csv by "
+            f"{results.full.difference:.1e} of the largest force."
+        )
 
 
 def _stuck(results):
     stuck, reference = results.tune.stuck_hz, results.study.reference
-    for key, hz, where in (("full_area_hz", stuck.full_area, "on the whole area"),
-                           ("full_line_hz", stuck.full_line, "on the whole line"),
-                           ("tuned_hz", stuck.tuned, f"on the {results.tune.kept_name}")):
+    for key, hz, where in (
+        ("full_area_hz", stuck.full_area, "on the whole area"),
+        ("full_line_hz", stuck.full_line, "on the whole line"),
+        ("tuned_hz", stuck.tuned, f"on the {results.tune.kept_name}"),
+    ):
         yield from _off_reference(f"The stuck frequency {where}", hz, reference.get(key))
 
 
 def _tune(results):
-    tune, reference, kept = results.tune, results.study.reference, results.tune.tuned_pairs
+    tune = results.tune
+    reference = results.study.reference
+    kept = results.tune.tuned_pairs
     given = tuple(reference.get(end) for end in ("front", "back"))
     if not tune.area and None not in given and (kept.front, kept.back) != given:
-        yield (f"The study keeps {kept.front} + {kept.back} stations, the reference is {reference['front']:g} + "
-               f"{reference['back']:g}.")
+        yield (
+            f"The study keeps {kept.front} + {kept.back} stations, the reference is "
+            f"{reference['front']:g} + {reference['back']:g}."
+        )
     if tune.target_hz and abs(tune.stuck_hz.tuned / tune.target_hz - 1) > LIMITS.target:
-        yield (f"The stuck frequency on the {tune.kept_name} misses the target of {tune.target_hz:g} Hz by "
-               f"{100 * (tune.stuck_hz.tuned / tune.target_hz - 1):+.1f} %.")
+        yield (
+            f"The stuck frequency on the {tune.kept_name} misses the target of {tune.target_hz:g} "
+            f"Hz by {100 * (tune.stuck_hz.tuned / tune.target_hz - 1):+.1f} %."
+        )
     yield from _monotone(tune.history)
     more = "raise [contact] tractions" if results.reduce.reduction.tractions else "keep more modes"
     for name, check in tune.full_model_check.items():
         if check.largest_error > LIMITS.reduction:
-            yield (f"Reduced against full model ({name.replace('_', ' ')}): a stuck frequency is off by "
-                   f"{100 * check.largest_error:.2g} %, more than {100 * LIMITS.reduction:g} %: {more}.")
+            yield (
+                f"Reduced against full model ({name.replace('_', ' ')}): a stuck frequency is off "
+                f"by {100 * check.largest_error:.2g} %, more than {100 * LIMITS.reduction:g} %: "
+                f"{more}."
+            )
     yield from _redistributed(results)
 
 
 def _monotone(history: tuple[TuneStep, ...]):
     """From the middle outwards, with even ends: very uneven ones may meet other modes."""
-    steps = sorted((s for s in history if s.front - s.back in (0, 1)), key=lambda s: s.front + s.back)
+    steps = sorted(
+        (s for s in history if s.front - s.back in (0, 1)), key=lambda s: s.front + s.back
+    )
     rises = [b for a, b in zip(steps, steps[1:], strict=False) if b.hz < a.hz]
     if rises:
-        yield (f"Detachment is not monotone: with {rises[0].front} + {rises[0].back} stations the frequency is below "
-               "that of the next smaller set.")
+        yield (
+            f"Detachment is not monotone: with {rises[0].front} + {rises[0].back} stations the "
+            "frequency is below that of the next smaller set."
+        )
 
 
 def _redistributed(results):
     done, kept = results.tune.redistribution, results.kept.select(results.kept.carrying)
     yield from _balance(f"the preload of the {results.tune.kept_name}", results.tune.preload_kept)
     if np.abs([done.moment_Nm or 0.0, *(done.moments_Nm or ())]).max() > LIMITS.moment_Nm:
-        why = ("What is detached" if results.tune.area or results.tune.line_is_whole else
-               "Moving the force of each station to its kept row")
-        yield (f"{why} leaves a moment of {moment(done, results.axis)}; it is balanced by a constraint in the static "
-               "solution.")
+        why = (
+            "What is detached"
+            if results.tune.area or results.tune.line_is_whole
+            else "Moving the force of each station to its kept row"
+        )
+        yield (
+            f"{why} leaves a moment of {moment(done, results.axis)}; it is balanced by a "
+            "constraint in the static solution."
+        )
     for motion, load in done.reactions.items():
         if abs(load) > NEGLIGIBLE:
-            yield (f"A load of {force_along(motion, load)}, which no contact resists, is balanced by a "
-                   "constraint in the static solution.")
+            yield (
+                f"A load of {force_along(motion, load)}, which no contact resists, is balanced by "
+                "a constraint in the static solution."
+            )
     opened = pair_names(kept, kept.preload <= 0)
     if opened:
         yield f"{len(opened)} of {len(kept)} kept pairs are open at rest: {names_of_pairs(opened)}."
@@ -119,8 +148,10 @@ def _balance(what: str, sides: Mapping[str, SideForces]):
     largest = max((abs(s.equilibrium_N) for s in sides.values()), default=0.0)
     for side, s in sides.items():
         if abs(s.sum_N - s.equilibrium_N) > LIMITS.balance * largest:
-            yield (f"The sum of {what} on side '{side}' is {number(s.sum_N)} N, not the {number(s.equilibrium_N)} N of "
-                   "equilibrium.")
+            yield (
+                f"The sum of {what} on side '{side}' is {number(s.sum_N)} N, not the "
+                f"{number(s.equilibrium_N)} N of equilibrium."
+            )
     worst = max((s.balance_error or 0.0 for s in sides.values()), default=0.0)
     if worst > LIMITS.balance:
         yield f"Loads and {what} are not in equilibrium: {worst:.1e} of the load is unbalanced."
@@ -130,9 +161,13 @@ def _respond(results):
     for case in results.cases:
         yield from _both_ways(case)
         yield from _no_slip(results, case)
-    if results.cases and all(c.facts.slipping_pairs for c in results.cases if c.Fe == results.cases[0].Fe):
-        yield (f"Pairs already slip at the lowest level, {results.cases[0].Fe:g} N: a damping ratio identified at this "
-               "level counts friction twice.")
+    if results.cases and all(
+        c.facts.slipping_pairs for c in results.cases if c.Fe == results.cases[0].Fe
+    ):
+        yield (
+            f"Pairs already slip at the lowest level, {results.cases[0].Fe:g} N: a damping ratio "
+            "identified at this level counts friction twice."
+        )
 
 
 def _name(case: ReportedCurve) -> str:
@@ -143,10 +178,14 @@ def _both_ways(case: ReportedCurve):
     facts, back = case.facts, case.facts.back
     if back is None:
         return
-    amplitude, frequency = _off(back.peak_m, facts.peak_m), _off(back.peak_hz, facts.peak_hz)
+    amplitude = _off(back.peak_m, facts.peak_m)
+    frequency = _off(back.peak_hz, facts.peak_hz)
     if max(abs(amplitude), abs(frequency)) > LIMITS.both_ways:
-        yield (f"Upward and downward sweeps give different peaks of {_name(case)}: {100 * amplitude:+.2g} % in "
-               f"amplitude, {100 * frequency:+.2g} % in frequency; there may be two branches.")
+        yield (
+            f"Upward and downward sweeps give different peaks of {_name(case)}: "
+            f"{100 * amplitude:+.2g} % in amplitude, {100 * frequency:+.2g} % in frequency; there "
+            "may be two branches."
+        )
 
 
 def _off(value: float | None, other: float | None) -> float:
@@ -158,19 +197,32 @@ def _no_slip(results, case: ReportedCurve):
         return
     difference = results.respond.stuck_difference.get(case.facts.file)
     if difference is not None and difference > LIMITS.stuck_curve:
-        yield f"No pair slips at {_name(case)}, yet the curve differs from the linear response by {difference:.1e}."
+        yield (
+            f"No pair slips at {_name(case)}, yet the curve differs from the linear response by "
+            f"{difference:.1e}."
+        )
     if results.tune is not None and case.facts.peak_hz is not None:
         off = case.facts.peak_hz / results.tune.stuck_hz.tuned - 1
         if abs(off) > LIMITS.stuck_peak:
-            yield (f"No pair slips at {_name(case)}, yet the peak lies {100 * off:+.2f} % from the stuck frequency: "
-                   "another mode is near.")
+            yield (
+                f"No pair slips at {_name(case)}, yet the peak lies {100 * off:+.2f} % from the "
+                "stuck frequency: another mode is near."
+            )
 
 
 def _off_reference(what, hz, reference):
     if reference and abs(hz / reference - 1) > LIMITS.reference:
-        yield f"{what} is {hz:.0f} Hz, {100 * (hz / reference - 1):+.1f} % from the reference {reference:g} Hz."
+        yield (
+            f"{what} is {hz:.0f} Hz, {100 * (hz / reference - 1):+.1f} % from the reference "
+            f"{reference:g} Hz."
+        )
 
 
 # checks of the report that stand before and after the warnings of a stage, which need none
-_CHECKS = {"inspect": (_not_read, _nothing), "reduce": (_free, _nothing), "preload": (_nothing, _preload),
-           "tune": (_stuck, _tune), "respond": (_nothing, _respond)}
+_CHECKS = {
+    "inspect": (_not_read, _nothing),
+    "reduce": (_free, _nothing),
+    "preload": (_nothing, _preload),
+    "tune": (_stuck, _tune),
+    "respond": (_nothing, _respond),
+}

@@ -1,4 +1,5 @@
-"""What the report shows, in its order: a new figure or table is a file of its own and a name in this list."""
+"""What the report shows, in its order: a new figure or table is a file of its own and a name in
+this list."""
 
 from collections.abc import Callable, Iterator
 
@@ -39,19 +40,54 @@ from tipdamp.report.tables import (
 )
 from tipdamp.report.tables import held as held_table
 
-# (anchor, title, what stands there): each of them yields its blocks, or nothing where the study has no data for it
+# (anchor, title, what stands there): each of them yields its blocks, or nothing where the study has
+# no data for it
 SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]], ...] = (
     ("figures", "Key figures", (key_figures.tables,)),
     ("linear", "Without damper", (free_response.figures,)),
-    ("preload", "Preload", (contact_stiffness.tables, preload_map.figures, pressure.figures, full_preload.tables,
-                            load_cases.tables, preload_map.load_case_figures)),
-    ("tuning", "Kept contacts", (detachment.figures, kept_area.figures, kept_sets.tables, kept_preload.figures,
-                                kept_moment.tables)),
+    (
+        "preload",
+        "Preload",
+        (
+            contact_stiffness.tables,
+            preload_map.figures,
+            pressure.figures,
+            full_preload.tables,
+            load_cases.tables,
+            preload_map.load_case_figures,
+        ),
+    ),
+    (
+        "tuning",
+        "Kept contacts",
+        (
+            detachment.figures,
+            kept_area.figures,
+            kept_sets.tables,
+            kept_preload.figures,
+            kept_moment.tables,
+        ),
+    ),
     ("modes", "Mode shapes", (mode_shapes.figures,)),
-    ("response", "Forced response", (peaks.tables, response_family.figures, response_levels.figures,
-                                     peak_trend.figures, held_table.tables, held.figures,
-                                     contact_states.figures, stress.tables)),
-    ("contacts", "Inside the contacts", (energies.tables, friction_work.figures, hysteresis.figures)),
+    (
+        "response",
+        "Forced response",
+        (
+            peaks.tables,
+            response_family.figures,
+            response_levels.figures,
+            peak_trend.figures,
+            held_table.tables,
+            held.figures,
+            contact_states.figures,
+            stress.tables,
+        ),
+    ),
+    (
+        "contacts",
+        "Inside the contacts",
+        (energies.tables, friction_work.figures, hysteresis.figures),
+    ),
     ("measured", "Measured and computed", (agreement.tables, measured.figures)),
     ("pairs", "Contact pairs", (contact_pairs.figures,)),
     ("assumptions", "Assumptions", (assumptions.tables,)),
@@ -62,6 +98,8 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
 
 def contents(results: Results) -> list[Section[Block]]:
     """The sections that have something to show."""
-    found = [Section(name, title, [block for part in parts for block in part(results)])
-             for name, title, parts in SECTIONS]
+    found = [
+        Section(name, title, [block for part in parts for block in part(results)])
+        for name, title, parts in SECTIONS
+    ]
     return [section for section in found if section.blocks]

@@ -19,9 +19,11 @@ from tipdamp.study.view import Study
 
 @dataclass(frozen=True)
 class Inspected:
-    """What was read: no meshes where matrices were given; no pairs where they could not be matched, `trouble` says why.
+    """What was read: no meshes where matrices were given; no pairs where they could not be matched,
+    `trouble` says why.
 
-    places {body: (P, 3) m} of the two nodes of each pair; angles (P,) degrees between normals and surfaces
+    places {body: (P, 3) m} of the two nodes of each pair; angles (P,) degrees between normals and
+    surfaces
     """
 
     meshes: dict[str, Mesh] = field(default_factory=dict)
@@ -32,15 +34,23 @@ class Inspected:
 
 
 def inspection_page(study: Study, found: InspectResult, read: Inspected) -> str:
-    """The page of what `inspect` found; without pairs it shows the contact nodes without a partner."""
+    """The page of what `inspect` found; without pairs it shows the contact nodes without a
+    partner."""
     surfaces = {name: surface.skin(mesh, name) for name, mesh in read.meshes.items()}
     sections: list[Section[Block]] = []
     if read.pairs is not None and read.places is not None:
         edges = contact_edges(study, read.meshes) if read.meshes else None
-        picture = contact_pairs(read.pairs, read.places, surfaces, study.driver.axis, read.angles, edges)
+        picture = contact_pairs(
+            read.pairs, read.places, surfaces, study.driver.axis, read.angles, edges
+        )
         sections.append(Section("pairs", "Contact pairs", [pairs_table(found), picture]))
     if read.meshes:
         groups = mesh_groups(study, read.meshes, surfaces, unmatched=read.pairs is None)
         sections.append(Section("meshes", "Meshes and groups", [bodies_table(found), groups]))
-    return page("inspection.html", study, sections, trouble=sentence(read.trouble) if read.trouble else "",
-                warnings=[sentence(w) for w in found.warnings])
+    return page(
+        "inspection.html",
+        study,
+        sections,
+        trouble=sentence(read.trouble) if read.trouble else "",
+        warnings=[sentence(w) for w in found.warnings],
+    )

@@ -14,28 +14,45 @@ def introduction(results: Results) -> list[str]:
 
 def _model(results) -> Iterator[str]:
     size, free = results.reduce.reduction, results.reduce.free_hz
-    yield (f"Two blades with a friction damper pressed between them: a model of {size.dofs} dofs, reduced to "
-           f"{size.in_words}.")
+    yield (
+        f"Two blades with a friction damper pressed between them: a model of {size.dofs} dofs, "
+        f"reduced to {size.in_words}."
+    )
     if free:
-        yield (f"Without damper the blades vibrate out of phase at {hertz(free['out_of_phase'])} Hz and in phase at "
-               f"{hertz(free['in_phase'])} Hz.")
+        yield (
+            f"Without damper the blades vibrate out of phase at {hertz(free['out_of_phase'])} Hz "
+            f"and in phase at {hertz(free['in_phase'])} Hz."
+        )
 
 
 def _preload(results) -> Iterator[str]:
     if results.preload is not None:
         case = results.study.preload.case
         load = f"The load case '{case}'" if case else f"The pull of {results.study.driver.pull:g} N"
-        forces = listing(f"{number(s.sum_N)} N on side '{name}'" for name, s in results.preload.sides.items())
+        forces = listing(
+            f"{number(s.sum_N)} N on side '{name}'" for name, s in results.preload.sides.items()
+        )
         yield f"{load} presses the damper against the blades with {forces}."
 
 
 def _kept(results) -> Iterator[str]:
     tune = results.tune
     if tune is not None:
-        how = (f"its table {tune.table} keeps" if tune.table else "the study keeps" if not tune.target_hz
-               else f"detaching {'area' if tune.area else 'stations'} (target {tune.target_hz:g} Hz) leaves")
-        yield (f"With all pairs stuck the tracked mode lies at {hertz(tune.stuck_hz.full_area)} Hz; {how} "
-               f"{tune.kept_in_words.replace('mm2', 'mm²')}, with which it lies at {hertz(tune.stuck_hz.tuned)} Hz.")
+        how = (
+            f"its table {tune.table} keeps"
+            if tune.table
+            else "the study keeps"
+            if not tune.target_hz
+            else (
+                f"detaching {'area' if tune.area else 'stations'} (target {tune.target_hz:g} Hz) "
+                "leaves"
+            )
+        )
+        yield (
+            f"With all pairs stuck the tracked mode lies at {hertz(tune.stuck_hz.full_area)} Hz; "
+            f"{how} {tune.kept_in_words.replace('mm2', 'mm²')}, with which it lies at "
+            f"{hertz(tune.stuck_hz.tuned)} Hz."
+        )
 
 
 def _response(results) -> Iterator[str]:
@@ -47,15 +64,23 @@ def _response(results) -> Iterator[str]:
         if c.facts.solved_nothing:
             yield f"At {c.Fe:g} N the curve has no solved point: {reason(c)}; see the warnings."
         elif not c.has_peak:
-            yield (f"At {c.Fe:g} N the curve has no peak: at least {micro(c.at_least_per_newton)} µm/N at "
-                   f"{hertz(c.facts.at_least_hz)} Hz, {c.facts.ended}.")
+            yield (
+                f"At {c.Fe:g} N the curve has no peak: at least {micro(c.at_least_per_newton)} "
+                f"µm/N at {hertz(c.facts.at_least_hz)} Hz, {c.facts.ended}."
+            )
 
 
 def _peaks(low, high) -> str:
-    text = (f"At {low.Fe:g} N the peak of blade 1 is {micro(low.peak_per_newton)} µm/N at {hertz(low.facts.peak_hz)} "
-            f"Hz (H = {low.H})")
+    text = (
+        f"At {low.Fe:g} N the peak of blade 1 is {micro(low.peak_per_newton)} µm/N at "
+        f"{hertz(low.facts.peak_hz)} Hz (H = {low.H})"
+    )
     if low is not high:
-        text += (f", at {high.Fe:g} N {micro(high.peak_per_newton)} µm/N at {hertz(high.facts.peak_hz)} Hz, where "
-                 f"{len(high.facts.slipping_pairs)} of {high.curve.share_slip.shape[1]} pairs slip or open"
-                 + f" and {len(high.facts.lift_off_pairs)} lift off" * bool(high.facts.lift_off_pairs))
+        text += (
+            f", at {high.Fe:g} N {micro(high.peak_per_newton)} µm/N at "
+            f"{hertz(high.facts.peak_hz)} Hz, where {len(high.facts.slipping_pairs)} of "
+            f"{high.curve.share_slip.shape[1]} pairs slip or open"
+            + f" and {len(high.facts.lift_off_pairs)} lift off"
+            * bool(high.facts.lift_off_pairs)
+        )
     return text + "."

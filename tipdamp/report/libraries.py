@@ -15,7 +15,10 @@ def missing(*names: str) -> str:
 
 
 def need(name: str) -> None:
-    """MissingLibrary where a library of the report is not installed, with the extra that brings it."""
+    """MissingLibrary where a library of the report is not installed, with the extra that brings
+    it."""
     if missing(name):
-        raise MissingLibrary(f"the report needs {name}, which is not installed; get the extra 'study': "
-                         "pip install -e '.[study]'")
+        raise MissingLibrary(
+            f"the report needs {name}, which is not installed; get the extra 'study': "
+            "pip install -e '.[study]'"
+        )

@@ -1,4 +1,5 @@
-"""A page of numbered figures and tables that needs no other file: the report, and the look at what was read."""
+"""A page of numbered figures and tables that needs no other file: the report, and the look at what
+was read."""
 
 import base64
 import hashlib
@@ -21,7 +22,11 @@ Block = Figure | Scene | ModeShapes | Table
 B = TypeVar("B")
 SCRIPT = re.compile(r"<script[^>]*>(.*?)</script>", re.DOTALL)
 DRAW: dict[type, Callable[[Any], str]] = {
-    Figure: plotly.draw, Scene: plotly_scene.draw, ModeShapes: plotly_modes.draw, Table: lambda _: ""}
+    Figure: plotly.draw,
+    Scene: plotly_scene.draw,
+    ModeShapes: plotly_modes.draw,
+    Table: lambda _: "",
+}
 
 
 @dataclass(frozen=True)
@@ -48,12 +53,28 @@ def page(template: str, study: Study, sections: Sequence[Section[Block]], **valu
     Raises InputError where plotly or jinja2 is not installed.
     """
     numbered = _numbered(sections)
-    scripts = {"plotly_script": markup(plotly.plotly_script()), "modes_script": source("modes.js"),
-               "print_script": source("print.js")}
-    drawn = [text for section in numbered for shown in section.blocks for text in SCRIPT.findall(shown.drawn)]
-    return render(template, title=study.title, study_file=study.path.name, version=tipdamp.__version__,
-                  sections=numbered, style=source("style.css"), policy=policy([*scripts.values(), *drawn]), **scripts,
-                  **values)
+    scripts = {
+        "plotly_script": markup(plotly.plotly_script()),
+        "modes_script": source("modes.js"),
+        "print_script": source("print.js"),
+    }
+    drawn = [
+        text
+        for section in numbered
+        for shown in section.blocks
+        for text in SCRIPT.findall(shown.drawn)
+    ]
+    return render(
+        template,
+        title=study.title,
+        study_file=study.path.name,
+        version=tipdamp.__version__,
+        sections=numbered,
+        style=source("style.css"),
+        policy=policy([*scripts.values(), *drawn]),
+        **scripts,
+        **values,
+    )
 
 
 def policy(scripts: Iterable[str]) -> str:
@@ -63,8 +84,10 @@ def policy(scripts: Iterable[str]) -> str:
     """
     hashes = (base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in scripts)
     allowed = " ".join(f"'sha256-{one}'" for one in dict.fromkeys(hashes))
-    return (f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: blob:; "
-            "base-uri 'none'; form-action 'none'")
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data: "
+        "blob:; base-uri 'none'; form-action 'none'"
+    )
 
 
 def _numbered(sections: Sequence[Section[Block]]) -> list[Section[Shown]]:

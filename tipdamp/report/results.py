@@ -1,4 +1,5 @@
-"""The results folder read back for the report: records of the stages, contact tables, curves and shapes."""
+"""The results folder read back for the report: records of the stages, contact tables, curves and
+shapes."""
 
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -25,7 +26,13 @@ from tipdamp.results.response_results import (
     RespondResult,
     StressResult,
 )
-from tipdamp.results.static_results import FullResult, InspectResult, PreloadResult, ReduceResult, TuneResult
+from tipdamp.results.static_results import (
+    FullResult,
+    InspectResult,
+    PreloadResult,
+    ReduceResult,
+    TuneResult,
+)
 from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.view import Study
 
@@ -51,7 +58,8 @@ class ReportedCurve:
 
     @property
     def has_peak(self) -> bool:
-        """Whether its largest value is a peak: the curve reached the end of the band, and no gap borders the value."""
+        """Whether its largest value is a peak: the curve reached the end of the band, and no gap
+        borders the value."""
         return self.facts.peak_m is not None
 
     @property
@@ -71,7 +79,8 @@ class ReportedCurve:
 
 @dataclass(frozen=True)
 class StuckResponse:
-    """Linear response with all kept pairs stuck: hz (n,), m_per_N (n, k) of the k nodes of the first patch."""
+    """Linear response with all kept pairs stuck: hz (n,), m_per_N (n, k) of the k nodes of the
+    first patch."""
 
     hz: np.ndarray
     m_per_N: np.ndarray
@@ -91,12 +100,13 @@ class MeasuredBand:
 class Results:
     """What a study has computed; None or empty where a stage has not run or does not apply.
 
-    whole, kept - contact tables of the whole patch and after `tune`; loads {case: table of the whole patch}
-    loops {file of cycles.json: one period of the contacts}; bands {name: measured curve}
+    whole, kept - contact tables of the whole patch and after `tune`; loads {case: table of the
+    whole patch} loops {file of cycles.json: one period of the contacts}; bands {name: measured
+    curve}
     cases - the curves, ascending in H, then in Fe; stuck - their linear limit
-    said {stage: its warnings} of the stages that the study asks for; seconds {stage: s} of those that have run
-    model - the reduced one; surfaces {body: Surface}, empty without meshes; shapes - modes, stuck ones first
-    """
+    said {stage: its warnings} of the stages that the study asks for; seconds {stage: s} of those
+    that have run model - the reduced one; surfaces {body: Surface}, empty without meshes; shapes -
+    modes, stuck ones first"""
 
     study: Study
     inspect: InspectResult | None = None
@@ -141,7 +151,8 @@ class Results:
         return [case for case in self.of_order(H) if not case.facts.solved_nothing]
 
     def beside_paper(self, words: str) -> str:
-        """A sentence on the figures of the seed paper where the study states its values as [reference], else ''."""
+        """A sentence on the figures of the seed paper where the study states its values as
+        [reference], else ''."""
         return f" {words} of Zucca, Berruti and Cosi (2016)." if self.study.reference else ""
 
     @property
@@ -150,7 +161,8 @@ class Results:
         return np.array(self.study.driver.axis)
 
     def places(self, pairs: ContactTable) -> dict[str, np.ndarray]:
-        """{"blades", "damper": (P, 3) m} of the two nodes of each pair; without a model the place in the table."""
+        """{"blades", "damper": (P, 3) m} of the two nodes of each pair; without a model the place
+        in the table."""
         return pair_checks.places_in(self.model, pairs)
 
     def along(self, pairs: ContactTable) -> np.ndarray:
@@ -159,37 +171,62 @@ class Results:
 
 
 def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Results:
-    """Read what is there of the stages that `said` {stage: warnings} names; InputError where a file is damaged."""
+    """Read what is there of the stages that `said` {stage: warnings} names; InputError where a file
+    is damaged."""
+
     def read(stage: str, kind: type[R]) -> R | None:
         return kind.load(store) if stage in said and store.path(kind.file).is_file() else None
 
-    inspect, reduce, preload = (read("inspect", InspectResult), read("reduce", ReduceResult),
-                                read("preload", PreloadResult))
+    inspect = read("inspect", InspectResult)
+    reduce = read("reduce", ReduceResult)
+    preload = read("preload", PreloadResult)
     tune, respond = read("tune", TuneResult), read("respond", RespondResult)
-    measured, agreement = read("measured", MeasuredResult), read("agreement", AgreementResult)
+    measured = read("measured", MeasuredResult)
+    agreement = read("agreement", AgreementResult)
     cycles = read("cycles", CyclesResult)
-    cases = [ReportedCurve(c, ForcedResponse.load(store.path(c.file))) for c in (respond.responses if respond else ())]
+    cases = [
+        ReportedCurve(c, ForcedResponse.load(store.path(c.file)))
+        for c in (respond.responses if respond else ())
+    ]
     records = {stage: store.record(stage) for stage in said}
     model, skins = store.path("model.npz"), store.path("surface.npz")
     return Results(
-        study, inspect, reduce, preload, tune, respond, measured, agreement, cycles,
+        study,
+        inspect,
+        reduce,
+        preload,
+        tune,
+        respond,
+        measured,
+        agreement,
+        cycles,
         stress=read("stress", StressResult),
         full=_full(store),
-        loops={one.file: load_loops(store.path(one.file)) for one in (cycles.curves if cycles else ())},
-        bands={name: MeasuredBand(*load_band(store.path(one.file)))
-               for name, one in (measured.curves if measured else {}).items()},
+        loops={
+            one.file: load_loops(store.path(one.file)) for one in (cycles.curves if cycles else ())
+        },
+        bands={
+            name: MeasuredBand(*load_band(store.path(one.file)))
+            for name, one in (measured.curves if measured else {}).items()
+        },
         whole=ContactTable.load(store.path("preload.csv")) if preload else None,
         kept=ContactTable.load(store.path("kept.csv")) if tune else None,
-        loads={case: ContactTable.load(store.path(c.file)) for case, c in (preload.cases if preload else {}).items()},
+        loads={
+            case: ContactTable.load(store.path(c.file))
+            for case, c in (preload.cases if preload else {}).items()
+        },
         cases=tuple(sorted(cases, key=lambda c: (c.H, c.Fe))),
         stuck=_stuck(study, store) if respond else None,
         said=said,
         seconds={stage: record.seconds for stage, record in records.items() if record},
         model=ReducedModel.load(model) if model.is_file() else None,
         surfaces=surface.load(skins) if skins.is_file() else {},
-        shapes=tuple(Shapes.load(store.path(name)) for result, name in ((tune, "stuck_modes.npz"),
-                                                                        (reduce, "free_modes.npz"))
-                     if result and store.path(name).is_file()))
+        shapes=tuple(
+            Shapes.load(store.path(name))
+            for result, name in ((tune, "stuck_modes.npz"), (reduce, "free_modes.npz"))
+            if result and store.path(name).is_file()
+        ),
+    )
 
 
 def _full(store) -> FullResult | None:

@@ -1,39 +1,77 @@
-"""summary.json: the results of a run in one plain file, put together from the records of the stages."""
+"""summary.json: the results of a run in one plain file, put together from the records of the
+stages."""
 
 from tipdamp.report.checks import warnings_of
 from tipdamp.report.results import Results
 from tipdamp.report.versions import versions
 from tipdamp.results.response_results import CurveResult
 
-COPIED = {"Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "at_least_hz", "at_least_m", "inside_hz", "inside_m",
-          "points", "failed_points", "seconds", "complete", "ended", "patches", "held", "held_change",
-          "held_reaction_change", "energy_error", "mac"}
-OF_TUNE = {"target_hz", "scatter_hz", "table", "stuck_hz", "tuned_pairs", "graded", "open_pairs", "equivalent",
-           "preload_kept"}
+COPIED = {
+    "Fe_N",
+    "H",
+    "peak_hz",
+    "peak_m",
+    "min_peak_m",
+    "at_least_hz",
+    "at_least_m",
+    "inside_hz",
+    "inside_m",
+    "points",
+    "failed_points",
+    "seconds",
+    "complete",
+    "ended",
+    "patches",
+    "held",
+    "held_change",
+    "held_reaction_change",
+    "energy_error",
+    "mac",
+}
+OF_TUNE = {
+    "target_hz",
+    "scatter_hz",
+    "table",
+    "stuck_hz",
+    "tuned_pairs",
+    "graded",
+    "open_pairs",
+    "equivalent",
+    "preload_kept",
+}
 
 
 def summarise(results: Results) -> dict:
     """The content of summary.json; keys of stages that the study has no section for are left out.
 
-    peak_m - m, half of peak-to-peak along the force, largest over the patch of blade 1; slipping_pairs - number of
-    those that slip or open; lift_off_pairs - of those that open somewhere in the band and are closed at rest;
-    back - the same curve followed from the other end of the band; held - force on what holds a motion.
-    A curve that stopped, or whose highest point borders a gap, has no peak: at_least_m is the largest amplitude that
-    was solved, ended the reason.
+    peak_m - m, half of peak-to-peak along the force, largest over the patch of blade 1;
+    slipping_pairs - number of those that slip or open; lift_off_pairs - of those that open
+    somewhere in the band and are closed at rest; back - the same curve followed from the other end
+    of the band; held - force on what holds a motion.
+    A curve that stopped, or whose highest point borders a gap, has no peak: at_least_m is the
+    largest amplitude that was solved, ended the reason.
     """
-    summary: dict = {"title": results.study.title, "study": results.study.path.name,
-               "pull_N": results.study.driver.pull}
+    summary: dict = {
+        "title": results.study.title,
+        "study": results.study.path.name,
+        "pull_N": results.study.driver.pull,
+    }
     if results.reduce is not None:
-        summary.update(results.reduce.model_dump(include={"free_hz", "reduction"} if results.reduce.free_hz else
-                                                 {"reduction"}))
+        summary.update(
+            results.reduce.model_dump(
+                include={"free_hz", "reduction"} if results.reduce.free_hz else {"reduction"}
+            )
+        )
     if results.preload is not None:
         summary["preload"] = results.preload.model_dump(include={"sides"})["sides"]
-        summary["stiffness"] = {side: [way.model_dump() for way in made.ways]
-                                for side, made in results.preload.stiffness.items()}
+        summary["stiffness"] = {
+            side: [way.model_dump() for way in made.ways]
+            for side, made in results.preload.stiffness.items()
+        }
     if results.full is not None:
         summary["full_preload"] = results.full.model_dump(exclude={"of", "warnings"})
     if results.tune is not None:
-        area = results.tune.area                 # which leaves no stations at the ends to count
+        area = results.tune.area  # which leaves no stations at the ends to count
         summary |= results.tune.model_dump(include=OF_TUNE - {"tuned_pairs"} if area else OF_TUNE)
         if area:
             summary["area"] = area.model_dump(exclude={"history"})
@@ -44,11 +82,21 @@ def summarise(results: Results) -> dict:
         summary["responses"] = [_response(case.facts) for case in results.cases]
     if results.stress is not None:
         summary["stress"] = [one.model_dump() for one in results.stress.curves]
-    return {**summary, "seconds": dict(results.seconds), "versions": versions(), "warnings": warnings_of(results)}
+    return {
+        **summary,
+        "seconds": dict(results.seconds),
+        "versions": versions(),
+        "warnings": warnings_of(results),
+    }
 
 
 def _response(facts: CurveResult) -> dict:
     back = {} if facts.back is None else facts.model_dump(include={"back"})
-    return {**facts.model_dump(include=COPIED), "slipping_pairs": len(facts.slipping_pairs),
-            "slipping": list(facts.slipping_pairs), "lift_off_pairs": len(facts.lift_off_pairs),
-            "lift_off": list(facts.lift_off_pairs), **back}
+    return {
+        **facts.model_dump(include=COPIED),
+        "slipping_pairs": len(facts.slipping_pairs),
+        "slipping": list(facts.slipping_pairs),
+        "lift_off_pairs": len(facts.lift_off_pairs),
+        "lift_off": list(facts.lift_off_pairs),
+        **back,
+    }

@@ -15,7 +15,8 @@ FOLDER = Path(__file__).with_name("templates")
 
 
 def render(name: str, **values: Any) -> Markup:
-    """A template of templates/ filled with values; every text among them is escaped, Markup is taken as it is.
+    """A template of templates/ filled with values; every text among them is escaped, Markup is
+    taken as it is.
 
     Raises InputError where jinja2 is not installed.
     """
@@ -39,5 +40,10 @@ def source(name: str) -> Markup:
 def _environment():
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    return Environment(loader=FileSystemLoader(FOLDER), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-                       lstrip_blocks=True)
+    return Environment(
+        loader=FileSystemLoader(FOLDER),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )

@@ -8,14 +8,15 @@ import numpy as np
 from tipdamp.results.static_results import RedistributionFacts
 
 NOTHING = "\N{EN DASH}"
-MICRO = 1e6             # µm in a metre
-MEGA = 1e6              # Pa in a MPa
-MM = 1e3                # mm in a metre
-NEGLIGIBLE = 1e-9       # N, N m: rounding of balanced loads
+MICRO = 1e6  # µm in a metre
+MEGA = 1e6  # Pa in a MPa
+MM = 1e3  # mm in a metre
+NEGLIGIBLE = 1e-9  # N, N m: rounding of balanced loads
 
 
 def number(value: float | None, digits: int = 4, scale: float = 1.0) -> str:
-    """Significant digits of scale * value, without an exponent where that is readable: 0.7523, 79.90, 43896."""
+    """Significant digits of scale * value, without an exponent where that is readable: 0.7523,
+    79.90, 43896."""
     if value is None or not math.isfinite(value):
         return NOTHING
     value *= scale
@@ -24,7 +25,9 @@ def number(value: float | None, digits: int = 4, scale: float = 1.0) -> str:
     size = math.floor(math.log10(abs(value)))
     if size < -4 or size > 6:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        return f"{mantissa}\N{MULTIPLICATION SIGN}10{_superscript(int(exponent))}".replace("-", "\N{MINUS SIGN}")
+        return f"{mantissa}\N{MULTIPLICATION SIGN}10{_superscript(int(exponent))}".replace(
+            "-", "\N{MINUS SIGN}"
+        )
     return f"{value:.{max(digits - 1 - size, 0)}f}".replace("-", "\N{MINUS SIGN}")
 
 
@@ -54,7 +57,8 @@ def force_along(motion: str, load: float) -> str:
 
 
 def moment(done: RedistributionFacts, axis: np.ndarray) -> str:
-    """What a kept preload leaves: '-0.0424 N m about the axis of the damper and 0.0123 N m across it'."""
+    """What a kept preload leaves: '-0.0424 N m about the axis of the damper and 0.0123 N m across
+    it'."""
     along = f"{amount(done.moment_Nm, 'N m')} about the axis of the damper"
     if done.moments_Nm is None:
         return along
@@ -67,7 +71,11 @@ def percent(share: float | None, digits: int = 2) -> str:
     if share is None or not math.isfinite(share):
         return NOTHING
     rounded = round(100 * share, digits)
-    return f"{rounded:+.{digits}f} %".replace("-", "\N{MINUS SIGN}") if rounded else f"{0:.{digits}f} %"
+    return (
+        f"{rounded:+.{digits}f} %".replace("-", "\N{MINUS SIGN}")
+        if rounded
+        else f"{0:.{digits}f} %"
+    )
 
 
 def deviation(value: float | None, reference: float | None) -> str:
@@ -83,17 +91,23 @@ def sentence(warning: str) -> str:
 def listing(parts: Iterable) -> str:
     """'a, b and c'."""
     parts = [str(p) for p in parts]
-    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}" if parts else ""
+    return (
+        parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}" if parts else ""
+    )
 
 
 def names_of_pairs(names: Iterable[str]) -> str:
-    """['left 1', 'left 2', 'left 7', 'right 0/1'] as 'left 1-2, 7; right (row 1) 0', with true dashes."""
+    """['left 1', 'left 2', 'left 7', 'right 0/1'] as 'left 1-2, 7; right (row 1) 0', with true
+    dashes."""
     groups: dict[str, set[int]] = {}
     for name in names:
         side, _, place = name.rpartition(" ")
         station, _, row = place.partition("/")
         groups.setdefault(f"{side} (row {row})" if row else side, set()).add(int(station))
-    return "; ".join(f"{group} {_ranges(sorted(stations))}" for group, stations in groups.items()) or "none"
+    return (
+        "; ".join(f"{group} {_ranges(sorted(stations))}" for group, stations in groups.items())
+        or "none"
+    )
 
 
 def _ranges(whole) -> str:

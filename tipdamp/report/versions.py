@@ -9,8 +9,17 @@ from pathlib import Path
 import tipdamp
 
 # name of the installed project where it is not the name that one imports
-PROJECTS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "dolfinx": "fenics-dolfinx", "petsc": "petsc4py",
-            "slepc": "slepc4py", "gmsh": "gmsh", "plotly": "plotly", "matplotlib": "matplotlib"}
+PROJECTS = {
+    "numpy": "numpy",
+    "scipy": "scipy",
+    "numba": "numba",
+    "dolfinx": "fenics-dolfinx",
+    "petsc": "petsc4py",
+    "slepc": "slepc4py",
+    "gmsh": "gmsh",
+    "plotly": "plotly",
+    "matplotlib": "matplotlib",
+}
 
 
 def versions() -> dict:
@@ -30,5 +39,7 @@ def _gmsh() -> str:
     spec = importlib.util.find_spec("gmsh")
     if spec is None or not spec.origin or not Path(spec.origin).is_file():
         return ""
-    match = re.search(r'^GMSH_API_VERSION\s*=\s*"([^"]+)"', Path(spec.origin).read_text(encoding="utf-8"), re.M)
+    match = re.search(
+        r'^GMSH_API_VERSION\s*=\s*"([^"]+)"', Path(spec.origin).read_text(encoding="utf-8"), re.M
+    )
     return match[1] if match else ""

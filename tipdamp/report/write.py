@@ -1,4 +1,5 @@
-"""The stage `report`: summary.json, figures/*.png, what they show as figures/*.csv, and report.html."""
+"""The stage `report`: summary.json, figures/*.png, what they show as figures/*.csv, and
+report.html."""
 
 import time
 
@@ -15,17 +16,20 @@ from tipdamp.study.view import Study
 
 
 def write_report(study: Study, store: Store, tick: Tick, said: dict[str, list[str]]) -> list[str]:
-    """Write summary.json, the figures as PNG and CSV, and report.html into the results folder; returns their names.
+    """Write summary.json, the figures as PNG and CSV, and report.html into the results folder;
+    returns their names.
 
-    said - {stage: its warnings} of the stages that the study asks for. Where a library of the report is missing,
-    summary.json is written all the same, then InputError says what to install.
+    said - {stage: its warnings} of the stages that the study asks for. Where a library of the
+    report is missing, summary.json is written all the same, then InputError says what to install.
     """
     began = time.perf_counter()
     results = load_results(study, store, said)
     summary = summarise(results)
     store.write_json("summary.json", summary)
     sections = contents(results)
-    figures = [block for section in sections for block in section.blocks if isinstance(block, Figure)]
+    figures = [
+        block for section in sections for block in section.blocks if isinstance(block, Figure)
+    ]
     for i, figure in enumerate(figures):
         tick(i / (len(figures) + 1), f"figures/{figure.name}.png")
         with store.writing(f"figures/{figure.name}.png") as path:
@@ -33,7 +37,13 @@ def write_report(study: Study, store: Store, tick: Tick, said: dict[str, list[st
         with store.writing(f"figures/{figure.name}.csv") as path:
             figure_table.write(figure, path)
     tick(len(figures) / (len(figures) + 1), "report.html")
-    text = page("report.html", study, sections, introduction=introduction(results), warnings=summary["warnings"])
+    text = page(
+        "report.html",
+        study,
+        sections,
+        introduction=introduction(results),
+        warnings=summary["warnings"],
+    )
     with store.writing("report.html") as path:
         path.write_text(text, encoding="utf-8")
     summary["seconds"]["report"] = round(time.perf_counter() - began, 3)

@@ -11,7 +11,8 @@ from tipdamp.hbm.io.npz import open_npz
 
 
 class Loops(NamedTuple):
-    """What a file of the stage holds: time (n,) s, motion and force (n, P, nd) in m and N, components, pairs (P,)."""
+    """What a file of the stage holds: time (n,) s, motion and force (n, P, nd) in m and N,
+    components, pairs (P,)."""
 
     time: np.ndarray
     motion: np.ndarray
@@ -23,11 +24,24 @@ class Loops(NamedTuple):
 def load_loops(path) -> Loops:
     """Read a file of the stage."""
     with open_npz(path, packed=True) as z:
-        return Loops(z["time"], z["motion"], z["force"], tuple(z["components"].tolist()), tuple(z["pairs"].tolist()))
+        return Loops(
+            z["time"],
+            z["motion"],
+            z["force"],
+            tuple(z["components"].tolist()),
+            tuple(z["pairs"].tolist()),
+        )
 
 
 def save_loops(path: Path, cycle: ContactCycles, names: Sequence[str]) -> None:
     """Store one period of all contacts."""
     with path.open("wb") as file:
-        np.savez_compressed(file, time=cycle.time, motion=cycle.motion, force=cycle.force, sliders=cycle.sliders,
-                            components=np.array(cycle.components), pairs=np.array(names))
+        np.savez_compressed(
+            file,
+            time=cycle.time,
+            motion=cycle.motion,
+            force=cycle.force,
+            sliders=cycle.sliders,
+            components=np.array(cycle.components),
+            pairs=np.array(names),
+        )

@@ -1,18 +1,21 @@
-"""What the stages of the forced response found: curves, periods at their peaks, stresses, and what was measured."""
+"""What the stages of the forced response found: curves, periods at their peaks, stresses, and what
+was measured."""
 
 from typing import ClassVar
 
 from tipdamp.results.record import Number, Numbers, Record, Result, Texts
 from tipdamp.study.law import LawChoice
 
-# ---- respond ---------------------------------------------------------------------------------------------------
+# ---- respond -------------------------------------------------------------------------------------
+
 
 class Peak(Record):
-    """Largest peak over the nodes of a patch, half of peak-to-peak along the force; min_peak_m - of its smallest
-    node. Where the curve stopped, or its highest point borders a gap or is an end of the band, these are None, and
-    at_least_m is the largest amplitude that was solved; None where there is a peak. inside_m - the largest local
-    maximum inside the band of a curve whose highest point is an end of it. unsolved - why a peak in the band is no
-    solved maximum."""
+    """Largest peak over the nodes of a patch, half of peak-to-peak along the force; min_peak_m - of
+    its smallest node. Where the curve stopped, or its highest point borders a gap or is an end of
+    the band, these are None, and at_least_m is the largest amplitude that was solved; None where
+    there is a peak. inside_m - the largest local maximum inside the band of a curve whose highest
+    point is an end of it. unsolved - why a peak in the band is no solved maximum."""
+
     peak_hz: Number
     peak_m: Number
     min_peak_m: Number
@@ -29,9 +32,10 @@ class Peak(Record):
 
 
 class HeldForce(Record):
-    """Force on what holds a rigid motion, at the highest amplitude of the curve on the first patch, beside the one at
-    rest; unit - N or N m; amplitude - half of peak-to-peak of its vibration; spring - or the mean alone is held;
-    moved - mean displacement of the spring, m or rad."""
+    """Force on what holds a rigid motion, at the highest amplitude of the curve on the first patch,
+    beside the one at rest; unit - N or N m; amplitude - half of peak-to-peak of its vibration;
+    spring - or the mean alone is held; moved - mean displacement of the spring, m or rad."""
+
     unit: str
     hz: Number
     mean: Number
@@ -42,6 +46,7 @@ class HeldForce(Record):
 
 class BackCurve(Peak):
     """The same curve followed from the other end of the band."""
+
     held: dict[str, HeldForce] = {}
     complete: bool
     ended: str
@@ -52,12 +57,15 @@ class BackCurve(Peak):
 
 
 class CurveResult(Peak):
-    """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of `pair_names` of those
-    that slip or open, lift_off_pairs - of those that open somewhere and are closed at rest;
-    further - see ForcedResponse; mac - of the outputs at the peak with those at the peak of the next lower level;
-    energy_error - of input = damping + friction over a period, relative to the input, the largest of its points;
-    back - None where the band was followed one way; held {motion: ...}; held_change, held_reaction_change -
+    """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of
+    `pair_names` of those that slip or open, lift_off_pairs - of those that open somewhere and are
+    closed at rest;
+    further - see ForcedResponse; mac - of the outputs at the peak with those at the peak of the
+    next lower level; energy_error - of input = damping + friction over a period, relative to the
+    input, the largest of its points; back - None where the band was followed one way; held {motion:
+    ...}; held_change, held_reaction_change -
     see ForcedResponse; hold_doubts - sentences of `hold_in_words`."""
+
     file: str
     Fe_N: float
     H: int
@@ -83,8 +91,10 @@ class CurveResult(Peak):
 
 
 class InterfaceFacts(Record):
-    """Interface reduction: pairs, and those followed; dofs of the model and shapes in their place; response_error -
-    estimate; frequency_error - bound of the stuck frequencies; not_followed - pairs that slip all the same."""
+    """Interface reduction: pairs, and those followed; dofs of the model and shapes in their place;
+    response_error - estimate; frequency_error - bound of the stuck frequencies; not_followed -
+    pairs that slip all the same."""
+
     pairs: int
     followed: int
     dofs: int
@@ -95,8 +105,10 @@ class InterfaceFacts(Record):
 
 
 class RespondResult(Result):
-    """respond.json. zeta - damping ratios of the stuck modes; stuck_difference {file: largest difference from the
-    linear stuck response over its peak} of the curves on which no pair slips; interface - its reduction."""
+    """respond.json. zeta - damping ratios of the stuck modes; stuck_difference {file: largest
+    difference from the linear stuck response over its peak} of the curves on which no pair slips;
+    interface - its reduction."""
+
     file: ClassVar[str] = "respond.json"
     responses: tuple[CurveResult, ...]
     law: LawChoice
@@ -105,18 +117,23 @@ class RespondResult(Result):
     interface: InterfaceFacts | None = None
 
 
-# ---- measured --------------------------------------------------------------------------------------------------
+# ---- measured ------------------------------------------------------------------------------------
+
 
 class MeasuredDamping(Record):
-    """A damping ratio identified on each repeat: mean and sample standard deviation; refused - why there is none."""
+    """A damping ratio identified on each repeat: mean and sample standard deviation; refused - why
+    there is none."""
+
     zeta: Number = None
     deviation: Number = None
     refused: str = ""
 
 
 class MeasuredFacts(Record):
-    """One measured curve. peak_hz, peak_m_per_N - mean over the repeats, None where the peak was refused, with their
-    standard deviations; file - CSV of mean and band; with_phase - whether the phase was measured."""
+    """One measured curve. peak_hz, peak_m_per_N - mean over the repeats, None where the peak was
+    refused, with their standard deviations; file - CSV of mean and band; with_phase - whether the
+    phase was measured."""
+
     file: str
     files: Texts
     level_N: float
@@ -134,15 +151,19 @@ class MeasuredFacts(Record):
 
 class MeasuredResult(Result):
     """measured.json."""
+
     file: ClassVar[str] = "measured.json"
     curves: dict[str, MeasuredFacts]
 
 
-# ---- cycles ----------------------------------------------------------------------------------------------------
+# ---- cycles --------------------------------------------------------------------------------------
+
 
 class PeakCycle(Record):
-    """One period at the highest solved point of a curve, J per period. friction_J {pair: work of friction}; error - of
-    input = damping + friction, relative to the input; file - npz of the hysteresis loops."""
+    """One period at the highest solved point of a curve, J per period. friction_J {pair: work of
+    friction}; error - of input = damping + friction, relative to the input; file - npz of the
+    hysteresis loops."""
+
     file: str
     Fe_N: float
     H: int
@@ -160,15 +181,19 @@ class PeakCycle(Record):
 
 class CyclesResult(Result):
     """cycles.json. pairs - names of the kept pairs, in the order of the files."""
+
     file: ClassVar[str] = "cycles.json"
     curves: tuple[PeakCycle, ...]
     pairs: Texts
 
 
-# ---- stress ----------------------------------------------------------------------------------------------------
+# ---- stress --------------------------------------------------------------------------------------
+
 
 class StressPlace(Record):
-    """A node where the alternating stress is larger than at all nodes of the cells around it; von Mises stresses."""
+    """A node where the alternating stress is larger than at all nodes of the cells around it; von
+    Mises stresses."""
+
     body: str
     node: int
     position_m: tuple[float, float, float]
@@ -178,7 +203,9 @@ class StressPlace(Record):
 
 
 class PeakStress(Record):
-    """Stress at the highest solved point of a curve; files - .vtu of the bodies; places - the largest of each body."""
+    """Stress at the highest solved point of a curve; files - .vtu of the bodies; places - the
+    largest of each body."""
+
     files: Texts
     Fe_N: float
     H: int
@@ -187,18 +214,23 @@ class PeakStress(Record):
 
 
 class StressResult(Result):
-    """stress.json. unbalanced {body: part of the forces at rest that its inertia takes up}, of free bodies."""
+    """stress.json. unbalanced {body: part of the forces at rest that its inertia takes up}, of free
+    bodies."""
+
     file: ClassVar[str] = "stress.json"
     curves: tuple[PeakStress, ...]
     unbalanced: dict[str, float] = {}
 
 
-# ---- agreement -------------------------------------------------------------------------------------------------
+# ---- agreement -----------------------------------------------------------------------------------
+
 
 class Agreement(Record):
-    """A computed curve beside a measured one. share_inside - part of the common frequencies at which it lies in the
-    measured band; peak, frequency - computed over measured, minus 1; half_power - of the computed curve at the
-    measured frequencies, whose difference from the damping put in, zeta, is the bias of the method."""
+    """A computed curve beside a measured one. share_inside - part of the common frequencies at
+    which it lies in the measured band; peak, frequency - computed over measured, minus 1;
+    half_power - of the computed curve at the measured frequencies, whose difference from the
+    damping put in, zeta, is the bias of the method."""
+
     measured: str
     computed: str
     Fe_N: float
@@ -211,6 +243,7 @@ class Agreement(Record):
 
 class AgreementResult(Result):
     """agreement.json. zeta - damping ratio of the tracked stuck mode in the computation."""
+
     file: ClassVar[str] = "agreement.json"
     curves: tuple[Agreement, ...]
     zeta: float

@@ -12,12 +12,14 @@ from tipdamp.static_contact.tuning.detachment import GradedStation
 T = TypeVar("T")
 
 
-# ---- inspect ---------------------------------------------------------------------------------------------------
+# ---- inspect -------------------------------------------------------------------------------------
+
 
 class InspectedBody(Record):
-    """A body as read. Given matrices have `dofs` alone; mass (x, y, z) and rigid modes are known once the body is
-    assembled. pieces - that share no node; first_hz - bounds of the first natural frequency of a solid of this size
-    (blades)."""
+    """A body as read. Given matrices have `dofs` alone; mass (x, y, z) and rigid modes are known
+    once the body is assembled. pieces - that share no node; first_hz - bounds of the first natural
+    frequency of a solid of this size (blades)."""
+
     dofs: int | None = None
     file: str | None = None
     format: str | None = None
@@ -36,9 +38,11 @@ class InspectedBody(Record):
 
 
 class SideCheck(Record):
-    """Geometry of the pairs of one side; length_m, across_m - extent along t1 and t2; force_per_pull - N on the side
-    for 1 N of pull without friction, None with the reason in `trouble`; area_m2 of contact between surfaces, of the
-    faces_m2 that the damper has there, None where nodes match."""
+    """Geometry of the pairs of one side; length_m, across_m - extent along t1 and t2;
+    force_per_pull - N on the side for 1 N of pull without friction, None with the reason in
+    `trouble`; area_m2 of contact between surfaces, of the faces_m2 that the damper has there, None
+    where nodes match."""
+
     pairs: int
     stations: int
     rows: int
@@ -56,9 +60,11 @@ class SideCheck(Record):
 
 
 class InspectResult(Result):
-    """inspect.json. pairs {side: number}; columns {body: master dofs and contact shapes}; tractions {body: cells} as in
-    Reduction; side_moduli {side: E, nu of the blade, E, nu of the damper}; only_friction - rigid
+    """inspect.json. pairs {side: number}; columns {body: master dofs and contact shapes}; tractions
+    {body: cells} as in Reduction; side_moduli {side: E, nu of the blade, E, nu of the damper};
+    only_friction - rigid
     motions of the damper that nothing but friction holds."""
+
     file: ClassVar[str] = "inspect.json"
     bodies: dict[str, InspectedBody]
     pairs: dict[str, int] = {}
@@ -70,12 +76,14 @@ class InspectResult(Result):
     pictures: Texts = ()
 
 
-# ---- reduce ----------------------------------------------------------------------------------------------------
+# ---- reduce --------------------------------------------------------------------------------------
+
 
 class ReductionFacts(Record):
-    """Size of the reduction; modes {body: fixed-interface modes}, load_modes {body: static shapes of loads},
-    contact_shapes {body: static shapes of forces on contact points}, tractions {body: cells over which these forces are
-    spread}, empty where they act on every point."""
+    """Size of the reduction; modes {body: fixed-interface modes}, load_modes {body: static shapes
+    of loads}, contact_shapes {body: static shapes of forces on contact points}, tractions {body:
+    cells over which these forces are spread}, empty where they act on every point."""
+
     dofs: int
     masters: int
     modes: dict[str, int]
@@ -85,23 +93,32 @@ class ReductionFacts(Record):
 
     @property
     def in_words(self) -> str:
-        """'105 contact and response dofs and 60 modes', '15 dofs of nodes, 420 contact shapes and 60 modes', '15 dofs
-        of nodes, 1200 contact shapes of tractions on 400 cells and 60 modes'."""
-        shapes, modes = sum(self.contact_shapes.values()), f"{sum(self.modes.values())} modes"
+        """'105 contact and response dofs and 60 modes', '15 dofs of nodes, 420 contact shapes and
+        60 modes', '15 dofs of nodes, 1200 contact shapes of tractions on 400 cells and 60
+        modes'."""
+        shapes = sum(self.contact_shapes.values())
+        modes = f"{sum(self.modes.values())} modes"
         cells = f" of tractions on {sum(self.tractions.values())} cells" if self.tractions else ""
-        return (f"{self.masters} dofs of nodes, {shapes} contact shapes{cells} and {modes}" if shapes else
-                f"{self.masters} contact and response dofs and {modes}")
+        return (
+            f"{self.masters} dofs of nodes, {shapes} contact shapes{cells} and {modes}"
+            if shapes
+            else f"{self.masters} contact and response dofs and {modes}"
+        )
 
 
 class FreeResponse(Record):
-    """Linear response without damper: largest amplitude over each patch per newton, m_per_N {patch: values at hz}."""
+    """Linear response without damper: largest amplitude over each patch per newton, m_per_N {patch:
+    values at hz}."""
+
     hz: Numbers
     m_per_N: dict[str, Numbers]
 
 
 class ReduceResult(Result):
-    """reduce.json. rows {side: rows of the patch}; side_materials {side: E, nu, E, nu} where a model needs them;
-    free_hz {'out_of_phase', 'in_phase'}, empty where no mode involves both blades."""
+    """reduce.json. rows {side: rows of the patch}; side_materials {side: E, nu, E, nu} where a
+    model needs them; free_hz {'out_of_phase', 'in_phase'}, empty where no mode involves both
+    blades."""
+
     file: ClassVar[str] = "reduce.json"
     reduction: ReductionFacts
     rows: dict[str, int]
@@ -114,25 +131,30 @@ class ReduceResult(Result):
     pictures: Texts = ()
 
 
-# ---- preload ---------------------------------------------------------------------------------------------------
+# ---- preload -------------------------------------------------------------------------------------
+
 
 class SideLoad(Record):
     """Contact forces of one side: sum over its closed pairs, the largest, number of open pairs."""
+
     sum_N: float
     max_N: float
     detached: int
 
 
 class SideForces(SideLoad):
-    """Preload of one side beside the sum that equilibrium asks for; min_N - smallest of its closed pairs;
-    balance_error - unbalanced part of the load on the damper."""
+    """Preload of one side beside the sum that equilibrium asks for; min_N - smallest of its closed
+    pairs; balance_error - unbalanced part of the load on the damper."""
+
     min_N: float
     equilibrium_N: float
     balance_error: Number
 
 
 class StiffnessWay(Record):
-    """kn and kt per node (mean) by one way of giving them; in_use - with which the study computes."""
+    """kn and kt per node (mean) by one way of giving them; in_use - with which the study
+    computes."""
+
     way: str
     kn_N_per_m: float
     kt_N_per_m: float
@@ -140,8 +162,9 @@ class StiffnessWay(Record):
 
 
 class SideStiffness(Record):
-    """Nodal stiffness of one side and what it was made from; None where it does not apply. ways - the one in use beside
-    those that lead to it, and the reference of the study."""
+    """Nodal stiffness of one side and what it was made from; None where it does not apply. ways -
+    the one in use beside those that lead to it, and the reference of the study."""
+
     model: str
     ways: tuple[StiffnessWay, ...] = ()
     kn_N_per_m: float
@@ -162,7 +185,9 @@ class SideStiffness(Record):
 
 
 class FrictionFacts(Record):
-    """State with friction at the end of the history; without_friction_N {side: N} of the frictionless equilibrium."""
+    """State with friction at the end of the history; without_friction_N {side: N} of the
+    frictionless equilibrium."""
+
     slipping_pairs: int
     closed_pairs: int
     largest_T_N: float
@@ -172,14 +197,16 @@ class FrictionFacts(Record):
 
 class FreeMotion(Record):
     """Rigid motion of the damper that no contact resists, and the load along it."""
+
     name: str
     unit: str
     load: float
 
 
 class LoadCasePreload(Record):
-    """Preload of a further load case; reactions {motion: N, rolls N m} taken up in the reference state; held
-    {motion: force on what holds it}."""
+    """Preload of a further load case; reactions {motion: N, rolls N m} taken up in the reference
+    state; held {motion: force on what holds it}."""
+
     file: str
     sides: dict[str, SideLoad]
     residual: float
@@ -189,9 +216,10 @@ class LoadCasePreload(Record):
 
 
 class PreloadResult(Result):
-    """preload.json. kn_kt_N_per_m {side: mean kn, mean kt}; stiffness {side: ...}, empty with a user-supplied pair
-    table; friction - None without; reactions {motion: amount} of the constraints that stand in for missing contact;
-    held {motion: force on what holds it}."""
+    """preload.json. kn_kt_N_per_m {side: mean kn, mean kt}; stiffness {side: ...}, empty with a
+    user-supplied pair table; friction - None without; reactions {motion: amount} of the constraints
+    that stand in for missing contact; held {motion: force on what holds it}."""
+
     file: ClassVar[str] = "preload.json"
     sides: dict[str, SideForces]
     residual: float
@@ -206,10 +234,13 @@ class PreloadResult(Result):
     cases: dict[str, LoadCasePreload] = {}
 
 
-# ---- preload on the full model ---------------------------------------------------------------------------------
+# ---- preload on the full model -------------------------------------------------------------------
+
 
 class FullSide(Record):
-    """Sums of one side on the full model and condensed, open pairs, and the largest difference of a pair."""
+    """Sums of one side on the full model and condensed, open pairs, and the largest difference of a
+    pair."""
+
     sum_N: float
     condensed_N: float
     open: int
@@ -217,8 +248,10 @@ class FullSide(Record):
 
 
 class FullResult(Result):
-    """full.json. of - fingerprint of the preload.csv that it was compared with; difference - largest of a pair, of the
-    largest force; residual - of the load; reactions as in PreloadResult."""
+    """full.json. of - fingerprint of the preload.csv that it was compared with; difference -
+    largest of a pair, of the largest force; residual - of the load; reactions as in
+    PreloadResult."""
+
     file: ClassVar[str] = "full.json"
     of: str
     ranks: int
@@ -228,10 +261,14 @@ class FullResult(Result):
     difference: float
     sides: dict[str, FullSide]
     reactions: dict[str, float] = {}
-# ---- tune ------------------------------------------------------------------------------------------------------
+
+
+# ---- tune ----------------------------------------------------------------------------------------
+
 
 class OfSets(Record, Generic[T]):
     """A value for each set of stuck pairs: the whole patch, the whole line, the kept stations."""
+
     full_area: T
     full_line: T
     tuned: T
@@ -239,18 +276,22 @@ class OfSets(Record, Generic[T]):
 
 class Stations(Record):
     """Stations kept at each end; front counts those with the smaller coordinate."""
+
     front: int
     back: int
 
 
 class TuneStep(Stations):
-    """One set of stations that was tried; mac - energy-weighted MAC of the tracked mode with the free one."""
+    """One set of stations that was tried; mac - energy-weighted MAC of the tracked mode with the
+    free one."""
+
     hz: float
     mac: float
 
 
 class PlacedWorth(Record):
     """The worth of a station as in StationWorth; position_m along the axis."""
+
     station: int
     kept: bool
     hz: float
@@ -258,8 +299,9 @@ class PlacedWorth(Record):
 
 
 class KeptSide(Record):
-    """What is kept of the closed part of a side, in mm2, or in mm where the side is a line; cells - those of the closed
-    part, and of them those that are kept at least in part."""
+    """What is kept of the closed part of a side, in mm2, or in mm where the side is a line; cells -
+    those of the closed part, and of them those that are kept at least in part."""
+
     unit: str
     closed: float
     kept: float
@@ -268,14 +310,18 @@ class KeptSide(Record):
 
 
 class KeptMirror(Record):
-    """A plane about which contact and preload map are symmetric, so that mirrored parts leave together; noise - of the
-    map: sum of the differences of mirrored places over the sum of the forces."""
+    """A plane about which contact and preload map are symmetric, so that mirrored parts leave
+    together; noise - of the map: sum of the differences of mirrored places over the sum of the
+    forces."""
+
     normal: Numbers
     noise: float
 
 
 class KeptArea(Record):
-    """Tuning by area or by cell: the share kept on every side; hz_per_percent - what a percent of it is worth."""
+    """Tuning by area or by cell: the share kept on every side; hz_per_percent - what a percent of
+    it is worth."""
+
     share: float
     hz_per_percent: float
     sides: dict[str, KeptSide]
@@ -285,12 +331,15 @@ class KeptArea(Record):
 
 class TrackedMode(Record):
     """A stuck mode, found by a free one; mac - their energy-weighted MAC."""
+
     hz: float
     mac: float
 
 
 class FullModelCheck(Record):
-    """Stuck frequencies of the reduced and of the full model; error_bound - relative, from the reduction alone."""
+    """Stuck frequencies of the reduced and of the full model; error_bound - relative, from the
+    reduction alone."""
+
     reduced_hz: Numbers
     full_hz: Numbers
     largest_error: float
@@ -298,7 +347,9 @@ class FullModelCheck(Record):
 
 
 class KeptCase(Record):
-    """Contact forces of a load case on the kept pairs, or why there is no equilibrium (`refused`)."""
+    """Contact forces of a load case on the kept pairs, or why there is no equilibrium
+    (`refused`)."""
+
     sides: dict[str, SideLoad] = {}
     reactions: dict[str, float] = {}
     residual: float | None = None
@@ -306,10 +357,12 @@ class KeptCase(Record):
 
 
 class RedistributionFacts(Record):
-    """How the preload came onto the kept stations. Scaled: factor of each side and the moment left about the axis of
-    the damper, and about x, y, z; moment_share - of the load times the length of the contact, that which no hold takes;
-    where it is more than 1 % `resolved` - the same pairs with their static contact solved again. Solved again:
-    constraint reactions and residual, with friction its figures."""
+    """How the preload came onto the kept stations. Scaled: factor of each side and the moment left
+    about the axis of the damper, and about x, y, z; moment_share - of the load times the length of
+    the contact, that which no hold takes; where it is more than 1 % `resolved` - the same pairs
+    with their static contact solved again. Solved again: constraint reactions and residual, with
+    friction its figures."""
+
     scale: dict[str, float] = {}
     moment_Nm: float | None = None
     moments_Nm: Numbers | None = None
@@ -321,10 +374,12 @@ class RedistributionFacts(Record):
 
 
 class TuneResult(Result):
-    """tune.json. full_model_check {set: ...}, empty where matrices were given; target_hz - None for given stations;
-    table - the user's own table of kept pairs, if that is what is kept. closed_pairs, open_pairs - of each set, those
-    that stick and those that are open at rest, which do not; equivalent - sets within the scatter of the target;
-    passed_over - sets nearer to the target that leave too large a moment."""
+    """tune.json. full_model_check {set: ...}, empty where matrices were given; target_hz - None for
+    given stations; table - the user's own table of kept pairs, if that is what is kept.
+    closed_pairs, open_pairs - of each set, those that stick and those that are open at rest, which
+    do not; equivalent - sets within the scatter of the target; passed_over - sets nearer to the
+    target that leave too large a moment."""
+
     file: ClassVar[str] = "tune.json"
     target_hz: float | None
     scatter_hz: float = 0.0
@@ -356,7 +411,8 @@ class TuneResult(Result):
 
     @property
     def line_is_whole(self) -> bool:
-        """Whether the line model keeps all rows of the patch, so that there is no word to say of it."""
+        """Whether the line model keeps all rows of the patch, so that there is no word to say of
+        it."""
         closed, opened = self.closed_pairs, self.open_pairs
         return closed.full_area + opened.full_area == closed.full_line + opened.full_line
 
@@ -367,10 +423,17 @@ class TuneResult(Result):
 
     @property
     def kept_in_words(self) -> str:
-        """'5 + 4 stations (station 4 with 20.0% of its area)', '62 % of the closed area (103 of 166 mm2 on 'left')'."""
+        """'5 + 4 stations (station 4 with 20.0% of its area)', '62 % of the closed area (103 of 166
+        mm2 on 'left')'."""
         if self.area is not None:
-            sides = ", ".join(f"{side.kept:.4g} of {side.closed:.4g} {side.unit} on '{name}'"
-                              for name, side in self.area.sides.items())
+            sides = ", ".join(
+                f"{side.kept:.4g} of {side.closed:.4g} {side.unit} on '{name}'"
+                for name, side in self.area.sides.items()
+            )
             return f"{100 * self.area.share:.3g} % of the closed area ({sides})"
-        part = f" (station {self.graded.station} with {self.graded.part:.1%} of its area)" if self.graded else ""
+        part = (
+            f" (station {self.graded.station} with {self.graded.part:.1%} of its area)"
+            if self.graded
+            else ""
+        )
         return f"{self.tuned_pairs.front} + {self.tuned_pairs.back} stations{part}"

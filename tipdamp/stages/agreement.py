@@ -25,7 +25,7 @@ from tipdamp.stages.curve_facts import peak_of
 from tipdamp.stages.stage import Stage
 from tipdamp.study.view import Study
 
-SAME_LEVEL = 0.02        # relative difference of two forces that count as one level
+SAME_LEVEL = 0.02  # relative difference of two forces that count as one level
 
 
 def agreement(study: Study, store: Store, tick: Tick) -> list[str]:
@@ -38,32 +38,55 @@ def agreement(study: Study, store: Store, tick: Tick) -> list[str]:
         beside = [c for c in computed.responses if abs(c.Fe_N / facts.level_N - 1) <= SAME_LEVEL]
         if not beside:
             levels = ", ".join(f"{Fe:g}" for Fe in sorted({c.Fe_N for c in computed.responses}))
-            said.append(f"measured curve '{name}' has no computed curve at its level of {facts.level_N:g} N (levels: "
-                        f"{levels} N)")
+            said.append(
+                f"measured curve '{name}' has no computed curve at its level of {facts.level_N:g} "
+                f"N (levels: {levels} N)"
+            )
         for case in beside:
             curve = ForcedResponse.load(store.path(case.file))
-            found.append(_agreement(name, study.measured[name], study.respond.patches[0], facts, case, curve,
-                                    load_band(store.path(facts.file))))
+            found.append(
+                _agreement(
+                    name,
+                    study.measured[name],
+                    study.respond.patches[0],
+                    facts,
+                    case,
+                    curve,
+                    load_band(store.path(facts.file)),
+                )
+            )
     AgreementResult(curves=tuple(found), zeta=_zeta(study, store), warnings=tuple(said)).save(store)
     return []
 
 
-def _agreement(name, settings, patch, facts: MeasuredFacts, case: CurveResult, curve, band) -> Agreement:
+def _agreement(
+    name, settings, patch, facts: MeasuredFacts, case: CurveResult, curve, band
+) -> Agreement:
     hz, _, low, high = band
     amplitude = computed_amplitude(curve, settings, patch) / case.Fe_N
     top = peak_of(curve, at_place(curve, settings, patch))
     peak = (None, None) if top.peak_m is None else (top.peak_hz, top.peak_m / case.Fe_N)
     if settings.amplitude == "fundamental" and top.peak_m is not None:
         peak = _highest(*drawn(curve.frequency, amplitude))
-    off = [None if a is None or b is None else a / b - 1 for a, b in ((peak[1], facts.peak_m_per_N),
-                                                                    (peak[0], facts.peak_hz))]
-    return Agreement(measured=name, computed=case.file, Fe_N=case.Fe_N, H=case.H, peak=off[0], frequency=off[1],
-                     share_inside=share_inside(hz, low, high, curve.frequency, amplitude),
-                     half_power=_half_power(hz, curve.frequency, amplitude))
+    off = [
+        None if a is None or b is None else a / b - 1
+        for a, b in ((peak[1], facts.peak_m_per_N), (peak[0], facts.peak_hz))
+    ]
+    return Agreement(
+        measured=name,
+        computed=case.file,
+        Fe_N=case.Fe_N,
+        H=case.H,
+        peak=off[0],
+        frequency=off[1],
+        share_inside=share_inside(hz, low, high, curve.frequency, amplitude),
+        half_power=_half_power(hz, curve.frequency, amplitude),
+    )
 
 
 def _highest(hz, amplitude):
-    """(Hz, m/N) of the highest point of the drawn curve: that of the fundamental is not among the solved peaks."""
+    """(Hz, m/N) of the highest point of the drawn curve: that of the fundamental is not among the
+    solved peaks."""
     k = int(np.nanargmax(amplitude))
     return float(hz[k]), float(amplitude[k])
 
@@ -75,7 +98,9 @@ def _half_power(hz, path_hz, path) -> MeasuredDamping:
         return MeasuredDamping(refused="the computed curve folds")
     covered = np.array([len(v) > 0 for v in values])
     try:
-        return MeasuredDamping(zeta=half_power(hz[covered], np.array([v[0] for v in values if len(v)])).zeta)
+        return MeasuredDamping(
+            zeta=half_power(hz[covered], np.array([v[0] for v in values if len(v)])).zeta
+        )
     except (InputError, ValueError) as error:
         return MeasuredDamping(refused=str(error))
 
@@ -89,9 +114,18 @@ def _zeta(study, store):
 
 def line(store: Store) -> str:
     """Share of the band inside, of each pair of curves."""
-    return "; ".join(f"{one.measured} and H = {one.H}: " + ("no common frequency" if one.share_inside is None else
-                                                           f"{100 * one.share_inside:.0f} % inside")
-                     for one in AgreementResult.load(store).curves) or "nothing to compare"
+    return (
+        "; ".join(
+            f"{one.measured} and H = {one.H}: "
+            + (
+                "no common frequency"
+                if one.share_inside is None
+                else f"{100 * one.share_inside:.0f} % inside"
+            )
+            for one in AgreementResult.load(store).curves
+        )
+        or "nothing to compare"
+    )
 
 
 def warnings(_: Study, store: Store) -> Sequence[str]:
@@ -99,6 +133,12 @@ def warnings(_: Study, store: Store) -> Sequence[str]:
     return AgreementResult.load(store).warnings
 
 
-STAGE = Stage(agreement, line, warnings=warnings, outputs=("agreement.json",), needs=("measured", "tune", "respond"),
-              requires=("measured", "tune", "respond"),
-              reads=("measured", "respond.patches", "respond.damping_ratio"))
+STAGE = Stage(
+    agreement,
+    line,
+    warnings=warnings,
+    outputs=("agreement.json",),
+    needs=("measured", "tune", "respond"),
+    requires=("measured", "tune", "respond"),
+    reads=("measured", "respond.patches", "respond.damping_ratio"),
+)

@@ -1,4 +1,5 @@
-"""Facts of a curve: its peaks over the patches, the forces on what holds motions, what is missing."""
+"""Facts of a curve: its peaks over the patches, the forces on what holds motions, what is
+missing."""
 
 import warnings as python_warnings
 from collections.abc import Sequence
@@ -20,33 +21,68 @@ from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.schema import Respond
 
 
-def curve_result(settings: Respond, kept: ContactTable, problem: ContactProblem, case: CurveCase,
-                 ways: Sequence[ForcedResponse]) -> CurveResult:
-    """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force; counts.
+def curve_result(
+    settings: Respond,
+    kept: ContactTable,
+    problem: ContactProblem,
+    case: CurveCase,
+    ways: Sequence[ForcedResponse],
+) -> CurveResult:
+    """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force;
+    counts.
 
     ways : the curve, and where it was followed back, that too
     """
     (curve, *back), held = ways, problem.held
-    patches = {patch: peak_of(curve, in_patch(curve.output_names, patch)) for patch in settings.patches}
+    patches = {
+        patch: peak_of(curve, in_patch(curve.output_names, patch)) for patch in settings.patches
+    }
     first = in_patch(curve.output_names, settings.patches[0])
     top = patches[settings.patches[0]]
-    other = [BackCurve(**dict(peak_of(one, first)), complete=one.complete, ended=one.ended,
-                       further=one.further, failed_points=(~one.converged).sum(), seconds=one.seconds,
-                       held=held_forces(one, held, first), energy_error=worst(one.energy_error))
-             for one in back]
+    other = [
+        BackCurve(
+            **dict(peak_of(one, first)),
+            complete=one.complete,
+            ended=one.ended,
+            further=one.further,
+            failed_points=(~one.converged).sum(),
+            seconds=one.seconds,
+            held=held_forces(one, held, first),
+            energy_error=worst(one.energy_error),
+        )
+        for one in back
+    ]
     return CurveResult(
-        file=case.file, Fe_N=case.Fe_N, H=case.H, **dict(top), patches=patches, points=len(curve.frequency),
-        failed_points=(~curve.converged).sum(), slipping_pairs=tuple(pair_names(kept, curve.slipping_pairs)),
-        lift_off_pairs=tuple(pair_names(kept, [i for i in curve.opening_pairs if kept.preload[i] > 0])),
-        seconds=curve.seconds, residual_calls=curve.residual_calls, complete=curve.complete, ended=curve.ended,
-        further=curve.further, origin=curve.origin, start=curve.start,
-        back=other[0] if other else None, held=held_forces(curve, held, first), held_change=curve.held_change,
-        held_reaction_change=curve.held_reaction_change, hold_doubts=tuple(hold_in_words(curve, problem)),
-        energy_error=worst(curve.energy_error))
+        file=case.file,
+        Fe_N=case.Fe_N,
+        H=case.H,
+        **dict(top),
+        patches=patches,
+        points=len(curve.frequency),
+        failed_points=(~curve.converged).sum(),
+        slipping_pairs=tuple(pair_names(kept, curve.slipping_pairs)),
+        lift_off_pairs=tuple(
+            pair_names(kept, [i for i in curve.opening_pairs if kept.preload[i] > 0])
+        ),
+        seconds=curve.seconds,
+        residual_calls=curve.residual_calls,
+        complete=curve.complete,
+        ended=curve.ended,
+        further=curve.further,
+        origin=curve.origin,
+        start=curve.start,
+        back=other[0] if other else None,
+        held=held_forces(curve, held, first),
+        held_change=curve.held_change,
+        held_reaction_change=curve.held_reaction_change,
+        hold_doubts=tuple(hold_in_words(curve, problem)),
+        energy_error=worst(curve.energy_error),
+    )
 
 
 def peak_shape(curve: ForcedResponse, case: CurveResult) -> np.ndarray:
-    """(m,) complex, m: the outputs at the peak, their part at the frequency of the force; empty without a peak."""
+    """(m,) complex, m: the outputs at the peak, their part at the frequency of the force; empty
+    without a peak."""
     if case.peak_hz is None:
         return np.empty(0)
     solved = np.flatnonzero(curve.converged)
@@ -57,55 +93,94 @@ def peak_shape(curve: ForcedResponse, case: CurveResult) -> np.ndarray:
 
 
 def with_macs(found: Sequence[CurveResult], shapes: Sequence[np.ndarray]) -> list[CurveResult]:
-    """The curves with the MAC of the shape at their peak and that at the next lower level of the same H."""
+    """The curves with the MAC of the shape at their peak and that at the next lower level of the
+    same H."""
     done = list(found)
     for H in {one.H for one in found}:
-        order = sorted((i for i, one in enumerate(found) if one.H == H), key=lambda i: found[i].Fe_N)
+        order = sorted(
+            (i for i, one in enumerate(found) if one.H == H), key=lambda i: found[i].Fe_N
+        )
         for before, i in zip(order, order[1:], strict=False):
             a, b = shapes[before], shapes[i]
             if len(a) and len(b):
-                mac = abs(np.vdot(a, b)) ** 2 / max(np.vdot(a, a).real * np.vdot(b, b).real, np.finfo(float).tiny)
+                mac = abs(np.vdot(a, b)) ** 2 / max(
+                    np.vdot(a, a).real * np.vdot(b, b).real, np.finfo(float).tiny
+                )
                 done[i] = done[i].model_copy(update={"mac": float(mac)})
     return done
 
 
 def worst(errors: np.ndarray) -> float:
     """Largest of the errors (n,) that are known; NaN where none is."""
-    return float(np.max(errors, where=np.isfinite(errors), initial=0.0)) if np.isfinite(errors).any() else float("nan")
+    return (
+        float(np.max(errors, where=np.isfinite(errors), initial=0.0))
+        if np.isfinite(errors).any()
+        else float("nan")
+    )
 
 
-def held_forces(curve: ForcedResponse, held: Sequence[HeldMotion], outputs: np.ndarray) -> dict[str, HeldForce]:
+def held_forces(
+    curve: ForcedResponse, held: Sequence[HeldMotion], outputs: np.ndarray
+) -> dict[str, HeldForce]:
     """{motion: force on what holds it} at the point where the outputs, a mask (m,), move most."""
     hz = max((curve.at_least(n) for n in curve.output_names[outputs]), key=lambda p: p[1])[0]
-    X = curve.reaction[np.flatnonzero(curve.frequency == hz)[0]] if np.isfinite(hz) else np.full((len(held), 1), np.nan)
-    return {one.name: HeldForce(
-        unit=one.unit, hz=hz, mean=x[0].real, amplitude=float(fourier.half_peak_to_peak(x)), spring=not one.mean,
-        moved=None if one.mean else x[0].real / one.stiffness) for one, x in zip(held, X, strict=True)}
+    X = (
+        curve.reaction[np.flatnonzero(curve.frequency == hz)[0]]
+        if np.isfinite(hz)
+        else np.full((len(held), 1), np.nan)
+    )
+    return {
+        one.name: HeldForce(
+            unit=one.unit,
+            hz=hz,
+            mean=x[0].real,
+            amplitude=float(fourier.half_peak_to_peak(x)),
+            spring=not one.mean,
+            moved=None if one.mean else x[0].real / one.stiffness,
+        )
+        for one, x in zip(held, X, strict=True)
+    }
 
 
 def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
-    """Largest peak of the outputs, a mask (m,), with its frequency, and the smallest of their peaks; where one has
-    none, or the largest is that of an end of the band, the largest amplitude that was solved."""
+    """Largest peak of the outputs, a mask (m,), with its frequency, and the smallest of their
+    peaks; where one has none, or the largest is that of an end of the band, the largest amplitude
+    that was solved."""
     names = curve.output_names[outputs].tolist()
     with python_warnings.catch_warnings():
-        python_warnings.simplefilter("ignore")         # `warnings` tells them
+        python_warnings.simplefilter("ignore")  # `warnings` tells them
         peaks = np.array([curve.peak(n) for n in names])
     if np.isfinite(peaks).all():
         most = first_largest(peaks[:, 1])
         (hz, top), largest = peaks[most], names[most]
         if not curve.at_border(largest):
-            return Peak(peak_hz=hz, peak_m=top, min_peak_m=peaks[:, 1].min(), unsolved=curve.why_unsolved(largest))
+            return Peak(
+                peak_hz=hz,
+                peak_m=top,
+                min_peak_m=peaks[:, 1].min(),
+                unsolved=curve.why_unsolved(largest),
+            )
     reached = [curve.at_least(n) for n in names]
     hz, least = reached[first_largest([amplitude for _, amplitude in reached])]
     inside = largest_inside(curve, outputs) if np.isfinite(peaks).all() else (None, None)
-    return Peak(peak_hz=None, peak_m=None, min_peak_m=None, at_least_hz=hz, at_least_m=least,
-                inside_hz=inside[0], inside_m=inside[1])
+    return Peak(
+        peak_hz=None,
+        peak_m=None,
+        min_peak_m=None,
+        at_least_hz=hz,
+        at_least_m=least,
+        inside_hz=inside[0],
+        inside_m=inside[1],
+    )
 
 
 def largest_inside(curve: ForcedResponse, outputs: np.ndarray) -> tuple[Number, Number]:
     """(Hz, m) of the highest point of the local maxima of the outputs, a mask (m,); (None, None)
     without any."""
     a = curve.amplitude()
-    found = [(curve.frequency[i], a[i, j]) for j in np.flatnonzero(outputs)
-             for i in local_maxima(a[:, j], curve.jumps)]
+    found = [
+        (curve.frequency[i], a[i, j])
+        for j in np.flatnonzero(outputs)
+        for i in local_maxima(a[:, j], curve.jumps)
+    ]
     return found[first_largest([height for _, height in found])] if found else (None, None)

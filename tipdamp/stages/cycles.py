@@ -1,4 +1,5 @@
-"""Stage cycles: inside of the contacts at the peak of every curve, hysteresis loops, friction work, energy balance."""
+"""Stage cycles: inside of the contacts at the peak of every curve, hysteresis loops, friction work,
+energy balance."""
 
 from collections.abc import Sequence
 
@@ -17,12 +18,13 @@ from tipdamp.stages.respond import READS, assembled
 from tipdamp.stages.stage import Stage
 from tipdamp.study.view import Study
 
-SAMPLES = 256            # a period: the loops are drawn with them, the energies do not depend on them
+SAMPLES = 256  # a period: the loops are drawn with them, the energies do not depend on them
 
 
 def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
     """One period of all contacts at the highest solved point of every curve, and its energies."""
-    assembly, respond = assembled(study, store, responded=True), RespondResult.load(store)
+    assembly = assembled(study, store, responded=True)
+    respond = RespondResult.load(store)
     names = pair_names(assembly.kept, slice(None))
     found, said = [], []
     for k, case in enumerate(respond.responses):
@@ -53,10 +55,19 @@ def highest_point(case: CurveResult, curve: ForcedResponse) -> int | None:
     return int(near[0] if len(near) else solved[np.abs(curve.frequency[solved] - hz).argmin()])
 
 
-def _facts(case: CurveResult, curve: ForcedResponse, point: int, energy: EnergyBalance, names) -> PeakCycle:
-    return PeakCycle(file=f"cycles/{case.file.rpartition('/')[2]}", Fe_N=case.Fe_N, H=case.H,
-                     hz=float(curve.frequency[point]), input_J=energy.input, damping_J=energy.damping,
-                     friction_J=dict(zip(names, map(float, energy.friction), strict=True)), error=energy.error)
+def _facts(
+    case: CurveResult, curve: ForcedResponse, point: int, energy: EnergyBalance, names
+) -> PeakCycle:
+    return PeakCycle(
+        file=f"cycles/{case.file.rpartition('/')[2]}",
+        Fe_N=case.Fe_N,
+        H=case.H,
+        hz=float(curve.frequency[point]),
+        input_J=energy.input,
+        damping_J=energy.damping,
+        friction_J=dict(zip(names, map(float, energy.friction), strict=True)),
+        error=energy.error,
+    )
 
 
 def line(store: Store) -> str:
@@ -66,8 +77,10 @@ def line(store: Store) -> str:
         return "no solved point"
     most = max(found, key=lambda one: one.friction_share)
     worst = max(one.error for one in found)
-    return (f"friction takes up to {100 * most.friction_share:.0f} % of the input (Fe = {most.Fe_N:g} N, H = {most.H})"
-            f"; energy balanced to {worst:.0e}")
+    return (
+        f"friction takes up to {100 * most.friction_share:.0f} % of the input (Fe = {most.Fe_N:g} "
+        f"N, H = {most.H}); energy balanced to {worst:.0e}"
+    )
 
 
 def warnings(_: Study, store: Store) -> Sequence[str]:
@@ -75,6 +88,13 @@ def warnings(_: Study, store: Store) -> Sequence[str]:
     return CyclesResult.load(store).warnings
 
 
-STAGE = Stage(cycles, line, warnings=warnings, outputs=("cycles.json",), may_write=("cycles/*.npz",),
-              needs=("reduce", "tune", "respond"), requires=("tune", "respond"),
-              reads=READS)
+STAGE = Stage(
+    cycles,
+    line,
+    warnings=warnings,
+    outputs=("cycles.json",),
+    may_write=("cycles/*.npz",),
+    needs=("reduce", "tune", "respond"),
+    requires=("tune", "respond"),
+    reads=READS,
+)

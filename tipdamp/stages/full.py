@@ -1,4 +1,5 @@
-"""Stage full, by `tipdamp preload --full`: the preload by Newton on the unreduced bodies, alone or over ranks.
+"""Stage full, by `tipdamp preload --full`: the preload by Newton on the unreduced bodies, alone or
+over ranks.
 
 Process 0 runs the stage; the others `share` its work and write nothing.
 """
@@ -28,7 +29,9 @@ from tipdamp.study.view import Study
 def full(study: Study, store: Store, tick: Tick) -> list[str]:
     """The preload of the whole patch at rest on the full model, beside preload.csv."""
     if study.preload.friction:
-        raise InputError("[preload] friction = true: the full model is solved without friction; leave it out")
+        raise InputError(
+            "[preload] friction = true: the full model is solved without friction; leave it out"
+        )
     given = ContactTable.load(store.path("preload.csv"))
     comm = ranks.world()
     comm.bcast(given)
@@ -38,17 +41,31 @@ def full(study: Study, store: Store, tick: Tick) -> list[str]:
         found.pairs.replace(kn=given.kn).save(path)
     force = np.maximum(given.preload, 0.0)
     apart = np.abs(found.force - force)
-    FullResult(of=store.outputs("preload")["preload.csv"], ranks=comm.size, dofs=dofs, iterations=found.iterations,
-               residual=found.residual, difference=apart.max() / force.max(), reactions=found.reactions,
-               sides={s: FullSide(sum_N=found.force[mine].sum(), condensed_N=force[mine].sum(),
-                                  open=int((found.force[mine] <= 0).sum()), largest_difference_N=apart[mine].max())
-                      for s in given.sides for mine in [given.side == s]}).save(store)
+    FullResult(
+        of=store.outputs("preload")["preload.csv"],
+        ranks=comm.size,
+        dofs=dofs,
+        iterations=found.iterations,
+        residual=found.residual,
+        difference=apart.max() / force.max(),
+        reactions=found.reactions,
+        sides={
+            s: FullSide(
+                sum_N=found.force[mine].sum(),
+                condensed_N=force[mine].sum(),
+                open=int((found.force[mine] <= 0).sum()),
+                largest_difference_N=apart[mine].max(),
+            )
+            for s in given.sides
+            for mine in [given.side == s]
+        },
+    ).save(store)
     return []
 
 
 def share(study: Study) -> None:
-    """Of every process but the first: its part of the work whenever the first has come to it, until it releases them.
-    Errors that come to all are raised by the first."""
+    """Of every process but the first: its part of the work whenever the first has come to it, until
+    it releases them. Errors that come to all are raised by the first."""
     with ranks.together():
         comm = ranks.world()
         while (pairs := comm.bcast(None)) is not None:
@@ -67,32 +84,48 @@ def _solved(study: Study, pairs: ContactTable, comm: Any, tick: Tick) -> tuple[F
     if study.contact.normal == "hard":
         pairs = pairs.replace(kn=np.full(len(pairs), np.inf))
     meshes, extra = read_meshes(study), int(np.isinf(pairs.kn[pairs.carrying]).sum())
-    bodies = assemble_bodies(study, meshes, tick) if comm.size == 1 else _distributed(study, meshes, comm, extra)
+    bodies = (
+        assemble_bodies(study, meshes, tick)
+        if comm.size == 1
+        else _distributed(study, meshes, comm, extra)
+    )
     forces = {body.name: np.zeros(body.dofs) for body in bodies}
     case, damper = study.preload.case, bodies[1]
-    forces[DAMPER] += loads.case_pull(study, case) * loads.unit_pull(study, damper, meshes[DAMPER]).force
+    forces[DAMPER] += (
+        loads.case_pull(study, case) * loads.unit_pull(study, damper, meshes[DAMPER]).force
+    )
     for body in bodies if case else ():
         forces[body.name] += loads.case_forces(study, case, body, meshes[body.name])
     dofs = sum(body.dofs for body in bodies)
     low, high = own_rows(comm, dofs + extra)
-    f = np.zeros(dofs)                                    # inertia forces are whole in the rank's own rows alone
+    f = np.zeros(dofs)  # inertia forces are whole in the rank's own rows alone
     f[low:high] = np.concatenate([forces[body.name] for body in bodies])[low:high]
     f = comm.allreduce(f)
     tick(0.3, f"Newton on {dofs} dofs" + f", {comm.size} ranks" * (comm.size > 1))
-    return full_preload(bodies, pairs, {BLADES: f[:bodies[0].dofs], DAMPER: f[bodies[0].dofs:]}), dofs
+    return full_preload(
+        bodies, pairs, {BLADES: f[: bodies[0].dofs], DAMPER: f[bodies[0].dofs :]}
+    ), dofs
 
 
 def _distributed(study, meshes, comm, extra):
     """The bodies with the rows of this rank."""
     if "rotation" in study and study.rotation.speed:
-        raise InputError("[rotation] speed: the stress stiffening is made in one process: run it without mpirun")
+        raise InputError(
+            "[rotation] speed: the stress stiffening is made in one process: run it without mpirun"
+        )
     parts = []
     for name, mesh in meshes.items():
         material, others = materials(study, mesh)
         clamp = study.blades.clamp if name == BLADES else ()
-        parts.append(Part(mesh, material, name, clamp=clamp, free=name == DAMPER, other_materials=others))
+        parts.append(
+            Part(mesh, material, name, clamp=clamp, free=name == DAMPER, other_materials=others)
+        )
     bodies, met = distributed_bodies(parts, comm, extra), surface_points(study, meshes)
-    return bodies if met is None else [replace(body, points=met.points[body.name].on(body)) for body in bodies]
+    return (
+        bodies
+        if met is None
+        else [replace(body, points=met.points[body.name].on(body)) for body in bodies]
+    )
 
 
 def line(store: Store) -> str:
@@ -100,9 +133,17 @@ def line(store: Store) -> str:
     found = FullResult.load(store)
     sides = "; ".join(f"{side}: {s.sum_N:.2f} N, {s.open} open" for side, s in found.sides.items())
     where = f" on {found.ranks} ranks" if found.ranks > 1 else ""
-    return (f"{found.dofs} dofs{where}, {found.iterations} Newton steps: {sides}; off preload.csv by "
-            f"{found.difference:.1e} of the largest force")
+    return (
+        f"{found.dofs} dofs{where}, {found.iterations} Newton steps: {sides}; off preload.csv by "
+        f"{found.difference:.1e} of the largest force"
+    )
 
 
-STAGE = Stage(full, line, outputs=("full.json", "preload_full.csv"), needs=("preload",),
-              reads=("loads", "preload", "driver.pull", "contact.normal", *BODY_READS), reads_files=BODY_FILES)
+STAGE = Stage(
+    full,
+    line,
+    outputs=("full.json", "preload_full.csv"),
+    needs=("preload",),
+    reads=("loads", "preload", "driver.pull", "contact.normal", *BODY_READS),
+    reads_files=BODY_FILES,
+)

@@ -1,4 +1,5 @@
-"""Stage inspect: what is in the meshes or matrices, before anything is computed, and the page to look at it."""
+"""Stage inspect: what is in the meshes or matrices, before anything is computed, and the page to
+look at it."""
 
 from types import MappingProxyType
 
@@ -49,25 +50,36 @@ def _matrices(study, store):
     shown = Inspected({}, pairs, pair_checks.places_in(model, pairs))
     warnings = [*ground_warnings(model, pairs), *unknown_places(model, pairs)]
     warnings += [*friction_warnings(study), *pair_checks.warnings(pairs)]
-    warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction, loads.held_directions(study, pairs))
+    warnings += pair_checks.pull_warnings(
+        pairs, study.driver.pull_direction, loads.held_directions(study, pairs)
+    )
     warnings += pair_checks.axis_warnings(pairs, study.driver.axis)
     bodies = {b: InspectedBody(dofs=int((model.body == b).sum())) for b in (BLADES, DAMPER)}
     return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings), shown)
 
 
 def _meshes(study, store, tick):
-    """Load cases and pairs are checked before anything is assembled; the page is also there without pairs."""
+    """Load cases and pairs are checked before anything is assembled; the page is also there without
+    pairs."""
     meshes = read_meshes(study)
     loads.check(study, meshes)
-    bodies = {name: _of_mesh(mesh, study.blades.mesh if name == BLADES else study.damper.mesh)
-              for name, mesh in meshes.items()}
-    bodies[BLADES] = bodies[BLADES].model_copy(update={"first_hz": first_frequency(study, meshes[BLADES])})
+    bodies = {
+        name: _of_mesh(mesh, study.blades.mesh if name == BLADES else study.damper.mesh)
+        for name, mesh in meshes.items()
+    }
+    bodies[BLADES] = bodies[BLADES].model_copy(
+        update={"first_hz": first_frequency(study, meshes[BLADES])}
+    )
     try:
         pairs, points = matched(study, meshes)
     except InputError as error:
         warnings = [w for name, mesh in meshes.items() for w in mesh_warnings(study, name, mesh)]
-        found = _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings),
-                           _refused(study, meshes, str(error)))
+        found = _with_page(
+            study,
+            store,
+            InspectResult(bodies=bodies, warnings=warnings),
+            _refused(study, meshes, str(error)),
+        )
         for name in found.pictures:
             raise InputError(f"{error} (look at {store.path(name)})") from None
         raise
@@ -77,21 +89,32 @@ def _meshes(study, store, tick):
     if not study.contact.pairs:
         warnings += distance_warnings(study, pairs, meshes)
     warnings += [*friction_warnings(study), *pair_checks.warnings(pairs, angles)]
-    warnings += pair_checks.pull_warnings(pairs, study.driver.pull_direction, loads.held_directions(study, pairs))
+    warnings += pair_checks.pull_warnings(
+        pairs, study.driver.pull_direction, loads.held_directions(study, pairs)
+    )
     warnings += pair_checks.axis_warnings(pairs, study.driver.axis)
     moduli = side_materials(study, meshes, pairs)
-    return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings, side_moduli=moduli,
-                                                  **_counted(study, meshes, pairs)),
-                      Inspected(meshes, pairs, places_on(meshes, pairs), angles), damper_areas(study, meshes))
+    return _with_page(
+        study,
+        store,
+        InspectResult(
+            bodies=bodies, warnings=warnings, side_moduli=moduli, **_counted(study, meshes, pairs)
+        ),
+        Inspected(meshes, pairs, places_on(meshes, pairs), angles),
+        damper_areas(study, meshes),
+    )
 
 
 def _refused(study, meshes, trouble):
-    """What the page shows of pairs that are refused: those of the user's own table, where it can be read."""
+    """What the page shows of pairs that are refused: those of the user's own table, where it can be
+    read."""
     if not study.contact.pairs:
         return Inspected(meshes, trouble=trouble)
     try:
         pairs = own_pairs(study)
-        return Inspected(meshes, pairs, places_on(meshes, pairs), surface_angles(pairs, meshes), trouble)
+        return Inspected(
+            meshes, pairs, places_on(meshes, pairs), surface_angles(pairs, meshes), trouble
+        )
     except InputError:
         return Inspected(meshes, trouble=trouble)
 
@@ -99,25 +122,39 @@ def _refused(study, meshes, trouble):
 def _of_mesh(mesh, file):
     """What a mesh alone tells."""
     return InspectedBody(
-        file=file, format=mesh.format, nodes=len(mesh.node), pieces=parts(mesh)[0],
+        file=file,
+        format=mesh.format,
+        nodes=len(mesh.node),
+        pieces=parts(mesh)[0],
         cells={k: len(c) for k, c in mesh.cells.items()},
         box_m=[mesh.position.min(axis=0), mesh.position.max(axis=0)],
         groups={k: len(v) for k, v in sorted(mesh.groups.items())},
         groups_are={k: DIMENSION[mesh.dimension.get(k, 0)] for k in sorted(mesh.groups)},
-        cell_groups={k: len(v) for k, v in sorted(mesh.cell_groups.items())}, not_read=tuple(mesh.unused))
+        cell_groups={k: len(v) for k, v in sorted(mesh.cell_groups.items())},
+        not_read=tuple(mesh.unused),
+    )
 
 
 def _assembled(study, meshes, contact, bodies, tick):
-    """The bodies with dofs, mass and rigid modes; the warnings about each. contact : pairs, and points of surfaces."""
+    """The bodies with dofs, mass and rigid modes; the warnings about each. contact : pairs, and
+    points of surfaces."""
     from tipdamp.modal.body import check_support
 
     (pairs, points), found, warnings = contact, dict(bodies), []
     counts = shape_counts(study, pairs, master_nodes(study, meshes, pairs))
-    assembled = loads.with_loads(study, assemble_bodies(study, meshes, tick, counts, points), meshes)
+    assembled = loads.with_loads(
+        study, assemble_bodies(study, meshes, tick, counts, points), meshes
+    )
     check_pieces(study, meshes, assembled, pairs)
     for body in assembled:
-        found[body.name] = InspectedBody(**{**dict(bodies[body.name]), "free_dofs": body.dofs,
-                                            "moving_mass_kg": body.mass(), "rigid_modes": check_support(body)})
+        found[body.name] = InspectedBody(
+            **{
+                **dict(bodies[body.name]),
+                "free_dofs": body.dofs,
+                "moving_mass_kg": body.mass(),
+                "rigid_modes": check_support(body),
+            }
+        )
         warnings += mesh_warnings(study, body.name, meshes[body.name], body.mass().max())
     return found, warnings
 
@@ -125,27 +162,38 @@ def _assembled(study, meshes, contact, bodies, tick):
 def _counted(study, meshes, pairs):
     """What the bodies will be reduced to."""
     counts = shape_counts(study, pairs, master_nodes(study, meshes, pairs))
-    return {"columns": {name: count.columns for name, count in counts.items()},
-            "tractions": {name: count.cells for name, count in counts.items() if count.cells}}
+    return {
+        "columns": {name: count.columns for name, count in counts.items()},
+        "tractions": {name: count.cells for name, count in counts.items() if count.cells},
+    }
 
 
 def _with_page(study, store, result, shown, areas=MappingProxyType({})):
-    """The result with its pairs and the areas {side: m2} of the damper's faces where they meet as surfaces, and
-    inspect.html beside it; a warning instead where a library is missing."""
+    """The result with its pairs and the areas {side: m2} of the damper's faces where they meet as
+    surfaces, and inspect.html beside it; a warning instead where a library is missing."""
     found = dict(result)
     if shown.pairs is not None:
         direction = np.array(study.driver.pull_direction)
         found["pairs"] = {s: int((shown.pairs.side == s).sum()) for s in shown.pairs.sides}
-        found["pair_checks"] = pair_checks.side_checks(shown.pairs, shown.places, direction, shown.angles,
-                                                        loads.held_directions(study, shown.pairs))
-        if "model" not in study:              # what given matrices hold themselves is known to `preload`
+        found["pair_checks"] = pair_checks.side_checks(
+            shown.pairs,
+            shown.places,
+            direction,
+            shown.angles,
+            loads.held_directions(study, shown.pairs),
+        )
+        if "model" not in study:  # what given matrices hold themselves is known to `preload`
             found["only_friction"] = only_friction.held_by_friction(shown.pairs, study.driver.hold)
         for side, faces in areas.items():
             area = float(shown.pairs.area[shown.pairs.side == side].sum())
             found["pair_checks"][side] = found["pair_checks"][side].model_copy(
-                update={"area_m2": area, "faces_m2": faces})
+                update={"area_m2": area, "faces_m2": faces}
+            )
     if absent := missing("plotly", "jinja2"):
-        found["warnings"] = (*result.warnings, f"inspect.html is left out: {absent} is not installed")
+        found["warnings"] = (
+            *result.warnings,
+            f"inspect.html is left out: {absent} is not installed",
+        )
         return InspectResult(**found)
     with store.writing("inspect.html") as path:
         path.write_text(inspection_page(study, InspectResult(**found), shown), encoding="utf-8")
@@ -155,20 +203,30 @@ def _with_page(study, store, result, shown, areas=MappingProxyType({})):
 def line(store: Store) -> str:
     """Numbers of pairs, a line for each body, and what nothing but friction holds."""
     found = InspectResult.load(store)
-    lines = [", ".join(f"{n} pairs on side '{s}'{_covered(found.pair_checks.get(s))}" for s, n in found.pairs.items())]
+    lines = [
+        ", ".join(
+            f"{n} pairs on side '{s}'{_covered(found.pair_checks.get(s))}"
+            for s, n in found.pairs.items()
+        )
+    ]
     for name, b in found.bodies.items():
-        if b.moving_mass_kg is None:             # given matrices
+        if b.moving_mass_kg is None:  # given matrices
             lines.append(f"{name}: {b.dofs} dofs")
             continue
         size = " x ".join(f"{1e3 * (high - low):.4g}" for low, high in zip(*b.box_m, strict=True))
         cells = ", ".join(f"{n} {kind}" for kind, n in b.cells.items())
         groups = ", ".join(f"{shown(group)} ({n})" for group, n in b.groups.items())
         pieces = f" in {b.pieces} pieces" if b.pieces and b.pieces > 1 else ""
-        lines.append(f"{name}: {b.nodes} nodes{pieces}, {cells}, {b.free_dofs} free dofs, {size} mm, moving mass "
-                     f"{b.moving_mass_kg[0]:.4g} kg, {b.rigid_modes} rigid modes; groups (nodes): {groups}")
+        lines.append(
+            f"{name}: {b.nodes} nodes{pieces}, {cells}, {b.free_dofs} free dofs, {size} mm, "
+            f"moving mass {b.moving_mass_kg[0]:.4g} kg, {b.rigid_modes} rigid modes; groups "
+            f"(nodes): {groups}"
+        )
     if found.only_friction:
-        lines.append(f"{only_friction.said(found.only_friction)}; where a curve drifts or finds no first point, hold "
-                     f"its mean position: {only_friction.remedy(found.only_friction)}")
+        lines.append(
+            f"{only_friction.said(found.only_friction)}; where a curve drifts or finds no first "
+            f"point, hold its mean position: {only_friction.remedy(found.only_friction)}"
+        )
     lines += [f"to look at: {store.path(name)}" for name in found.pictures]
     return "\n".join([lines[0], *(" " * 21 + text for text in lines[1:])])
 
@@ -183,5 +241,12 @@ def warnings(study: Study, store: Store) -> list[str]:
     return [*found.warnings, *expectations(study, found)]
 
 
-STAGE = Stage(inspect, line, warnings=warnings, outputs=("inspect.json",), may_write=("inspect.html",),
-              reads_files=BODY_FILES, reads=("title", "loads", "contact.mu", "sides.gap", "driver.hold", *BODY_READS))
+STAGE = Stage(
+    inspect,
+    line,
+    warnings=warnings,
+    outputs=("inspect.json",),
+    may_write=("inspect.html",),
+    reads_files=BODY_FILES,
+    reads=("title", "loads", "contact.mu", "sides.gap", "driver.hold", *BODY_READS),
+)

@@ -1,4 +1,5 @@
-"""Tuning by area: which part of the closed area of each side is kept, and what of it goes into the result."""
+"""Tuning by area: which part of the closed area of each side is kept, and what of it goes into the
+result."""
 
 import numpy as np
 
@@ -13,17 +14,26 @@ from tipdamp.static_contact.tuning.detachment import DetachmentOptions, halves
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 from tipdamp.study.view import Study
 
-UNITS = {True: ("mm2", 1e6), False: ("mm", 1e3)}         # of areas, and of sides that are a line
+UNITS = {True: ("mm2", 1e6), False: ("mm", 1e3)}  # of areas, and of sides that are a line
 
 
-def keep(study: Study, assembly: StuckAssembly, line: ContactTable, follow: np.ndarray, target_hz: float | None,
-         options: DetachmentOptions, tick: Tick) -> tuple[ContactTable, dict]:
-    """The pairs of the line with what is kept of them, by the target or the share that the study gives; and the fields
-    of TuneResult on it."""
+def keep(
+    study: Study,
+    assembly: StuckAssembly,
+    line: ContactTable,
+    follow: np.ndarray,
+    target_hz: float | None,
+    options: DetachmentOptions,
+    tick: Tick,
+) -> tuple[ContactTable, dict]:
+    """The pairs of the line with what is kept of them, by the target or the share that the study
+    gives; and the fields of TuneResult on it."""
+
     def report(step, share):
         tick(0.8 * share, f"{step.share:.0%} of the area  {step.hz:.0f} Hz")
 
-    tune, load = study.tune, np.ones(len(line)) if options.load is None else options.load
+    tune = study.tune
+    load = np.ones(len(line)) if options.load is None else options.load
     area, found = np.zeros(len(line)), patches(line, study.contact.normal == "hard")
     for patch in found:
         area[patch.rows] = patch.loaded
@@ -35,14 +45,24 @@ def keep(study: Study, assembly: StuckAssembly, line: ContactTable, follow: np.n
     else:
         kept = detach_area(assembly, line, fade, target_hz, follow, options, report)
     closed = line.carrying & (load > 0)
-    sides = {patch.side: _side(patch, closed, area, line, kept.pairs, tune.cell_size) for patch in found}
+    sides = {
+        patch.side: _side(patch, closed, area, line, kept.pairs, tune.cell_size) for patch in found
+    }
     front, back = halves(line, kept.pairs.weight > 0)
     return kept.pairs, {
-        "area": results.KeptArea(share=kept.chosen.share, hz_per_percent=kept.hz_per_share / 100, sides=sides,
-                                 history=kept.history, mirrors=tuple(
-                                     results.KeptMirror(normal=tuple(m.normal), noise=m.noise) for m in mirrors)),
-        "tuned_pairs": results.Stations(front=front, back=back), "history": (),
-        "kept_stations": tuple(np.unique(line.station[kept.pairs.carrying]).tolist())}
+        "area": results.KeptArea(
+            share=kept.chosen.share,
+            hz_per_percent=kept.hz_per_share / 100,
+            sides=sides,
+            history=kept.history,
+            mirrors=tuple(
+                results.KeptMirror(normal=tuple(m.normal), noise=m.noise) for m in mirrors
+            ),
+        ),
+        "tuned_pairs": results.Stations(front=front, back=back),
+        "history": (),
+        "kept_stations": tuple(np.unique(line.station[kept.pairs.carrying]).tolist()),
+    }
 
 
 def _side(patch, closed, area, line, kept, size) -> results.KeptSide:
@@ -50,5 +70,10 @@ def _side(patch, closed, area, line, kept, size) -> results.KeptSide:
     mine = patch.rows[closed[patch.rows]]
     left = kept.weight[mine] / line.weight[mine]
     cell = cells_in(plane_of(line.select(patch.rows)), size)[closed[patch.rows]]
-    return results.KeptSide(unit=unit, closed=factor * area[mine].sum(), kept=factor * (area[mine] * left).sum(),
-                            cells=len(np.unique(cell)), kept_cells=len(np.unique(cell[left > 0])))
+    return results.KeptSide(
+        unit=unit,
+        closed=factor * area[mine].sum(),
+        kept=factor * (area[mine] * left).sum(),
+        cells=len(np.unique(cell)),
+        kept_cells=len(np.unique(cell[left > 0])),
+    )

@@ -36,20 +36,30 @@ def measured(study: Study, store: Store, tick: Tick) -> list[str]:
 
 def _check_overlap(curve, band):
     if curve.hz[-1] < band[0] or curve.hz[0] > band[1]:
-        raise InputError(f"no overlap: measured {curve.hz[0]:g}..{curve.hz[-1]:g} Hz, computed {band[0]:g}.."
-                         f"{band[1]:g} Hz; change [respond] band")
+        raise InputError(
+            f"no overlap: measured {curve.hz[0]:g}..{curve.hz[-1]:g} Hz, computed {band[0]:g}.."
+            f"{band[1]:g} Hz; change [respond] band"
+        )
 
 
 def _facts(name: str, files: Sequence[str], curve: MeasuredCurve) -> MeasuredFacts:
     peaks = np.array([_peak(one) for one in curve.repeats])
     mean, deviation = peaks.mean(axis=0), _deviation(peaks)
     return MeasuredFacts(
-        file=f"measured/{name}.csv", files=tuple(files), level_N=float(np.mean([r.force_N for r in curve.repeats])),
-        repeats=len(curve.repeats), points=len(curve.hz), band_hz=(float(curve.hz[0]), float(curve.hz[-1])),
-        with_phase=all(r.with_phase for r in curve.repeats), peak_hz=mean[0], peak_m_per_N=mean[1],
-        peak_hz_deviation=deviation[0], peak_m_per_N_deviation=deviation[1],
+        file=f"measured/{name}.csv",
+        files=tuple(files),
+        level_N=float(np.mean([r.force_N for r in curve.repeats])),
+        repeats=len(curve.repeats),
+        points=len(curve.hz),
+        band_hz=(float(curve.hz[0]), float(curve.hz[-1])),
+        with_phase=all(r.with_phase for r in curve.repeats),
+        peak_hz=mean[0],
+        peak_m_per_N=mean[1],
+        peak_hz_deviation=deviation[0],
+        peak_m_per_N_deviation=deviation[1],
         half_power=identified(lambda r: half_power(r.hz, _whole(r).amplitude).zeta, curve.repeats),
-        circle_fit=identified(lambda r: circle_fit(r.hz, _whole(r).response), curve.repeats))
+        circle_fit=identified(lambda r: circle_fit(r.hz, _whole(r).response), curve.repeats),
+    )
 
 
 def _peak(frf):
@@ -82,15 +92,25 @@ def identified(method: Callable[[Frf], float], repeats: Sequence[Frf]) -> Measur
 def _refusals(facts: MeasuredFacts):
     if facts.half_power.refused:
         yield f"no damping by half-power: {facts.half_power.refused}"
-    if facts.with_phase and facts.circle_fit.refused and facts.circle_fit.refused != facts.half_power.refused:
+    if (
+        facts.with_phase
+        and facts.circle_fit.refused
+        and facts.circle_fit.refused != facts.half_power.refused
+    ):
         yield f"no damping by circle fit: {facts.circle_fit.refused}"
 
 
 def line(store: Store) -> str:
     """Peak of each curve."""
-    return "; ".join(f"{name}: " + ("no peak" if one.peak_hz is None or one.peak_m_per_N is None else
-                                    f"{1e6 * one.peak_m_per_N:.4g} um/N at {one.peak_hz:.1f} Hz")
-                     for name, one in MeasuredResult.load(store).curves.items())
+    return "; ".join(
+        f"{name}: "
+        + (
+            "no peak"
+            if one.peak_hz is None or one.peak_m_per_N is None
+            else f"{1e6 * one.peak_m_per_N:.4g} um/N at {one.peak_hz:.1f} Hz"
+        )
+        for name, one in MeasuredResult.load(store).curves.items()
+    )
 
 
 def warnings(_: Study, store: Store) -> Sequence[str]:
@@ -98,5 +118,13 @@ def warnings(_: Study, store: Store) -> Sequence[str]:
     return MeasuredResult.load(store).warnings
 
 
-STAGE = Stage(measured, line, warnings=warnings, outputs=("measured.json",), may_write=("measured/*.csv",),
-              requires=("measured", "respond"), reads=("measured", "respond.band"), reads_files=("measured",))
+STAGE = Stage(
+    measured,
+    line,
+    warnings=warnings,
+    outputs=("measured.json",),
+    may_write=("measured/*.csv",),
+    requires=("measured", "respond"),
+    reads=("measured", "respond.band"),
+    reads_files=("measured",),
+)

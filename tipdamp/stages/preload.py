@@ -39,8 +39,8 @@ from tipdamp.study.view import Study
 
 @dataclass(frozen=True)
 class PatchAtRest:
-    """State of the whole patch at rest: the static solution, with or without friction; forces {side: N} that balance
-    the load; facts - of PreloadResult."""
+    """State of the whole patch at rest: the static solution, with or without friction; forces
+    {side: N} that balance the load; facts - of PreloadResult."""
 
     solution: Any
     forces: dict[str, float]
@@ -49,29 +49,48 @@ class PatchAtRest:
 
 
 def preload(study: Study, store: Store, tick: Tick) -> list[str]:
-    """Unilateral static contact of the whole patch under the pull, or the case in its place: the preload map."""
-    model, reduced = ReducedModel.load(store.path("model.npz")), ReduceResult.load(store)
+    """Unilateral static contact of the whole patch under the pull, or the case in its place: the
+    preload map."""
+    model = ReducedModel.load(store.path("model.npz"))
+    reduced = ReduceResult.load(store)
     bodies = statics.static_bodies(study, model, reduced.reduction)
     check_loaded(study, bodies.model)
     pairs, made, said = _with_stiffness(study, store, model, bodies, reduced.side_materials)
     tick(0.2, f"{len(pairs)} pairs on {bodies.model.size} dofs")
     contact = statics.static_contact(study, bodies, pairs)
-    rest = (_with_friction(study, store, bodies, contact, pairs) if study.preload.friction
-            else _frictionless(study, contact))
+    rest = (
+        _with_friction(study, store, bodies, contact, pairs)
+        if study.preload.friction
+        else _frictionless(study, contact)
+    )
     found = rest.solution
     pulled = preload_map(found, pairs)
     with store.writing("preload.csv") as path:
         pulled.save(path)
     cases = {name: load_case(study, store, bodies, contact, pairs, name) for name in study.loads}
     doubts = [one.doubt for one in contact.held if one.doubt]
-    reactions = {"the pull": rest.facts.get("reactions", {}),
-                 **{f"[loads.{name}]": case.reactions for name, case in cases.items()}}
+    reactions = {
+        "the pull": rest.facts.get("reactions", {}),
+        **{f"[loads.{name}]": case.reactions for name, case in cases.items()},
+    }
     PreloadResult(
-        sides=side_forces(found.pairs, rest.forces, rest.balance), residual=found.residual,
-        iterations=found.iterations, **rest.facts, stiffness=made, cases=cases,
-        warnings=(*said, *doubts, *_closure(study, pulled, made),
-                  *jamming(pairs, np.array(study.driver.pull_direction)), *reaction_warnings(reactions)),
-        kn_kt_N_per_m={s: (pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean()) for s in pairs.sides},
+        sides=side_forces(found.pairs, rest.forces, rest.balance),
+        residual=found.residual,
+        iterations=found.iterations,
+        **rest.facts,
+        stiffness=made,
+        cases=cases,
+        warnings=(
+            *said,
+            *doubts,
+            *_closure(study, pulled, made),
+            *jamming(pairs, np.array(study.driver.pull_direction)),
+            *reaction_warnings(reactions),
+        ),
+        kn_kt_N_per_m={
+            s: (pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean())
+            for s in pairs.sides
+        },
     ).save(store)
     files = ["preload_friction.csv"] if study.preload.friction else []
     files += [case.file for case in cases.values()]
@@ -80,17 +99,22 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
         rest = stresses.Rest(found.displacement, pairs, np.column_stack([tangential, found.force]))
         files += stresses.keep_stress(study, store, bodies.shapes(rest), tick)
     tables = {name: ContactTable.load(store.path(case.file)) for name, case in cases.items()}
-    return [*files, *keep_preload(store, {"pull": pulled, **tables}, study.contact.normal == "hard")]
+    return [
+        *files,
+        *keep_preload(store, {"pull": pulled, **tables}, study.contact.normal == "hard"),
+    ]
 
 
 def _with_stiffness(study, store, model, bodies, materials):
-    """The pairs with kn, kt, mu and gap, what the stiffness of each side was made from, and warnings of a fit."""
+    """The pairs with kn, kt, mu and gap, what the stiffness of each side was made from, and
+    warnings of a fit."""
     pairs = ContactTable.load(store.path("pairs.csv"))
     pull = loads.force_at_rest(study, model)
     fitted, said = 1.0, []
     if study.contact.fit_hz is not None:
-        fitted, said = fit_factor(study, model, bodies,
-                                  lambda f: stiffness.with_values(study, pairs, materials, pull, f))
+        fitted, said = fit_factor(
+            study, model, bodies, lambda f: stiffness.with_values(study, pairs, materials, pull, f)
+        )
     sides = stiffness.side_stiffness(study, pairs, materials, pull, fitted)
     made = stiffness.facts(study, pairs, sides, materials, fitted)
     pairs = stiffness.with_values(study, pairs, materials, pull, fitted)
@@ -102,18 +126,32 @@ def _closure(study, pulled, made):
     """Warnings of springs that are far too soft for the preload."""
     if study.contact.normal == "hard":
         return []
-    smooth = {name: one.nodes * way.kn_N_per_m for name, one in made.items() for way in one.ways
-              if way.way == "smooth half-spaces"}
+    smooth = {
+        name: one.nodes * way.kn_N_per_m
+        for name, one in made.items()
+        for way in one.ways
+        if way.way == "smooth half-spaces"
+    }
     return list(closure_warnings(pulled, smooth))
 
 
 def _frictionless(study, contact):
     result = contact.solve(loads.at_rest(study, contact.model))
-    motions = [FreeMotion(name=name, unit=m.unit, load=m.load)
-               for name, m in zip(only_friction.directed(contact.motions), result.motions, strict=True)]
-    return PatchAtRest(result, equilibrium(study, contact.model, result.pairs), result.balance,
-                  {"method": result.method, "free_motions": motions, "reactions": result.reactions,
-                   "held": result.held})
+    motions = [
+        FreeMotion(name=name, unit=m.unit, load=m.load)
+        for name, m in zip(only_friction.directed(contact.motions), result.motions, strict=True)
+    ]
+    return PatchAtRest(
+        result,
+        equilibrium(study, contact.model, result.pairs),
+        result.balance,
+        {
+            "method": result.method,
+            "free_motions": motions,
+            "reactions": result.reactions,
+            "held": result.held,
+        },
+    )
 
 
 def _with_friction(study, store, bodies, contact, pairs):
@@ -121,21 +159,38 @@ def _with_friction(study, store, bodies, contact, pairs):
     state = friction.solve(study, bodies, contact.pairs, friction.history(study, bodies.model))
     with store.writing("preload_friction.csv") as path:
         friction.save(path, pairs, state.tangential, state.slider, state.slips)
-    balance = balance_error(study, state.pairs, loads.force_at_rest(study, bodies.model), state.tangential)
+    balance = balance_error(
+        study, state.pairs, loads.force_at_rest(study, bodies.model), state.tangential
+    )
     facts = friction.facts(state, equilibrium(study, bodies.model, state.pairs))
-    return PatchAtRest(state, side_sums(state.pairs), balance, {
-        "method": "friction", "friction": facts, "held": spring_forces(contact.held, state.displacement)})
+    return PatchAtRest(
+        state,
+        side_sums(state.pairs),
+        balance,
+        {
+            "method": "friction",
+            "friction": facts,
+            "held": spring_forces(contact.held, state.displacement),
+        },
+    )
 
 
-def load_case(study: Study, store: Store, bodies: statics.StaticBodies, contact: StaticContact, pairs: ContactTable,
-              name: str) -> LoadCasePreload:
+def load_case(
+    study: Study,
+    store: Store,
+    bodies: statics.StaticBodies,
+    contact: StaticContact,
+    pairs: ContactTable,
+    name: str,
+) -> LoadCasePreload:
     """Preload map of one further load case, in a file of its own."""
     load = loads.total(study, name, bodies.model)
     try:
         if study.preload.friction:
             result: Any = friction.solve(study, bodies, contact.pairs, [load])
             resultant = loads.resultant(bodies.model, load)
-            balance, reactions = balance_error(study, result.pairs, resultant, result.tangential), {}
+            balance = balance_error(study, result.pairs, resultant, result.tangential)
+            reactions = {}
         else:
             result = contact.solve(load)
             balance, reactions = result.balance, result.reactions
@@ -144,37 +199,66 @@ def load_case(study: Study, store: Store, bodies: statics.StaticBodies, contact:
     file = f"loads/{name}.csv"
     with store.writing(file) as path:
         preload_map(result, pairs).save(path)
-    sides = {s: SideLoad(sum_N=result.force[pairs.side == s].sum(), max_N=result.force[pairs.side == s].max(),
-                         detached=(result.force[(pairs.side == s) & pairs.carrying] <= 0).sum()) for s in pairs.sides}
-    return LoadCasePreload(file=file, sides=sides, residual=result.residual, balance_error=balance,
-                           reactions=reactions, held=spring_forces(contact.held, result.displacement))
+    sides = {
+        s: SideLoad(
+            sum_N=result.force[pairs.side == s].sum(),
+            max_N=result.force[pairs.side == s].max(),
+            detached=(result.force[(pairs.side == s) & pairs.carrying] <= 0).sum(),
+        )
+        for s in pairs.sides
+    }
+    return LoadCasePreload(
+        file=file,
+        sides=sides,
+        residual=result.residual,
+        balance_error=balance,
+        reactions=reactions,
+        held=spring_forces(contact.held, result.displacement),
+    )
 
 
 def reaction_warnings(cases: dict[str, dict[str, float]]) -> list[str]:
-    """Sentences about constraint reactions; cases - {load: {motion: amount in N, of rolls in N m}}."""
-    return [f"{load} has a component of {abs(amount):.2g} {'N m' if motion.startswith('roll') else 'N'} along the "
-            f"{motion}, which no contact resists (inexact coordinates): a constraint reaction balances it"
-            for load, reactions in cases.items() for motion, amount in reactions.items()]
+    """Sentences about constraint reactions; cases - {load: {motion: amount in N, of rolls in N
+    m}}."""
+    return [
+        f"{load} has a component of {abs(amount):.2g} "
+        f"{'N m' if motion.startswith('roll') else 'N'} along the {motion}, which no contact "
+        "resists (inexact coordinates): a constraint reaction balances it"
+        for load, reactions in cases.items()
+        for motion, amount in reactions.items()
+    ]
 
 
-def side_forces(pairs: ContactTable, forces: dict[str, float], balance: float) -> dict[str, SideForces]:
+def side_forces(
+    pairs: ContactTable, forces: dict[str, float], balance: float
+) -> dict[str, SideForces]:
     """{side: figures of its preload} beside the forces {side: N} of equilibrium."""
     figures = {}
     for side in pairs.sides:
         p = pairs.preload[(pairs.side == side) & pairs.carrying]
         closed = p[p > 0]
-        figures[side] = SideForces(sum_N=closed.sum(), min_N=closed.min() if len(closed) else 0.0,
-                                   max_N=closed.max(initial=0.0), detached=(p <= 0).sum(),
-                                   equilibrium_N=forces[side], balance_error=balance)
+        figures[side] = SideForces(
+            sum_N=closed.sum(),
+            min_N=closed.min() if len(closed) else 0.0,
+            max_N=closed.max(initial=0.0),
+            detached=(p <= 0).sum(),
+            equilibrium_N=forces[side],
+            balance_error=balance,
+        )
     return figures
 
 
 def line(store: Store) -> str:
-    """Sum and range of the preload of the closed pairs of each side, and what nothing but friction holds."""
+    """Sum and range of the preload of the closed pairs of each side, and what nothing but friction
+    holds."""
     found = PreloadResult.load(store)
-    sides = "; ".join(f"{side}: {s.sum_N:z.2f} N, {s.min_N:z.2f}..{s.max_N:z.2f} N, {s.detached} open"
-                      for side, s in found.sides.items())
-    return "; ".join(filter(None, (sides, only_friction.said(one.name for one in found.free_motions))))
+    sides = "; ".join(
+        f"{side}: {s.sum_N:z.2f} N, {s.min_N:z.2f}..{s.max_N:z.2f} N, {s.detached} open"
+        for side, s in found.sides.items()
+    )
+    return "; ".join(
+        filter(None, (sides, only_friction.said(one.name for one in found.free_motions)))
+    )
 
 
 def warnings(_: Study, store: Store) -> tuple[str, ...]:
@@ -183,11 +267,22 @@ def warnings(_: Study, store: Store) -> tuple[str, ...]:
 
 
 def _reads_more(study):
-    return (BODY_READS * study.preload.stress + statics.reads(study) + friction.READS * study.preload.friction
-            + fitted_stiffness.READS * (study.contact.fit_hz is not None))
+    return (
+        BODY_READS * study.preload.stress
+        + statics.reads(study)
+        + friction.READS * study.preload.friction
+        + fitted_stiffness.READS * (study.contact.fit_hz is not None)
+    )
 
 
-STAGE = Stage(preload, line, warnings=warnings, outputs=("preload.csv", "preload.json"),
-              may_write=("preload_friction.csv", "loads/*.csv", "stress_*.vtu", "preload.vtu"), needs=("reduce",),
-              reads=("length_unit", "driver", "contact", "sides", "preload", "loads", "model.matrices"),
-              reads_more=_reads_more, reads_files=statics.READS_FILES)
+STAGE = Stage(
+    preload,
+    line,
+    warnings=warnings,
+    outputs=("preload.csv", "preload.json"),
+    may_write=("preload_friction.csv", "loads/*.csv", "stress_*.vtu", "preload.vtu"),
+    needs=("reduce",),
+    reads=("length_unit", "driver", "contact", "sides", "preload", "loads", "model.matrices"),
+    reads_more=_reads_more,
+    reads_files=statics.READS_FILES,
+)

@@ -1,4 +1,5 @@
-"""Stage reduce: the reduced model and the contact pairs of the whole patch; modes and response without damper."""
+"""Stage reduce: the reduced model and the contact pairs of the whole patch; modes and response
+without damper."""
 
 from typing import Any
 
@@ -21,7 +22,8 @@ from tipdamp.study.view import Study
 
 
 def reduce(study: Study, store: Store, tick: Tick) -> list[str]:
-    """Meshes to a reduced model and the contact pairs of the whole patch; free modes and linear response."""
+    """Meshes to a reduced model and the contact pairs of the whole patch; free modes and linear
+    response."""
     files: list[str] = []
     if "model" in study:
         model, pairs = given_model(study)
@@ -35,8 +37,13 @@ def reduce(study: Study, store: Store, tick: Tick) -> list[str]:
             with store.writing("truncation.npz") as path:
                 reduced.truncation.save(path)
             files.append("truncation.npz")
-        found = {"reduction": reduced.size, "highest_fixed_interface_hz": reduced.highest_hz, "pictures": pictures,
-                 "side_materials": reduced.materials, "pull_positions_m": reduced.pull_positions}
+        found = {
+            "reduction": reduced.size,
+            "highest_fixed_interface_hz": reduced.highest_hz,
+            "pictures": pictures,
+            "side_materials": reduced.materials,
+            "pull_positions_m": reduced.pull_positions,
+        }
     with store.writing("model.npz") as path:
         model.save(path)
     with store.writing("pairs.csv") as path:
@@ -52,34 +59,59 @@ def _free(study, blades):
         return {"free_modes_hz": lowest_modes(blades)[0][:10]}
     free = free_modes(study, blades)
     limits = band(study.free.band, free)
-    return {"free_hz": free.named, "free_modes_hz": free.hz, "free_response": free_response(study, blades, limits),
-            "warnings": [*free.warnings, *band_warnings(limits, free)]}
+    return {
+        "free_hz": free.named,
+        "free_modes_hz": free.hz,
+        "free_response": free_response(study, blades, limits),
+        "warnings": [*free.warnings, *band_warnings(limits, free)],
+    }
 
 
 def free_modes(study: Study, blades: ReducedModel) -> FreeModes:
     """Free modes of the blades by the motion of the two patches along the force."""
-    rows = (np.mean([blades.displacement_row(BLADES, n, study.respond.direction) for n in group(blades, study, p)],
-                    axis=0) for p in study.respond.patches)
+    rows = (
+        np.mean(
+            [
+                blades.displacement_row(BLADES, n, study.respond.direction)
+                for n in group(blades, study, p)
+            ],
+            axis=0,
+        )
+        for p in study.respond.patches
+    )
     return named_modes(blades, *rows)
 
 
 def free_response(study: Study, blades: ReducedModel, limits: tuple[float, float]) -> FreeResponse:
-    """Linear response without damper, per newton: largest over each patch.          [Zucca 2016, figure 2]"""
+    """Linear response without damper, per newton: largest over each patch.          [Zucca 2016,
+    figure 2]"""
     hz = np.linspace(*limits, 801)
     rows = outputs(study, blades)
-    x = np.abs(linear_response(blades, None, excitation(study, blades), hz, ratio(study.free.damping_ratio), rows))
-    return FreeResponse(hz=tuple(hz), m_per_N={p: x[:, in_patch(rows, p)].max(axis=1) for p in study.respond.patches})
+    x = np.abs(
+        linear_response(
+            blades, None, excitation(study, blades), hz, ratio(study.free.damping_ratio), rows
+        )
+    )
+    return FreeResponse(
+        hz=tuple(hz),
+        m_per_N={p: x[:, in_patch(rows, p)].max(axis=1) for p in study.respond.patches},
+    )
 
 
 def line(store: Store) -> str:
     """Size of the model and its free frequencies."""
     found = ReduceResult.load(store)
     modes = ", ".join(f"{name.replace('_', ' ')} {hz:.1f} Hz" for name, hz in found.free_hz.items())
-    shapes, cells = sum(found.reduction.contact_shapes.values()), sum(found.reduction.tractions.values())
+    shapes = sum(found.reduction.contact_shapes.values())
+    cells = sum(found.reduction.tractions.values())
     of = f" of tractions on {cells} cells" * bool(cells)
-    kept = f"{found.reduction.masters} masters + " + f"{shapes} contact shapes{of} + " * bool(shapes)
-    return (f"{found.reduction.dofs} dofs to {kept}{sum(found.reduction.modes.values())} modes; free: "
-            + (modes or f"{found.free_modes_hz[0]:.1f} Hz"))
+    kept = f"{found.reduction.masters} masters + " + f"{shapes} contact shapes{of} + " * bool(
+        shapes
+    )
+    return (
+        f"{found.reduction.dofs} dofs to {kept}{sum(found.reduction.modes.values())} modes; free: "
+        + (modes or f"{found.free_modes_hz[0]:.1f} Hz")
+    )
 
 
 def warnings(_: Study, store: Store) -> tuple[str, ...]:
@@ -88,10 +120,18 @@ def warnings(_: Study, store: Store) -> tuple[str, ...]:
 
 
 def _for_error(study):
-    """The contact springs, where a body's modes are chosen by the error of the stuck frequencies."""
+    """The contact springs, where a body's modes are chosen by the error of the stuck
+    frequencies."""
     return ("driver", "sides", "contact") if wants_error(study) else ()
 
 
-STAGE = Stage(reduce, line, warnings=warnings, outputs=("model.npz", "pairs.csv", "reduce.json"),
-              may_write=("truncation.npz", "surface.npz", "free_modes.npz", "free_modes.vtu"),
-              reads=("free", "loads", *EXCITATION, *BODY_READS), reads_more=_for_error, reads_files=BODY_FILES)
+STAGE = Stage(
+    reduce,
+    line,
+    warnings=warnings,
+    outputs=("model.npz", "pairs.csv", "reduce.json"),
+    may_write=("truncation.npz", "surface.npz", "free_modes.npz", "free_modes.vtu"),
+    reads=("free", "loads", *EXCITATION, *BODY_READS),
+    reads_more=_for_error,
+    reads_files=BODY_FILES,
+)

@@ -17,8 +17,11 @@ def report(study: Study, store: Store, tick: Tick) -> list[str]:
 
 def said(study: Study, store: Store) -> dict[str, list[str]]:
     """{stage: its warnings} of the stages that the study asks for and that have run."""
-    return {name: list(stage.warnings(study, store)) for name, stage in BEFORE.items()
-            if not stage.lacks(study) and store.path(f"{name}.json").is_file()}
+    return {
+        name: list(stage.warnings(study, store))
+        for name, stage in BEFORE.items()
+        if not stage.lacks(study) and store.path(f"{name}.json").is_file()
+    }
 
 
 def line(store: Store) -> str:
@@ -26,5 +29,12 @@ def line(store: Store) -> str:
     return str(store.path("report.html"))
 
 
-STAGE = Stage(report, line, outputs=("report.html", "summary.json"), may_write=("figures/*.png", "figures/*.csv"),
-              reads=PARTS, needs=tuple(BEFORE), uses=tuple(ON_REQUEST))
+STAGE = Stage(
+    report,
+    line,
+    outputs=("report.html", "summary.json"),
+    may_write=("figures/*.png", "figures/*.csv"),
+    reads=PARTS,
+    needs=tuple(BEFORE),
+    uses=tuple(ON_REQUEST),
+)

@@ -7,7 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tipdamp.bodies.interface import FILES, doubts, facts_of, in_words, keep_shapes, kept_shapes, shapes_of
+from tipdamp.bodies.interface import (
+    FILES,
+    doubts,
+    facts_of,
+    in_words,
+    keep_shapes,
+    kept_shapes,
+    shapes_of,
+)
 from tipdamp.checks import only_friction
 from tipdamp.checks.pairs import pair_names
 from tipdamp.checks.room import check_room
@@ -30,22 +38,36 @@ from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
 from tipdamp.stages.stage import Stage
 from tipdamp.static_contact.tuning.roll_springs import with_springs
 from tipdamp.statics import friction
-from tipdamp.statics.model_inputs import declared_springs, excitation, held_motions, outputs, peak_groups, ratio
+from tipdamp.statics.model_inputs import (
+    declared_springs,
+    excitation,
+    held_motions,
+    outputs,
+    peak_groups,
+    ratio,
+)
 from tipdamp.study.schema import Respond
 from tipdamp.study.view import Study, every_key
 
 # of `assembled`
-READS = (*every_key("respond", but=("stress",)), "sides", "preload.friction", "driver.hold", "model.hold")
-ALL_SPRINGS = ("t1", "t2", "n")      # of the linear response: laws with fewer have another one where nothing slips
+READS = (
+    *every_key("respond", but=("stress",)),
+    "sides",
+    "preload.friction",
+    "driver.hold",
+    "model.hold",
+)
+# of the linear response: laws with fewer have another one where nothing slips
+ALL_SPRINGS = ("t1", "t2", "n")
 
 
 @dataclass(frozen=True)
 class ResponseLimits:
     """What is warned of, and how finely the linear response is drawn."""
 
-    same_mode: float = 0.5      # MAC of two peaks, below which they are not of one mode
-    balanced: float = 1e-6      # of the input: larger errors of the energy balance
-    points: int = 801           # of the linear stuck response
+    same_mode: float = 0.5  # MAC of two peaks, below which they are not of one mode
+    balanced: float = 1e-6  # of the input: larger errors of the energy balance
+    points: int = 801  # of the linear stuck response
 
 
 LIMITS = ResponseLimits()
@@ -53,8 +75,9 @@ LIMITS = ResponseLimits()
 
 @dataclass(frozen=True)
 class Assembly:
-    """What vibrates: the model with its roll springs, the kept pairs, their forces at rest (P, 3) N along t1, t2, n,
-    the curves of the study, and the shapes that the response is in, None for all dofs."""
+    """What vibrates: the model with its roll springs, the kept pairs, their forces at rest (P, 3) N
+    along t1, t2, n, the curves of the study, and the shapes that the response is in, None for all
+    dofs."""
 
     model: ReducedModel
     kept: ContactTable
@@ -65,64 +88,109 @@ class Assembly:
     @property
     def vibrating(self) -> ReducedModel:
         """The model on the dofs that the response is in, with the springs on what is held."""
-        return self.model if self.interface is None else _on_springs(self.interface.model, self.interface.held)
+        return (
+            self.model
+            if self.interface is None
+            else _on_springs(self.interface.model, self.interface.held)
+        )
 
     def linear(self, settings: Respond, hz: np.ndarray, level: float) -> np.ndarray:
         """(n, outputs) m: response with all kept pairs stuck that are in contact at rest."""
         closed = self.kept.select(self.kept.preload > 0)
-        return linear_response(self.vibrating, closed, level * self.curves.force, hz, ratio(settings.damping_ratio),
-                               self.curves.rows)
+        return linear_response(
+            self.vibrating,
+            closed,
+            level * self.curves.force,
+            hz,
+            ratio(settings.damping_ratio),
+            self.curves.rows,
+        )
 
 
 def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[str]:
     """Forced response of the kept pairs at every excitation level and every number of harmonics."""
     settings, assembly = study.respond, assembled(study, store)
     ways = (settings.band, settings.band[::-1]) if settings.both_ways else (settings.band,)
-    cases = [[CurveCase(Fe, H, way) for way in ways] for H in settings.harmonics for Fe in settings.levels]
+    cases = [
+        [CurveCase(Fe, H, way) for way in ways]
+        for H in settings.harmonics
+        for Fe in settings.levels
+    ]
     contact = assembly.vibrating, assembly.kept
-    for text in adrift(study, PreloadResult.load(store).free_motions, contact, assembly.curves.force):
-        logging.getLogger("tipdamp").warning(text)             # before the curves: the first point may not be found
+    for text in adrift(
+        study, PreloadResult.load(store).free_motions, contact, assembly.curves.force
+    ):
+        # before the curves: the first point may not be found
+        logging.getLogger("tipdamp").warning(text)
     _make([case for both in cases for case in both], assembly.curves, tick, workers)
     found, shapes, difference = list[CurveResult](), [], {}
     for there, *back in cases:
         curve, *others = map(assembly.curves.load, (there, *back))
-        found.append(curve_result(settings, assembly.kept, assembly.curves.problem, there, (curve, *others)))
+        found.append(
+            curve_result(settings, assembly.kept, assembly.curves.problem, there, (curve, *others))
+        )
         shapes.append(peak_shape(curve, found[-1]))
-        # the damping is that of all kept pairs stuck: the linear response is the same where none is open at rest
-        alike = assembly.curves.problem.law.components == ALL_SPRINGS and (assembly.kept.preload > 0).all()
+        # the damping is that of all kept pairs stuck: the linear response is the same where none is
+        # open at rest
+        alike = (
+            assembly.curves.problem.law.components == ALL_SPRINGS
+            and (assembly.kept.preload > 0).all()
+        )
         if not found[-1].slipping_pairs and alike and curve.converged.any():
             difference[there.file] = stuck_difference(settings, assembly, curve, there.Fe_N)
     with store.writing("stuck.npz") as path:
         hz = np.linspace(*settings.band, LIMITS.points)
-        np.savez(path, frequency=hz, response=assembly.linear(settings, hz, 1.0),
-                 output_names=np.array(list(assembly.curves.rows)))
-    RespondResult(responses=tuple(with_macs(found, shapes)), law=settings.law, zeta=settings.damping_ratio,
-                  stuck_difference=difference, interface=facts_of(study, assembly.interface, found, pair_names(
-                      assembly.kept, slice(None)))).save(store)
-    return [*(case.file for both in cases for case in both), *keep_shapes(store, assembly.interface)]
+        np.savez(
+            path,
+            frequency=hz,
+            response=assembly.linear(settings, hz, 1.0),
+            output_names=np.array(list(assembly.curves.rows)),
+        )
+    RespondResult(
+        responses=tuple(with_macs(found, shapes)),
+        law=settings.law,
+        zeta=settings.damping_ratio,
+        stuck_difference=difference,
+        interface=facts_of(
+            study, assembly.interface, found, pair_names(assembly.kept, slice(None))
+        ),
+    ).save(store)
+    return [
+        *(case.file for both in cases for case in both),
+        *keep_shapes(store, assembly.interface),
+    ]
 
 
 def _make(cases: list[CurveCase], curves: Curves, tick: Ticker, workers: Workers) -> None:
-    """Make the curves that the store does not have, each with a bar of its own; the longest first."""
-    missing = sorted((case for case in cases if not curves.finished(case)), key=lambda case: (-case.H, -case.Fe_N))
+    """Make the curves that the store does not have, each with a bar of its own; the longest
+    first."""
+    missing = sorted(
+        (case for case in cases if not curves.finished(case)),
+        key=lambda case: (-case.H, -case.Fe_N),
+    )
     check_room(curves, missing, workers.jobs)
     if missing and not curves.problem.reducible:
-        curves.problem.receptance()                   # once for all curves and processes
+        curves.problem.receptance()  # once for all curves and processes
     with ExitStack() as all_bars:
         bars: dict[int, tuple[ExitStack, Ticker]] = {}
         shares = dict.fromkeys(range(len(missing)), 0.0)
 
         def show() -> None:
             done = len(cases) - len(missing) + sum(share == 1.0 for share in shares.values())
-            tick(1 - (len(missing) - sum(shares.values())) / len(cases), f"{done} of {len(cases)} curves")
+            tick(
+                1 - (len(missing) - sum(shares.values())) / len(cases),
+                f"{done} of {len(cases)} curves",
+            )
 
         def report(i: int, share: float, figures: str) -> None:
             if i not in bars:
                 bar = all_bars.enter_context(ExitStack())
                 bars[i] = bar, bar.enter_context(tick.beside(missing[i].title))
             bars[i][1](share, figures)
-            shares[i] = min(max(share, 0.0), 0.99)         # it may have passed the end, and its peaks are to be solved
+            # it may have passed the end, and its peaks are to be solved
+            shares[i] = min(max(share, 0.0), 0.99)
             show()
+
         for i in workers.spread(make_curve, curves, missing, report):
             shares[i] = 1.0
             show()
@@ -139,33 +207,55 @@ def make_curve(curves: Curves, case: CurveCase, report: Callable[[float, str], N
 
     def progress(hz: float, step: float, iterations: int) -> None:
         report((hz - begin) / (end - begin), f"{hz:.1f} Hz  step {step:.2g}  {iterations} it")
+
     curves.make(case, progress)
 
 
 def assembled(study: Study, store: Store, responded: bool = False) -> Assembly:
-    """What the stages before have left, put together for the forced response; responded - the shapes that it is in are
-    there."""
-    model, table = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("kept.csv"))
+    """What the stages before have left, put together for the forced response; responded - the
+    shapes that it is in are there."""
+    model = ReducedModel.load(store.path("model.npz"))
+    table = ContactTable.load(store.path("kept.csv"))
     model = with_springs(model, table, declared_springs(study, table, table.preload > 0))
     kept = table.select(table.carrying)
-    static, start, law, force = None, None, study.respond.law.make(), excitation(study, model)
+    static = None
+    start = None
+    law = study.respond.law.make()
+    force = excitation(study, model)
     tangential = np.zeros((len(kept), 2))
     if study.preload.friction:
         tangential = friction.load(store.path("kept_friction.csv"), table)[table.carrying]
-        tangential[:, law.sliders:] = 0.0              # a tangent that the law does not know carries no friction
+        # a tangent that the law does not know carries no friction
+        tangential[:, law.sliders :] = 0.0
         static, sliders = friction.start(model, kept, tangential)
-        start = sliders[:, :law.sliders]
+        start = sliders[:, : law.sliders]
     rows, held = outputs(study, model), held_motions(study, model, kept)
     largest = max(study.respond.levels) * force
-    shapes = kept_shapes(store, held) if responded else shapes_of(
-        study, model, kept, [largest] if static is None else [largest, static], held)
+    shapes = (
+        kept_shapes(store, held)
+        if responded
+        else shapes_of(study, model, kept, [largest] if static is None else [largest, static], held)
+    )
     small, there = model, held
     if shapes is not None:
-        small, force, rows = shapes.model, force @ shapes.basis, {name: r @ shapes.basis for name, r in rows.items()}
+        small, force, rows = (
+            shapes.model,
+            force @ shapes.basis,
+            {name: r @ shapes.basis for name, r in rows.items()},
+        )
         static, there = None if static is None else static @ shapes.basis, shapes.held
-    problem, _ = contact_problem(small, kept, law, static=static, damping_ratio=ratio(study.respond.damping_ratio))
-    curves = Curves(replace(problem, held=there), force, rows, start, store, study.respond.samples,
-                    peak_groups(study, rows))
+    problem, _ = contact_problem(
+        small, kept, law, static=static, damping_ratio=ratio(study.respond.damping_ratio)
+    )
+    curves = Curves(
+        replace(problem, held=there),
+        force,
+        rows,
+        start,
+        store,
+        study.respond.samples,
+        peak_groups(study, rows),
+    )
     rest = np.column_stack([tangential, np.maximum(kept.preload, 0.0)])
     return Assembly(_on_springs(model, held), kept, rest, curves, shapes)
 
@@ -174,7 +264,9 @@ def _on_springs(model, held):
     return model.with_stiffness(spring.with_springs(model.K, [one for one in held if not one.mean]))
 
 
-def stuck_difference(settings: Respond, assembly: Assembly, curve: ForcedResponse, level: float) -> float:
+def stuck_difference(
+    settings: Respond, assembly: Assembly, curve: ForcedResponse, level: float
+) -> float:
     """Largest |curve - linear stuck response| over the largest response."""
     good = curve.converged
     x = assembly.linear(settings, curve.frequency[good], level)
@@ -182,7 +274,8 @@ def stuck_difference(settings: Respond, assembly: Assembly, curve: ForcedRespons
 
 
 def incomplete(found: RespondResult) -> tuple[int, int]:
-    """(curves that do not reach the end of the band or have failed points, all curves); each way counts as one."""
+    """(curves that do not reach the end of the band or have failed points, all curves); each way
+    counts as one."""
     curves = _both_ways(found)
     return sum(not c.complete or c.failed_points > 0 for c in curves), len(curves)
 
@@ -209,41 +302,64 @@ def line(store: Store) -> str:
     back = f" ({curves} with those followed back)" if curves > len(found.responses) else ""
     missing = f", {peakless} without a peak" if (peakless := without_peak(found)) else ""
     missing += f", {nothing} without a solved point" if (nothing := solved_nothing(found)) else ""
-    lacking = [f"{failed} points failed"] * (failed > 0) + [f"{partial} curves incomplete{missing}"] * (partial > 0)
-    return f"{len(found.responses)} curves{back}, {points} points, {', '.join(lacking) or 'all complete'}" + in_words(
-        found.interface)
+    lacking = [f"{failed} points failed"] * (failed > 0) + [
+        f"{partial} curves incomplete{missing}"
+    ] * (partial > 0)
+    return (
+        f"{len(found.responses)} curves{back}, {points} points, "
+        f"{', '.join(lacking) or 'all complete'}" + in_words(found.interface)
+    )
 
 
 def warnings(study: Study, store: Store) -> list[str]:
-    """One sentence for each curve that is incomplete: its peak or what it is at least, and why it ends, or what to
-    hold where it has no solved point and nothing but friction holds the damper; for each that is largest at an end of
-    the band, or whose peak is not solved; for each that does not hold all solutions known at the end of its band; and
-    for each on which what holds a motion is not soft."""
+    """One sentence for each curve that is incomplete: its peak or what it is at least, and why it
+    ends, or what to hold where it has no solved point and nothing but friction holds the damper;
+    for each that is largest at an end of the band, or whose peak is not solved; for each that does
+    not hold all solutions known at the end of its band; and for each on which what holds a motion
+    is not soft."""
     whole = RespondResult.load(store)
     found = whole.responses
     stuck = TuneResult.load(store).stuck_modes_hz.tuned if any(map(_at_an_end, found)) else ()
     hold = _to_hold(study, store) if solved_nothing(whole) else ""
-    return [*(text for c in found for text in _incomplete(c, hold)),
-            *(text for kind in (_unsolved, _further, _hold) for c in found for text in kind(c)),
-            *doubts(whole.interface),
-            *_unbalanced(found), *_another_mode(found), *(text for c in found for text in _without_resonance(c, stuck))]
+    return [
+        *(text for c in found for text in _incomplete(c, hold)),
+        *(text for kind in (_unsolved, _further, _hold) for c in found for text in kind(c)),
+        *doubts(whole.interface),
+        *_unbalanced(found),
+        *_another_mode(found),
+        *(text for c in found for text in _without_resonance(c, stuck)),
+    ]
 
 
 def _to_hold(study, store):
     """What to try first where not even a first point was found, '' where no motion is free."""
     free = [motion.name for motion in PreloadResult.load(store).free_motions]
-    return (f"{only_friction.said(free)}: first hold its mean position, the vibration stays free: "
-            f"{only_friction.remedy(free, held_in(study))}; ") if free and not study.driver.hold else ""
+    return (
+        (
+            f"{only_friction.said(free)}: first hold its mean position, the vibration stays free: "
+            f"{only_friction.remedy(free, held_in(study))}; "
+        )
+        if free and not study.driver.hold
+        else ""
+    )
 
 
 def _unbalanced(found: Sequence[CurveResult]) -> Iterator[str]:
-    errors = [(one.energy_error or 0.0, case) for case in found for one in (case, case.back) if one is not None]
+    errors = [
+        (one.energy_error or 0.0, case)
+        for case in found
+        for one in (case, case.back)
+        if one is not None
+    ]
     worst, case = max(errors, key=lambda e: e[0])
     if worst > LIMITS.balanced:
-        yield (f"the energy of a period is balanced to {worst:.1e} of the input only (worst at Fe = {case.Fe_N:g} N, "
-               f"H = {case.H}; above {LIMITS.balanced:g} on {sum(e > LIMITS.balanced for e, _ in errors)} of "
-               f"{len(errors)} curves): the contact law takes more or less along its slip than its harmonics say; "
-               "give [respond] samples, or more of them, where the law is sampled")
+        yield (
+            f"the energy of a period is balanced to {worst:.1e} of the input only (worst at Fe = "
+            f"{case.Fe_N:g} N, H = {case.H}; above {LIMITS.balanced:g} on "
+            f"{sum(e > LIMITS.balanced for e, _ in errors)} of {len(errors)} curves): the contact "
+            "law takes more or less along its slip than its harmonics say; give [respond] "
+            "samples, or more of them, where the law is sampled"
+        )
 
 
 def _at_an_end(case):
@@ -253,12 +369,21 @@ def _at_an_end(case):
 def _without_resonance(case, stuck_hz):
     if not _at_an_end(case):
         return
-    nearest = f"; the nearest stuck mode has {min(stuck_hz, key=lambda f: abs(f - case.at_least_hz)):.1f} Hz" \
-        if stuck_hz else ""
-    peak = ("has no peak inside the band: it" if case.inside_m is None else
-            f"has a local maximum inside the band, {_micro(case.inside_m, case.inside_hz)}, but")
-    yield (f"the curve Fe = {case.Fe_N:g} N, H = {case.H} {peak} is largest at the end, "
-           f"{_micro(case.at_least_m, case.at_least_hz)}{nearest}; widen [respond] band")
+    nearest = (
+        "; the nearest stuck mode has "
+        f"{min(stuck_hz, key=lambda f: abs(f - case.at_least_hz)):.1f} Hz"
+        if stuck_hz
+        else ""
+    )
+    peak = (
+        "has no peak inside the band: it"
+        if case.inside_m is None
+        else f"has a local maximum inside the band, {_micro(case.inside_m, case.inside_hz)}, but"
+    )
+    yield (
+        f"the curve Fe = {case.Fe_N:g} N, H = {case.H} {peak} is largest at the end, "
+        f"{_micro(case.at_least_m, case.at_least_hz)}{nearest}; widen [respond] band"
+    )
 
 
 def _further(case):
@@ -271,18 +396,24 @@ def _further(case):
 def _unsolved(case):
     for way, one in (("", case), (" followed from the other end", case.back)):
         if one is not None and one.unsolved:
-            yield (f"the peak of the curve Fe = {case.Fe_N:g} N, H = {case.H}{way}, {_micro(one.peak_m, one.peak_hz)}: "
-                   f"{one.unsolved}")
+            yield (
+                f"the peak of the curve Fe = {case.Fe_N:g} N, H = {case.H}{way}, "
+                f"{_micro(one.peak_m, one.peak_hz)}: {one.unsolved}"
+            )
 
 
 def _another_mode(found):
     for one in found:
         if one.mac is not None and one.mac < LIMITS.same_mode:
-            below = max((c for c in found if c.H == one.H and c.Fe_N < one.Fe_N), key=lambda c: c.Fe_N)
+            below = max(
+                (c for c in found if c.H == one.H and c.Fe_N < one.Fe_N), key=lambda c: c.Fe_N
+            )
             at = _micro(one.peak_m, one.peak_hz)
-            yield (f"the peak at Fe = {one.Fe_N:g} N, H = {one.H}, {at}, is that of another "
-                   f"mode than at {below.Fe_N:g} N, {_micro(below.peak_m, below.peak_hz)}: the MAC of their shapes is "
-                   f"{one.mac:.2f}; heights and frequencies of the two are no trend")
+            yield (
+                f"the peak at Fe = {one.Fe_N:g} N, H = {one.H}, {at}, is that of another mode "
+                f"than at {below.Fe_N:g} N, {_micro(below.peak_m, below.peak_hz)}: the MAC of "
+                f"their shapes is {one.mac:.2f}; heights and frequencies of the two are no trend"
+            )
 
 
 def _hold(case):
@@ -298,15 +429,24 @@ def _incomplete(case: CurveResult, hold: str) -> Iterator[str]:
         failed = f", {one.failed_points} points failed" if one.failed_points else ""
         known = f"no peak, {at_least(one)}; " if one.peak_m is None else ""
         advice = hold if one.solved_nothing and not one.ended.startswith(SLIDES) else ""
-        whole = (f"; followed the other way it has a peak, {_micro(other.peak_m, other.peak_hz)}"
-                 if known and other is not None and other.peak_m is not None else "")
-        yield (f"the curve Fe = {case.Fe_N:g} N, H = {case.H}{way} is incomplete{failed}: {known}{advice}{one.ended}"
-               f"{whole}")
+        whole = (
+            f"; followed the other way it has a peak, {_micro(other.peak_m, other.peak_hz)}"
+            if known and other is not None and other.peak_m is not None
+            else ""
+        )
+        yield (
+            f"the curve Fe = {case.Fe_N:g} N, H = {case.H}{way} is incomplete{failed}: "
+            f"{known}{advice}{one.ended}{whole}"
+        )
 
 
 def at_least(peak: Peak) -> str:
     """What is known of a peak that was not reached: 'at least 926.5 um at 809.4 Hz'."""
-    return "no point solved" if peak.at_least_m is None else f"at least {_micro(peak.at_least_m, peak.at_least_hz)}"
+    return (
+        "no point solved"
+        if peak.at_least_m is None
+        else f"at least {_micro(peak.at_least_m, peak.at_least_hz)}"
+    )
 
 
 def _micro(m, hz):
@@ -319,6 +459,16 @@ def _reads_more(study):
     return ("measured.response",) if at_nodes else ()
 
 
-STAGE = Stage(respond, line, warnings=warnings, outputs=("respond.json", "stuck.npz"),
-              may_write=("responses/*.npz", *FILES), needs=("reduce", "tune"), requires=("tune", "respond"),
-              reads=READS, reads_more=_reads_more, parallel=True, forget=forget)
+STAGE = Stage(
+    respond,
+    line,
+    warnings=warnings,
+    outputs=("respond.json", "stuck.npz"),
+    may_write=("responses/*.npz", *FILES),
+    needs=("reduce", "tune"),
+    requires=("tune", "respond"),
+    reads=READS,
+    reads_more=_reads_more,
+    parallel=True,
+    forget=forget,
+)

@@ -18,10 +18,17 @@ from tipdamp.study.view import Study, View
 
 STAGES: dict[str, Stage] = {name: load_stage(name) for name in results.STAGES}
 ON_REQUEST: dict[str, Stage] = {name: load_stage(name) for name in results.ON_REQUEST}
-FROM = ".stages/{}.from"          # of a finished stage: what it was made from
+FROM = ".stages/{}.from"  # of a finished stage: what it was made from
 # names and patterns of all that the program writes into a results folder
-WRITTEN = (".stages/*", "export/*", *(file for stage in (*STAGES.values(), *ON_REQUEST.values())
-                                       for file in (*stage.outputs, *stage.may_write)))
+WRITTEN = (
+    ".stages/*",
+    "export/*",
+    *(
+        file
+        for stage in (*STAGES.values(), *ON_REQUEST.values())
+        for file in (*stage.outputs, *stage.may_write)
+    ),
+)
 
 
 def stage_of(name: str) -> Stage:
@@ -29,19 +36,30 @@ def stage_of(name: str) -> Stage:
     return STAGES[name] if name in STAGES else ON_REQUEST[name]
 
 
-def run_stage(name: str, study: Study, store: Store, *, force: bool = False, quiet: bool = False,
-              workers: Workers | None = None, locked: bool = False) -> str:
+def run_stage(
+    name: str,
+    study: Study,
+    store: Store,
+    *,
+    force: bool = False,
+    quiet: bool = False,
+    workers: Workers | None = None,
+    locked: bool = False,
+) -> str:
     """Run one stage, or skip it when nothing that it depends on has changed: "done" or "skipped".
 
-    workers - processes that it may use; None: this one alone; locked - whether this process holds the results folder
+    workers - processes that it may use; None: this one alone; locked - whether this process holds
+    the results folder
 
-    Raises InputError when the study lacks a section for it, or a stage that it needs is absent or out of date.
-    """
+    Raises InputError when the study lacks a section for it, or a stage that it needs is absent or
+    out of date."""
     stage = stage_of(name)
     refuse_overwriting(study, store)
     for missing in stage.lacks(study):
-        raise InputError(f"{study.path}: {'section ' * missing.endswith(']')}{missing} is missing, the stage '{name}' "
-                         "needs it")
+        raise InputError(
+            f"{study.path}: {'section ' * missing.endswith(']')}{missing} is missing, the stage "
+            f"'{name}' needs it"
+        )
     needs = stages_needed(stage, study)
     _check_current(name, study, store)
     for touched in [*needs, name]:
@@ -69,20 +87,28 @@ def stage_key(name: str, study: Study, store: Store) -> str:
 
 
 def made_from(name: str, study: Study, store: Store) -> dict[str, str]:
-    """{what the stage depends on: fingerprint}: program, declared keys of the study, files that it names, and outputs
-    of the stages that it needs."""
+    """{what the stage depends on: fingerprint}: program, declared keys of the study, files that it
+    names, and outputs of the stages that it needs."""
     stage = stage_of(name)
     files = study.inputs(*stage.reads_files) if stage.reads_files else {}
-    return {"the program": program_mark(name in ("inspect", "report")),
-            **{key: fingerprint(value) for key, value in _view(name, study).keys().items()},
-            **{f"the contents of {key}": fingerprint(file) for key, file in files.items() if file.is_file()},
-            **{f"what '{need}' wrote": fingerprint(store.outputs(need))
-               for need in (*stages_needed(stage, study), *stage.uses)}}
+    return {
+        "the program": program_mark(name in ("inspect", "report")),
+        **{key: fingerprint(value) for key, value in _view(name, study).keys().items()},
+        **{
+            f"the contents of {key}": fingerprint(file)
+            for key, file in files.items()
+            if file.is_file()
+        },
+        **{
+            f"what '{need}' wrote": fingerprint(store.outputs(need))
+            for need in (*stages_needed(stage, study), *stage.uses)
+        },
+    }
 
 
 def changed(name: str, study: Study, store: Store) -> list[str]:
-    """What the stage depends on and has changed since it last finished; [] where it has not, or where that is not
-    known."""
+    """What the stage depends on and has changed since it last finished; [] where it has not, or
+    where that is not known."""
     try:
         before = store.read_json(FROM.format(name))
     except InputError:
@@ -120,29 +146,50 @@ def applies(name: str, study: Study) -> bool:
 @cache
 def program_mark(with_report: bool) -> str:
     """Fingerprint of the program's own sources: another version computes anew."""
-    return fingerprint(*sources([Path(str(package.__file__)).parent for package in (tipdamp, hbm, modal,
-                                                                                    static_contact)], with_report))
+    return fingerprint(
+        *sources(
+            [
+                Path(str(package.__file__)).parent
+                for package in (tipdamp, hbm, modal, static_contact)
+            ],
+            with_report,
+        )
+    )
 
 
 def sources(packages: Sequence[Path], with_report: bool) -> list[Path]:
-    """Files of packages that decide about results; those in their own folder `report` only `with_report`."""
+    """Files of packages that decide about results; those in their own folder `report` only
+    `with_report`."""
     kinds = (".py", ".csv", ".css", ".js", ".html")
-    return sorted(f for package in packages for f in package.rglob("*") if f.suffix in kinds
-                  and (with_report or "report" not in f.relative_to(package).parts))
+    return sorted(
+        f
+        for package in packages
+        for f in package.rglob("*")
+        if f.suffix in kinds and (with_report or "report" not in f.relative_to(package).parts)
+    )
 
 
 def _check_current(name, study, store):
-    """InputError where stages that this one needs, or that those need, are absent or out of date: all of them, and what
-    makes them."""
+    """InputError where stages that this one needs, or that those need, are absent or out of date:
+    all of them, and what makes them."""
     needed = _all_needed(stage_of(name), study)
     absent = [need for need in needed if store.record(need) is None]
-    stale = [need for need in needed if need not in absent
-             and not store.is_current(need, stage_key(need, study, store))]
+    stale = [
+        need
+        for need in needed
+        if need not in absent and not store.is_current(need, stage_key(need, study, store))
+    ]
     if not absent and not stale:
         return
     found = [f"{_listed(absent)} not been run"] if absent else []
-    found += [f"{_listed(stale, 'is', 'are')} out of date (the study, a mesh or the program has changed, or a file is "
-              "missing)"] if stale else []
+    found += (
+        [
+            f"{_listed(stale, 'is', 'are')} out of date (the study, a mesh or the program has "
+            "changed, or a file is missing)"
+        ]
+        if stale
+        else []
+    )
     one = [*absent, *stale][0] if len([*absent, *stale]) == 1 else "run"
     raise InputError(f"'{name}' needs {', and '.join(found)}; run: tipdamp {one} {study.path}")
 
@@ -156,7 +203,11 @@ def _all_needed(stage, study):
 
 def _listed(stages, one="has", several="have"):
     *others, last = (f"'{stage}'" for stage in stages)
-    return f"the stages {', '.join(others)} and {last}, which {several}" if others else f"the stage {last}, which {one}"
+    return (
+        f"the stages {', '.join(others)} and {last}, which {several}"
+        if others
+        else f"the stage {last}, which {one}"
+    )
 
 
 def _check_untouched(name, study, store, overwrite):
@@ -165,12 +216,15 @@ def _check_untouched(name, study, store, overwrite):
     if edited and not overwrite:
         key = {"pairs.csv": "[contact] pairs", "kept.csv": "[tune] kept"}.get(edited[0])
         own = f"to use it, name a copy of it in the study ({key}); " if key else ""
-        raise InputError(f"{store.path(edited[0])} was changed after the stage '{name}' wrote it; {own}to write it "
-                         f"anew: tipdamp {name} {study.path} --force")
+        raise InputError(
+            f"{store.path(edited[0])} was changed after the stage '{name}' wrote it; {own}to "
+            f"write it anew: tipdamp {name} {study.path} --force"
+        )
 
 
 def sweep_unfinished(store: Store) -> None:
-    """Remove the temporary files of runs that were killed: whoever holds the folder is the only one that writes."""
+    """Remove the temporary files of runs that were killed: whoever holds the folder is the only one
+    that writes."""
     for pattern in WRITTEN:
         folder, _, file = pattern.rpartition("/")
         for path in store.path(folder).glob(f".tmp-[0-9]*-{file}"):
@@ -181,12 +235,15 @@ def sweep_unfinished(store: Store) -> None:
 def results_folder(study: Study, out: str | None, allow_outside: bool = False) -> Store:
     """The results folder of a study, or the one that is given.
 
-    A study may come from somebody else: that its results lead out of its own folder must be allowed.
+    A study may come from somebody else: that its results lead out of its own folder must be
+    allowed.
     """
     folder = Path(out) if out else study.results
     if not out and not allow_outside and not study.holds(folder):
-        raise InputError(f"{study.path}: its results lead out of its own folder, to {folder.resolve()}; name a folder "
-                         "with --out, or allow it with --allow-outside")
+        raise InputError(
+            f"{study.path}: its results lead out of its own folder, to {folder.resolve()}; name a "
+            "folder with --out, or allow it with --allow-outside"
+        )
     if folder.exists() and not folder.is_dir():
         raise InputError(f"results folder {folder}: is a file")
     store = Store(folder)
@@ -195,10 +252,16 @@ def results_folder(study: Study, out: str | None, allow_outside: bool = False) -
 
 
 def refuse_overwriting(study: Study, store: Store) -> None:
-    """InputError where the study or a file that it names has the name of a result in the results folder."""
+    """InputError where the study or a file that it names has the name of a result in the results
+    folder."""
     for key, path in {"the study itself": study.path, **study.inputs()}.items():
         for place in (path.parent.resolve() / path.name, path.resolve()):
             for pattern in map(store.folder.joinpath, WRITTEN):
-                if pattern.parent.resolve() == place.parent and fnmatchcase(place.name, pattern.name):
-                    raise InputError(f"{study.path}: {key}, {path}, would be overwritten by results in {store.folder}; "
-                                     "choose a results folder of its own (key `results` or --out)")
+                if pattern.parent.resolve() == place.parent and fnmatchcase(
+                    place.name, pattern.name
+                ):
+                    raise InputError(
+                        f"{study.path}: {key}, {path}, would be overwritten by results in "
+                        f"{store.folder}; choose a results folder of its own (key `results` or "
+                        "--out)"
+                    )

@@ -18,12 +18,13 @@ def _nothing(*_: object) -> tuple[str, ...]:
 class Stage:
     """One stage of a run.
 
-    work - of the study (what it reads of it), the results folder and the progress; returns the files that it wrote
-    beside its `outputs`. Its results are in its files.
-    outputs - files that it always writes; may_write - those that it writes beside them, such as 'loads/*.csv'
-    line, warnings - of a finished stage for the command line; they see the whole study, since they are made anew
-    reads, reads_more - parts and keys of the study (see `View`), always or where the study asks for them
-    reads_files - sections of the study whose files count with their content
+    work - of the study (what it reads of it), the results folder and the progress; returns the
+    files that it wrote beside its `outputs`. Its results are in its files.
+    outputs - files that it always writes; may_write - those that it writes beside them, such as
+    'loads/*.csv' line, warnings - of a finished stage for the command line; they see the whole
+    study, since they are made anew reads, reads_more - parts and keys of the study (see `View`),
+    always or where the study asks for them reads_files - sections of the study whose files count
+    with their content
     needs, needs_more - stages whose files it reads, always or where the study asks for them
     uses - stages whose files it reads where they are
     requires - sections, and switches such as 'respond.stress', without which it has nothing to do
@@ -47,10 +48,14 @@ class Stage:
     forget: Callable[[Store], object] = _nothing
 
     def lacks(self, study: Study) -> list[str]:
-        """What the study lacks of what the stage requires, as it is written: '[tune]', '[respond] stress = true'."""
+        """What the study lacks of what the stage requires, as it is written: '[tune]', '[respond]
+        stress = true'."""
         split = [part.partition(".") for part in self.requires]
-        return [f"[{section}] {key} = true" if key else f"[{section}]" for section, _, key in split
-                if section not in study or key and not attrgetter(f"{section}.{key}")(study)]
+        return [
+            f"[{section}] {key} = true" if key else f"[{section}]"
+            for section, _, key in split
+            if section not in study or key and not attrgetter(f"{section}.{key}")(study)
+        ]
 
     def writes(self, name: str) -> bool:
         """Whether a file of this name in the results folder is one of the stage."""

@@ -1,4 +1,5 @@
-"""Stage stress: mean and alternating stress of the whole bodies at the peak of the curves of the largest H."""
+"""Stage stress: mean and alternating stress of the whole bodies at the peak of the curves of the
+largest H."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -18,15 +19,23 @@ from tipdamp.results.response_results import PeakStress, RespondResult, StressPl
 from tipdamp.stages.cycles import highest_point
 from tipdamp.stages.respond import READS, Assembly, assembled
 from tipdamp.stages.stage import Stage
-from tipdamp.statics.stresses import VibrationStress, WholeBody, body_load, contact_forces, whole_body
+from tipdamp.statics.stresses import (
+    VibrationStress,
+    WholeBody,
+    body_load,
+    contact_forces,
+    whole_body,
+)
 from tipdamp.study.view import Study
 
-LARGEST = 5              # places of each body that are named
-BALANCED = 1e-3          # part of the forces at rest that a free body may take up by its inertia without a word
+LARGEST = 5  # places of each body that are named
+# part of the forces at rest that a free body may take up by its inertia without a word
+BALANCED = 1e-3
 
 
 class BodyAtRest(NamedTuple):
-    """A body, its displacement (n, 3) m at rest, and the part of the forces on it that is not balanced."""
+    """A body, its displacement (n, 3) m at rest, and the part of the forces on it that is not
+    balanced."""
 
     whole: WholeBody
     shape: np.ndarray
@@ -34,8 +43,10 @@ class BodyAtRest(NamedTuple):
 
 
 def stress(study: Study, store: Store, tick: Tick) -> list[str]:
-    """Fields of every body, and the places of the largest alternating stress, at the peak of blade 1."""
-    assembly, respond = assembled(study, store, responded=True), RespondResult.load(store)
+    """Fields of every body, and the places of the largest alternating stress, at the peak of blade
+    1."""
+    assembly = assembled(study, store, responded=True)
+    respond = RespondResult.load(store)
     bodies = _at_rest(study, assembly, tick)
     H = max(case.H for case in respond.responses)
     cases = [case for case in respond.responses if case.H == H]
@@ -46,27 +57,49 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
         point = highest_point(case, curve)
         if point is None:
             continue
-        q, files, places = whole_motion(curve, assembly.curves.problem, point), list[str](), list[StressPlace]()
+        q = whole_motion(curve, assembly.curves.problem, point)
+        files = list[str]()
+        places = list[StressPlace]()
         if assembly.interface is not None:
             q = assembly.interface.basis @ q
         for one in bodies:
             name, mesh = one.whole.part.body.name, one.whole.mesh
-            fields = one.whole.vibration(one.shape, q[assembly.model.body == name],
-                                         2 * np.pi * float(curve.frequency[point]))
+            fields = one.whole.vibration(
+                one.shape, q[assembly.model.body == name], 2 * np.pi * float(curve.frequency[point])
+            )
             stem = case.file.rpartition("/")[2].removesuffix(".npz")
-            files += write_shapes(store, f"vibration_{stem}_{name}.vtu", mesh, {
-                "mean von Mises stress (Pa)": fields.mean, "alternating stress (Pa)": fields.alternating,
-                "displacement amplitude (m)": fields.amplitude})
+            files += write_shapes(
+                store,
+                f"vibration_{stem}_{name}.vtu",
+                mesh,
+                {
+                    "mean von Mises stress (Pa)": fields.mean,
+                    "alternating stress (Pa)": fields.alternating,
+                    "displacement amplitude (m)": fields.amplitude,
+                },
+            )
             places += _places(name, mesh, fields)
-        found.append(PeakStress(files=tuple(files), Fe_N=case.Fe_N, H=case.H, hz=float(curve.frequency[point]),
-                                places=tuple(places)))
-    unbalanced = {one.whole.part.body.name: one.unbalanced for one in bodies if one.whole.part.rigid}
-    StressResult(curves=tuple(found), unbalanced=unbalanced, warnings=tuple(_unbalanced(unbalanced))).save(store)
+        found.append(
+            PeakStress(
+                files=tuple(files),
+                Fe_N=case.Fe_N,
+                H=case.H,
+                hz=float(curve.frequency[point]),
+                places=tuple(places),
+            )
+        )
+    unbalanced = {
+        one.whole.part.body.name: one.unbalanced for one in bodies if one.whole.part.rigid
+    }
+    StressResult(
+        curves=tuple(found), unbalanced=unbalanced, warnings=tuple(_unbalanced(unbalanced))
+    ).save(store)
     return [file for one in found for file in one.files]
 
 
 def _at_rest(study: Study, assembly: Assembly, tick: Tick) -> list[BodyAtRest]:
-    """The bodies, reduced again, under their loads and the contact forces of the kept pairs at rest."""
+    """The bodies, reduced again, under their loads and the contact forces of the kept pairs at
+    rest."""
     reduced = reduced_model(study, lambda share, what: tick(0.8 * (share or 0.0), what))
     contact = contact_forces([part.body for part in reduced.parts], assembly.kept, assembly.rest)
     found = []
@@ -80,22 +113,32 @@ def _at_rest(study: Study, assembly: Assembly, tick: Tick) -> list[BodyAtRest]:
 
 
 def _places(body: str, mesh: Mesh, fields: VibrationStress) -> Iterator[StressPlace]:
-    """The nodes of the largest alternating stress, of those that no node of an adjacent cell surpasses."""
+    """The nodes of the largest alternating stress, of those that no node of an adjacent cell
+    surpasses."""
     value = np.nan_to_num(fields.alternating, nan=-1.0)
     around = np.zeros(len(value))
     for cells in mesh.cells.values():
         np.maximum.at(around, cells, value[cells].max(axis=1, keepdims=True))
     tops = np.flatnonzero((value >= around * (1 - SAME)) & (value > 0))
     for i in tops[in_order(-value[tops])][:LARGEST]:
-        yield StressPlace(body=body, node=mesh.node[i], position_m=tuple(mesh.position[i]), mean_Pa=fields.mean[i],
-                          alternating_Pa=value[i], amplitude_m=fields.amplitude[i])
+        yield StressPlace(
+            body=body,
+            node=mesh.node[i],
+            position_m=tuple(mesh.position[i]),
+            mean_Pa=fields.mean[i],
+            alternating_Pa=value[i],
+            amplitude_m=fields.amplitude[i],
+        )
 
 
 def _unbalanced(parts: dict[str, float]) -> Iterator[str]:
     for body, part in parts.items():
         if part > BALANCED:
-            yield (f"the forces on the {body} at rest are balanced to {100 * part:.2g} % of their size only (they are "
-                   "those of the kept pairs): in its mean stress the inertia of the body takes up the rest")
+            yield (
+                f"the forces on the {body} at rest are balanced to {100 * part:.2g} % of their "
+                "size only (they are those of the kept pairs): in its mean stress the inertia of "
+                "the body takes up the rest"
+            )
 
 
 def line(store: Store) -> str:
@@ -105,8 +148,11 @@ def line(store: Store) -> str:
     if not tops:
         return "no solved point"
     place, one = max(tops, key=lambda top: top[0].alternating_Pa)
-    return (f"alternating up to {1e-6 * place.alternating_Pa:.4g} MPa, mean {1e-6 * place.mean_Pa:.4g} MPa there: node "
-            f"{place.node} of the {place.body} (Fe = {one.Fe_N:g} N, H = {one.H})")
+    return (
+        f"alternating up to {1e-6 * place.alternating_Pa:.4g} MPa, mean "
+        f"{1e-6 * place.mean_Pa:.4g} MPa there: node {place.node} of the {place.body} (Fe = "
+        f"{one.Fe_N:g} N, H = {one.H})"
+    )
 
 
 def warnings(_: Study, store: Store) -> Sequence[str]:
@@ -119,7 +165,15 @@ def _for_error(study):
     return ("contact",) if wants_error(study) else ()
 
 
-STAGE = Stage(stress, line, warnings=warnings, outputs=("stress.json",), may_write=("vibration_*.vtu",),
-              needs=("reduce", "tune", "respond"), requires=("tune", "respond", "respond.stress"),
-              reads=("respond.stress", "loads", "driver", "preload", *BODY_READS, *READS), reads_more=_for_error,
-              reads_files=BODY_FILES)
+STAGE = Stage(
+    stress,
+    line,
+    warnings=warnings,
+    outputs=("stress.json",),
+    may_write=("vibration_*.vtu",),
+    needs=("reduce", "tune", "respond"),
+    requires=("tune", "respond", "respond.stress"),
+    reads=("respond.stress", "loads", "driver", "preload", *BODY_READS, *READS),
+    reads_more=_for_error,
+    reads_files=BODY_FILES,
+)

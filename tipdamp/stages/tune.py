@@ -1,4 +1,5 @@
-"""Stage tune: stations detached until the stuck frequency meets its target; the preload of the kept pairs."""
+"""Stage tune: stations detached until the stuck frequency meets its target; the preload of the kept
+pairs."""
 
 from dataclasses import dataclass, replace
 
@@ -40,9 +41,9 @@ from tipdamp.statics import friction
 from tipdamp.statics import model_inputs as inputs
 from tipdamp.study.view import Study
 
-DEVIATIONS = 2                      # of the peak frequency over the repeats: scatter of a measured target
+DEVIATIONS = 2  # of the peak frequency over the repeats: scatter of a measured target
 SHOWN_BELOW_HZ = 2 * CHECK_BELOW_HZ
-UNBALANCED = 0.01                   # of the pull, by a table's preload: more is told
+UNBALANCED = 0.01  # of the pull, by a table's preload: more is told
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,8 @@ class Target:
 
 @dataclass(frozen=True)
 class Sets:
-    """Sets of pairs that stick, {name: ...}: pairs - with weight 0 on what is open at rest; open - their number;
-    springs - roll springs; modes - stuck modes."""
+    """Sets of pairs that stick, {name: ...}: pairs - with weight 0 on what is open at rest; open -
+    their number; springs - roll springs; modes - stuck modes."""
 
     pairs: dict[str, ContactTable]
     open: dict[str, int]
@@ -66,38 +67,65 @@ class Sets:
 
 def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     """Detach stations until the stuck frequency meets the target; the kept pairs carry the pull."""
-    model, whole = ReducedModel.load(store.path("model.npz")), ContactTable.load(store.path("preload.csv"))
-    shapes = {name: _of_blades(model, shape) for name, shape in free_modes(study, model.part(BLADES)).follow.items()}
+    model = ReducedModel.load(store.path("model.npz"))
+    whole = ContactTable.load(store.path("preload.csv"))
+    shapes = {
+        name: _of_blades(model, shape)
+        for name, shape in free_modes(study, model.part(BLADES)).follow.items()
+    }
     follow = shapes.pop(study.tune.follow)
     line, assembly = inputs.line_of(study, whole), StuckAssembly(model)
     load, goal = carried(whole, line), target(study, store)
     options = DetachmentOptions(
-        springs=lambda pairs: inputs.declared_springs(study, pairs), load=load,
+        springs=lambda pairs: inputs.declared_springs(study, pairs),
+        load=load,
         order="least_loaded" if study.tune.order == "least_loaded" else "from_middle",
-        graded=study.tune.graded, conserve=inputs.conserves(study), scatter_hz=goal.scatter_hz if goal else 0.0,
-        allowed=lambda weight: moment_within(study, store, model, whole, line.replace(weight=weight)))
+        graded=study.tune.graded,
+        conserve=inputs.conserves(study),
+        scatter_hz=goal.scatter_hz if goal else 0.0,
+        allowed=lambda weight: moment_within(
+            study, store, model, whole, line.replace(weight=weight)
+        ),
+    )
     pairs, tuned = _keep(study, assembly, line, follow, goal, options, tick)
     contact = KeptContact(study, model, results.ReduceResult.load(store).reduction, pairs)
     kept = kept_preload(study, store, _without_detached(study, whole, line, pairs), contact)
-    sets = _stuck_sets(study, assembly, follow, {
-        "full_area": (whole, whole.preload > 0), "full_line": (line, load > 0),
-        "tuned": (kept.pairs, kept.pairs.preload > 0)})
+    sets = _stuck_sets(
+        study,
+        assembly,
+        follow,
+        {
+            "full_area": (whole, whole.preload > 0),
+            "full_line": (line, load > 0),
+            "tuned": (kept.pairs, kept.pairs.preload > 0),
+        },
+    )
     checked = _full_model_check(study, store, model, sets, tick)
     files = _write_kept(store, kept)
     on_kept = kept.pairs.select(kept.pairs.carrying)
     springs = spring_rows(model, sets.pairs["tuned"], sets.springs["tuned"])
     found = results.TuneResult(
-        other_modes={name: _other_mode(assembly.modes(sets.pairs["tuned"], shape, extra=springs))
-                     for name, shape in shapes.items()},
-        target_hz=goal.hz if goal else None, scatter_hz=goal.scatter_hz if goal else 0.0,
-        **tuned, **stuck_figures(sets), table=study.tune.kept or None, full_model_check=checked,
+        other_modes={
+            name: _other_mode(assembly.modes(sets.pairs["tuned"], shape, extra=springs))
+            for name, shape in shapes.items()
+        },
+        target_hz=goal.hz if goal else None,
+        scatter_hz=goal.scatter_hz if goal else 0.0,
+        **tuned,
+        **stuck_figures(sets),
+        table=study.tune.kept or None,
+        full_model_check=checked,
         redistribution=kept.facts,
         preload_kept=side_forces(on_kept, kept.forces, kept.balance),
         roll_stiffness_Nm_per_rad=sum(s.k for s in sets.springs["tuned"]),
         cases={name: kept_case(study, contact, name) for name in study.loads},
-        warnings=tuple(_passed_over(tuned.get("passed_over", ()))))
+        warnings=tuple(_passed_over(tuned.get("passed_over", ()))),
+    )
     found.save(store)
-    shown = {f"{found.kept_name} stuck": sets.modes["tuned"], "whole area stuck": sets.modes["full_area"]}
+    shown = {
+        f"{found.kept_name} stuck": sets.modes["tuned"],
+        "whole area stuck": sets.modes["full_area"],
+    }
     return [*files, *keep_stuck(store, model, shown)]
 
 
@@ -105,9 +133,11 @@ def _passed_over(sets):
     """A sentence on sets that fit the target better than the one that is kept."""
     if sets:
         first = sets[0]
-        yield (f"{len(sets)} sets of stations nearer to the target were passed over, since the preload that they carry "
-               f"leaves a moment above {MOMENT.refused:.0%}: the nearest is {first.front} + {first.back} at "
-               f"{first.hz:.1f} Hz")
+        yield (
+            f"{len(sets)} sets of stations nearer to the target were passed over, since the "
+            f"preload that they carry leaves a moment above {MOMENT.refused:.0%}: the nearest is "
+            f"{first.front} + {first.back} at {first.hz:.1f} Hz"
+        )
 
 
 def _of_blades(model, shape):
@@ -122,21 +152,26 @@ def _other_mode(modes: StuckModes) -> results.TrackedMode:
 
 
 def target(study: Study, store: Store) -> Target | None:
-    """What the kept stations must meet; None where the study says which they are. Raises InputError where the measured
-    curve that it names has no peak."""
-    hz, scatter, name = study.tune.target_hz, study.tune.scatter_hz, study.tune.target_from
+    """What the kept stations must meet; None where the study says which they are. Raises InputError
+    where the measured curve that it names has no peak."""
+    hz = study.tune.target_hz
+    scatter = study.tune.scatter_hz
+    name = study.tune.target_from
     if name:
         curve = MeasuredResult.load(store).curves[name]
         if curve.peak_hz is None:
-            raise InputError(f"[tune] target_from = '{name}': the measured curve has no peak that can be trusted")
+            raise InputError(
+                f"[tune] target_from = '{name}': the measured curve has no peak that can be trusted"
+            )
         hz, spread = curve.peak_hz, DEVIATIONS * (curve.peak_hz_deviation or 0.0)
         scatter = spread if scatter is None else scatter
     return None if hz is None else Target(hz, scatter or 0.0)
 
 
 def _keep(study, assembly, line, follow, goal, options, tick) -> tuple[ContactTable, dict]:
-    """The pairs of the line that are kept, those of a table, those that the study gives, or by the target; and the
-    fields of TuneResult on how they were found."""
+    """The pairs of the line that are kept, those of a table, those that the study gives, or by the
+    target; and the fields of TuneResult on how they were found."""
+
     def report(step, share):
         tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
 
@@ -146,13 +181,21 @@ def _keep(study, assembly, line, follow, goal, options, tick) -> tuple[ContactTa
         if study.tune.preload == "table":
             touching = own.preload
         whole = own.replace(weight=np.where(own.weight > 0, 1.0, line.weight))
-        return _by_station(keep_weights(assembly, whole, own.weight, follow,
-                                        replace(options, load=touching, conserve=False)), along)
+        return _by_station(
+            keep_weights(
+                assembly, whole, own.weight, follow, replace(options, load=touching, conserve=False)
+            ),
+            along,
+        )
     try:
         if study.tune.by != "station":
-            return kept_area.keep(study, assembly, line, follow, goal.hz if goal else None, options, tick)
+            return kept_area.keep(
+                study, assembly, line, follow, goal.hz if goal else None, options, tick
+            )
         if goal is None:
-            return _by_station(keep_stations(assembly, line, inputs.ends_kept(study, line), follow, options), along)
+            return _by_station(
+                keep_stations(assembly, line, inputs.ends_kept(study, line), follow, options), along
+            )
         return _by_station(detach_until(assembly, line, goal.hz, follow, options, report), along)
     except InputError as error:
         raise InputError(f"{error}{inputs.softer(study) if goal else ''}") from None
@@ -160,17 +203,24 @@ def _keep(study, assembly, line, follow, goal, options, tick) -> tuple[ContactTa
 
 def _by_station(found: Detachment, along: np.ndarray) -> tuple[ContactTable, dict]:
     """The pairs, and fields of TuneResult; along (P,) m: the pairs along the axis."""
-    worth = [results.PlacedWorth(**vars(w), position_m=along[found.pairs.station == w.station].mean())
-             for w in found.worth]
+    worth = [
+        results.PlacedWorth(**vars(w), position_m=along[found.pairs.station == w.station].mean())
+        for w in found.worth
+    ]
     return found.pairs, {
-        "tuned_pairs": results.Stations(front=found.chosen.front, back=found.chosen.back), "history": found.history,
-        "equivalent": found.equivalent, "graded": found.graded, "kept_stations": found.stations,
-        "station_worth": worth, "passed_over": found.passed_over}
+        "tuned_pairs": results.Stations(front=found.chosen.front, back=found.chosen.back),
+        "history": found.history,
+        "equivalent": found.equivalent,
+        "graded": found.graded,
+        "kept_stations": found.stations,
+        "station_worth": worth,
+        "passed_over": found.passed_over,
+    }
 
 
 def _without_detached(study, whole, line, kept):
-    """The map without what tuning by area took off, whose force is not moved to its neighbours; the rows for which a
-    line stands are still there."""
+    """The map without what tuning by area took off, whose force is not moved to its neighbours; the
+    rows for which a line stands are still there."""
     if study.tune.by == "station":
         return whole
     return whole.replace(weight=np.where(line.carrying & ~kept.carrying, 0.0, whole.weight))
@@ -178,12 +228,25 @@ def _without_detached(study, whole, line, kept):
 
 def _stuck_sets(study, assembly, follow, sets) -> Sets:
     """sets {name: (pairs, (P,) bool: those in contact at rest)}"""
-    stuck = {name: pairs.replace(weight=np.where(closed, pairs.weight, 0.0)) for name, (pairs, closed) in sets.items()}
+    stuck = {
+        name: pairs.replace(weight=np.where(closed, pairs.weight, 0.0))
+        for name, (pairs, closed) in sets.items()
+    }
     springs = {name: inputs.declared_springs(study, *one) for name, one in sets.items()}
-    return Sets(stuck, {name: int((pairs.carrying & ~closed).sum()) for name, (pairs, closed) in sets.items()}, springs,
-                {name: assembly.modes(pairs, follow, above_hz=SHOWN_BELOW_HZ,
-                                      extra=spring_rows(assembly.model, pairs, springs[name]))
-                 for name, pairs in stuck.items()})
+    return Sets(
+        stuck,
+        {name: int((pairs.carrying & ~closed).sum()) for name, (pairs, closed) in sets.items()},
+        springs,
+        {
+            name: assembly.modes(
+                pairs,
+                follow,
+                above_hz=SHOWN_BELOW_HZ,
+                extra=spring_rows(assembly.model, pairs, springs[name]),
+            )
+            for name, pairs in stuck.items()
+        },
+    )
 
 
 def _full_model_check(study, store, model, sets, tick) -> dict[str, results.FullModelCheck]:
@@ -193,18 +256,33 @@ def _full_model_check(study, store, model, sets, tick) -> dict[str, results.Full
     tick(0.8, "full model")
     exact = not results.ReduceResult.load(store).reduction.tractions
     truncation = Truncation.load(store.path("truncation.npz")) if exact else None
-    return full_model_check(study, model, truncation, {
-        name: StuckSet(pairs, sets.springs[name], modes.hz[modes.hz < CHECK_BELOW_HZ])
-        for (name, pairs), modes in zip(sets.pairs.items(), sets.modes.values(), strict=True)}, tick)
+    return full_model_check(
+        study,
+        model,
+        truncation,
+        {
+            name: StuckSet(pairs, sets.springs[name], modes.hz[modes.hz < CHECK_BELOW_HZ])
+            for (name, pairs), modes in zip(sets.pairs.items(), sets.modes.values(), strict=True)
+        },
+        tick,
+    )
 
 
 def stuck_figures(sets: Sets) -> dict:
     """Fields of TuneResult on the stuck modes of each set of pairs."""
-    return {"stuck_hz": results.OfSets[float](**{name: modes.tracked_hz for name, modes in sets.modes.items()}),
-            "mac": results.OfSets[float](**{name: modes.mac for name, modes in sets.modes.items()}),
-            "stuck_modes_hz": {name: modes.hz[modes.hz < SHOWN_BELOW_HZ] for name, modes in sets.modes.items()},
-            "closed_pairs": results.OfSets[int](**{n: int(p.carrying.sum()) for n, p in sets.pairs.items()}),
-            "open_pairs": results.OfSets[int](**sets.open)}
+    return {
+        "stuck_hz": results.OfSets[float](
+            **{name: modes.tracked_hz for name, modes in sets.modes.items()}
+        ),
+        "mac": results.OfSets[float](**{name: modes.mac for name, modes in sets.modes.items()}),
+        "stuck_modes_hz": {
+            name: modes.hz[modes.hz < SHOWN_BELOW_HZ] for name, modes in sets.modes.items()
+        },
+        "closed_pairs": results.OfSets[int](
+            **{n: int(p.carrying.sum()) for n, p in sets.pairs.items()}
+        ),
+        "open_pairs": results.OfSets[int](**sets.open),
+    }
 
 
 def _write_kept(store, kept):
@@ -223,28 +301,43 @@ def line(store: Store) -> str:
     """Stuck frequencies and what is kept."""
     found = results.TuneResult.load(store)
     stuck = found.stuck_hz
-    opened = {name: f" ({n} pair{'s' * (n > 1)} open at rest)" if n else "" for name, n in found.open_pairs}
+    opened = {
+        name: f" ({n} pair{'s' * (n > 1)} open at rest)" if n else ""
+        for name, n in found.open_pairs
+    }
     of_line = "" if found.line_is_whole else f", line {stuck.full_line:.0f} Hz{opened['full_line']}"
-    return (f"stuck: area {stuck.full_area:.0f} Hz{opened['full_area']}{of_line}, {found.kept_in_words} "
-            f"{stuck.tuned:.0f} Hz{opened['tuned']}")
+    return (
+        f"stuck: area {stuck.full_area:.0f} Hz{opened['full_area']}{of_line}, "
+        f"{found.kept_in_words} {stuck.tuned:.0f} Hz{opened['tuned']}"
+    )
 
 
 def warnings(study: Study, store: Store) -> list[str]:
-    """Of the tracked mode, of a closed part that follows the mesh, and of a table of the user's own."""
+    """Of the tracked mode, of a closed part that follows the mesh, and of a table of the user's
+    own."""
     found = results.TuneResult.load(store)
     rows = one_row_warnings(ContactTable.load(store.path("preload.csv")))
-    return [*found.warnings, *tracking_warnings(study, found), *rows, *_table_warnings(study, store, found)]
+    return [
+        *found.warnings,
+        *tracking_warnings(study, found),
+        *rows,
+        *_table_warnings(study, store, found),
+    ]
 
 
 def _table_warnings(study, store, found):
-    """Friction beyond that of metals; preload that is balanced by friction alone, which the response does not know."""
+    """Friction beyond that of metals; preload that is balanced by friction alone, which the
+    response does not know."""
     if not study.tune.kept:
         return
     yield from pair_warnings(ContactTable.load(store.path("kept.csv")))
     left = max(side.balance_error for side in found.preload_kept.values())
     if study.tune.preload == "table" and left > UNBALANCED:
-        yield (f"[tune] kept = '{study.tune.kept}': {left:.0%} of the pull is not balanced by the normal forces of the "
-               "table's preload, and friction would have to hold it; [tune] preload = 'scaled' balances it")
+        yield (
+            f"[tune] kept = '{study.tune.kept}': {left:.0%} of the pull is not balanced by the "
+            "normal forces of the table's preload, and friction would have to hold it; [tune] "
+            "preload = 'scaled' balances it"
+        )
 
 
 def _reads_more(study):
@@ -255,8 +348,25 @@ def _needs_more(study):
     return ("measured",) if study.tune.target_from else ()
 
 
-STAGE = Stage(tune, line, warnings=warnings, reads_more=_reads_more, outputs=("kept.csv", "tune.json"),
-              may_write=("kept_friction.csv", "stuck_modes.npz", "stuck_modes.vtu"),
-              needs=("reduce", "preload"), needs_more=_needs_more, requires=("tune", "respond"),
-              reads_files=(*BODY_FILES, "tune"),
-              reads=("tune", "sides", "driver", "preload", "loads", "contact.normal", "contact.stiffness", *BODY_READS))
+STAGE = Stage(
+    tune,
+    line,
+    warnings=warnings,
+    reads_more=_reads_more,
+    outputs=("kept.csv", "tune.json"),
+    may_write=("kept_friction.csv", "stuck_modes.npz", "stuck_modes.vtu"),
+    needs=("reduce", "preload"),
+    needs_more=_needs_more,
+    requires=("tune", "respond"),
+    reads_files=(*BODY_FILES, "tune"),
+    reads=(
+        "tune",
+        "sides",
+        "driver",
+        "preload",
+        "loads",
+        "contact.normal",
+        "contact.stiffness",
+        *BODY_READS,
+    ),
+)

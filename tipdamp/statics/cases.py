@@ -1,7 +1,8 @@
-"""The bodies on which a study's static contact is solved: the reduced model, or the unreduced ones with all their dofs.
+"""The bodies on which a study's static contact is solved: the reduced model, or the unreduced ones
+with all their dofs.
 
-Both name their dofs, loads and contact points alike, so that a stage need not know which of them it works on.
-"""
+Both name their dofs, loads and contact points alike, so that a stage need not know which of them it
+works on."""
 
 from collections.abc import Callable, Iterator
 from copy import copy
@@ -27,15 +28,19 @@ from tipdamp.statics import stresses
 from tipdamp.statics.model_inputs import held_motions
 from tipdamp.study.view import Study, every_key
 
-READS_FILES = (BLADES, DAMPER)      # of a stage that calls `static_bodies`, with what `reads` says: the meshes
-_MODES = ("modes", "modes_below_hz", "error", "load_modes")         # of the reduced bodies alone
-_READS = (*every_key(BLADES, but=_MODES), *(key for key in BODY_READS
-                                            if key != BLADES and key.partition(".")[2] not in _MODES))
+# of a stage that calls `static_bodies`, with what `reads` says: the meshes
+READS_FILES = (BLADES, DAMPER)
+_MODES = ("modes", "modes_below_hz", "error", "load_modes")  # of the reduced bodies alone
+_READS = (
+    *every_key(BLADES, but=_MODES),
+    *(key for key in BODY_READS if key != BLADES and key.partition(".")[2] not in _MODES),
+)
 
 
 @dataclass(frozen=True)
 class StaticBodies:
-    """model - names the dofs, with loads {name: (r,) N}; compliance, stuck - how its bodies are factored
+    """model - names the dofs, with loads {name: (r,) N}; compliance, stuck - how its bodies are
+    factored
     shapes - displacements of whole bodies at rest: (name, Mesh, (n, 3) m) of each in turn."""
 
     model: ReducedModel | SparseBodies
@@ -45,7 +50,8 @@ class StaticBodies:
 
 
 def factored_once(bodies: StaticBodies) -> StaticBodies:
-    """The same for pairs that differ in stiffness alone: their bodies are factored once for all that are alike."""
+    """The same for pairs that differ in stiffness alone: their bodies are factored once for all
+    that are alike."""
     made: dict[tuple, tuple[Compliance, np.ndarray]] = {}
 
     def compliance(model, pairs, kn, held, settings):
@@ -55,7 +61,7 @@ def factored_once(bodies: StaticBodies) -> StaticBodies:
             new = bodies.compliance(model, pairs, kn, held, settings)
             made[key] = new, new.G.copy()
         found = copy(made[key][0])
-        found.G = made[key][1].copy()          # the contact adds its springs in place
+        found.G = made[key][1].copy()  # the contact adds its springs in place
         return found
 
     return replace(bodies, compliance=compliance)
@@ -67,21 +73,29 @@ def reads(study: Study) -> tuple[str, ...]:
 
 
 def static_bodies(study: Study, model: ReducedModel, reduction: ReductionFacts) -> StaticBodies:
-    """By [preload] bodies. 'auto' is the reduced model where it is exact in the statics of every pair.
+    """By [preload] bodies. 'auto' is the reduced model where it is exact in the statics of every
+    pair.
 
     Raises InputError where the study wants what its model cannot give.
     """
     wanted = study.preload.bodies
     if "model" in study and wanted == "full":
-        raise InputError(f"{study.path}: [preload] bodies = 'full': of given matrices there are no other bodies; leave "
-                         "it out")
+        raise InputError(
+            f"{study.path}: [preload] bodies = 'full': of given matrices there are no other "
+            "bodies; leave it out"
+        )
     if reduction.tractions and wanted == "reduced":
         counts = ", ".join(f"{n} cells on the {body}" for body, n in reduction.tractions.items())
-        raise InputError(f"{study.path}: [preload] bodies = 'reduced': the reduced model knows tractions alone "
-                         f"({counts}), not the forces of single pairs; leave it out, or raise [contact] tractions")
+        raise InputError(
+            f"{study.path}: [preload] bodies = 'reduced': the reduced model knows tractions alone "
+            f"({counts}), not the forces of single pairs; leave it out, or raise [contact] "
+            "tractions"
+        )
     if wanted == "full" or reduction.tractions:
         return _full(study)
-    return StaticBodies(model, Compliance, StuckBodies, lambda rest: stresses.condensed_shapes(study, model, rest))
+    return StaticBodies(
+        model, Compliance, StuckBodies, lambda rest: stresses.condensed_shapes(study, model, rest)
+    )
 
 
 def _full(study):
@@ -92,20 +106,27 @@ def _full(study):
         start = 0
         for body in bodies:
             out = np.zeros((len(body.node), 3))
-            out[body.dof_node, body.dof_direction] = rest.displacement[start:start + body.dofs]
+            out[body.dof_node, body.dof_direction] = rest.displacement[start : start + body.dofs]
             start += body.dofs
             yield body.name, meshes[body.name], out
 
     try:
         whole = SparseBodies.of(bodies)
     except InputError as error:
-        raise InputError(f"{study.path}: {error}; or let the reduced bodies do: [preload] bodies = 'auto', and "
-                         "[contact] tractions above the number of contact points") from None
+        raise InputError(
+            f"{study.path}: {error}; or let the reduced bodies do: [preload] bodies = 'auto', and "
+            "[contact] tractions above the number of contact points"
+        ) from None
     return StaticBodies(whole, SparseCompliance, stuck_bodies, shapes)
 
 
 def static_contact(study: Study, bodies: StaticBodies, pairs: ContactTable) -> StaticContact:
     """On the springs kn, or with hard contact where the study says so."""
-    hard, held = study.contact.normal == "hard", held_motions(study, bodies.model, pairs)
-    return StaticContact(bodies.model, pairs.replace(kn=np.full(len(pairs), np.inf)) if hard else pairs, held=held,
-                         compliance=bodies.compliance)
+    hard = study.contact.normal == "hard"
+    held = held_motions(study, bodies.model, pairs)
+    return StaticContact(
+        bodies.model,
+        pairs.replace(kn=np.full(len(pairs), np.inf)) if hard else pairs,
+        held=held,
+        compliance=bodies.compliance,
+    )

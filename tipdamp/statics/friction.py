@@ -1,7 +1,8 @@
-"""The preload with friction of a study ([preload] friction): its history, and the tangential state at its end.
+"""The preload with friction of a study ([preload] friction): its history, and the tangential state
+at its end.
 
-The response starts from that state: its origin is the preloaded state, where the friction forces T act and are balanced
-by constant loads, and the sliders stand at -T/kt.
+The response starts from that state: its origin is the preloaded state, where the friction forces T
+act and are balanced by constant loads, and the sliders stand at -T/kt.
 """
 
 import csv
@@ -21,54 +22,78 @@ from tipdamp.static_contact.contact.friction import FrictionalContact, FrictionS
 from tipdamp.statics.cases import StaticBodies
 from tipdamp.study.view import Study
 
-READS = ("respond.law",)        # of a stage that calls `solve`
+READS = ("respond.law",)  # of a stage that calls `solve`
 COLUMNS = ("pair", "blade_node", "damper_node", "T1_N", "T2_N", "slider1_m", "slider2_m", "slips")
 
 
 class StartState(NamedTuple):
-    """static : (r,) N - constant load that balances the friction forces; sliders : (P, 2) m - their positions."""
+    """static : (r,) N - constant load that balances the friction forces; sliders : (P, 2) m - their
+    positions."""
 
     static: np.ndarray
     sliders: np.ndarray
 
 
 def history(study: Study, model: ReducedModel | SparseBodies) -> list[np.ndarray]:
-    """(n, r) N: the load cases that the study passes through, and at last the load of the response."""
-    return [*(loads.total(study, case, model) for case in study.preload.history), loads.at_rest(study, model)]
+    """(n, r) N: the load cases that the study passes through, and at last the load of the
+    response."""
+    return [
+        *(loads.total(study, case, model) for case in study.preload.history),
+        loads.at_rest(study, model),
+    ]
 
 
-def solve(study: Study, bodies: StaticBodies, pairs: ContactTable, through: list[np.ndarray]) -> FrictionState:
+def solve(
+    study: Study, bodies: StaticBodies, pairs: ContactTable, through: list[np.ndarray]
+) -> FrictionState:
     """The state after the loads `through`, within the friction limit of the law of the response.
 
     Raises InputError where the history ends before it.
     """
-    given, coupled = study.preload, "respond" in study and study.respond.law.make().coupled
+    given = study.preload
+    coupled = "respond" in study and study.respond.law.make().coupled
     contact = FrictionalContact(bodies.model, pairs, coupled=coupled, stuck=bodies.stuck)
     end = contact.solve(through, steps=given.steps)[-1]
     if not end.converged:
         names = [*given.history, loads.rest_name(study)] if len(through) > 1 else ["the load"]
         on_way = names[min(int(np.ceil(end.time)) - 1, len(names) - 1)]
-        raise InputError(f"[preload] friction: no equilibrium was found on the way to {on_way} "
-                         f"({100 * (end.time % 1 or 1):.0f} % of it): the damper lifts off, or the load exceeds what "
-                         "friction can carry; try more [preload] steps")
+        raise InputError(
+            f"[preload] friction: no equilibrium was found on the way to {on_way} "
+            f"({100 * (end.time % 1 or 1):.0f} % of it): the damper lifts off, or the load "
+            "exceeds what friction can carry; try more [preload] steps"
+        )
     return end
 
 
 def facts(state: FrictionState, without_friction: dict[str, float] | None = None) -> FrictionFacts:
-    """Figures for the result of a stage; without_friction {side: N} of the frictionless equilibrium."""
-    return FrictionFacts(slipping_pairs=int(state.slips.sum()), closed_pairs=int((state.force > 0).sum()),
-                         largest_T_N=float(np.abs(state.tangential).max()), residual=state.residual,
-                         without_friction_N=without_friction or {})
+    """Figures for the result of a stage; without_friction {side: N} of the frictionless
+    equilibrium."""
+    return FrictionFacts(
+        slipping_pairs=int(state.slips.sum()),
+        closed_pairs=int((state.force > 0).sum()),
+        largest_T_N=float(np.abs(state.tangential).max()),
+        residual=state.residual,
+        without_friction_N=without_friction or {},
+    )
 
 
-def save(path: Path, pairs: ContactTable, tangential: np.ndarray, slider: np.ndarray, slips: np.ndarray) -> None:
+def save(
+    path: Path, pairs: ContactTable, tangential: np.ndarray, slider: np.ndarray, slips: np.ndarray
+) -> None:
     """Write T (P, 2) N, slider positions (P, 2) m and whether each pair slips as CSV."""
     with open(path, "w", newline="", encoding="utf-8") as f:
         rows = csv.writer(f)
         rows.writerow(COLUMNS)
         for i in range(len(pairs)):
-            rows.writerow([i + 1, pairs.blade_node[i], pairs.damper_node[i], *(repr(float(v)) for v in (
-                *tangential[i], *slider[i])), int(slips[i])])
+            rows.writerow(
+                [
+                    i + 1,
+                    pairs.blade_node[i],
+                    pairs.damper_node[i],
+                    *(repr(float(v)) for v in (*tangential[i], *slider[i])),
+                    int(slips[i]),
+                ]
+            )
 
 
 def load(path: Path, pairs: ContactTable) -> np.ndarray:
@@ -86,5 +111,7 @@ def start(model: ReducedModel, pairs: ContactTable, tangential: np.ndarray) -> S
         raise InputError("friction forces act on pairs with kt = 0")
     B = relative_motion(model, pairs)
     force = np.column_stack([tangential, np.zeros(len(pairs))]).ravel()
-    return StartState(B.T @ force, -np.divide(tangential, stiffness, out=np.zeros_like(tangential),
-                                              where=stiffness > 0))
+    return StartState(
+        B.T @ force,
+        -np.divide(tangential, stiffness, out=np.zeros_like(tangential), where=stiffness > 0),
+    )

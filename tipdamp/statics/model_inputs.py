@@ -1,4 +1,5 @@
-"""Inputs of the reduced model from the study: contact line, roll springs, force, outputs, damping, held motions."""
+"""Inputs of the reduced model from the study: contact line, roll springs, force, outputs, damping,
+held motions."""
 
 from collections.abc import Iterable
 
@@ -21,33 +22,53 @@ from tipdamp.study.schema import Respond
 from tipdamp.study.view import Study
 
 # keys that `excitation` reads, beside those of the groups
-EXCITATION = tuple(f"respond.{key}" for key in ("share_force", "amplitudes", "phase", "engine_order", "blade_count"))
+EXCITATION = tuple(
+    f"respond.{key}"
+    for key in ("share_force", "amplitudes", "phase", "engine_order", "blade_count")
+)
 
 
-def held_motions(study: Study, model: ReducedModel | SparseBodies, pairs: ContactTable) -> tuple[HeldMotion, ...]:
-    """The rigid motions of the damper that the study holds, on the dofs of a model with these pairs."""
+def held_motions(
+    study: Study, model: ReducedModel | SparseBodies, pairs: ContactTable
+) -> tuple[HeldMotion, ...]:
+    """The rigid motions of the damper that the study holds, on the dofs of a model with these
+    pairs."""
     try:
-        return spring.held_motions(model, pairs, [Hold(one.motion, one.stiffness, one.mean, DAMPER)
-                                                  for one in study.driver.hold])
+        return spring.held_motions(
+            model,
+            pairs,
+            [Hold(one.motion, one.stiffness, one.mean, DAMPER) for one in study.driver.hold],
+        )
     except InputError as error:
-        raise InputError(f"{study.path}: [{'model' if 'model' in study else DAMPER}] {error}") from None
+        raise InputError(
+            f"{study.path}: [{'model' if 'model' in study else DAMPER}] {error}"
+        ) from None
 
 
-def equilibrium(study: Study, model: ReducedModel | SparseBodies, pairs: ContactTable) -> dict[str, float]:
-    """{side: N} that balance the load at rest without friction; the sum of its pairs for a side without damper."""
-    found = side_forces(side_normals(pairs), force_at_rest(study, model), held=held_directions(study, pairs))
+def equilibrium(
+    study: Study, model: ReducedModel | SparseBodies, pairs: ContactTable
+) -> dict[str, float]:
+    """{side: N} that balance the load at rest without friction; the sum of its pairs for a side
+    without damper."""
+    found = side_forces(
+        side_normals(pairs), force_at_rest(study, model), held=held_directions(study, pairs)
+    )
     return {**side_sums(pairs), **found}
 
 
 def line_of(study: Study, pairs: ContactTable) -> ContactTable:
-    """The line model: rows that the study does not keep get weight 0. InputError where points lie in no rows."""
+    """The line model: rows that the study does not keep get weight 0. InputError where points lie
+    in no rows."""
     edge = [name for name, side in study.sides.items() if side.rows == "edge"]
     for name in edge:
         mine = pairs.select((pairs.side == name) & pairs.on_surface)
         count = np.bincount(mine.station) if len(mine) else np.ones(1)
         if np.ptp(count) or len(mine) and (np.bincount(mine.station, mine.row == 0) == 0).any():
-            raise InputError(f"{study.path}: [contact.{name}] rows = 'edge': the damper's faces lie in no rows along "
-                             f"the axis, its stations hold {count.min()} to {count.max()} contact points; rows = 'all'")
+            raise InputError(
+                f"{study.path}: [contact.{name}] rows = 'edge': the damper's faces lie in no rows "
+                f"along the axis, its stations hold {count.min()} to {count.max()} contact "
+                "points; rows = 'all'"
+            )
     detached = np.isin(pairs.side, edge) & (pairs.row > 0)
     line = pairs.replace(weight=np.where(detached, 0.0, pairs.weight))
     return conserve_total(line, pairs) if conserves(study) else line
@@ -67,25 +88,36 @@ def conserves(study: Study) -> bool:
     return study.tune.stiffness == "conserved"
 
 
-def declared_springs(study: Study, pairs: ContactTable, closed: np.ndarray | None = None) -> list[RollSpring]:
-    """Roll springs of the flat sides of which one row stands for several; closed (P,) - pairs that stick, default:
-    those that carry."""
+def declared_springs(
+    study: Study, pairs: ContactTable, closed: np.ndarray | None = None
+) -> list[RollSpring]:
+    """Roll springs of the flat sides of which one row stands for several; closed (P,) - pairs that
+    stick, default: those that carry."""
     springs = []
     stuck = pairs if closed is None else pairs.replace(weight=np.where(closed, pairs.weight, 0.0))
     for name, side in study.sides.items():
         one_row = len(np.unique(pairs.row[(pairs.side == name) & pairs.carrying])) == 1
-        if side.shape != "cylinder" and side.rows == "edge" and one_row and side.roll_stiffness != 0:
+        if (
+            side.shape != "cylinder"
+            and side.rows == "edge"
+            and one_row
+            and side.roll_stiffness != 0
+        ):
             given = None if side.roll_stiffness == "from_flat" else side.roll_stiffness
             springs += roll_springs(stuck, name, side.width or 0.0, given)
     return springs
 
 
 def softer(study: Study) -> str:
-    """What can be done where the contact of half-space theory is too stiff for a target; empty where it was given."""
+    """What can be done where the contact of half-space theory is too stiff for a target; empty
+    where it was given."""
     if study.contact.pairs or all(side.given for side in study.sides.values()):
         return ""
-    return (f"; the stiffness is that of [contact] stiffness = '{study.contact.stiffness}': a rough interface in "
-            "series ('rough_series'), a declared factor (scale) or a fit to a measurement (fit_hz) make it softer")
+    return (
+        f"; the stiffness is that of [contact] stiffness = '{study.contact.stiffness}': a rough "
+        "interface in series ('rough_series'), a declared factor (scale) or a fit to a "
+        "measurement (fit_hz) make it softer"
+    )
 
 
 def group(model: ReducedModel, study: Study, name: str) -> np.ndarray:
@@ -98,7 +130,8 @@ def group(model: ReducedModel, study: Study, name: str) -> np.ndarray:
 
 
 def excitation(study: Study, model: ReducedModel) -> np.ndarray:
-    """(r,) force for Fe = 1 N on all groups of the excitation; complex where they differ in phase, real otherwise.
+    """(r,) force for Fe = 1 N on all groups of the excitation; complex where they differ in phase,
+    real otherwise.
 
     Raises InputError where a group has several nodes that are not told to share its force.
     """
@@ -107,9 +140,13 @@ def excitation(study: Study, model: ReducedModel) -> np.ndarray:
     for name, factor in zip(settings.excitation, force_factors(settings), strict=True):
         nodes = group(model, study, name)
         if len(nodes) > 1 and not settings.share_force:
-            raise InputError(f"{study.path}: [respond] excitation: group '{name}' has {len(nodes)} nodes; set "
-                             "share_force = true to share its force equally, or name a group of one node")
-        force += factor * np.mean([model.displacement_row(BLADES, n, settings.direction) for n in nodes], axis=0)
+            raise InputError(
+                f"{study.path}: [respond] excitation: group '{name}' has {len(nodes)} nodes; set "
+                "share_force = true to share its force equally, or name a group of one node"
+            )
+        force += factor * np.mean(
+            [model.displacement_row(BLADES, n, settings.direction) for n in nodes], axis=0
+        )
     return force if force.imag.any() else force.real
 
 
@@ -122,15 +159,18 @@ def force_factors(settings: Respond) -> np.ndarray:
     else:
         degrees = settings.phase
     turns = np.array([0.0, *degrees]) / 360.0 % 1.0
-    exact = {0.0: 1, 0.25: 1j, 0.5: -1, 0.75: -1j}              # no rounding of what is real or imaginary
+    exact = {0.0: 1, 0.25: 1j, 0.5: -1, 0.75: -1j}  # no rounding of what is real or imaginary
     phases = np.array([exact.get(turn, np.exp(2j * np.pi * turn)) for turn in map(float, turns)])
     return phases * (settings.amplitudes or 1.0)
 
 
 def outputs(study: Study, model: ReducedModel) -> dict[str, np.ndarray]:
     """{"patch:node": (r,) row} displacement along the direction of the force."""
-    return {f"{patch}:{n}": model.displacement_row(BLADES, n, study.respond.direction)
-            for patch in study.respond.patches for n in group(model, study, patch)}
+    return {
+        f"{patch}:{n}": model.displacement_row(BLADES, n, study.respond.direction)
+        for patch in study.respond.patches
+        for n in group(model, study, patch)
+    }
 
 
 def in_patch(names: Iterable[str], patch: str) -> np.ndarray:
@@ -139,11 +179,13 @@ def in_patch(names: Iterable[str], patch: str) -> np.ndarray:
 
 
 def peak_groups(study: Study, names: Iterable[str]) -> tuple[tuple[str, ...], ...]:
-    """Outputs whose largest and smallest peak are shown: those of each patch, and each node that a measured curve
-    names."""
+    """Outputs whose largest and smallest peak are shown: those of each patch, and each node that a
+    measured curve names."""
     nodes = {one.response for one in study.measured.values()} if study.shows("measured") else set()
-    patches = (tuple(n for n, mine in zip(names, in_patch(names, patch), strict=True) if mine)
-               for patch in study.respond.patches)
+    patches = (
+        tuple(n for n, mine in zip(names, in_patch(names, patch), strict=True) if mine)
+        for patch in study.respond.patches
+    )
     return *patches, *((name,) for name in names if name in nodes)
 
 
@@ -152,17 +194,24 @@ def ratio(values: tuple[float, ...]) -> float | np.ndarray:
     return values[0] if len(values) == 1 else np.array(values)
 
 
-def balance_error(study: Study, pairs: ContactTable, load: np.ndarray, tangential: ArrayLike = 0.0) -> float:
-    """|load - sum (N n + T t)| / |load| with T (P, 2) N, beside the directions along which the damper is held."""
+def balance_error(
+    study: Study, pairs: ContactTable, load: np.ndarray, tangential: ArrayLike = 0.0
+) -> float:
+    """|load - sum (N n + T t)| / |load| with T (P, 2) N, beside the directions along which the
+    damper is held."""
     mine = pairs.damper_body != GROUND
     T, pairs = np.broadcast_to(tangential, (len(pairs), 2))[mine], pairs.select(mine)
-    total = np.maximum(pairs.preload, 0) @ pairs.normal + np.einsum("pd,pdx->x", T, pairs.frame[:, :2])
-    return float(np.linalg.norm(beside(held_directions(study, pairs), load - total)) / np.linalg.norm(load))
+    total = np.maximum(pairs.preload, 0) @ pairs.normal + np.einsum(
+        "pd,pdx->x", T, pairs.frame[:, :2]
+    )
+    return float(
+        np.linalg.norm(beside(held_directions(study, pairs), load - total)) / np.linalg.norm(load)
+    )
 
 
 def imbalance(study: Study, pairs: ContactTable, load: np.ndarray) -> tuple[float, float]:
-    """N: what normal forces leave of the load (3,), beside the directions along which the damper is held; and at most
-    how much of it friction holds, mu N on every pair along its tangent plane."""
+    """N: what normal forces leave of the load (3,), beside the directions along which the damper is
+    held; and at most how much of it friction holds, mu N on every pair along its tangent plane."""
     pairs = pairs.select(pairs.damper_body != GROUND)
     force, ways = np.maximum(pairs.preload, 0), held_directions(study, pairs)
     left = beside(ways, load - force @ pairs.normal)
@@ -179,6 +228,16 @@ def side_sums(pairs: ContactTable) -> dict[str, float]:
 
 
 def preload_map(result: Preload, pairs: ContactTable) -> ContactTable:
-    """The table with its own springs again: hard pairs that are open stand open by -preload / kn as well."""
-    return pairs.replace(preload=np.where(result.force > 0, result.force, np.where(
-        np.isinf(result.pairs.kn), -pairs.kn * pairs.weight * result.opening, result.pairs.preload)))
+    """The table with its own springs again: hard pairs that are open stand open by -preload / kn as
+    well."""
+    return pairs.replace(
+        preload=np.where(
+            result.force > 0,
+            result.force,
+            np.where(
+                np.isinf(result.pairs.kn),
+                -pairs.kn * pairs.weight * result.opening,
+                result.pairs.preload,
+            ),
+        )
+    )

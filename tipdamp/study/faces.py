@@ -9,27 +9,44 @@ from tipdamp.study.values import NUMBER, Key, Kind, number
 
 LENGTH = Key(NUMBER, "", low=0, open_low=True)
 KEYS = tuple(field.name for field in fields(FacePick))
-EXAMPLE = 'such as { plane = [0, 0, 1], point = [0, 0, 5] }, { within = 0.1 } or { box = [[0, 0, 0], [9, 9, 1]] }'
+EXAMPLE = (
+    "such as { plane = [0, 0, 1], point = [0, 0, 5] }, { within = 0.1 } or { box = [[0, 0, 0], "
+    "[9, 9, 1]] }"
+)
 
 
 def _read(value: Any, key: Key, factor: float) -> str | FacePick:
     if isinstance(value, str) and value:
         return value
     if not isinstance(value, dict):
-        raise ValueError(f"must be the name of a group, or a table of what the faces fulfil, {EXAMPLE}")
+        raise ValueError(
+            f"must be the name of a group, or a table of what the faces fulfil, {EXAMPLE}"
+        )
     for name in value:
         if name not in KEYS:
             raise ValueError(f"unknown key '{name}'; {nearest(name, KEYS)}")
     if not set(value) & {"plane", "cylinder", "within", "box"}:
         raise ValueError(f"one of plane, cylinder, within and box is needed, {EXAMPLE}")
-    for one, other in (("cylinder", "radius"), ("radius", "cylinder"), ("cylinder", "point"), ("plane", "point")):
+    for one, other in (
+        ("cylinder", "radius"),
+        ("radius", "cylinder"),
+        ("cylinder", "point"),
+        ("plane", "point"),
+    ):
         if one in value and other not in value:
             raise ValueError(f"{other} is missing: {one} needs it")
     if not isinstance(value.get("group", ""), str):
         raise ValueError("group must be a text in quotes")
     found: dict[str, Any] = {"group": value.get("group", "")}
-    for name, read in (("plane", _direction), ("cylinder", _direction), ("point", _place), ("radius", _length),
-                       ("tolerance", _length), ("within", _length), ("box", _box)):
+    for name, read in (
+        ("plane", _direction),
+        ("cylinder", _direction),
+        ("point", _place),
+        ("radius", _length),
+        ("tolerance", _length),
+        ("within", _length),
+        ("box", _box),
+    ):
         if name in value:
             try:
                 found[name] = read(value[name], factor)
@@ -65,9 +82,19 @@ def _json() -> dict:
     place = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
     length = {"type": "number", "exclusiveMinimum": 0}
     box = {"type": "array", "items": place, "minItems": 2, "maxItems": 2}
-    kinds = dict(zip(KEYS, (place, place, place, length, length, length, box, {"type": "string"}), strict=True))
-    return {"anyOf": [{"type": "string"},
-                      {"type": "object", "additionalProperties": False, "properties": kinds}]}
+    kinds = dict(
+        zip(
+            KEYS,
+            (place, place, place, length, length, length, box, {"type": "string"}),
+            strict=True,
+        )
+    )
+    return {
+        "anyOf": [
+            {"type": "string"},
+            {"type": "object", "additionalProperties": False, "properties": kinds},
+        ]
+    }
 
 
 FACES = Kind("name of a group, or table", _read, json=_json)

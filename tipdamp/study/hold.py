@@ -1,4 +1,5 @@
-"""Rigid motions that a study holds: a motion alone, or a table with its stiffness, or a list of these."""
+"""Rigid motions that a study holds: a motion alone, or a table with its stiffness, or a list of
+these."""
 
 from typing import Any
 
@@ -13,7 +14,8 @@ STIFFNESS = Key(NUMBER, "", low=0, open_low=True)
 
 
 class HoldChoice(BaseModel):
-    """motion - as `hbm.hold.rigid_motion.parse_motion` takes it; stiffness - N/m, of rotations N m/rad,
+    """motion - as `hbm.hold.rigid_motion.parse_motion` takes it; stiffness - N/m, of rotations N
+    m/rad,
     None: the default; mean - whether the mean alone is held."""
 
     model_config = ConfigDict(frozen=True)
@@ -24,7 +26,9 @@ class HoldChoice(BaseModel):
 
 
 def _read(value: Any, _: Key, factor: float) -> tuple[HoldChoice, ...]:
-    several = isinstance(value, list) and value and not all(isinstance(v, int | float) for v in value)
+    several = (
+        isinstance(value, list) and value and not all(isinstance(v, int | float) for v in value)
+    )
     return tuple(_one(given, factor) for given in (value if several else [value]))
 
 
@@ -38,8 +42,9 @@ def _one(given, factor):
     try:
         _, unit, coefficients = parse_motion(table["motion"])
     except InputError as error:
-        raise ValueError(f"{error}; or a table such as {{ motion = \"y\", stiffness = 1e3 }}, or a list of these"
-                         ) from None
+        raise ValueError(
+            f'{error}; or a table such as {{ motion = "y", stiffness = 1e3 }}, or a list of these'
+        ) from None
     if not isinstance(table.get("mean", False), bool):
         raise ValueError("mean must be true or false")
     stiffness = table.get("stiffness")
@@ -48,15 +53,30 @@ def _one(given, factor):
             stiffness = number(stiffness, STIFFNESS, factor if unit == "N" else 1.0)
         except ValueError as error:
             raise ValueError(f"stiffness {error}") from None
-    motion = table["motion"] if isinstance(table["motion"], str) else tuple(coefficients[:3].tolist())
+    motion = (
+        table["motion"] if isinstance(table["motion"], str) else tuple(coefficients[:3].tolist())
+    )
     return HoldChoice(motion=motion, stiffness=stiffness, mean=table.get("mean", False))
 
 
 def _json() -> dict:
-    motion = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "number"}, "minItems": 3,
-                                             "maxItems": 3}], "description": ALLOWED}
-    table = {"type": "object", "additionalProperties": False, "required": ["motion"], "properties": {
-        "motion": motion, "stiffness": {"type": "number", "exclusiveMinimum": 0}, "mean": {"type": "boolean"}}}
+    motion = {
+        "anyOf": [
+            {"type": "string"},
+            {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+        ],
+        "description": ALLOWED,
+    }
+    table = {
+        "type": "object",
+        "additionalProperties": False,
+        "required": ["motion"],
+        "properties": {
+            "motion": motion,
+            "stiffness": {"type": "number", "exclusiveMinimum": 0},
+            "mean": {"type": "boolean"},
+        },
+    }
     return {"anyOf": [motion, table, {"type": "array", "items": {"anyOf": [motion, table]}}]}
 
 

@@ -1,4 +1,5 @@
-"""What a study file may hold, from its schema: as a text for readers, and as a JSON schema for editors."""
+"""What a study file may hold, from its schema: as a text for readers, and as a JSON schema for
+editors."""
 
 import numpy as np
 
@@ -18,25 +19,42 @@ from tipdamp.study.values import Key
 
 def reference() -> str:
     """Markdown, one table per section."""
-    lines = ["# Study files", "",
-             "Made by `tipdamp keys` from the sections that the program reads study files with. `tipdamp keys "
-             "--json-schema` writes the same as a JSON schema, with which an editor completes and checks a study while "
-             "it is typed.", "",
-             "A study is one TOML file. Every key that is not in these tables is refused. Units are stated once, in "
-             "`[units]`; all lengths, forces, stresses and densities of the file, mesh coordinates included, are in "
-             "them. Frequencies are in Hz.", "", "## [units]", "", "| key | choices (first: default) |", "|---|---|",
-             *(f"| `{k}` | {', '.join(v)} |" for k, v in UNITS.items()), *_table("top of the file", Top)]
+    lines = [
+        "# Study files",
+        "",
+        "Made by `tipdamp keys` from the sections that the program reads study files with. "
+        "`tipdamp keys --json-schema` writes the same as a JSON schema, with which an editor "
+        "completes and checks a study while it is typed.",
+        "",
+        "A study is one TOML file. Every key that is not in these tables is refused. Units are "
+        "stated once, in `[units]`; all lengths, forces, stresses and densities of the file, "
+        "mesh coordinates included, are in them. Frequencies are in Hz.",
+        "",
+        "## [units]",
+        "",
+        "| key | choices (first: default) |",
+        "|---|---|",
+        *(f"| `{k}` | {', '.join(v)} |" for k, v in UNITS.items()),
+        *_table("top of the file", Top),
+    ]
     after: dict[str, tuple[str, type[StudySection]]] = {
         "material": ("[material.NAME], one for each other material", OtherMaterial),
         "contact": ("[contact.NAME], one for each side of the damper", SideSection),
         "rotation": ("[loads.NAME], one for each further load case of the preload", LoadCase),
-        "respond": ("[measured.NAME], one for each measured curve", Measured)}
+        "respond": ("[measured.NAME], one for each measured curve", Measured),
+    }
     for name, section in SECTIONS.items():
         lines += _table(f"[{name}]", section)
         if name in after:
             lines += _table(*after[name])
-    lines += ["", "## [reference]", "", "Measured or published values, set beside the computed ones in the report: "
-              + ", ".join(f"`{k}`" for k in REFERENCE) + "."]
+    lines += [
+        "",
+        "## [reference]",
+        "",
+        "Measured or published values, set beside the computed ones in the report: "
+        + ", ".join(f"`{k}`" for k in REFERENCE)
+        + ".",
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -46,15 +64,26 @@ def json_schema() -> dict:
     sections = {name: _object(section) for name, section in SECTIONS.items()}
     for name, inner in (("contact", SideSection), ("material", OtherMaterial)):
         sections[name]["additionalProperties"] = _object(inner)
-    units = {key: {"enum": list(names), "default": next(iter(names))} for key, names in UNITS.items()}
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "Study of tipdamp", **_object(Top),
-            "properties": {
-                **_object(Top)["properties"], "units": {"type": "object", "properties": units,
-                                                        "additionalProperties": False}, **sections,
-                "loads": {"type": "object", "additionalProperties": _object(LoadCase)},
-                "measured": {"type": "object", "additionalProperties": _object(Measured)},
-                "reference": {"type": "object", "properties": dict.fromkeys(REFERENCE, number),
-                              "additionalProperties": False}}}
+    units = {
+        key: {"enum": list(names), "default": next(iter(names))} for key, names in UNITS.items()
+    }
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Study of tipdamp",
+        **_object(Top),
+        "properties": {
+            **_object(Top)["properties"],
+            "units": {"type": "object", "properties": units, "additionalProperties": False},
+            **sections,
+            "loads": {"type": "object", "additionalProperties": _object(LoadCase)},
+            "measured": {"type": "object", "additionalProperties": _object(Measured)},
+            "reference": {
+                "type": "object",
+                "properties": dict.fromkeys(REFERENCE, number),
+                "additionalProperties": False,
+            },
+        },
+    }
 
 
 def _object(section: type[StudySection]) -> dict:
@@ -67,9 +96,18 @@ def _object(section: type[StudySection]) -> dict:
 
 
 def _table(title: str, section: type[StudySection]) -> list[str]:
-    rows = [f"| `{name}` | {', '.join(key.choices) or key.kind.shown} | {key.unit} | {_default(section, name)} | "
-            f"{_range(key)} | {key.text} |" for name, key in section.data_sheets().items()]
-    head = ["", f"## {title}", "", "| key | kind | unit | default | range | meaning |", "|---|---|---|---|---|---|"]
+    rows = [
+        f"| `{name}` | {', '.join(key.choices) or key.kind.shown} | {key.unit} | "
+        f"{_default(section, name)} | {_range(key)} | {key.text} |"
+        for name, key in section.data_sheets().items()
+    ]
+    head = [
+        "",
+        f"## {title}",
+        "",
+        "| key | kind | unit | default | range | meaning |",
+        "|---|---|---|---|---|---|",
+    ]
     return head + rows
 
 

@@ -1,4 +1,5 @@
-"""The contact law of a study: any law that ships with hbm, by its name, with parameters checked like other keys."""
+"""The contact law of a study: any law that ships with hbm, by its name, with parameters checked
+like other keys."""
 
 from dataclasses import MISSING, fields
 from typing import TYPE_CHECKING, Any
@@ -51,8 +52,10 @@ def _read(value: Any, key: Key, _: float) -> LawChoice:
 
     given = {"name": value} if isinstance(value, str) else value
     if not isinstance(given, dict) or not isinstance(given.get("name"), str):
-        raise ValueError("must be the name of a law, or a table with its name and parameters, such as "
-                         "{ name = \"CubicSpring\", cubic = 1e12 }")
+        raise ValueError(
+            "must be the name of a law, or a table with its name and parameters, such as "
+            '{ name = "CubicSpring", cubic = 1e12 }'
+        )
     name = given["name"]
     if name not in SHIPPED:
         raise ValueError(f"no law '{name}'; {nearest(name, list(SHIPPED))}")
@@ -60,7 +63,9 @@ def _read(value: Any, key: Key, _: float) -> LawChoice:
     stated = {k: v for k, v in given.items() if k != "name"}
     for parameter in stated:
         if parameter not in own:
-            raise ValueError(f"{name} has no parameter '{parameter}'; {nearest(parameter, list(own))}")
+            raise ValueError(
+                f"{name} has no parameter '{parameter}'; {nearest(parameter, list(own))}"
+            )
     for parameter, required in own.items():
         if required and parameter not in stated:
             raise ValueError(f"the parameter '{parameter}' of {name} is missing")
@@ -71,7 +76,9 @@ def _read(value: Any, key: Key, _: float) -> LawChoice:
 
 def _parameters(law):
     """{parameter: whether it must be given}"""
-    return {f.name: f.default is MISSING and f.default_factory is MISSING for f in fields(law) if f.init}
+    return {
+        f.name: f.default is MISSING and f.default_factory is MISSING for f in fields(law) if f.init
+    }
 
 
 def _parameter(name, value, key):
@@ -84,11 +91,28 @@ def _parameter(name, value, key):
 def _json() -> dict:
     from tipdamp.hbm.laws import SHIPPED
 
-    needed = {name: [p for p, required in _parameters(law).items() if required] for name, law in SHIPPED.items()}
-    tables = [{"type": "object", "additionalProperties": False, "required": ["name", *needed[name]],
-               "properties": {"name": {"const": name}, **dict.fromkeys(_parameters(law), {"type": "number"})}}
-              for name, law in SHIPPED.items()]
-    return {"oneOf": [{"enum": [name for name, parameters in needed.items() if not parameters]}, *tables]}
+    needed = {
+        name: [p for p, required in _parameters(law).items() if required]
+        for name, law in SHIPPED.items()
+    }
+    tables = [
+        {
+            "type": "object",
+            "additionalProperties": False,
+            "required": ["name", *needed[name]],
+            "properties": {
+                "name": {"const": name},
+                **dict.fromkeys(_parameters(law), {"type": "number"}),
+            },
+        }
+        for name, law in SHIPPED.items()
+    ]
+    return {
+        "oneOf": [
+            {"enum": [name for name, parameters in needed.items() if not parameters]},
+            *tables,
+        ]
+    }
 
 
 LAW = Kind("text or table", _read, json=_json)

@@ -1,7 +1,7 @@
 """Study files: one TOML that names the meshes, the contact, the pull and the excitation.
 
-`schema.py` is what may stand in it. Anything else in a file is refused with the nearest valid name; a value out of
-range is answered with file, section, key, value and range.
+`schema.py` is what may stand in it. Anything else in a file is refused with the nearest valid name;
+a value out of range is answered with file, section, key, value and range.
 """
 
 import re
@@ -29,34 +29,56 @@ from tipdamp.study.values import NUMBER, Key, number
 from tipdamp.study.view import Study
 
 S = TypeVar("S", bound=StudySection)
-LARGEST = 1_000_000                    # bytes of a study file
-DEEP = re.compile(r"""(?<![\w"'-])(?:[\w"'-]+\s*\.\s*){16}""")        # a dotted key, for which tomllib takes long
-TABLES = {"loads": "[loads.takeoff]", "measured": "[measured.run_1]"}     # sections of tables with names of their own
+LARGEST = 1_000_000  # bytes of a study file
+# a dotted key, for which tomllib takes long
+DEEP = re.compile(r"""(?<![\w"'-])(?:[\w"'-]+\s*\.\s*){16}""")
+# sections of tables with names of their own
+TABLES = {"loads": "[loads.takeoff]", "measured": "[measured.run_1]"}
 
 
 def load_study(path: str | Path) -> Study:
-    """Read and check a study file; InputError names file, section, key, value and what is allowed."""
+    """Read and check a study file; InputError names file, section, key, value and what is
+    allowed."""
     path = Path(path)
     raw = _toml(path)
     sides, materials = (_named(raw, section) for section in ("contact", "material"))
     loads, measured = (_named_tables(path, raw, section) for section in TABLES)
-    _refuse_unknown(path, raw, {"contact": (SideSection, sides), "material": (OtherMaterial, materials),
-                                "loads": (LoadCase, loads), "measured": (Measured, measured)})
+    _refuse_unknown(
+        path,
+        raw,
+        {
+            "contact": (SideSection, sides),
+            "material": (OtherMaterial, materials),
+            "loads": (LoadCase, loads),
+            "measured": (Measured, measured),
+        },
+    )
     factors = _units(path, raw.pop("units", {}))
     top = _read(Top, f"{path}:", {k: raw.pop(k) for k in Top.model_fields if k in raw}, factors)
     checks.require_sections(path, raw, sides)
     given = {"free": {}, "preload": {}, **raw}
-    sections: dict[str, Any] = {name: _read(section, f"{path}: [{name}]", given[name], factors)
-                                for name, section in SECTIONS.items() if name in given}
-    tables = {"sides": _tables(SideSection, f"{path}: [contact.%s]", sides, factors),
-              "materials": _tables(OtherMaterial, f"{path}: [material.%s]", materials, factors),
-              "loads": _tables(LoadCase, f"{path}: [loads.%s]", loads, factors)}
+    sections: dict[str, Any] = {
+        name: _read(section, f"{path}: [{name}]", given[name], factors)
+        for name, section in SECTIONS.items()
+        if name in given
+    }
+    tables = {
+        "sides": _tables(SideSection, f"{path}: [contact.%s]", sides, factors),
+        "materials": _tables(OtherMaterial, f"{path}: [material.%s]", materials, factors),
+        "loads": _tables(LoadCase, f"{path}: [loads.%s]", loads, factors),
+    }
     if "measured" in raw:
         tables["measured"] = _tables(Measured, f"{path}: [measured.%s]", measured, factors)
-    study = Study(path=path, title=top.title or path.stem, length_unit=factors["length"],
-                  results=path.parent / (top.results or Path("results") / path.stem),
-                  driver=sections["model" if "model" in sections else "damper"],
-                  reference=_reference(path, raw.get("reference", {})), **sections, **tables)
+    study = Study(
+        path=path,
+        title=top.title or path.stem,
+        length_unit=factors["length"],
+        results=path.parent / (top.results or Path("results") / path.stem),
+        driver=sections["model" if "model" in sections else "damper"],
+        reference=_reference(path, raw.get("reference", {})),
+        **sections,
+        **tables,
+    )
     checks.check_study(study)
     return study
 
@@ -68,24 +90,42 @@ def _toml(path):
     try:
         raw = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path}: not a valid TOML file: {error}{_decimal_comma(path, str(error))}") from None
+        raise InputError(
+            f"{path}: not a valid TOML file: {error}{_decimal_comma(path, str(error))}"
+        ) from None
     except ValueError:
-        raise InputError(f"{path}: not a valid TOML file: a whole number has thousands of digits") from None
+        raise InputError(
+            f"{path}: not a valid TOML file: a whole number has thousands of digits"
+        ) from None
     except RecursionError:
-        raise InputError(f"{path}: its lists or tables lie in one another too deeply; no key of a study needs more "
-                         "than two lists") from None
+        raise InputError(
+            f"{path}: its lists or tables lie in one another too deeply; no key of a study needs "
+            "more than two lists"
+        ) from None
     return raw
 
 
 def _refuse_unknown(path, raw, named):
-    """All unknown keys of a file in one InputError; named {section: (schema, tables with names of their own)}."""
-    tables = [("", raw, (*Top.model_fields, "units", *SECTIONS, *TABLES, "reference")),
-              ("[units] ", raw.get("units"), UNITS), ("[reference] ", raw.get("reference"), REFERENCE)]
-    tables += [(f"[{name}] ", raw.get(name), section.model_fields) for name, section in SECTIONS.items()]
+    """All unknown keys of a file in one InputError; named {section: (schema, tables with names of
+    their own)}."""
+    tables = [
+        ("", raw, (*Top.model_fields, "units", *SECTIONS, *TABLES, "reference")),
+        ("[units] ", raw.get("units"), UNITS),
+        ("[reference] ", raw.get("reference"), REFERENCE),
+    ]
+    tables += [
+        (f"[{name}] ", raw.get(name), section.model_fields) for name, section in SECTIONS.items()
+    ]
     for kind, (section, given) in named.items():
-        tables += [(f"[{kind}.{shown(name)}] ", table, section.model_fields) for name, table in given.items()]
-    found = [where + _in_words(unknown, allowed) for where, table, allowed in tables
-             if isinstance(table, dict) and (unknown := [key for key in table if key not in allowed])]
+        tables += [
+            (f"[{kind}.{shown(name)}] ", table, section.model_fields)
+            for name, table in given.items()
+        ]
+    found = [
+        where + _in_words(unknown, allowed)
+        for where, table, allowed in tables
+        if isinstance(table, dict) and (unknown := [key for key in table if key not in allowed])
+    ]
     if found:
         raise InputError(f"{path}: {'; '.join(found)}")
 
@@ -102,17 +142,23 @@ def _text(path):
     """Text of a study file of sensible size."""
     size = path.stat().st_size
     if size > LARGEST:
-        raise InputError(f"{path}: has {size} bytes, at most {LARGEST} are read: is it a study file?")
+        raise InputError(
+            f"{path}: has {size} bytes, at most {LARGEST} are read: is it a study file?"
+        )
     data = path.read_bytes()
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        line = data[:error.start].count(b"\n") + 1
-        raise InputError(f"{path}: line {line}: the byte 0x{data[error.start]:02x} is not UTF-8, which TOML needs; "
-                         f"save the file as UTF-8 (from Latin-1: iconv -f latin1 -t utf-8 {path.name})") from None
+        line = data[: error.start].count(b"\n") + 1
+        raise InputError(
+            f"{path}: line {line}: the byte 0x{data[error.start]:02x} is not UTF-8, which TOML "
+            f"needs; save the file as UTF-8 (from Latin-1: iconv -f latin1 -t utf-8 {path.name})"
+        ) from None
     if deep := DEEP.search(text):
-        raise InputError(f"{path}: line {text[:deep.start()].count(chr(10)) + 1}: a key of 16 parts or more; keys of a "
-                         "study have at most two, as in [contact.left]")
+        raise InputError(
+            f"{path}: line {text[: deep.start()].count(chr(10)) + 1}: a key of 16 parts or more; "
+            "keys of a study have at most two, as in [contact.left]"
+        )
     return text.replace("\r\n", "\n")
 
 
@@ -132,15 +178,20 @@ def _units(path, given):
     for key, allowed in UNITS.items():
         name = given.get(key, next(iter(allowed)))
         if not isinstance(name, str) or name not in allowed:
-            raise InputError(f"{path}: [units] {key} = {brief(name)}: {nearest(str(name), allowed)}")
+            raise InputError(
+                f"{path}: [units] {key} = {brief(name)}: {nearest(str(name), allowed)}"
+            )
         factors[key] = allowed[name]
-    return {**factors, "force/length": factors["force"] / factors["length"],
-            "force/length3": factors["force"] / factors["length"] ** 3}
+    return {
+        **factors,
+        "force/length": factors["force"] / factors["length"],
+        "force/length3": factors["force"] / factors["length"] ** 3,
+    }
 
 
 def _named(raw, section):
-    """Tables inside a section, such as [contact.left] or [material.tip], taken out of it; a table in the place of one
-    of its keys stays, to be refused as a value of that key."""
+    """Tables inside a section, such as [contact.left] or [material.tip], taken out of it; a table
+    in the place of one of its keys stays, to be refused as a value of that key."""
     table, keys = raw.get(section), SECTIONS[section].model_fields
     if not isinstance(table, dict):
         return {}
@@ -153,7 +204,10 @@ def _named_tables(path, raw, section):
         raise InputError(f"{path}: [{section}] must hold tables such as {TABLES[section]}")
     for name in tables:
         if name == "pull" or not re.fullmatch(r"[A-Za-z0-9_-]+", name):
-            raise InputError(f"{path}: [{section}.{shown(name)}]: is named by letters, digits, - and _, and not 'pull'")
+            raise InputError(
+                f"{path}: [{section}.{shown(name)}]: is named by letters, digits, - and _, and "
+                "not 'pull'"
+            )
     return tables
 
 

@@ -1,7 +1,8 @@
-"""Kinds of values in a study file: how each is read and checked, how it is documented, and its JSON schema.
+"""Kinds of values in a study file: how each is read and checked, how it is documented, and its JSON
+schema.
 
-A reader has the form f(value, key, factor): `factor` converts the unit of the file to SI. It raises ValueError with
-what is allowed; the place in the file is added by whoever reads the section.
+A reader has the form f(value, key, factor): `factor` converts the unit of the file to SI. It raises
+ValueError with what is allowed; the place in the file is added by whoever reads the section.
 """
 
 from collections.abc import Callable
@@ -15,13 +16,14 @@ from pydantic_core import CoreSchema, core_schema
 from tipdamp.hbm.errors import nearest
 from tipdamp.readers.columns import parse_meanings
 
-LONGEST = 10_000          # list of a study
+LONGEST = 10_000  # list of a study
 
 
 @dataclass(frozen=True)
 class Kind:
-    """shown - its name in the documentation; read - from the value of the file; alone - whether a single value stands
-    for a list of one; json - its JSON schema where that is not the one of its type."""
+    """shown - its name in the documentation; read - from the value of the file; alone - whether a
+    single value stands for a list of one; json - its JSON schema where that is not the one of its
+    type."""
 
     shown: str
     read: Callable[[Any, "Key", float], Any]
@@ -33,10 +35,10 @@ class Kind:
 class Key:
     """Data sheet of one key, as metadata of a field of a section.
 
-    text - its meaning; unit - a name in `schema.UNITS` or 'force/length'; low, high - range in the unit of the file
-    sizes - of its absolute value in SI units, where it is not zero: what double precision and solids can carry
-    default - as documented, where it differs from the field's own; choices - filled in from the Literal of the field
-    """
+    text - its meaning; unit - a name in `schema.UNITS` or 'force/length'; low, high - range in the
+    unit of the file sizes - of its absolute value in SI units, where it is not zero: what double
+    precision and solids can carry default - as documented, where it differs from the field's own;
+    choices - filled in from the Literal of the field"""
 
     kind: Kind
     text: str
@@ -47,24 +49,35 @@ class Key:
     sizes: tuple[float, float] = (1e-30, 1e30)
     choices: tuple[str, ...] = field(default=(), compare=False)
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
         def read(value: Any, info: ValidationInfo) -> Any:
             return self.kind.read(value, self.of(source), (info.context or {}).get(self.unit, 1.0))
 
         return core_schema.with_info_before_validator_function(read, handler(source))
 
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict:
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict:
         found = self.kind.json() if self.kind.json else _ranged(handler(schema), self)
         if self.kind.alone:
             found = {"anyOf": [found["items"], found]}
-        return {**found, "description": self.text + (f" ({self.unit}, in the unit of [units])" if self.unit else "")}
+        return {
+            **found,
+            "description": self.text
+            + (f" ({self.unit}, in the unit of [units])" if self.unit else ""),
+        }
 
     def of(self, annotation: Any) -> "Key":
         """The key with the choices of its field."""
-        return Key(self.kind, self.text, choices=get_args(annotation)) if self.kind is CHOICE else self
+        return (
+            Key(self.kind, self.text, choices=get_args(annotation)) if self.kind is CHOICE else self
+        )
 
 
-# ---- readers ---------------------------------------------------------------------------------------------------
+# ---- readers -------------------------------------------------------------------------------------
+
 
 def number(value: Any, key: Key, factor: float = 1.0) -> float:
     """A finite number within the range of the key."""
@@ -76,7 +89,11 @@ def number(value: Any, key: Key, factor: float = 1.0) -> float:
         raise ValueError("must be finite") from None
     low_ok = value > key.low if key.open_low else value >= key.low
     if not (np.isfinite(value) and low_ok and value <= key.high):
-        bound = f"{'above' if key.open_low else 'at least'} {key.low:g}" if np.isfinite(key.low) else "finite"
+        bound = (
+            f"{'above' if key.open_low else 'at least'} {key.low:g}"
+            if np.isfinite(key.low)
+            else "finite"
+        )
         upper = f" and at most {key.high:g}" if np.isfinite(key.high) else ""
         raise ValueError(f"must be {bound}{upper}")
     found, (least, most) = factor * value, key.sizes
@@ -115,6 +132,7 @@ def _count(value: Any, key: Key, _: float = 1.0) -> int:
 
 def _each(read: Callable, alone: bool) -> Callable:
     """A list of values; a single value stands for a list of one where `alone` allows it."""
+
     def many(value: Any, key: Key, factor: float) -> tuple:
         items = [value] if alone and not isinstance(value, list) else value
         if not isinstance(items, list) or not items:
@@ -127,11 +145,13 @@ def _each(read: Callable, alone: bool) -> Callable:
             comma = len(items) == 2 and items[0] == 0 and type(items[1]) is int
             remedy = f"; is 0.{items[1]} meant? Numbers take a decimal point" if comma else ""
             raise ValueError(f"{error}{remedy}") from None
+
     return many
 
 
 def _or(word: str, read: Callable) -> Callable:
     """A value of another kind, or this word."""
+
     def either(value: Any, key: Key, factor: float) -> Any:
         if value == word:
             return value
@@ -139,6 +159,7 @@ def _or(word: str, read: Callable) -> Callable:
             return read(value, key, factor)
         except ValueError as error:
             raise ValueError(f"{error}, or '{word}'") from None
+
     return either
 
 
@@ -159,10 +180,18 @@ def _vector(value: Any, key: Key, _: float) -> tuple[float, ...]:
 
 def _on_groups(numbers: int) -> Callable:
     """Rows [body, group, one number or three]."""
+
     def rows(value: Any, key: Key, factor: float) -> tuple:
-        if not isinstance(value, list) or not all(isinstance(r, list) and len(r) == 2 + numbers for r in value):
-            raise ValueError(f"must be a list of [body, group, {'value' if numbers == 1 else 'x, y, z'}]")
-        return tuple((*map(_text, row[:2]), *(number(v, key, factor) for v in row[2:])) for row in value)
+        if not isinstance(value, list) or not all(
+            isinstance(r, list) and len(r) == 2 + numbers for r in value
+        ):
+            raise ValueError(
+                f"must be a list of [body, group, {'value' if numbers == 1 else 'x, y, z'}]"
+            )
+        return tuple(
+            (*map(_text, row[:2]), *(number(v, key, factor) for v in row[2:])) for row in value
+        )
+
     return rows
 
 
@@ -195,12 +224,18 @@ def _table(value: Any, _: Key, factor: float) -> tuple:
     return tuple((float(x), float(gap)) for x, gap in table * factor)
 
 
-# ---- JSON schema -----------------------------------------------------------------------------------------------
+# ---- JSON schema ---------------------------------------------------------------------------------
+
 
 def _ranged(schema: dict, key: Key) -> dict:
-    """The schema with the range of the key on every number; None, which TOML does not know, is left out."""
+    """The schema with the range of the key on every number; None, which TOML does not know, is left
+    out."""
     if schema.get("type") in ("number", "integer"):
-        low = {"exclusiveMinimum" if key.open_low else "minimum": key.low} if np.isfinite(key.low) else {}
+        low = (
+            {"exclusiveMinimum" if key.open_low else "minimum": key.low}
+            if np.isfinite(key.low)
+            else {}
+        )
         return {**schema, **low, **({"maximum": key.high} if np.isfinite(key.high) else {})}
     if "anyOf" in schema:
         found = [_ranged(one, key) for one in schema["anyOf"] if one.get("type") != "null"]
@@ -211,7 +246,7 @@ def _ranged(schema: dict, key: Key) -> dict:
     return {**schema, **inner}
 
 
-# ---- kinds -----------------------------------------------------------------------------------------------------
+# ---- kinds ---------------------------------------------------------------------------------------
 
 TEXT = Kind("text", _text)
 TEXTS = Kind("list of texts", _each(_text, False))
@@ -227,8 +262,10 @@ COUNTS = Kind("whole number or list", _each(_count, True), alone=True)
 STATIONS = Kind("[front, back] or 'all'", _or("all", _each(_count, True)))
 ROLL = Kind("'from_flat' or number", _or("from_flat", number))
 COUNT_OR_AUTO = Kind("'auto' or whole number", _or("auto", _count))
-PHASE = Kind("degrees, list, 'in_phase' or 'out_of_phase'",
-             _or("in_phase", _or("out_of_phase", _each(number, False))))
+PHASE = Kind(
+    "degrees, list, 'in_phase' or 'out_of_phase'",
+    _or("in_phase", _or("out_of_phase", _each(number, False))),
+)
 VECTOR = Kind("[x, y, z]", _vector)
 TRIPLE = Kind("[x, y, z]", _triple)
 BAND = Kind("[first, last]", _band)

@@ -1,4 +1,5 @@
-"""A checked study, and the view of it that a stage gets: what it has declared, so that its key follows from that."""
+"""A checked study, and the view of it that a stage gets: what it has declared, so that its key
+follows from that."""
 
 from collections.abc import Iterable
 from operator import attrgetter
@@ -11,13 +12,14 @@ from tipdamp.study import schema
 
 
 class Study:
-    """A checked study in SI units, read by attribute: `study.damper.pull`. `"tune" in study` asks for a section.
+    """A checked study in SI units, read by attribute: `study.damper.pull`. `"tune" in study` asks
+    for a section.
 
-    Sections that the file does not have are not there, except [free] and [preload], whose keys all have defaults.
-    sides, materials, loads, measured - [contact.NAME], [material.NAME], [loads.NAME], [measured.NAME] in the order of
-    the file; measured only where there is one
-    driver - the section with axis, pull and pull_direction: [damper] with meshes, [model] with matrices
-    length_unit - m, of the coordinates of the meshes
+    Sections that the file does not have are not there, except [free] and [preload], whose keys all
+    have defaults. sides, materials, loads, measured - [contact.NAME], [material.NAME],
+    [loads.NAME], [measured.NAME] in the order of the file; measured only where there is one
+    driver - the section with axis, pull and pull_direction: [damper] with meshes, [model] with
+    matrices length_unit - m, of the coordinates of the meshes
     """
 
     path: Path
@@ -51,7 +53,8 @@ class Study:
         return part in vars(self)
 
     def shows(self, part: str) -> bool:
-        """As `part in study`; False also where the stage that looks does not read the part in this study."""
+        """As `part in study`; False also where the stage that looks does not read the part in this
+        study."""
         return part in vars(self)
 
     @property
@@ -68,22 +71,43 @@ class Study:
         return path.resolve().is_relative_to(self.path.parent.resolve())
 
     def inputs(self, *sections: str) -> dict[str, Path]:
-        """{key: file} that the study names, of all or of these sections: meshes or matrices, pairs, measured curves."""
-        named = [(section, f"[{section}] {key}", (vars(vars(self)[section])[key],))
-                 for section, key in FILES if section in vars(self)]
-        named += [("measured", f"[measured.{name}] files", one.files)
-                  for name, one in vars(self).get("measured", {}).items()]
-        return {key if len(files) == 1 else f"{key} {k}": self.file(file) for section, key, files in named
-                for k, file in enumerate(files, 1) if file and (not sections or section in sections)}
+        """{key: file} that the study names, of all or of these sections: meshes or matrices, pairs,
+        measured curves."""
+        named = [
+            (section, f"[{section}] {key}", (vars(vars(self)[section])[key],))
+            for section, key in FILES
+            if section in vars(self)
+        ]
+        named += [
+            ("measured", f"[measured.{name}] files", one.files)
+            for name, one in vars(self).get("measured", {}).items()
+        ]
+        return {
+            key if len(files) == 1 else f"{key} {k}": self.file(file)
+            for section, key, files in named
+            for k, file in enumerate(files, 1)
+            if file and (not sections or section in sections)
+        }
 
 
-FILES = (("model", "matrices"), ("blades", "mesh"), ("damper", "mesh"), ("contact", "pairs"),
-         ("tune", "kept"))     # (section, key)
-PARTS = tuple(name for name in Study.__annotations__ if name not in ("path", "results"))    # all that can be declared
+FILES = (
+    ("model", "matrices"),
+    ("blades", "mesh"),
+    ("damper", "mesh"),
+    ("contact", "pairs"),
+    ("tune", "kept"),
+)  # (section, key)
+# all that can be declared
+PARTS = tuple(name for name in Study.__annotations__ if name not in ("path", "results"))
 
 
-SECTION_OF = {"driver": "damper or model", "sides": "contact", "materials": "material", "loads": "loads",
-              "measured": "measured"}
+SECTION_OF = {
+    "driver": "damper or model",
+    "sides": "contact",
+    "materials": "material",
+    "loads": "loads",
+    "measured": "measured",
+}
 
 
 class Undeclared(AttributeError):
@@ -101,32 +125,52 @@ class _Keys:
 
 
 class View(Study):
-    """A study cut down to `reads`: names of parts, such as 'contact' or 'sides', and of keys, such as
-    'respond.patches' or 'sides.blade' (of every side). Where the file is, is always known."""
+    """A study cut down to `reads`: names of parts, such as 'contact' or 'sides', and of keys, such
+    as 'respond.patches' or 'sides.blade' (of every side). Where the file is, is always known."""
 
     def __init__(self, study: Study, stage: str, reads: Iterable[str]) -> None:
         wanted: dict[str, list[str]] = {}
         for name in reads:
             part, _, key = name.partition(".")
             wanted.setdefault(part, []).append(key)
-        found = {part: _cut(f"stage '{stage}': {part}", vars(study)[part], keys) for part, keys in wanted.items()
-                 if part in study}
-        super().__init__(path=study.path, results=study.results, _stage=stage, _declared=frozenset(wanted), **found)
+        found = {
+            part: _cut(f"stage '{stage}': {part}", vars(study)[part], keys)
+            for part, keys in wanted.items()
+            if part in study
+        }
+        super().__init__(
+            path=study.path,
+            results=study.results,
+            _stage=stage,
+            _declared=frozenset(wanted),
+            **found,
+        )
 
     def __getattr__(self, name: str) -> NoReturn:
         stage = vars(self).get("_stage")
-        raise Undeclared(f"stage '{stage}': {name} is read, but " + (
-            "the study does not have it" if name in vars(self).get("_declared", ()) else "not declared"))
+        raise Undeclared(
+            f"stage '{stage}': {name} is read, but "
+            + (
+                "the study does not have it"
+                if name in vars(self).get("_declared", ())
+                else "not declared"
+            )
+        )
 
     def __contains__(self, part: str) -> bool:
         if part not in vars(self)["_declared"]:
-            raise Undeclared(f"stage '{vars(self)['_stage']}': {part} is asked for, but not declared")
+            raise Undeclared(
+                f"stage '{vars(self)['_stage']}': {part} is asked for, but not declared"
+            )
         return part in vars(self)
 
     def values(self) -> dict[str, Any]:
         """What was declared as plain values: the study's share in the key of the stage."""
-        return {part: _plain(vars(self)[part]) for part in sorted(vars(self)["_declared"]) if part in self}
-
+        return {
+            part: _plain(vars(self)[part])
+            for part in sorted(vars(self)["_declared"])
+            if part in self
+        }
 
     def keys(self) -> dict[str, Any]:
         """{'[section] key': plain value} of what was declared."""
@@ -135,8 +179,11 @@ class View(Study):
             tables = value if isinstance(value, list) and part in SECTION_OF else [["", value]]
             for name, table in tables:
                 section = ".".join(filter(None, (SECTION_OF.get(part, part), name)))
-                found |= ({f"[{section}] {key}": v for key, v in table.items()} if isinstance(table, dict)
-                          else {section: table})
+                found |= (
+                    {f"[{section}] {key}": v for key, v in table.items()}
+                    if isinstance(table, dict)
+                    else {section: table}
+                )
             if len(tables) > 1:
                 found[f"the order of [{SECTION_OF[part]}.NAME]"] = [name for name, _ in tables]
         return found
@@ -157,9 +204,13 @@ def _cut(owner, part, keys):
 
 def _plain(part):
     if isinstance(part, dict):
-        return [[name, _plain(value)] for name, value in part.items()]      # their order counts
+        return [[name, _plain(value)] for name, value in part.items()]  # their order counts
     if isinstance(part, BaseModel):
         return part.model_dump()
     if isinstance(part, tuple):
         return [_plain(value) for value in part]
-    return {k: _plain(v) for k, v in vars(part).items() if k != "_owner"} if isinstance(part, _Keys) else part
+    return (
+        {k: _plain(v) for k, v in vars(part).items() if k != "_owner"}
+        if isinstance(part, _Keys)
+        else part
+    )

@@ -1,10 +1,11 @@
-"""A contact law of one's own with parameters: Bouc-Wen hysteresis, one set of parameters per contact.
+"""A contact law of one's own with parameters: Bouc-Wen hysteresis, one set of parameters per
+contact.
 
     f = k (alpha u + (1 - alpha) z),    dz/du = 1 - |z/r|^n (gamma + beta sign(z du))
 
-with k = kt of the contact, z in m and r the z at which slip is complete, for beta + gamma = 1 [Bouc 1967; Wen 1976].
-`python bouc_wen.py` compares two such contacts with the same differential equations integrated in time by scipy.
-"""
+with k = kt of the contact, z in m and r the z at which slip is complete, for beta + gamma = 1 [Bouc
+1967; Wen 1976]. `python bouc_wen.py` compares two such contacts with the same differential
+equations integrated in time by scipy."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -18,7 +19,8 @@ from tipdamp.hbm.laws import ContactLaw
 class BoucWen(ContactLaw):
     """One tangent; the state of a contact is z (m) and the position before (m).
 
-    alpha : share of the stiffness that stays in slip; reach : r, m; beta, gamma : shape of the loop;
+    alpha : share of the stiffness that stays in slip; reach : r, m; beta, gamma : shape of the
+    loop;
     each one number or one per contact. order : n, a whole number
     """
 
@@ -64,7 +66,8 @@ class BoucWen(ContactLaw):
 
 
 def main():
-    """Amplitudes of two coupled masses, each on a contact of its own, by harmonic balance and by scipy."""
+    """Amplitudes of two coupled masses, each on a contact of its own, by harmonic balance and by
+    scipy."""
     from scipy.integrate import solve_ivp
 
     from tipdamp.hbm.balance.problem import ContactProblem
@@ -76,8 +79,14 @@ def main():
     M, C, K = np.eye(2), 0.2 * np.eye(2), np.array([[2.0, -1.0], [-1.0, 2.0]])
     F, w = np.array([1.0, 0.3]), 1.3
     problem = ContactProblem(M, C, K, np.eye(2), law, contacts)
-    curve = follow_band(problem, F, (w / (2 * np.pi), 1.001 * w / (2 * np.pi)), harmonics=9, samples=256,
-                        outputs={"first": [1, 0], "second": [0, 1]})
+    curve = follow_band(
+        problem,
+        F,
+        (w / (2 * np.pi), 1.001 * w / (2 * np.pi)),
+        harmonics=9,
+        samples=256,
+        outputs={"first": [1, 0], "second": [0, 1]},
+    )
 
     def rate(t, y):
         q, v, z = y[:2], y[2:4], y[4:]

@@ -2,7 +2,8 @@
 
 The tangential force creeps towards the limit L = mu * preload instead of reaching it,
 
-    dT/du = kt (1 - sign(du) T/L)      so that over a step du      T1 = s L + (T0 - s L) exp(-kt |du|/L),  s = sign(du)
+    dT/du = kt (1 - sign(du) T/L)      so that over a step du      T1 = s L + (T0 - s L) exp(-kt
+    |du|/L),  s = sign(du)
 
 [Dahl 1968]. Use it like any other law: forced_response(model, pairs, Dahl(), ...).
 """
@@ -17,13 +18,15 @@ from tipdamp.hbm.laws import ContactLaw
 
 @dataclass(frozen=True)
 class Dahl(ContactLaw):
-    """One tangent under a constant normal load; the state of a contact is its force (N) and its position (m)."""
+    """One tangent under a constant normal load; the state of a contact is its force (N) and its
+    position (m)."""
 
     components: ClassVar[tuple] = ("t1",)
     states: ClassVar[int] = 2
 
     def stuck_stiffness(self, contacts):
-        """What the linear system takes over: the slope at T = 0. The answer does not depend on it."""
+        """What the linear system takes over: the slope at T = 0. The answer does not depend on
+        it."""
         return contacts.kt[:, None]
 
     def initial_state(self, u, start, contacts):
@@ -40,19 +43,26 @@ class Dahl(ContactLaw):
 
 
 def main():
-    """Energy of a cycle of amplitude X: 4 L (X - L/kt tanh(kt X/L)), the area between the two branches of dT/du."""
+    """Energy of a cycle of amplitude X: 4 L (X - L/kt tanh(kt X/L)), the area between the two
+    branches of dT/du."""
     from tipdamp.hbm.balance.problem import ContactProblem
     from tipdamp.hbm.laws import Contacts
     from tipdamp.hbm.response import follow_band
 
     kt, mu, preload = 2.0, 0.5, 1.0
     one = np.eye(1)
-    problem = ContactProblem(one, 0.05 * one, one, one, Dahl(), Contacts([0.0], [kt], [mu], [preload]))
-    curve = follow_band(problem, np.ones(1), (0.1, 0.4), harmonics=1, outputs={"x": [1.0]})      # one harmonic: a sine
+    problem = ContactProblem(
+        one, 0.05 * one, one, one, Dahl(), Contacts([0.0], [kt], [mu], [preload])
+    )
+    # one harmonic: a sine
+    curve = follow_band(problem, np.ones(1), (0.1, 0.4), harmonics=1, outputs={"x": [1.0]})
     X, L = curve.amplitude("harmonic")[:, 0], mu * preload
     expected = 4 * L * (X - L / kt * np.tanh(kt * X / L))
     top = X.argmax()
-    print(f"X = {X[top]:.4g} m: {curve.dissipated[top, 0]:.6g} J a cycle, in closed form {expected[top]:.6g} J")
+    print(
+        f"X = {X[top]:.4g} m: {curve.dissipated[top, 0]:.6g} J a cycle, in closed form "
+        f"{expected[top]:.6g} J"
+    )
     assert np.allclose(curve.dissipated[:, 0], expected, rtol=1e-3)
 
 

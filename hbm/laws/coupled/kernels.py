@@ -1,15 +1,18 @@
-"""Coulomb friction coupled in the tangential plane: stick, slip and lift-off located in time, slip by collocation.
+"""Coulomb friction coupled in the tangential plane: stick, slip and lift-off located in time, slip
+by collocation.
 
-In forces: the spring carries T = p - r, with p = kt u and r = kt w of the slider w, under the limit L = mu N. A slider
-at rest slips where |T| reaches L, a root in time. In slip T = L (cos psi, sin psi), and the angle obeys
+In forces: the spring carries T = p - r, with p = kt u and r = kt w of the slider w, under the limit
+L = mu N. A slider at rest slips where |T| reaches L, a root in time. In slip T = L (cos psi, sin
+psi), and the angle obeys
 
     L psi' = p' . t(psi),        t = (-sin psi, cos psi)
 
-until p' . n - L', the rate at which the slider moves, is no longer positive. This is integrated by Radau collocation
-[Hairer, Wanner 1996, IV.5], implicit, since the angle follows the velocity ever faster the smaller L is, and multiplied
-by L, so that it holds where the contact closes and opens. r is continuous in time: derivatives of its integrals are
-integrals of its derivatives, and the instants of the events contribute only where they tell a place of rest.
-Compiled code is stored per file: nothing compiled here is called from compiled code elsewhere.
+until p' . n - L', the rate at which the slider moves, is no longer positive. This is integrated by
+Radau collocation [Hairer, Wanner 1996, IV.5], implicit, since the angle follows the velocity ever
+faster the smaller L is, and multiplied by L, so that it holds where the contact closes and opens. r
+is continuous in time: derivatives of its integrals are integrals of its derivatives, and the
+instants of the events contribute only where they tell a place of rest. Compiled code is stored per
+file: nothing compiled here is called from compiled code elsewhere.
 """
 
 from collections import namedtuple
@@ -20,29 +23,34 @@ import numpy as np
 from tipdamp.hbm.compiled import njit
 from tipdamp.hbm.laws.records import ContactState
 
-STICK, SLIP, OPEN = int(ContactState.STICK), int(ContactState.FORWARD), int(ContactState.OPEN)
+STICK = int(ContactState.STICK)
+SLIP = int(ContactState.FORWARD)
+OPEN = int(ContactState.OPEN)
 TWO_PI = 2 * np.pi
-TINY = 1e-150                # of what is divided by: products with the quotient neither overflow nor vanish
-P1, P2, LIMIT, RATE1, RATE2, LIMIT_RATE = range(6)      # of the motion at an instant, in forces
+TINY = 1e-150  # of what is divided by: products with the quotient neither overflow nor vanish
+P1, P2, LIMIT, RATE1, RATE2, LIMIT_RATE = range(6)  # of the motion at an instant, in forces
 
 
 class CoupledSettings(NamedTuple):
     """Tolerances of the periodic cycle."""
 
-    max_periods: int = 60        # a slider that creeps longer is taken as it is then
-    repeats: float = 1e-12       # of the largest motion: the slider has come back to where it was
-    regular: float = 1e-5        # of det(I - A): below, what a period does to the slider is not inverted
-    forgets: float = 1e-12       # of A: a period leaves nothing of where the slider was before
-    on_limit: float = 1e-12      # of the limit force: a slider that near slips on from the period before
-    degree: float = 1e-6         # rad: highest term of the angle over a panel; its square is the error of the order
-    widest: float = 2.0          # of a panel, over the highest harmonic, whose wave it resolves ...
-    wide: float = 0.5            # ... in rad, where that is low
-    narrowest: float = 1e-9      # rad
-    adds: float = 2.0            # of a change of the motion, to the force at a node; it is 0.3 but where limits vanish
-    newton: int = 12             # steps of the collocation, else the panel is too wide
-    turned: float = 1e-8         # rad: Newton's method squares the error once more
-    pieces: int = 400            # of a period, of stick and of slip ...
-    panels: int = 20             # ... and more of them for each harmonic
+    max_periods: int = 60  # a slider that creeps longer is taken as it is then
+    repeats: float = 1e-12  # of the largest motion: the slider has come back to where it was
+    regular: float = 1e-5  # of det(I - A): below, what a period does to the slider is not inverted
+    forgets: float = 1e-12  # of A: a period leaves nothing of where the slider was before
+    # of the limit force: a slider that near slips on from the period before
+    on_limit: float = 1e-12
+    # rad: highest term of the angle over a panel; its square is the error of the order
+    degree: float = 1e-6
+    widest: float = 2.0  # of a panel, over the highest harmonic, whose wave it resolves ...
+    wide: float = 0.5  # ... in rad, where that is low
+    narrowest: float = 1e-9  # rad
+    # of a change of the motion, to the force at a node; it is 0.3 but where limits vanish
+    adds: float = 2.0
+    newton: int = 12  # steps of the collocation, else the panel is too wide
+    turned: float = 1e-8  # rad: Newton's method squares the error once more
+    pieces: int = 400  # of a period, of stick and of slip ...
+    panels: int = 20  # ... and more of them for each harmonic
 
 
 SETTINGS = CoupledSettings()
@@ -50,8 +58,8 @@ STAGES = 6
 
 
 def _radau(s):
-    """Nodes (s,) in 0..1, inverse of the matrix and weights of the Radau IIA method, weights of the interpolation
-    through 0 and the nodes."""
+    """Nodes (s,) in 0..1, inverse of the matrix and weights of the Radau IIA method, weights of the
+    interpolation through 0 and the nodes."""
     x = np.polynomial.Polynomial([0.0, 1.0])
     nodes = np.sort(np.real((x ** (s - 1) * (x - 1) ** s).deriv(s - 1).roots()))
     powers = np.arange(s)
@@ -71,10 +79,14 @@ c (3, nh) : its series; wave, rate (3, n) : at the samples tau (n + 1,), and by 
 opened (k, 2) : times in which it is open; size, scale : largest |p| and L at the samples
 """
 Panel = namedtuple("Panel", "e at psi inverse stage slope turn")
-Panel.__doc__ = "Basis e (s, nh), motion at (s, 6), angle psi (s,), inverse (s, s) of its equations, and room for them."
+Panel.__doc__ = (
+    "Basis e (s, nh), motion at (s, 6), angle psi (s,), inverse (s, s) of its equations, and "
+    "room for them."
+)
 Sums = namedtuple("Sums", "g D dr turn e")
-Sums.__doc__ = """Integrals over a period: g (2, nh) of e_j r, D (nh, 2, columns) of e_j dr; dr (2, columns) now, turn
-(columns,) of the angle; e (nh,) room. Columns: the slider at t = 0 (2), then the series of p1, p2 and L."""
+Sums.__doc__ = """Integrals over a period: g (2, nh) of e_j r, D (nh, 2, columns) of e_j dr; dr (2,
+columns) now, turn (columns,) of the angle; e (nh,) room. Columns: the slider at t = 0 (2), then the
+series of p1, p2 and L."""
 
 
 @njit(cache=True)
@@ -97,7 +109,9 @@ def motion(c, t, e, at):
 def excess(at, r):
     """|p - r|^2 - L^2, and half its rate."""
     T1, T2 = at[P1] - r[0], at[P2] - r[1]
-    return T1 * T1 + T2 * T2 - at[LIMIT] ** 2, T1 * at[RATE1] + T2 * at[RATE2] - at[LIMIT] * at[LIMIT_RATE]
+    return T1 * T1 + T2 * T2 - at[LIMIT] ** 2, T1 * at[RATE1] + T2 * at[RATE2] - at[LIMIT] * at[
+        LIMIT_RATE
+    ]
 
 
 @njit(cache=True)
@@ -115,8 +129,8 @@ def secant(a, fa, b, fb):
 
 @njit(cache=True)
 def narrowed(beyond, x, f, a, fa, b, fb, side):
-    """The bracket with x, which is `beyond` the root or not, as an end; an end that stays twice counts half
-    [Dowell, Jarratt 1971: Illinois method]."""
+    """The bracket with x, which is `beyond` the root or not, as an end; an end that stays twice
+    counts half [Dowell, Jarratt 1971: Illinois method]."""
     if beyond:
         return a, fa * (0.5 if side == 1 else 1.0), x, f, 1
     return x, f, b, fb * (0.5 if side == -1 else 1.0), -1
@@ -124,7 +138,8 @@ def narrowed(beyond, x, f, a, fa, b, fb, side):
 
 @njit(cache=True)
 def excess_root(contact, r, of_rate, a, b, e, at):
-    """Where the excess (falling: its rate) changes sign in [a, b], at b beyond it; bisection with secant steps."""
+    """Where the excess (falling: its rate) changes sign in [a, b], at b beyond it; bisection with
+    secant steps."""
     x, side = 0.5 * (a + b), 0
     fa = fb = np.nan
     for _ in range(100):
@@ -142,8 +157,8 @@ def excess_root(contact, r, of_rate, a, b, e, at):
 
 @njit(cache=True)
 def onset(contact, r, t, stop, e, at):
-    """First instant in [t, stop] at which a slider at rest slips, and whether there is one; it may begin and end
-    between two samples."""
+    """First instant in [t, stop] at which a slider at rest slips, and whether there is one; it may
+    begin and end between two samples."""
     tau, n = contact.tau, len(contact.tau) - 1
     motion(contact.c, t, e, at)
     a, rate_a = t, excess(at, r)[1]
@@ -206,8 +221,8 @@ def invert(J, inverse):
 
 @njit(cache=True)
 def collocate(contact, t, h, psi0, panel):
-    """Angle at the nodes of the panel [t, t + h] of slip; its highest term in rad of the largest limit, infinite where
-    Newton's method fails."""
+    """Angle at the nodes of the panel [t, t + h] of slip; its highest term in rad of the largest
+    limit, infinite where Newton's method fails."""
     psi, slope, J = panel.psi, panel.slope, panel.stage
     for i in range(STAGES):
         motion(contact.c, t + h * NODES[i], panel.e[i], panel.at[i])
@@ -244,7 +259,8 @@ def collocate(contact, t, h, psi0, panel):
 
 @njit(cache=True)
 def rests(contact, t, h, psi0, panel, e, at):
-    """Share of the panel at which the slider comes to rest, by the angle that it has; 1 where it slips on."""
+    """Share of the panel at which the slider comes to rest, by the angle that it has; 1 where it
+    slips on."""
     a, fa = 0.0, 1.0
     for i in range(STAGES):
         b, fb = NODES[i], slides(panel.at[i], panel.psi[i])
@@ -306,8 +322,8 @@ def add_rest(a, b, r, sums, collect):
 
 @njit(cache=True)
 def add_panel(h, limit, panel, sums, collect):
-    """Add the integrals over a panel of slip that begins at `limit`, and carry the derivatives to its end, its last
-    node; return the work times kt."""
+    """Add the integrals over a panel of slip that begins at `limit`, and carry the derivatives to
+    its end, its last node; return the work times kt."""
     e, dr, work = panel.e, sums.dr, 0.0
     nh, columns = e.shape[1], dr.shape[1]
     for i in range(STAGES):
@@ -340,12 +356,13 @@ def add_panel(h, limit, panel, sums, collect):
 
 @njit(cache=True)
 def turns(i, h, limit, panel, sums):
-    """Fill dr[0] with the derivative of the angle at node i: that of the collocation, from the one at its begin.
+    """Fill dr[0] with the derivative of the angle at node i: that of the collocation, from the one
+    at its begin.
 
     limit : at the begin; 0 where the contact closes there
-    Slip brings sliders together, never apart: of a change of the force at the begin no more than all is kept, and no
-    more than all of a change of the motion is added. The collocation loses that where limit and speed vanish.
-    """
+    Slip brings sliders together, never apart: of a change of the force at the begin no more than
+    all is kept, and no more than all of a change of the motion is added. The collocation loses that
+    where limit and speed vanish."""
     into, e, nh = sums.dr[0], panel.e, panel.e.shape[1]
     keeps = 0.0
     for k in range(STAGES):
@@ -357,7 +374,9 @@ def turns(i, h, limit, panel, sums):
         into[q] = min(max(keeps * sums.turn[q], -all_of_it), all_of_it)
     for k in range(STAGES if len(into) > 2 else 0):
         f = min(max(panel.inverse[i, k], -most), most)
-        t1, t2, back = -f * h * np.sin(panel.psi[k]), f * h * np.cos(panel.psi[k]), f * panel.slope[k]
+        t1 = -f * h * np.sin(panel.psi[k])
+        t2 = f * h * np.cos(panel.psi[k])
+        back = f * panel.slope[k]
         into[2 + 2 * nh] -= back
         for m in range(1, nh):
             rate = (m + 1) // 2 * (e[k, m + 1] if m % 2 else -e[k, m - 1])
@@ -368,8 +387,9 @@ def turns(i, h, limit, panel, sums):
 
 @njit(cache=True)
 def slip_through(contact, t, stop, psi, h, limit, panel, sums, collect):
-    """Slip from t, where it begins at `limit`, up to `stop` or to where the slider comes to rest: (instant, angle,
-    width of the next panel, whether it rests, work times kt); before either where the panels are too many."""
+    """Slip from t, where it begins at `limit`, up to `stop` or to where the slider comes to rest:
+    (instant, angle, width of the next panel, whether it rests, work times kt); before either where
+    the panels are too many."""
     nh, work = sums.g.shape[1], 0.0
     widest, at = min(SETTINGS.wide, 2 * SETTINGS.widest / max(nh - 1, 1)), np.empty(6)
     h = min(h, widest)
@@ -380,9 +400,13 @@ def slip_through(contact, t, stop, psi, h, limit, panel, sums, collect):
         width = left if left <= h else (0.5 * left if left < 2 * h else h)
         error = collocate(contact, t, width, psi, panel)
         if error > SETTINGS.degree and width > SETTINGS.narrowest:
-            h = width * (0.2 if np.isinf(error) else max(0.2, 0.8 * (SETTINGS.degree / error) ** (1 / STAGES)))
+            h = width * (
+                0.2
+                if np.isinf(error)
+                else max(0.2, 0.8 * (SETTINGS.degree / error) ** (1 / STAGES))
+            )
             continue
-        if np.isinf(error):                      # nothing turns in no time
+        if np.isinf(error):  # nothing turns in no time
             t += width
             continue
         share = rests(contact, t, width, psi, panel, sums.e, at)
@@ -394,14 +418,16 @@ def slip_through(contact, t, stop, psi, h, limit, panel, sums, collect):
         t += share * width
         if share < 1:
             return t, psi, h, True, work
-        h = min(widest, width * min(4.0, 0.8 * (SETTINGS.degree / max(error, 1e-300)) ** (1 / STAGES)))
+        h = min(
+            widest, width * min(4.0, 0.8 * (SETTINGS.degree / max(error, 1e-300)) ** (1 / STAGES))
+        )
     return t, psi, h, False, work
 
 
 @njit(cache=True)
 def turn_at(psi, limit, sums):
-    """Fill the derivative of the angle where slip begins, from that of the slider, and return the limit; the basis is
-    in sums.e."""
+    """Fill the derivative of the angle where slip begins, from that of the slider, and return the
+    limit; the basis is in sums.e."""
     nh, cos, sin = sums.g.shape[1], np.cos(psi), np.sin(psi)
     limit = max(limit, TINY)
     for q in range(len(sums.turn)):
@@ -414,20 +440,23 @@ def turn_at(psi, limit, sums):
 
 @njit(cache=True)
 def after_contact(contact, t, r, sums):
-    """(state, angle) of a contact that closes at t, and the slider with its derivatives: at the place of the motion
-    there it rests, or from it it is pulled along."""
-    at, e, dr, nh = np.empty(6), sums.e, sums.dr, sums.g.shape[1]
+    """(state, angle) of a contact that closes at t, and the slider with its derivatives: at the
+    place of the motion there it rests, or from it it is pulled along."""
+    at = np.empty(6)
+    e = sums.e
+    dr = sums.dr
+    nh = sums.g.shape[1]
     motion(contact.c, t, e, at)
     r[0], r[1] = at[P1], at[P2]
     speed, closing = np.hypot(at[RATE1], at[RATE2]), max(at[LIMIT_RATE], 1e-300)
     dr[:], sums.turn[:] = 0.0, 0.0
     slips, psi = speed > closing, np.arctan2(at[RATE2], at[RATE1])
-    bend = 0.0                                   # of the velocity, by the phase
+    bend = 0.0  # of the velocity, by the phase
     for m in range(1, nh):
         k = (m + 1) // 2
         bend -= k * k * e[m] * (contact.c[1, m] * np.cos(psi) - contact.c[0, m] * np.sin(psi))
     for m in range(nh if dr.shape[1] > 2 else 0):
-        later = -e[m] / closing                  # the instant of contact by the limit
+        later = -e[m] / closing  # the instant of contact by the limit
         dr[0, 2 + m] = dr[1, 2 + nh + m] = e[m]
         if not slips:
             dr[0, 2 + 2 * nh + m], dr[1, 2 + 2 * nh + m] = at[RATE1] * later, at[RATE2] * later
@@ -435,15 +464,18 @@ def after_contact(contact, t, r, sums):
             dr[0, 2 + 2 * nh + m], dr[1, 2 + 2 * nh + m] = -np.cos(psi) * e[m], -np.sin(psi) * e[m]
             k = (m + 1) // 2
             rate = 0.0 if m == 0 else k * (e[m + 1] if m % 2 else -e[m - 1])
-            sums.turn[2 + m], sums.turn[2 + nh + m] = -np.sin(psi) * rate / speed, np.cos(psi) * rate / speed
+            sums.turn[2 + m], sums.turn[2 + nh + m] = (
+                -np.sin(psi) * rate / speed,
+                np.cos(psi) * rate / speed,
+            )
             sums.turn[2 + 2 * nh + m] = bend / speed / (1 + speed / closing) * later
     return (SLIP if slips else STICK), psi
 
 
 @njit(cache=True)
 def slip_begins(contact, t, r, sums):
-    """(state, angle, limit) of a slider at its limit at t; one that is too small to hold a direction against the motion
-    holds none, and the contact is as if it had just closed."""
+    """(state, angle, limit) of a slider at its limit at t; one that is too small to hold a
+    direction against the motion holds none, and the contact is as if it had just closed."""
     at = np.empty(6)
     motion(contact.c, t, sums.e, at)
     speed = np.hypot(at[RATE1], at[RATE2])
@@ -456,23 +488,36 @@ def slip_begins(contact, t, r, sums):
 
 @njit(cache=True)
 def one_period(contact, r, panel, sums, collect):
-    """Carry the slider r (2,) and its derivatives through a period, with the integrals over it; return how long it
-    slips, and the work times kt.
+    """Carry the slider r (2,) and its derivatives through a period, with the integrals over it;
+    return how long it slips, and the work times kt.
 
     collect : the integrals of the derivatives, too; these have 2 columns or 2 + 3 nh
     """
-    e, at, dr, opened = sums.e, np.empty(6), sums.dr, contact.opened
+    e = sums.e
+    at = np.empty(6)
+    dr = sums.dr
+    opened = contact.opened
     sums.g[:], dr[:] = 0.0, 0.0
     if collect:
         sums.D[:] = 0.0
     dr[0, 0] = dr[1, 1] = 1.0
-    t, k, slid, work, h, psi, limit, state = 0.0, 0, 0.0, 0.0, SETTINGS.wide, 0.0, 0.0, STICK
+    t = 0.0
+    k = 0
+    slid = 0.0
+    work = 0.0
+    h = SETTINGS.wide
+    psi = 0.0
+    limit = 0.0
+    state = STICK
     motion(contact.c, 0.0, e, at)
     if len(opened) and opened[0, 0] == 0:
         state = OPEN
     else:
         psi = np.arctan2(at[P2] - r[1], at[P1] - r[0])
-        if np.hypot(at[P1] - r[0], at[P2] - r[1]) >= (1 - SETTINGS.on_limit) * at[LIMIT] and slides(at, psi) > 0:
+        if (
+            np.hypot(at[P1] - r[0], at[P2] - r[1]) >= (1 - SETTINGS.on_limit) * at[LIMIT]
+            and slides(at, psi) > 0
+        ):
             state, psi, limit = slip_begins(contact, 0.0, r, sums)
     for _ in range(SETTINGS.pieces):
         stop = opened[k, 0] if k < len(opened) else TWO_PI
@@ -488,7 +533,9 @@ def one_period(contact, r, panel, sums, collect):
                 state, psi, limit = slip_begins(contact, t, r, sums)
         else:
             begin = t
-            t, psi, h, stops, done = slip_through(contact, t, stop, psi, h, limit, panel, sums, collect)
+            t, psi, h, stops, done = slip_through(
+                contact, t, stop, psi, h, limit, panel, sums, collect
+            )
             slid, work = slid + t - begin, work + done
             state = STICK if stops else (OPEN if t >= stop else SLIP)
             motion(contact.c, t, e, at)
@@ -502,8 +549,8 @@ def one_period(contact, r, panel, sums, collect):
 
 @njit(cache=True)
 def begin(contact, r, pulled, e):
-    """Pull the slider at t = 0 along where the limit does not hold it; whether it is. pulled (2, 3 nh) : derivative by
-    the series."""
+    """Pull the slider at t = 0 along where the limit does not hold it; whether it is. pulled (2, 3
+    nh) : derivative by the series."""
     nh, at = len(e), np.empty(6)
     motion(contact.c, 0.0, e, at)
     T1, T2 = at[P1] - r[0], at[P2] - r[1]
@@ -529,13 +576,16 @@ def determinant(A):
 
 @njit(cache=True)
 def settle(contact, r, newton, panel, sums, room):
-    """Take the slider to where its path repeats; returns (periods, repeats, whether there is no other such place,
-    slipped).
+    """Take the slider to where its path repeats; returns (periods, repeats, whether there is no
+    other such place, slipped).
 
-    In the plane a slider only creeps to where it repeats. Newton on the map of a period takes it there, to the begin of
-    the period with that map: where the limit is only touched, the next one may slip or stick by the last digit.
-    """
-    A, before, slid, jumped = sums.dr, np.empty(2), 0.0, False
+    In the plane a slider only creeps to where it repeats. Newton on the map of a period takes it
+    there, to the begin of the period with that map: where the limit is only touched, the next one
+    may slip or stick by the last digit."""
+    A = sums.dr
+    before = np.empty(2)
+    slid = 0.0
+    jumped = False
     for periods in range(1, SETTINGS.max_periods + 1):
         before[:] = r
         slid += one_period(contact, r, panel, sums, False)[0]
@@ -559,21 +609,25 @@ def settle(contact, r, newton, panel, sums, room):
 
 @njit(cache=True)
 def fixed_point(contact, r, panel, sums, start):
-    """(slipped, work times kt) of the period from r, and whether what it does to the slider can be inverted: `start`
-    (2, 3 nh) is filled with the derivative of r by the series, where r comes back to itself."""
+    """(slipped, work times kt) of the period from r, and whether what it does to the slider can be
+    inverted: `start` (2, 3 nh) is filled with the derivative of r by the series, where r comes back
+    to itself."""
     slip, work = one_period(contact, r, panel, sums, True)
     A, e1, e2 = sums.dr[:, :2], sums.dr[0, 2:], sums.dr[1, 2:]
     det = determinant(A)
     if not abs(det) > SETTINGS.regular:
         return slip, work, False
-    start[0], start[1] = ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det, (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
+    start[0], start[1] = (
+        ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det,
+        (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det,
+    )
     return slip, work, True
 
 
 @njit(cache=True)
 def from_start(contact, r, periods, panel, sums, start, room):
-    """(slipped, work times kt) of the last of some periods from r; `start` (2, 3 nh), derivative of r by the series, is
-    carried to its begin."""
+    """(slipped, work times kt) of the last of some periods from r; `start` (2, 3 nh), derivative of
+    r by the series, is carried to its begin."""
     slip, work = 0.0, 0.0
     for period in range(periods):
         slip, work = one_period(contact, r, panel, sums, period == periods - 1)
@@ -587,19 +641,22 @@ def from_start(contact, r, periods, panel, sums, start, room):
 
 @njit(cache=True)
 def one_contact(contact, given, panel, light, sums, D):
-    """(slipped, work times kt, whether D is not zero) of the periodic cycle of a contact; sums.g is filled, and D
-    (nh, 2, 3 nh) with the integrals of the derivatives of r.
+    """(slipped, work times kt, whether D is not zero) of the periodic cycle of a contact; sums.g is
+    filled, and D (nh, 2, 3 nh) with the integrals of the derivatives of r.
 
-    The derivative is that of a fixed point of the map of a period. Where a contact has come to rest, and where it
-    creeps to a rest that Newton would miss, the derivative is carried through all periods from the start.
+    The derivative is that of a fixed point of the map of a period. Where a contact has come to
+    rest, and where it creeps to a rest that Newton would miss, the derivative is carried through
+    all periods from the start.
     """
     nh = sums.g.shape[1]
-    r, start, from_position = np.array([given[0], given[1]]), np.zeros((2, 3 * nh)), given[2]
+    r = np.array([given[0], given[1]])
+    start = np.zeros((2, 3 * nh))
+    from_position = given[2]
     pulled = begin(contact, r, start, sums.e)
     if from_position:
         start[:] = 0.0
         for d in range(2):
-            r[d], start[d, d * nh:(d + 1) * nh] = contact.wave[d, 0], sums.e
+            r[d], start[d, d * nh : (d + 1) * nh] = contact.wave[d, 0], sums.e
     first, repeated, room = r.copy(), start.copy(), np.empty((2, 3 * nh))
     periods, repeats, alone, slid = settle(contact, r, True, panel, light, room)
     if not slid and not pulled and not from_position:
@@ -617,7 +674,9 @@ def one_contact(contact, given, panel, light, sums, D):
         repeated[:] = start
     for j in range(nh):
         for d in range(2):
-            D[j, d] = sums.D[j, d, 2:] + sums.D[j, d, 0] * repeated[0] + sums.D[j, d, 1] * repeated[1]
+            D[j, d] = (
+                sums.D[j, d, 2:] + sums.D[j, d, 0] * repeated[0] + sums.D[j, d, 1] * repeated[1]
+            )
     return slip, work, True
 
 
@@ -626,24 +685,45 @@ def cycle(c, waves, kt, start, opened, found):
     """Sliders of the periodic cycle at the motion c (P, 3, nh), in forces: kt u1, kt u2 and mu N.
 
     waves : c at the samples (P, 3, n), its rates, instants (n + 1,); start : SliderStart in forces
-    opened : pieces (P, k, 7) in which a contact is open (`uncoupled.events`), and their numbers (P,)
-    found : filled with the harmonics of -r (P, 2, nh) and of their derivatives by c (P, 2, nh, 3, nh), work (P,); in
+    opened : pieces (P, k, 7) in which a contact is open (`uncoupled.events`), and their numbers
+    (P,)
+    found : filled with the harmonics of -r (P, 2, nh) and of their derivatives by c (P, 2, nh, 3,
+    nh), work (P,); in
         active (P, 3) and shares (P, 3) slip is added
     """
     (wave, rate, tau), (g, D, active, shares, works) = waves, found
     P, _, nh = c.shape
-    panel = Panel(np.empty((STAGES, nh)), np.empty((STAGES, 6)), np.empty(STAGES), np.empty((STAGES, STAGES)),
-                  np.empty((STAGES, STAGES)), np.empty(STAGES), np.empty(STAGES))
-    sums = Sums(np.empty((2, nh)), np.empty((nh, 2, 2 + 3 * nh)), np.empty((2, 2 + 3 * nh)), np.empty(2 + 3 * nh),
-                np.empty(nh))
+    panel = Panel(
+        np.empty((STAGES, nh)),
+        np.empty((STAGES, 6)),
+        np.empty(STAGES),
+        np.empty((STAGES, STAGES)),
+        np.empty((STAGES, STAGES)),
+        np.empty(STAGES),
+        np.empty(STAGES),
+    )
+    sums = Sums(
+        np.empty((2, nh)),
+        np.empty((nh, 2, 2 + 3 * nh)),
+        np.empty((2, 2 + 3 * nh)),
+        np.empty(2 + 3 * nh),
+        np.empty(nh),
+    )
     light = Sums(sums.g, sums.D, np.empty((2, 2)), np.empty(2), sums.e)
     raw = np.empty((nh, 2, 3 * nh))
     for p in range(P):
         scale = wave[p, 2].max()
         if kt[p] == 0 or scale <= 0:
             continue
-        contact = Contact(c[p], wave[p], rate[p], tau, opened[0][p, :opened[1][p], 1:3],
-                          np.abs(wave[p, :2]).max() + 1e-300, scale)
+        contact = Contact(
+            c[p],
+            wave[p],
+            rate[p],
+            tau,
+            opened[0][p, : opened[1][p], 1:3],
+            np.abs(wave[p, :2]).max() + 1e-300,
+            scale,
+        )
         given = start.positions[p, 0], start.positions[p, 1], start.from_position
         slid, work, moves = one_contact(contact, given, panel, light, sums, raw)
         shares[p, 1], works[p] = slid / TWO_PI, work / kt[p]

@@ -1,4 +1,5 @@
-"""Isotropic Coulomb friction in the tangential plane: the formula of a step; its cycle is in `kernels`."""
+"""Isotropic Coulomb friction in the tangential plane: the formula of a step; its cycle is in
+`kernels`."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -11,12 +12,14 @@ from tipdamp.hbm.laws.records import SliderStart
 from tipdamp.hbm.laws.uncoupled.events import OPEN, TWO_PI, Sliders
 from tipdamp.hbm.laws.uncoupled.law import CoulombFriction, integrated, located
 
-ROUNDING = 1e-12         # of the limit, and of its change over a path: a force that near is at it, or goes with it
+# of the limit, and of its change over a path: a force that near is at it, or goes with it
+ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
 class IsotropicFriction(CoulombFriction):
-    """Isotropic coupled friction, |T| <= mu N, under N = max(0, preload + kn u_n); open: T = 0, the slider follows.
+    """Isotropic coupled friction, |T| <= mu N, under N = max(0, preload + kn u_n); open: T = 0, the
+    slider follows.
 
     State: the slider (2) and the motion before (3).
     """
@@ -26,23 +29,30 @@ class IsotropicFriction(CoulombFriction):
     coupled: ClassVar[bool] = True
 
     def initial_state(self, u, start, contacts):
-        """(P, 5) state at t = 0: the slider, pulled along where the limit does not hold it, and the motion."""
-        state = np.concatenate([u[:, :2] if start.from_position else start.positions + 0 * u[:, :2], u], axis=1)
+        """(P, 5) state at t = 0: the slider, pulled along where the limit does not hold it, and the
+        motion."""
+        state = np.concatenate(
+            [u[:, :2] if start.from_position else start.positions + 0 * u[:, :2], u], axis=1
+        )
         for p in range(len(u)):
             N = contacts.preload[p] + contacts.kn[p] * u[p, 2]
             T = contacts.kt[p] * (u[p, :2] - state[p, :2])
-            size, limit = np.sqrt(T[0] ** 2 + T[1] ** 2), contacts.mu[p] * N * (N.real > 0)
+            size = np.sqrt(T[0] ** 2 + T[1] ** 2)
+            limit = contacts.mu[p] * N * (N.real > 0)
             if size.real > limit.real:
                 state[p, :2] = u[p, :2] - limit / size * (u[p, :2] - state[p, :2])
         return state
 
     def step(self, motion, state, contacts):
-        """Force (P, 3) N and state (P, 5); the motion of a step and the change of the normal load are straight."""
+        """Force (P, 3) N and state (P, 5); the motion of a step and the change of the normal load
+        are straight."""
         u, kind = motion.u, np.result_type(motion.u, state)
-        force, new = np.zeros(u.shape, kind), np.concatenate([u[:, :2], u], axis=1).astype(kind)
+        force = np.zeros(u.shape, kind)
+        new = np.concatenate([u[:, :2], u], axis=1).astype(kind)
         for p in range(len(u)):
             kt, kn, mu = contacts.kt[p], contacts.kn[p], contacts.mu[p]
-            N0, N1 = contacts.preload[p] + kn * state[p, 4], contacts.preload[p] + kn * u[p, 2]
+            N0 = contacts.preload[p] + kn * state[p, 4]
+            N1 = contacts.preload[p] + kn * u[p, 2]
             if N1.real <= 0:
                 continue
             was = N0.real > 0
@@ -54,18 +64,27 @@ class IsotropicFriction(CoulombFriction):
         return force, new
 
     def harmonics(self, contacts, x, start, grid, omega):
-        """Forces of the event-driven cycle: in closed form, and in slip to 1e-8 of the limit force."""
+        """Forces of the event-driven cycle: in closed form, and in slip to 1e-8 of the limit
+        force."""
         compilation.announce(cycle)
         x, (P, nd, nh), (tau, E, E_rate) = np.ascontiguousarray(x), x.shape, grid
         law = Sliders(2, True, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
-        pieces, counts, active, shares = _opened(law, located(law._replace(count=0), x[:, 2:].copy(), start, grid))
+        pieces, counts, active, shares = _opened(
+            law, located(law._replace(count=0), x[:, 2:].copy(), start, grid)
+        )
         scale = np.stack([law.kt, law.kt, law.mu * law.kn], axis=1)
         c = scale[:, :, None] * x
         c[:, 2, 0] += law.mu * law.preload
         g, D, work = np.zeros((P, 2, nh)), np.zeros((P, 2, nh, nd, nh)), np.zeros(P)
         begin = SliderStart(law.kt[:, None] * start.positions, start.from_position)
-        cycle(c, (c @ E.T, c @ E_rate.T, tau), law.kt, begin, (pieces[:, 2], counts[:, 2]),
-              (g, D, active, shares, work))
+        cycle(
+            c,
+            (c @ E.T, c @ E_rate.T, tau),
+            law.kt,
+            begin,
+            (pieces[:, 2], counts[:, 2]),
+            (g, D, active, shares, work),
+        )
         forces = integrated(law, x, pieces, counts, active, shares)
         forces.g[:, :2] += g
         forces.D[:, :2] += (D * scale[:, None, None, :, None])[forces.contacts]
@@ -77,39 +96,45 @@ class IsotropicFriction(CoulombFriction):
 
 
 def _opened(law, found):
-    """What `located` has of the normal, with both tangents: their sliders follow where contacts are open."""
+    """What `located` has of the normal, with both tangents: their sliders follow where contacts are
+    open."""
     pieces, counts, active, shares = found
     pieces, counts, active = (np.repeat(a, 3, axis=1) for a in (pieces, counts, active))
     counts[law.kt == 0, :2] = 0
     smooth = (law.kt > 0) & (law.mu == 0)
     pieces[smooth, :2, 0, :3], counts[smooth, :2] = (OPEN, 0.0, TWO_PI), 1
     active[:, :2] = counts[:, :2] > 0
-    shares[smooth] = np.stack([0 * shares[smooth, 2], 1 - shares[smooth, 2], shares[smooth, 2]], axis=1)
+    shares[smooth] = np.stack(
+        [0 * shares[smooth, 2], 1 - shares[smooth, 2], shares[smooth, 2]], axis=1
+    )
     return pieces, counts, active, shares
 
 
 def slide(T, d, L0, L1):
-    """Force (2,) at the end of a straight elastic path d under a limit from L0 to L1; complex for derivatives."""
+    """Force (2,) at the end of a straight elastic path d under a limit from L0 to L1; complex for
+    derivatives."""
     e, dL = T + d, L1 - L0
     if (e @ e - L1 * L1).real <= 0:
         return e
     size, s = np.sqrt(d @ d), _slips_from(T, d, L0, dL)
-    if size.real == 0 or not s.real <= 1:        # beyond the limit by rounding alone
+    if size.real == 0 or not s.real <= 1:  # beyond the limit by rounding alone
         return L1 / np.sqrt(e @ e) * e
     m, L = d / size, L0 + s * dL
-    if L.real <= 0 or L1.real <= 0:              # from no load the force lies along the motion
+    if L.real <= 0 or L1.real <= 0:  # from no load the force lies along the motion
         return L1 * m
     n = (T + s * d) / L
-    turned = -np.expm1(-(1 - s) * size / _log_mean(L, L1))      # not 1 - exp: a path of rounding has any direction m
+    # not 1 - exp: a path of rounding has any direction m
+    turned = -np.expm1(-(1 - s) * size / _log_mean(L, L1))
     x = n @ m
     below = 2 - (1 - x) * turned * (2 - turned)
     if below.real <= 0:
-        return -L1 * m                           # straight against the motion
+        return -L1 * m  # straight against the motion
     return L1 / below * (2 * (1 - turned) * n + turned * (2 - (1 - x) * turned) * m)
 
 
 def _slips_from(T, d, L0, dL):
-    """Share of the path from which on the force is at the limit; above 1 where it comes there by rounding alone."""
+    """Share of the path from which on the force is at the limit; above 1 where it comes there by
+    rounding alone."""
     a, b, c = d @ d - dL * dL, T @ d - L0 * dL, T @ T - L0 * L0
     if c.real < -ROUNDING * (L0 * L0).real:
         square = b * b - a * c
@@ -118,9 +143,13 @@ def _slips_from(T, d, L0, dL):
         return -c / (b + np.sqrt(square)) if b.real >= 0 else (np.sqrt(square) - b) / a
     if b.real >= -ROUNDING * ((T @ T * (d @ d)).real ** 0.5 + abs((L0 * dL).real)):
         return 0 * a
-    return -2 * b / a if a.real > -b.real else 2 + 0 * a         # leaves the limit and comes back to it
+    return -2 * b / a if a.real > -b.real else 2 + 0 * a  # leaves the limit and comes back to it
 
 
 def _log_mean(a, b):
     z = (b - a) / (b + a)
-    return 0.5 * (a + b) / (1 + z**2 / 3 + z**4 / 5 + z**6 / 7) if abs(z) < 1e-2 else (b - a) / np.log(b / a)
+    return (
+        0.5 * (a + b) / (1 + z**2 / 3 + z**4 / 5 + z**6 / 7)
+        if abs(z) < 1e-2
+        else (b - a) / np.log(b / a)
+    )

@@ -1,9 +1,11 @@
-"""Harmonics of friction and contact forces from the pieces of the cycle, and their exact derivatives.
+"""Harmonics of friction and contact forces from the pieces of the cycle, and their exact
+derivatives.
 
-What is computed is the deviation g of the force from that of the stuck springs: g_t = -kt w with the slider at w, and
-g_n = N - (preload + kn u_n), zero while closed. Both are continuous in time and, piece by piece (see `events`), a
-constant or a combination of the harmonics of u. Pieces are integrated in closed form; since g is continuous, the
-instants of the events contribute only through the rest position of the slider.
+What is computed is the deviation g of the force from that of the stuck springs: g_t = -kt w with
+the slider at w, and g_n = N - (preload + kn u_n), zero while closed. Both are continuous in time
+and, piece by piece (see `events`), a constant or a combination of the harmonics of u. Pieces are
+integrated in closed form; since g is continuous, the instants of the events contribute only through
+the rest position of the slider.
 Compiled code is stored per file: nothing compiled here is called from compiled code elsewhere.
 """
 
@@ -29,8 +31,14 @@ from tipdamp.hbm.laws.uncoupled.events import (
 def add_integrals(a, b, C, S):
     """Add the integrals over [a, b] of cos(n tau) to C[n] and of sin(n tau) to S[n]."""
     C[0] += b - a
-    ca1, sa1, cb1, sb1 = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
-    ca, sa, cb, sb = 1.0, 0.0, 1.0, 0.0
+    ca1 = np.cos(a)
+    sa1 = np.sin(a)
+    cb1 = np.cos(b)
+    sb1 = np.sin(b)
+    ca = 1.0
+    sa = 0.0
+    cb = 1.0
+    sb = 0.0
     for n in range(1, len(C)):
         ca, sa = ca * ca1 - sa * sa1, sa * ca1 + ca * sa1
         cb, sb = cb * cb1 - sb * sb1, sb * cb1 + cb * sb1
@@ -40,7 +48,8 @@ def add_integrals(a, b, C, S):
 
 @njit(cache=True)
 def add_products(D, factor, C, S):
-    """D[j, m] += factor * c_j * integral of e_j e_m, where c_j projects on e_j (1/2pi, then 1/pi)."""
+    """D[j, m] += factor * c_j * integral of e_j e_m, where c_j projects on e_j (1/2pi, then
+    1/pi)."""
     nh = D.shape[0]
     for j in range(nh):
         p = (j + 1) // 2
@@ -55,7 +64,7 @@ def add_products(D, factor, C, S):
             elif not sine_j and not sine_m:
                 value = 0.5 * (C[near] + C[far])
             else:
-                s = q if sine_m else p          # order of the sine, c of the cosine
+                s = q if sine_m else p  # order of the sine, c of the cosine
                 c = p if sine_m else q
                 value = -0.5 * (S[far] + (S[near] if s >= c else -S[near]))
             D[j, m] += f * value
@@ -93,7 +102,7 @@ def add_rest(into, contact, piece, C, S):
     ck, sk = 1.0, 0.0
     for k in range((nh - 1) // 2 + 1):
         for m in range(max(2 * k - 1, 0), 2 * k + 1):
-            value = ck if m % 2 or m == 0 else -sk       # e_m at the instant
+            value = ck if m % 2 or m == 0 else -sk  # e_m at the instant
             for j in range(nh):
                 Dt[j, m] += projection[j] * piece[BY_U] * value
                 if kn != 0:
@@ -105,8 +114,8 @@ def add_rest(into, contact, piece, C, S):
 
 @njit(cache=True)
 def tangent_deviation(into, u, un, contact, pieces):
-    """Add the harmonics of -kt w over the pieces, with derivatives by u, u_n and the preload; return the work in J of
-    the friction force +-mu N along the slip dw = d(u -+ mu N/kt).
+    """Add the harmonics of -kt w over the pieces, with derivatives by u, u_n and the preload;
+    return the work in J of the friction force +-mu N along the slip dw = d(u -+ mu N/kt).
 
     into : g, Dt, Dn, gp; contact : kt, kn (0 without a normal component), mu, preload
     """
@@ -145,7 +154,8 @@ def tangent_deviation(into, u, un, contact, pieces):
 
 @njit(cache=True)
 def slip_work(A, u, un, contact):
-    """Integral of mu N d(u - mu N/kt) over the pieces whose products are in A; mu with the sign of the slip."""
+    """Integral of mu N d(u - mu N/kt) over the pieces whose products are in A; mu with the sign of
+    the slip."""
     kt, kn, mu, preload = contact
     nh, work = len(u), 0.0
     for j in range(nh):
@@ -153,7 +163,11 @@ def slip_work(A, u, un, contact):
         ride = 0.0
         for m in range(1, nh):
             k = (m + 1) // 2
-            rate = -k * (u[m + 1] - mu / kt * kn * un[m + 1]) if m % 2 else k * (u[m - 1] - mu / kt * kn * un[m - 1])
+            rate = (
+                -k * (u[m + 1] - mu / kt * kn * un[m + 1])
+                if m % 2
+                else k * (u[m - 1] - mu / kt * kn * un[m - 1])
+            )
             ride += A[j, m] * rate
         work += (TWO_PI if j == 0 else np.pi) * mu * load * ride
     return work
@@ -176,22 +190,31 @@ def normal_deviation(into, un, contact, pieces):
 
 @njit(cache=True)
 def add_forces(x, pieces, counts, law, place, into):
-    """Fill g and gp = dg/dpreload (P, nd, nh), the derivatives D (a, nd, nh, nd, nh) of the active contacts, and the
-    friction work (P,) of a cycle.
+    """Fill g and gp = dg/dpreload (P, nd, nh), the derivatives D (a, nd, nh, nd, nh) of the active
+    contacts, and the friction work (P,) of a cycle.
 
     x (P, nd, nh) : harmonics of the relative motion; pieces, counts, law : of `events.find_pieces`
     place (P,) : of each contact in D, or -1; into : g, D, gp, work
     """
     g, D, gp, work = into
     P, nd, nh = x.shape
-    last, none = nd - 1, np.zeros((nd, nh, nd, nh))          # the normal, where there is one
+    last, none = nd - 1, np.zeros((nd, nh, nd, nh))  # the normal, where there is one
     D[:], g[:], gp[:], work[:] = 0.0, 0.0, 0.0, 0.0
     for p in range(P):
         Dp, un = D[place[p]] if place[p] >= 0 else none, x[p, last]
         contact = law.kt[p], law.kn[p] if law.normal else 0.0, law.mu[p], law.preload[p]
         if law.normal and counts[p, law.count]:
-            normal_deviation((g[p, last], Dp[last, :, last, :], gp[p, last]), un, contact,
-                             pieces[p, law.count, :counts[p, law.count]])
+            normal_deviation(
+                (g[p, last], Dp[last, :, last, :], gp[p, last]),
+                un,
+                contact,
+                pieces[p, law.count, : counts[p, law.count]],
+            )
         for d in range(law.count):
-            work[p] += tangent_deviation((g[p, d], Dp[d, :, d, :], Dp[d, :, last, :], gp[p, d]), x[p, d], un, contact,
-                                         pieces[p, d, :counts[p, d]])
+            work[p] += tangent_deviation(
+                (g[p, d], Dp[d, :, d, :], Dp[d, :, last, :], gp[p, d]),
+                x[p, d],
+                un,
+                contact,
+                pieces[p, d, : counts[p, d]],
+            )

@@ -1,7 +1,8 @@
-"""Coulomb friction of each tangent on its own, behind a spring kt, under a normal load: the formula and the laws.
+"""Coulomb friction of each tangent on its own, behind a spring kt, under a normal load: the formula
+and the laws.
 
-Their cycle is event-driven: stick, slip and lift-off are located in time (`events`) and integrated in closed form
-(`integrals`), so that the forces do not depend on the number of samples.
+Their cycle is event-driven: stick, slip and lift-off are located in time (`events`) and integrated
+in closed form (`integrals`), so that the forces do not depend on the number of samples.
 """
 
 from dataclasses import dataclass
@@ -20,10 +21,11 @@ from tipdamp.hbm.laws.uncoupled import events, integrals
 class CoulombFriction(ContactLaw):
     """Sliders held by mu N, under a unilateral normal spring or a constant normal load.
 
-    |T| <= mu N with N = max(0, preload + kn u_n), or N = max(0, preload) without a normal component; T = kt (u - w)
-    with the slider at w, which follows the motion while the contact is open [Yang, Menq 1998; Petrov, Ewins 2003;
-    Siewert 2010]. State: the sliders and, where there is a normal component, the motion before, so that a contact which
-    closes within a step takes up its sliders where the motion was then.
+    |T| <= mu N with N = max(0, preload + kn u_n), or N = max(0, preload) without a normal
+    component; T = kt (u - w) with the slider at w, which follows the motion while the contact is
+    open [Yang, Menq 1998; Petrov, Ewins 2003; Siewert 2010]. State: the sliders and, where there is
+    a normal component, the motion before, so that a contact which closes within a step takes up its
+    sliders where the motion was then.
     """
 
     @property
@@ -47,17 +49,20 @@ class CoulombFriction(ContactLaw):
         return force
 
     def initial_state(self, u, start, contacts):
-        """(P, ns) state at t = 0: the sliders, pulled along where the limit does not hold them, and the motion."""
+        """(P, ns) state at t = 0: the sliders, pulled along where the limit does not hold them, and
+        the motion."""
         nt, kt = self.sliders, contacts.kt[:, None]
         w = u[:, :nt] if start.from_position else start.positions[:, :nt] + 0 * u[:, :nt]
         N = self._normal_load(u, contacts)[:, None]
-        T, limit = kt * (u[:, :nt] - w), contacts.mu[:, None] * np.where(N.real > 0, N, 0.0)
+        T = kt * (u[:, :nt] - w)
+        limit = contacts.mu[:, None] * np.where(N.real > 0, N, 0.0)
         reach = np.divide(limit, kt, out=np.zeros_like(T), where=kt > 0)
         w = np.where(np.abs(T.real) > limit.real, u[:, :nt] - np.sign(T.real) * reach, w)
-        return np.concatenate([w, u], axis=1)[:, :self.states]
+        return np.concatenate([w, u], axis=1)[:, : self.states]
 
     def step(self, motion, state, contacts):
-        """Force (P, nd) N and state (P, ns): elastic trial force, returned to the friction limit."""
+        """Force (P, nd) N and state (P, ns): elastic trial force, returned to the friction
+        limit."""
         u, nt = motion.u, self.sliders
         N = self._normal_load(u, contacts)
         closed, w = (N.real > 0)[:, None], state[:, :nt]
@@ -70,30 +75,34 @@ class CoulombFriction(ContactLaw):
         T = np.where(slips, np.sign(T.real) * limit, T)
         w = np.where(slips, u[:, :nt] - np.divide(T, kt, out=np.zeros_like(T), where=kt > 0), w)
         force = np.concatenate([T, load], axis=1) if self._normal else T
-        return force, np.concatenate([w, u], axis=1)[:, :self.states]
+        return force, np.concatenate([w, u], axis=1)[:, : self.states]
 
     def _normal_load(self, u, contacts):
         """(P,) N, negative while open."""
         return contacts.preload + (contacts.kn * u[:, -1] if self._normal else 0.0 * u[:, 0])
 
     def _taken_up(self, w, before, u, N, contacts):
-        """Sliders of the step: of a contact that closes in it, the motion at contact, straight between its ends."""
+        """Sliders of the step: of a contact that closes in it, the motion at contact, straight
+        between its ends."""
         N0 = self._normal_load(before, contacts)
         closes = (N0.real <= 0) & (N.real > 0)
         share = np.divide(N0, N0 - N, out=np.zeros_like(N), where=closes)[:, None]
         touch = before + share * (u - before)
-        return np.where(closes[:, None], touch[:, :w.shape[1]], w)
+        return np.where(closes[:, None], touch[:, : w.shape[1]], w)
 
     def harmonics(self, contacts, x, start, grid, omega):
         """Forces of the event-driven cycle, exact for the harmonics of the motion."""
         compilation.announce(integrals.add_forces)
-        law = events.Sliders(self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
+        law = events.Sliders(
+            self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload
+        )
         x = np.ascontiguousarray(x)
         pieces, counts, active, shares = located(law, x, start, grid)
         return integrated(law, x, pieces, counts, active, shares)
 
     def by_friction(self, contacts, x, forces):
-        """(P, nd, nh) N: tangential forces depend on mu N alone, a factor on mu is one on preload and kn u_n."""
+        """(P, nd, nh) N: tangential forces depend on mu N alone, a factor on mu is one on preload
+        and kn u_n."""
         rate = contacts.preload[:, None, None] * forces.by_preload
         if self._normal:
             rate[:, -1] = 0.0
@@ -102,7 +111,8 @@ class CoulombFriction(ContactLaw):
         return rate
 
     def by_stiffness(self, contacts, x, force, forces):
-        """kn enters by kn u_n alone; twice kn, kt and preload are twice the force, which leaves kt."""
+        """kn enters by kn u_n alone; twice kn, kt and preload are twice the force, which leaves
+        kt."""
         by_kn = np.zeros_like(force)
         if self._normal:
             moving = forces.contacts
@@ -114,8 +124,11 @@ class CoulombFriction(ContactLaw):
 
     def sticks_surely(self, contacts, amplitude):
         """(P,) bool: neither slip nor lift-off within the amplitude."""
-        return _sticks(contacts, amplitude[:, :self.sliders],
-                       amplitude[:, -1] if self._normal else np.zeros(len(contacts)))
+        return _sticks(
+            contacts,
+            amplitude[:, : self.sliders],
+            amplitude[:, -1] if self._normal else np.zeros(len(contacts)),
+        )
 
     def piecewise_linear(self, contacts):
         """Table of the sliders for event-driven time integration."""
@@ -129,10 +142,12 @@ class CoulombFriction(ContactLaw):
 def located(law: events.Sliders, x, start, grid):
     """pieces, counts, active, shares of `events.find_pieces` at the motion x (P, nd, nh)."""
     (P, nd, nh), (tau, E, E_rate) = x.shape, grid
-    pieces, counts = np.empty((P, law.count + 1, 8 * nh + 64, 7)), np.empty((P, law.count + 1), np.int64)
+    pieces = np.empty((P, law.count + 1, 8 * nh + 64, 7))
+    counts = np.empty((P, law.count + 1), np.int64)
     active, shares = np.empty((P, nd), dtype=bool), np.empty((P, 3))
     motion = x.reshape(P * nd, nh)
-    wave, rate = (motion @ E.T).reshape(P, nd, len(E)), (motion @ E_rate.T).reshape(P, nd, len(E))
+    wave = (motion @ E.T).reshape(P, nd, len(E))
+    rate = (motion @ E_rate.T).reshape(P, nd, len(E))
     events.find_pieces(x, (tau, wave, rate), law, start, (pieces, counts, active, shares))
     return pieces, counts, active, shares
 
@@ -142,7 +157,9 @@ def integrated(law: events.Sliders, x, pieces, counts, active, shares) -> Contac
     (P, nd, nh), moving = x.shape, np.flatnonzero(active.any(axis=1))
     place = np.full(P, -1)
     place[moving] = np.arange(len(moving))
-    g, by_preload, D = np.empty(x.shape), np.empty(x.shape), np.empty((len(moving), nd, nh, nd, nh))
+    g = np.empty(x.shape)
+    by_preload = np.empty(x.shape)
+    D = np.empty((len(moving), nd, nh, nd, nh))
     work = np.empty(P)
     integrals.add_forces(x, pieces, counts, law, place, (g, D, by_preload, work))
     return ContactForces(g, active, D, by_preload, None, shares, work)
@@ -157,7 +174,8 @@ def _sticks(contacts, tangents, normal):
 
 @dataclass(frozen=True)
 class Jenkins1D(CoulombFriction):
-    """One tangent, constant normal load: limit mu * preload. A spring kt in series with a slider [Griffin 1980]."""
+    """One tangent, constant normal load: limit mu * preload. A spring kt in series with a slider
+    [Griffin 1980]."""
 
     components: ClassVar[tuple] = ("t1",)
     sliders: ClassVar[int] = 1
@@ -173,7 +191,8 @@ class DryFriction1T(CoulombFriction):
 
 @dataclass(frozen=True)
 class DryFriction2T(CoulombFriction):
-    """Two uncoupled tangents under one variable normal load, with slip and lift-off [Yang, Menq 1998]."""
+    """Two uncoupled tangents under one variable normal load, with slip and lift-off [Yang, Menq
+    1998]."""
 
     components: ClassVar[tuple] = ("t1", "t2", "n")
     sliders: ClassVar[int] = 2

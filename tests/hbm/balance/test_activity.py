@@ -1,4 +1,5 @@
-"""What can slip or lift off, counted before a curve is followed: beside what does on the curve, and its memory."""
+"""What can slip or lift off, counted before a curve is followed: beside what does on the curve, and
+its memory."""
 
 import tracemalloc
 from dataclasses import replace
@@ -32,7 +33,8 @@ def counted(problem, level, force=TIP, band=BAND):
 
 @pytest.mark.parametrize("level", [1e-3, 20.0, 60.0, 200.0])
 def test_no_fewer_than_on_the_curve(level):
-    """Pairs that slip or lift at once on the curve are among those counted; none where none moves."""
+    """Pairs that slip or lift at once on the curve are among those counted; none where none
+    moves."""
     problem = problem_of(PAIRS)
     curve = follow_band(problem, level * TIP, BAND, harmonics=3, outputs={"tip": TIP})
     moving = int(((curve.share_slip + curve.share_open) > 0).sum(axis=1).max())
@@ -42,7 +44,8 @@ def test_no_fewer_than_on_the_curve(level):
 
 
 def test_more_preload_and_friction_move_fewer():
-    """All at once: what a motion moves depends on its ratio to the preload alone; the unit of force does not count."""
+    """All at once: what a motion moves depends on its ratio to the preload alone; the unit of force
+    does not count."""
     first = [counted(problem_of(PAIRS), level) for level in (5.0, 50.0, 500.0)]
     larger = problem_of(PAIRS.replace(preload=10 * PAIRS.preload))
     assert [counted(larger, 10 * level) for level in (5.0, 50.0, 500.0)] == first
@@ -58,7 +61,9 @@ def test_open_pairs_are_counted():
 def test_many_dofs_count_as_few(monkeypatch):
     """Where not all modes are made, those of the band are."""
     every = counted(problem_of(PAIRS), 60.0)
-    monkeypatch.setattr("tipdamp.hbm.balance.problem.DEFAULT", replace(DEFAULT, few_modes_of_ratio=0))
+    monkeypatch.setattr(
+        "tipdamp.hbm.balance.problem.DEFAULT", replace(DEFAULT, few_modes_of_ratio=0)
+    )
     problem = problem_of(PAIRS)
     assert problem.reducible and counted(problem, 60.0) == every
 
@@ -68,13 +73,16 @@ def test_memory_of_an_interface_reduction_whose_pairs_all_slip(monkeypatch):
     """120 pairs, all sliding, 8 of them followed: the curve takes what is counted for all pairs."""
     monkeypatch.setattr(hundreds, "SLIP", 30)
     arrays, pairs, push = hundreds.face_to_face(120)
-    model, law, force = ReducedModel.from_matrices(**arrays), DryFriction2T(), 100 * push
+    model = ReducedModel.from_matrices(**arrays)
+    law = DryFriction2T()
+    force = 100 * push
     settings = Excitation([force], hundreds.FACES_BAND, 3)
     found = reduce_interface(model, pairs, law, settings, settings=replace(INTERFACE, followed=8))
     problem = contact_problem(found.model, pairs, law, damping_ratio=0.01)[0]
     act = activity(problem, force @ found.basis, hundreds.FACES_BAND, "zero_slider")
     options = dict(outputs={"push": push @ found.basis}, harmonics=3)
-    follow_band(problem, 1e-3 * force @ found.basis, hundreds.FACES_BAND, **options)        # loads and compiles
+    # loads and compiles
+    follow_band(problem, 1e-3 * force @ found.basis, hundreds.FACES_BAND, **options)
     tracemalloc.start()
     curve = follow_band(problem, force @ found.basis, hundreds.FACES_BAND, **options)
     peak = tracemalloc.get_traced_memory()[1]

@@ -1,4 +1,5 @@
-"""Contacts that surely stick are passed over: what is found is what the law finds for all of them."""
+"""Contacts that surely stick are passed over: what is found is what the law finds for all of
+them."""
 
 from dataclasses import fields
 
@@ -19,13 +20,24 @@ from tipdamp.hbm.laws import (
 from tipdamp.hbm.laws.records import SliderStart
 
 P, H = 80, 4
-LAWS = [Jenkins1D(), DryFriction1T(), DryFriction2T(), IsotropicFriction(), UnilateralSpring(),
-        MixedLaw((DryFriction2T(), UnilateralSpring()), np.arange(P) % 2)]
+LAWS = [
+    Jenkins1D(),
+    DryFriction1T(),
+    DryFriction2T(),
+    IsotropicFriction(),
+    UnilateralSpring(),
+    MixedLaw((DryFriction2T(), UnilateralSpring()), np.arange(P) % 2),
+]
 
 
 def case(law, size=1.0):
     rng = np.random.default_rng(3)
-    contacts = Contacts(rng.uniform(1, 3, P), rng.uniform(1, 2, P), rng.uniform(0.2, 0.8, P), rng.uniform(0.5, 9.0, P))
+    contacts = Contacts(
+        rng.uniform(1, 3, P),
+        rng.uniform(1, 2, P),
+        rng.uniform(0.2, 0.8, P),
+        rng.uniform(0.5, 9.0, P),
+    )
     x = size * rng.normal(size=(P, len(law.components), 2 * H + 1)) / (1 + np.arange(2 * H + 1))
     return contacts, x, aft.sample_grid(H, law.default_samples(H))
 
@@ -56,7 +68,9 @@ def test_forces_are_those_of_all_contacts(law, size, monkeypatch):
         assert (a is None) == (b is None) and (a is None or np.array_equal(a, b)), name
 
 
-@pytest.mark.parametrize("start", [SliderStart(np.zeros((P, 2)), True), SliderStart(np.full((P, 2), 0.1), False)])
+@pytest.mark.parametrize(
+    "start", [SliderStart(np.zeros((P, 2)), True), SliderStart(np.full((P, 2), 0.1), False)]
+)
 def test_sliders_that_start_elsewhere_are_followed(start, monkeypatch):
     """Their force at rest is not zero: no bound of the motion about zero holds for it."""
     law = DryFriction2T()
@@ -71,17 +85,22 @@ def test_few_contacts_are_all_asked(monkeypatch):
     contacts, x, grid = case(law, 0.2)
     calls = asked(monkeypatch, law)
     few = np.arange(DEFAULT.few_contacts)
-    aft.evaluate(law, contacts.select(few), x[few], SliderStart(np.zeros((len(few), 2)), False), grid, 2.0)
+    aft.evaluate(
+        law, contacts.select(few), x[few], SliderStart(np.zeros((len(few), 2)), False), grid, 2.0
+    )
     assert calls == [len(few)]
 
 
 def test_bound_is_sharp():
-    """One harmonic that just reaches the limit of a contact makes no difference, a little more does."""
+    """One harmonic that just reaches the limit of a contact makes no difference, a little more
+    does."""
     law = Jenkins1D()
     contacts = Contacts(np.zeros(P), np.full(P, 2.0), np.full(P, 0.5), np.full(P, 8.0))
     x = np.zeros((P, 1, 3))
     for factor, moves in ((1 - 1e-9, 0), (1 + 1e-9, P)):
-        x[:, 0, 1:] = factor * np.array([1.2, 1.6])          # |X_1| = 2 = mu N / kt
-        found = aft.evaluate(law, contacts, x, SliderStart(np.zeros((P, 1)), False), aft.sample_grid(1, 64), 1.0)
+        x[:, 0, 1:] = factor * np.array([1.2, 1.6])  # |X_1| = 2 = mu N / kt
+        found = aft.evaluate(
+            law, contacts, x, SliderStart(np.zeros((P, 1)), False), aft.sample_grid(1, 64), 1.0
+        )
         assert found.active.sum() == moves
     assert found.g.any()

@@ -1,4 +1,5 @@
-"""The condensed Newton system against the full Jacobian by differences, for every kind of damping and parameter."""
+"""The condensed Newton system against the full Jacobian by differences, for every kind of damping
+and parameter."""
 
 from dataclasses import replace
 
@@ -27,8 +28,10 @@ def pencil_case():
 
 
 def modal_case():
-    model, pairs, tip = small_rig(stations=7)         # 102 dofs: the high modes go through the series
-    problem, _ = contact_problem(model, pairs.select(np.arange(0, 14, 6)), DryFriction2T(), damping_ratio=0.02)
+    model, pairs, tip = small_rig(stations=7)  # 102 dofs: the high modes go through the series
+    problem, _ = contact_problem(
+        model, pairs.select(np.arange(0, 14, 6)), DryFriction2T(), damping_ratio=0.02
+    )
     return HarmonicBalance(problem, {1: 40 * tip}, 2), 2 * np.pi * 1300.0, 8e-6
 
 
@@ -40,8 +43,11 @@ def general_case():
     return HarmonicBalance(problem, {1: force}, 2), w, size
 
 
-@pytest.mark.parametrize("by", [Frequency(), Level(), ContactSetting("preload"), ContactSetting("mu")],
-                         ids=lambda by: by.name)
+@pytest.mark.parametrize(
+    "by",
+    [Frequency(), Level(), ContactSetting("preload"), ContactSetting("mu")],
+    ids=lambda by: by.name,
+)
 @pytest.mark.parametrize("case", [pencil_case, modal_case, general_case])
 def test_bordered_solve_and_determinant(case, by):
     balance, w, size = case()
@@ -52,8 +58,13 @@ def test_bordered_solve_and_determinant(case, by):
     e = by.evaluate(balance, x, w, at)
     assert len(e.forces.contacts) > 0
     h = 1e-6 * size
-    J = np.array([(balance.evaluate(x + h * v, w).residual - balance.evaluate(x - h * v, w).residual) / (2 * h)
-                  for v in np.eye(n)]).T
+    J = np.array(
+        [
+            (balance.evaluate(x + h * v, w).residual - balance.evaluate(x - h * v, w).residual)
+            / (2 * h)
+            for v in np.eye(n)
+        ]
+    ).T
     d = 1e-6 * at
     ends = [by.evaluate(balance, x, w, at + s).residual for s in (d, -d)]
     slope = (ends[0] - ends[1]) / (2 * d)
@@ -69,6 +80,7 @@ def test_bordered_solve_and_determinant(case, by):
 
 def iterate_on_all(monkeypatch):
     """No pair is left out of Newton's system any more, and no component of a pair."""
+
     def whole(law, pairs, x, *rest):
         b = aft_evaluate(law, pairs, x, *rest)
         P, nd, nh = x.shape
@@ -82,7 +94,8 @@ def iterate_on_all(monkeypatch):
 
 @pytest.mark.parametrize("law", [DryFriction2T(), IsotropicFriction()], ids=lambda law: law.name)
 def test_stuck_contacts_left_out_of_newton(law, monkeypatch):
-    """Newton's step, the sign of its determinant, and the solution, against the system on all rows of all pairs."""
+    """Newton's step, the sign of its determinant, and the solution, against the system on all rows
+    of all pairs."""
     model, pairs, tip = small_rig(stations=4)
     pairs = pairs.replace(preload=pairs.preload * np.linspace(0.4, 6, len(pairs)))
     problem, _ = contact_problem(model, pairs, law, damping_ratio=0.02)
@@ -98,34 +111,50 @@ def test_stuck_contacts_left_out_of_newton(law, monkeypatch):
                 if everywhere:
                     iterate_on_all(changed)
                 with changed.context() as exact:
-                    exact.setattr(residual, "DEFAULT", BalanceSettings(regularisation=0.0))    # of the matrix alone
+                    # of the matrix alone
+                    exact.setattr(residual, "DEFAULT", BalanceSettings(regularisation=0.0))
                     e = balance.evaluate(guess, w)
                     step = *e.solve(row, corner, 0.3), e.direction(row, corner)[2]
                 point = solve_fixed(balance.evaluate, guess, w, balance.weights)
             assert point.converged
             found.append((*step, point.x))
             moved.append(len(point.detail.forces.contacts))
-    assert moved[1::2] == [len(pairs)] * 3 and 0 < min(moved[::2]) and max(moved[::2]) < len(pairs), moved
-    for (dx, dp, sign, x), (dx_all, dp_all, sign_all, x_all) in zip(found[::2], found[1::2], strict=True):
+    assert (
+        moved[1::2] == [len(pairs)] * 3 and 0 < min(moved[::2]) and max(moved[::2]) < len(pairs)
+    ), moved
+    for (dx, dp, sign, x), (dx_all, dp_all, sign_all, x_all) in zip(
+        found[::2], found[1::2], strict=True
+    ):
         assert np.abs(dx - dx_all).max() < 1e-10 * np.abs(dx_all).max() and sign == sign_all
         assert dp == pytest.approx(dp_all, rel=1e-10)
         assert np.abs(x - x_all).max() < 1e-10 * np.abs(x_all).max()
 
 
-@pytest.mark.parametrize("law, passes", [(DryFriction2T(), 1), (IsotropicFriction(), 1), (SteppedFriction(), 3)])
+@pytest.mark.parametrize(
+    "law, passes", [(DryFriction2T(), 1), (IsotropicFriction(), 1), (SteppedFriction(), 3)]
+)
 def test_preload_derivative_needs_no_second_pass(law, passes, monkeypatch):
-    """Event-driven laws give it with the forces; sampled laws are asked twice more. Against fourth-order differences,
-    away from a factor of 1."""
+    """Event-driven laws give it with the forces; sampled laws are asked twice more. Against
+    fourth-order differences, away from a factor of 1."""
     model, pairs, tip = small_rig(stations=2)
-    pairs = pairs.replace(preload=pairs.preload * np.r_[-0.2, np.ones(len(pairs) - 1)])         # one is open at rest
+    # one is open at rest
+    pairs = pairs.replace(preload=pairs.preload * np.r_[-0.2, np.ones(len(pairs) - 1)])
     problem, _ = contact_problem(model, pairs, law, damping_ratio=0.02)
-    balance, w, done = HarmonicBalance(problem, {1: 40 * tip}, 3), 2 * np.pi * 1300.0, []
-    x = balance.linear(w) + 8e-5 * np.random.default_rng(0).normal(size=balance.n_components * 7) / 7
+    balance = HarmonicBalance(problem, {1: 40 * tip}, 3)
+    w = 2 * np.pi * 1300.0
+    done = []
+    x = (
+        balance.linear(w)
+        + 8e-5 * np.random.default_rng(0).normal(size=balance.n_components * 7) / 7
+    )
     evaluate = aft.evaluate
     monkeypatch.setattr(aft, "evaluate", lambda *a: done.append(1) or evaluate(*a))
     e = ContactSetting("preload").evaluate(balance, x, w, 0.7)
     assert len(done) == passes and len(e.forces.contacts) > 0 and 0 < e.forces.shares[0, 2] < 1
-    at = [ContactSetting("preload").evaluate(balance, x, w, 0.7 + k * 1e-4).residual for k in (-2, -1, 1, 2)]
+    at = [
+        ContactSetting("preload").evaluate(balance, x, w, 0.7 + k * 1e-4).residual
+        for k in (-2, -1, 1, 2)
+    ]
     slope = (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / 12e-4
     assert np.abs(e.by_parameter - slope).max() < 1e-6 * np.abs(slope).max()
 
@@ -134,13 +163,19 @@ def test_preload_derivative_needs_no_second_pass(law, passes, monkeypatch):
 @pytest.mark.parametrize("origin", ["preloaded", "unloaded"])
 @pytest.mark.parametrize("some", [None, (0, 2)])
 def test_stiffness_derivatives_are_analytic(setting, origin, some, monkeypatch):
-    """Of an event-driven law, without a second pass; against fourth-order differences, away from a factor of 1."""
+    """Of an event-driven law, without a second pass; against fourth-order differences, away from a
+    factor of 1."""
     model, pairs, tip = small_rig(stations=2)
     pairs = pairs.replace(preload=pairs.preload * np.r_[-0.2, np.ones(len(pairs) - 1)])
     pairs = pairs.replace(gap=-pairs.preload / pairs.kn)
     problem, _ = contact_problem(model, pairs, DryFriction2T(), origin=origin, damping_ratio=0.02)
-    balance, w, done = HarmonicBalance(problem, {1: 40 * tip}, 3), 2 * np.pi * 1300.0, []
-    x = balance.linear(w) + 8e-5 * np.random.default_rng(0).normal(size=balance.n_components * 7) / 7
+    balance = HarmonicBalance(problem, {1: 40 * tip}, 3)
+    w = 2 * np.pi * 1300.0
+    done = []
+    x = (
+        balance.linear(w)
+        + 8e-5 * np.random.default_rng(0).normal(size=balance.n_components * 7) / 7
+    )
     evaluate, varied = aft.evaluate, ContactSetting(setting, some)
     monkeypatch.setattr(aft, "evaluate", lambda *a: done.append(1) or evaluate(*a))
     e = varied.evaluate(balance, x, w, 0.7)
@@ -154,11 +189,13 @@ def test_stiffness_derivatives_are_analytic(setting, origin, some, monkeypatch):
 def test_softest_motion_is_the_singular_vector(singular, monkeypatch):
     """Slipping pairs; and the same with a motion that nothing holds, to the last digit."""
     balance, w, size = modal_case()
-    away = size * np.random.default_rng(1).normal(size=balance.n_components * balance.nh) / balance.nh
+    away = (
+        size * np.random.default_rng(1).normal(size=balance.n_components * balance.nh) / balance.nh
+    )
     e = balance.evaluate(balance.linear(w) + away, w)
     rows = e._condensed()[1]
     A = e._system(len(rows) * balance.nh)
-    if singular:                                     # I + DG takes this direction to nothing
+    if singular:  # I + DG takes this direction to nothing
         v = np.zeros(len(A))
         v[[0, 5]] = 0.6, 0.8
         A -= np.outer(A @ v, v)
@@ -169,13 +206,18 @@ def test_softest_motion_is_the_singular_vector(singular, monkeypatch):
     dg[rows] = Vt[-1].reshape(-1, balance.nh)
     expected = balance.receptance.shapes @ (e.factors * (balance.shapes.T @ fourier.to_complex(dg)))
     along = abs(np.vdot(expected, q)) / np.linalg.norm(expected) / np.linalg.norm(q)
-    assert value < 1e-13 and s[-1] / s[0] < 1e-13 if singular else value == pytest.approx(s[-1] / s[0], rel=1e-2)
+    assert (
+        value < 1e-13 and s[-1] / s[0] < 1e-13
+        if singular
+        else value == pytest.approx(s[-1] / s[0], rel=1e-2)
+    )
     assert along > 1 - 1e-6
 
 
 @pytest.mark.parametrize("dashpots", [(), ((3, 3),), ((0, 3), (4, 4)), ((3, 4),)])
 def test_general_damping_with_and_without_mass(dashpots):
-    """Dofs 3 and 4 of five have no mass; dashpots at these or between dofs. Against a dense solution."""
+    """Dofs 3 and 4 of five have no mass; dashpots at these or between dofs. Against a dense
+    solution."""
     rng = np.random.default_rng(1)
     A = rng.normal(size=(5, 5))
     K, M = A @ A.T + 5 * np.eye(5), np.diag([1.0, 2.0, 0.5, 0.0, 0.0])
@@ -189,7 +231,10 @@ def test_general_damping_with_and_without_mass(dashpots):
     d = R.factors(w)[0]
     for k in range(len(w)):
         expected = np.linalg.inv(K - w[k] ** 2 * M + 1j * w[k] * C)
-        assert np.abs((R.shapes * d[:, k]) @ R.shapes.T - expected).max() < 1e-10 * np.abs(expected).max()
+        assert (
+            np.abs((R.shapes * d[:, k]) @ R.shapes.T - expected).max()
+            < 1e-10 * np.abs(expected).max()
+        )
 
 
 def _damped_blades(seed=0):
@@ -203,7 +248,8 @@ def _check_receptance(M, C, K, accuracy):
     assert R.poles.size
     for w in np.sqrt(la.eigvalsh(K, M)[[0, -1]]) * [[0.5], [1.0], [2.0]]:
         for v in w:
-            found, of = R.shapes @ (R.factors(v)[0] * R.shapes.T), K - v**2 * M + 1j * v * C
+            found = R.shapes @ (R.factors(v)[0] * R.shapes.T)
+            of = K - v**2 * M + 1j * v * C
             assert np.abs(of @ found - np.eye(len(K))).max() < accuracy
 
 
@@ -227,29 +273,53 @@ def test_where_two_poles_meet_they_have_one_mode(beside):
     low, high = 1.0, 1e3
     assert oscillating(low) and not oscillating(high)
     for _ in range(60):
-        low, high = (0.5 * (low + high), high) if oscillating(0.5 * (low + high)) else (low, 0.5 * (low + high))
+        low, high = (
+            (0.5 * (low + high), high)
+            if oscillating(0.5 * (low + high))
+            else (low, 0.5 * (low + high))
+        )
     _check_receptance(M, high * (1 + beside) * C, K, 1e-9)
 
 
 def test_high_poles_enter_the_jacobian_by_a_series():
-    """102 dofs, general damping: the receptance between pairs, series and all, is that of all poles."""
+    """102 dofs, general damping: the receptance between pairs, series and all, is that of all
+    poles."""
     balance, w, _ = general_case()
     factors = balance.receptance.factors(w * np.arange(balance.H + 1))[0]
     every = np.arange(balance.n_components)
-    assert 0 < len(balance.contact_receptance.terms(w * balance.H, every)[0]) < balance.receptance.shapes.shape[1] / 2
+    assert (
+        0
+        < len(balance.contact_receptance.terms(w * balance.H, every)[0])
+        < balance.receptance.shapes.shape[1] / 2
+    )
     G = balance.contact_receptance.between(every, every, factors, w)
     for k in range(balance.H + 1):
         direct = (balance.shapes * factors[:, k]) @ balance.shapes.T
         assert np.abs(G[:, :, k] - direct).max() < 1e-10 * np.abs(direct).max()
 
 
-@pytest.mark.parametrize("law", [DryFriction2T(), IsotropicFriction(), MixedLaw((DryFriction2T(), UnilateralSpring()),
-                                                                                (0, 1, 0, 1))])
+@pytest.mark.parametrize(
+    "law",
+    [
+        DryFriction2T(),
+        IsotropicFriction(),
+        MixedLaw((DryFriction2T(), UnilateralSpring()), (0, 1, 0, 1)),
+    ],
+)
 def test_contact_open_at_rest_carries_nothing(law):
     """A negative preload is a gap: under almost no force the model swings about where it is."""
     model, pairs, tip = small_rig(stations=2)
     pairs = pairs.replace(preload=pairs.preload * np.r_[-0.2, np.ones(len(pairs) - 1)])
-    curve = forced_response(model, pairs, law, 1e-3 * tip, (400, 420), harmonics=1, damping_ratio=0.02,
-                            outputs={"tip": tip}, contact=True)
+    curve = forced_response(
+        model,
+        pairs,
+        law,
+        1e-3 * tip,
+        (400, 420),
+        harmonics=1,
+        damping_ratio=0.02,
+        outputs={"tip": tip},
+        contact=True,
+    )
     assert curve.complete
     assert np.abs(curve.harmonics[:, 0, 0]).max() < 1e-6 * np.abs(curve.harmonics[:, 0, 1]).max()

@@ -1,4 +1,5 @@
-"""Which motions are free: decided in units of the dofs, however small the elements and whatever rotations count in."""
+"""Which motions are free: decided in units of the dofs, however small the elements and whatever
+rotations count in."""
 
 import numpy as np
 import pytest
@@ -13,7 +14,12 @@ from tipdamp.hbm.balance.restraint import acts_along, floating_motions, stiff_fa
 def test_two_joined_beams_float_in_two_motions(n, unit):
     problem = two_free(n, unit)
     free = floating_motions(problem.M, problem.K, problem.stuck_stiffness, problem.B)
-    R = np.stack([np.tile([1.0, 0.0], 2 * n), np.ravel([0.004 * np.tile(np.arange(n), 2), np.ones(2 * n) / unit], "F")])
+    R = np.stack(
+        [
+            np.tile([1.0, 0.0], 2 * n),
+            np.ravel([0.004 * np.tile(np.arange(n), 2), np.ones(2 * n) / unit], "F"),
+        ]
+    )
     assert free.shapes.shape[1] == 2
     rigid = R.T @ np.linalg.inv(np.linalg.cholesky(R @ problem.M @ R.T)).T
     overlap = rigid.T @ problem.M @ free.shapes
@@ -23,7 +29,8 @@ def test_two_joined_beams_float_in_two_motions(n, unit):
 
 @pytest.mark.slow
 def test_bending_of_a_very_fine_beam_is_no_free_motion():
-    """Its softest mode stores 9e-11 of the stiffness of an element, less than reduction may leave of a rigid one."""
+    """Its softest mode stores 9e-11 of the stiffness of an element, less than reduction may leave
+    of a rigid one."""
     n = 700
     K, M = in_angles(beam_elements.bending(np.linspace(0, 1, n), 1e3, 1.0), 1.0)
     assert floating_motions(M, K, K, np.zeros((0, 2 * n))).shapes.shape[1] == 2
@@ -37,7 +44,11 @@ def test_a_load_acts_along_a_free_motion_in_any_unit():
         stuck = problem.stuck_stiffness
         free = floating_motions(problem.M, problem.K, stuck, problem.B)
         pushed, bent = np.zeros((2, 4 * n))
-        pushed[0], bent[[0, n - 1, 2 * n - 2]] = 1.0, [1.0, -2.0, 1.0]         # node (n - 1)/2 is in the middle
+        # node (n - 1)/2 is in the middle
+        pushed[0], bent[[0, n - 1, 2 * n - 2]] = 1.0, [1.0, -2.0, 1.0]
         couple = unit * np.eye(4 * n)[1]
-        assert acts_along(free, stuck, pushed) is not None and acts_along(free, stuck, couple) is not None
+        assert (
+            acts_along(free, stuck, pushed) is not None
+            and acts_along(free, stuck, couple) is not None
+        )
         assert acts_along(free, stuck, bent) is None

@@ -18,17 +18,26 @@ def test_the_way_to_a_frequency_does_not_count(before):
 
     def between(made, w):
         return made.between(rows, rows, receptance.factors(w * np.arange(4))[0], w)
+
     fresh, used = (ContactReceptance(receptance, shapes) for _ in range(2))
     between(used, before * w)
     assert (between(used, w) == between(fresh, w)).all()
-    one_by_one = np.einsum("am,bm,mk->abk", shapes[rows], shapes[rows], receptance.factors(w * np.arange(4))[0])
+    one_by_one = np.einsum(
+        "am,bm,mk->abk", shapes[rows], shapes[rows], receptance.factors(w * np.arange(4))[0]
+    )
     assert np.abs(between(fresh, w) - one_by_one).max() < 1e-9 * np.abs(one_by_one).max()
 
 
 def test_all_curves_of_a_problem_share_it():
-    """Of levels, numbers of harmonics and directions, and with other preloads; not with other stiffnesses."""
+    """Of levels, numbers of harmonics and directions, and with other preloads; not with other
+    stiffnesses."""
     problem, force, _ = rig()
     cases, own = ((1, 5), (20, 5), (20, 9)), problem.contacts
-    made = [HarmonicBalance(problem, {1: level * force}, H).contact_receptance for level, H in cases]
-    same, other = (problem.with_contacts(replace(own, **change)) for change in ({"mu": 2 * own.mu}, {"kt": 2 * own.kt}))
+    made = [
+        HarmonicBalance(problem, {1: level * force}, H).contact_receptance for level, H in cases
+    ]
+    same, other = (
+        problem.with_contacts(replace(own, **change))
+        for change in ({"mu": 2 * own.mu}, {"kt": 2 * own.kt})
+    )
     assert made[0] is made[1] is made[2] is same.contact_receptance is not other.contact_receptance

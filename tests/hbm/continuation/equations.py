@@ -17,7 +17,9 @@ class Dense:
         return y[:-1], y[-1], np.sign(np.linalg.det(A))
 
     def solve(self, row, corner, value, residual=None):
-        return self._solve(row, corner, np.r_[-(self.residual if residual is None else residual), value])[:2]
+        return self._solve(
+            row, corner, np.r_[-(self.residual if residual is None else residual), value]
+        )[:2]
 
     def moved(self, dx, dp):
         return self

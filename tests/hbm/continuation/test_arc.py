@@ -45,12 +45,14 @@ class Implicit:
 
 def parabola(sharpness):
     """p = 1 - (x - 1)^2 / sharpness: a fold at x = 1, p = 1, the sharper the larger the number."""
+
     def evaluate(x, p):
         return Implicit(p - 1 + (x[0] - 1) ** 2 / sharpness, 2 * (x[0] - 1) / sharpness, 1.0)
 
     def point(x, way):
         p = 1 - (x - 1) ** 2 / sharpness
         return heading(Point(np.array([x]), p, True, 1, evaluate(np.array([x]), p)), way)
+
     return evaluate, point
 
 
@@ -73,14 +75,17 @@ def test_maximum_of_the_parameter_is_the_fold(sharpness):
 
 def test_kinked_maximum_is_found_by_its_two_tangents():
     """x = 1 - |p| has no derivative at its maximum: a handful of points must do."""
+
     def evaluate(x, p):
         return Implicit(x[0] - 1 + abs(p), 1.0, 1.0 if p >= 0 else -1.0)
 
     def measure(q):
         return arc.MeasuredPoint(q, q.x[0], q.tangent[0][0] / METRIC.norm(*q.tangent))
 
-    ends = [heading(Point(np.array([1 - abs(p)]), p, True, 1, evaluate(np.array([1 - abs(p)]), p)), 1)
-            for p in (-0.3, 0.7)]
+    ends = [
+        heading(Point(np.array([1 - abs(p)]), p, True, 1, evaluate(np.array([1 - abs(p)]), p)), 1)
+        for p in (-0.3, 0.7)
+    ]
     found = arc.maximum(evaluate, tuple(map(measure, ends)), measure, METRIC, DEFAULT)
     assert found.solved and len(found.points) < 15
     assert found.best.value == pytest.approx(1.0, rel=1e-10)
@@ -90,7 +95,8 @@ def test_kinked_maximum_is_found_by_its_two_tangents():
 @pytest.mark.parametrize("beyond", [-1e-3, 0.5])
 @pytest.mark.parametrize("tangents", [True, False])
 def test_crossing_is_on_the_sheet_between_its_points(short, beyond, tangents):
-    """Next to a fold Newton at a fixed parameter finds either sheet: the tangent at the solution tells them apart."""
+    """Next to a fold Newton at a fixed parameter finds either sheet: the tangent at the solution
+    tells them apart."""
     evaluate, point = parabola(1.0)
     ends = point(0.2, 1), point(1 + beyond * short, 1 if beyond < 0 else -1)
     if not tangents:

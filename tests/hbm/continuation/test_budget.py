@@ -12,7 +12,12 @@ TICK = DEFAULT.progress_interval
 
 def test_progress_between_points_and_the_limit():
     told = []
-    budget = Budget(replace(DEFAULT, max_calls=5 * TICK, calls_per_point=1), lambda *what: told.append(what), 80.0, 400)
+    budget = Budget(
+        replace(DEFAULT, max_calls=5 * TICK, calls_per_point=1),
+        lambda *what: told.append(what),
+        80.0,
+        400,
+    )
     budget.point(81.0, 0.1, 3)
     for _ in range(5 * TICK + 1):
         budget.call()

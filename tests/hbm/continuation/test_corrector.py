@@ -10,22 +10,28 @@ from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.response import follow_band
 
-LOST = 0.01         # of the points, at most: 16 % where a step that is not small ends the search, none else
+# of the points, at most: 16 % where a step that is not small ends the search, none else
+LOST = 0.01
 
 
 def test_a_point_between_two_whose_residual_is_rounding():
-    """A contact a million times as stiff as the spring behind it: Newton's steps at rounding move the mean of what
-    slides by more than a small step, and the points stand all the same."""
+    """A contact a million times as stiff as the spring behind it: Newton's steps at rounding move
+    the mean of what slides by more than a small step, and the points stand all the same."""
     problem, force = jenkins(dict(m=1.0, k=1.0, c=0.005, kt=1e6, slip_limit_muN=1.0, F=1.4))
     curve = follow_band(problem, force, (0.161, 0.157), harmonics=5, outputs={"x": [1.0]})
     assert curve.complete
     equation, points = restored(curve, problem)
     metric = metric_at(points[len(points) // 2], equation.weights)
     points = [with_tangent(equation.evaluate, points, i, metric) for i in range(len(points))]
-    found = [between(equation.evaluate, a, b, share, equation.weights)
-             for a, b in zip(points[:-1], points[1:], strict=True) for share in (0.1, 0.5, 0.9)]
+    found = [
+        between(equation.evaluate, a, b, share, equation.weights)
+        for a, b in zip(points[:-1], points[1:], strict=True)
+        for share in (0.1, 0.5, 0.9)
+    ]
     solved = [point for point in found if point.converged]
-    assert len(solved) >= (1 - LOST) * len(found) and all(np.isfinite(point.x).all() for point in solved)
+    assert len(solved) >= (1 - LOST) * len(found) and all(
+        np.isfinite(point.x).all() for point in solved
+    )
     for point in solved:
         again = equation.evaluate(point.x, point.parameter)
         assert np.linalg.norm(again.residual) <= DEFAULT.patient_residual * np.linalg.norm(point.x)

@@ -19,7 +19,7 @@ RIPPLE, WAVES = 1e-4, 60.0
 def quantity(p):
     """1 - p^2 with kinked ripples, and its derivative: the highest is that at p = pi / WAVES."""
     phase = WAVES * p / (2 * np.pi) + 0.25
-    saw = 2 * abs(2 * (phase - np.floor(phase + 0.5))) - 1                # -1..1
+    saw = 2 * abs(2 * (phase - np.floor(phase + 0.5))) - 1  # -1..1
     rising = 4 * np.sign(phase - np.floor(phase + 0.5)) * WAVES / (2 * np.pi)
     return 1 - p**2 + RIPPLE * saw, -2 * p + RIPPLE * rising
 
@@ -35,15 +35,21 @@ def measure(q):
 
 def measured(first, last):
     """Five points of the branch from first to last."""
-    return [measure(heading(Point(x, p, True, 1, evaluate(x, p)), np.sign(last - first)))
-            for p in np.linspace(first, last, 5) for x in [np.array([quantity(p)[0]])]]
+    return [
+        measure(heading(Point(x, p, True, 1, evaluate(x, p)), np.sign(last - first)))
+        for p in np.linspace(first, last, 5)
+        for x in [np.array([quantity(p)[0]])]
+    ]
 
 
 @pytest.mark.parametrize("ends", [(-0.5, 0.6), (0.55, -0.4), (-0.7, 0.3)])
 def test_the_highest_ripple_is_found(ends):
     found, calls = resolve(evaluate, measured(*ends), measure, METRIC, DEFAULT)
-    best = max(arc.maximum(evaluate, (a, b), measure, METRIC, DEFAULT).best.value for a, b in pairwise(found)
-               if a.slope > 0 >= b.slope)
+    best = max(
+        arc.maximum(evaluate, (a, b), measure, METRIC, DEFAULT).best.value
+        for a, b in pairwise(found)
+        if a.slope > 0 >= b.slope
+    )
     top = quantity(np.linspace(-0.1, 0.1, 2_000_001))[0].max()
     assert best == pytest.approx(top, rel=1e-9) and 0 < calls < 1000
     places = [end.point.parameter for end in found]

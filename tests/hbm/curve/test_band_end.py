@@ -41,13 +41,17 @@ def fold(c, F, cubic, inside, outside):
     """rad/s between two values where there are three solutions, and one."""
     for _ in range(40):
         middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if len(amplitudes(c, F, cubic, middle)) == 3 else (inside, middle)
+        inside, outside = (
+            (middle, outside) if len(amplitudes(c, F, cubic, middle)) == 3 else (inside, middle)
+        )
     return middle
 
 
-CASES = {"a fold far beyond": (0.02, 0.2, 1.0, (0.4, 2.0), 1.9, 3.2),
-         "a large force": (0.05, 4.0, 1.0, (0.3, 8.0), 3.0, 9.0),
-         "softening, downwards": (0.02, 0.03, -0.1, (2.0, 0.92), 0.94, 0.7)}
+CASES = {
+    "a fold far beyond": (0.02, 0.2, 1.0, (0.4, 2.0), 1.9, 3.2),
+    "a large force": (0.05, 4.0, 1.0, (0.3, 8.0), 3.0, 9.0),
+    "softening, downwards": (0.02, 0.03, -0.1, (2.0, 0.92), 0.94, 0.7),
+}
 
 
 @pytest.mark.parametrize("c,F,cubic,band,w,beyond", CASES.values(), ids=CASES)
@@ -106,12 +110,21 @@ def test_a_fold_that_was_not_reached():
 
 @pytest.mark.slow
 def test_over_another_parameter():
-    """Over the force at 2 rad/s: the branch ends before its fold, and nothing is evaluated beyond."""
+    """Over the force at 2 rad/s: the branch ends before its fold, and nothing is evaluated
+    beyond."""
     c, w = 0.02, 2.0
 
     def over_level(**options):
-        return follow_parameter(duffing(c), np.array([1.0]), w / (2 * np.pi), "level", (3.0, 0.5),
-                                harmonics=1, outputs=X, **options)
+        return follow_parameter(
+            duffing(c),
+            np.array([1.0]),
+            w / (2 * np.pi),
+            "level",
+            (3.0, 0.5),
+            harmonics=1,
+            outputs=X,
+            **options,
+        )
 
     curve = over_level()
     assert len(amplitudes(c, 0.5, 1.0, w)) == 3 and len(amplitudes(c, 3.0, 1.0, w)) == 1
@@ -143,8 +156,12 @@ def test_a_gap_that_closes():
 
 @pytest.mark.slow
 def test_the_solutions_by_time_integration():
-    """From a grid of starts the motion settles on the upper and the lower one; the third is unstable."""
-    c, F, w, steps = 0.02, 0.2, 1.9, 80
+    """From a grid of starts the motion settles on the upper and the lower one; the third is
+    unstable."""
+    c = 0.02
+    F = 0.2
+    w = 1.9
+    steps = 80
     curve = curve_of(c, F, 1.0, (0.4, 2.0), beyond=3.2 / (2 * np.pi), harmonics=7)
     low, _, high = solutions(curve, duffing(c), w)[0]
     u, v = (a.ravel() for a in np.meshgrid(np.linspace(-2.2, 2.2, 5), np.linspace(-4, 4, 5)))
@@ -170,10 +187,16 @@ def test_the_solutions_by_time_integration():
     assert (np.minimum(np.abs(first / low - 1), np.abs(first / high - 1)) < 0.05).all()
 
 
-@pytest.mark.parametrize("beyond,words", [
-    (1.0, r"beyond = 1 Hz: must lie past the end of band = \(1, 2\) Hz"),
-    (1.5, "must lie past the end"), (2.0, "must lie past the end"),
-    (-3.0, "must be one positive number"), ("3", "must be one positive number")])
+@pytest.mark.parametrize(
+    "beyond,words",
+    [
+        (1.0, r"beyond = 1 Hz: must lie past the end of band = \(1, 2\) Hz"),
+        (1.5, "must lie past the end"),
+        (2.0, "must lie past the end"),
+        (-3.0, "must be one positive number"),
+        ("3", "must be one positive number"),
+    ],
+)
 def test_beyond_must_lie_past_the_end(beyond, words):
     with pytest.raises(InputError, match=words):
         follow_band(duffing(0.02), np.array([0.2]), (1.0, 2.0), outputs=X, beyond=beyond)

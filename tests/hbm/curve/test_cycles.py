@@ -9,7 +9,14 @@ from tests.hbm.cases import beam, load, rig, unilateral
 from tests.hbm.conformance import SteppedFriction, random_case
 from tests.hbm.curve.test_sharp_peaks import duffing
 from tests.hbm.oscillator import FORCE, oscillator
-from tipdamp import Contacts, DryFriction2T, IsotropicFriction, Jenkins1D, contact_cycles, energy_balance
+from tipdamp import (
+    Contacts,
+    DryFriction2T,
+    IsotropicFriction,
+    Jenkins1D,
+    contact_cycles,
+    energy_balance,
+)
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.errors import InputError
@@ -20,19 +27,28 @@ LIMIT, KT = 2.0, 3.0
 
 
 def jenkins():
-    return ContactProblem(np.eye(1), np.array([[0.02]]), np.eye(1), np.eye(1), Jenkins1D(),
-                          Contacts([0], [KT], [1], [LIMIT]))
+    return ContactProblem(
+        np.eye(1),
+        np.array([[0.02]]),
+        np.eye(1),
+        np.eye(1),
+        Jenkins1D(),
+        Contacts([0], [KT], [1], [LIMIT]),
+    )
 
 
 def peak_of(problem, force, band, H):
     r = len(problem.K)
-    curve = follow_band(problem, force, band, harmonics=H, outputs={f"q{i}": row for i, row in enumerate(np.eye(r))})
+    curve = follow_band(
+        problem, force, band, harmonics=H, outputs={f"q{i}": row for i, row in enumerate(np.eye(r))}
+    )
     assert curve.complete
     return curve, int(np.argmax(np.nansum(curve.dissipated, axis=1)))
 
 
 def test_loop_of_a_slipping_jenkins_element():
-    """A parallelogram: work 4 mu N (U - mu N / kt) per period of a motion of amplitude U (Griffin 1980)."""
+    """A parallelogram: work 4 mu N (U - mu N / kt) per period of a motion of amplitude U (Griffin
+    1980)."""
     curve, i = peak_of(jenkins(), np.array([2.0]), (0.1, 0.5), 1)
     cycle, U = contact_cycles(curve, jenkins(), i), abs(curve.harmonics[i, 0, 1])
     assert U > LIMIT / KT and cycle.components == ("t1",)
@@ -45,22 +61,28 @@ def test_loop_of_a_slipping_jenkins_element():
     np.testing.assert_allclose(slope[stuck][1:-1], KT, rtol=1e-6)
 
 
-CASES = {"jenkins": (jenkins(), np.array([2.0]), (0.1, 0.5), 9),
-         "C1": (*unilateral(load("C1")["parameters"]), (0.1, 0.3), 7),
-         "C8": (beam("C8")[0], 40 * beam("C8")[1], (700, 1200), 5),
-         "oscillator": (oscillator(0.4, 2e6, 5e7), FORCE, (150, 300), 5),
-         "Duffing": (duffing(0.03), np.array([0.2]), (0.08, 0.5), 3)}
+CASES = {
+    "jenkins": (jenkins(), np.array([2.0]), (0.1, 0.5), 9),
+    "C1": (*unilateral(load("C1")["parameters"]), (0.1, 0.3), 7),
+    "C8": (beam("C8")[0], 40 * beam("C8")[1], (700, 1200), 5),
+    "oscillator": (oscillator(0.4, 2e6, 5e7), FORCE, (150, 300), 5),
+    "Duffing": (duffing(0.03), np.array([0.2]), (0.08, 0.5), 3),
+}
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_energy_of_a_period_is_balanced(name):
-    """What the excitation puts in is lost in the damping and in the slip of the contacts, integrated apart."""
+    """What the excitation puts in is lost in the damping and in the slip of the contacts,
+    integrated apart."""
     problem, force, band, H = CASES[name]
     curve, peak = peak_of(problem, force, band, H)
     assert curve.energy_error.max() < 1e-6
     for i in {0, len(curve.frequency) // 2, peak}:
-        found, stepped = energy_balance(curve, problem, i), contact_cycles(curve, problem, i).friction_work
-        assert found.input > 0 and found.damping >= 0 and (found.friction >= -1e-6 * found.input).all()
+        found = energy_balance(curve, problem, i)
+        stepped = contact_cycles(curve, problem, i).friction_work
+        assert (
+            found.input > 0 and found.damping >= 0 and (found.friction >= -1e-6 * found.input).all()
+        )
         assert found.error == pytest.approx(curve.energy_error[i], abs=1e-8)
         assert replace(found, friction=stepped).error < 1e-6, (i, found, stepped)
         for friction in (found.friction, stepped):
@@ -68,7 +90,8 @@ def test_energy_of_a_period_is_balanced(name):
 
 
 def test_energy_by_samples():
-    """Of sampled laws the work along the slip shows their error, which falls with the square of the samples."""
+    """Of sampled laws the work along the slip shows their error, which falls with the square of the
+    samples."""
     law = SteppedFriction()
     x, pairs, _ = random_case(law, P=4, H=2, seed=3)
     found = [forces(law, pairs, x, samples=n) for n in (64, 256)]
@@ -78,9 +101,18 @@ def test_energy_by_samples():
 
 def test_energy_of_coupled_friction():
     problem, force, _ = rig()
-    curve = follow_band(replace(problem, law=IsotropicFriction()), 12 * force, (2780, 2783), harmonics=3,
-                        outputs={"x": force})
-    assert curve.complete and np.nanmax(curve.energy_error) < 1e-6 and np.nanmax(curve.share_slip) > 0.1
+    curve = follow_band(
+        replace(problem, law=IsotropicFriction()),
+        12 * force,
+        (2780, 2783),
+        harmonics=3,
+        outputs={"x": force},
+    )
+    assert (
+        curve.complete
+        and np.nanmax(curve.energy_error) < 1e-6
+        and np.nanmax(curve.share_slip) > 0.1
+    )
 
 
 class Cheating(DryFriction2T):
@@ -115,7 +147,9 @@ def test_kernels_are_compiled_once():
 def test_a_system_that_takes_nothing_is_balanced():
     """Neither damping nor friction: the input is rounding, and so is the error."""
     problem = replace(jenkins(), C=np.zeros((1, 1)))
-    curve = follow_band(problem, np.array([0.1]), (0.1, 0.2), harmonics=3, outputs={"x": np.ones(1)})
+    curve = follow_band(
+        problem, np.array([0.1]), (0.1, 0.2), harmonics=3, outputs={"x": np.ones(1)}
+    )
     assert curve.share_slip.max() == 0 and curve.energy_error.max() < 1e-6
 
 

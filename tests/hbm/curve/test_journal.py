@@ -43,7 +43,8 @@ class Stop(Exception):
 
 
 def interrupted(case, steps):
-    """Blocks that a curve left which was killed after so many steps, some of these not yet handed over."""
+    """Blocks that a curve left which was killed after so many steps, some of these not yet handed
+    over."""
     problem, force, band, options = case
     blocks, times = [], iter(np.arange(steps) * 1.0)
 
@@ -52,6 +53,7 @@ def interrupted(case, steps):
         if now is None:
             raise Stop
         return now
+
     try:
         follow_band(problem, force, band, journal=Journal(blocks.append, clock=clock), **options)
     except Stop:
@@ -64,11 +66,18 @@ def test_interrupted_anywhere(case, monkeypatch):
     """Equal in every bit, and solved from where the journal ends."""
     made = []
     real = HarmonicBalance.evaluate
-    monkeypatch.setattr(HarmonicBalance, "evaluate", lambda *a, **k: made.append(1) or real(*a, **k))
+    monkeypatch.setattr(
+        HarmonicBalance, "evaluate", lambda *a, **k: made.append(1) or real(*a, **k)
+    )
     problem, force, band, options = case()
     whole = follow_band(problem, force, band, **options)
     calls, blocks = len(made), []
-    assert follow_band(problem, force, band, journal=Journal(blocks.append, clock=lambda: 0.0), **options) == whole
+    assert (
+        follow_band(
+            problem, force, band, journal=Journal(blocks.append, clock=lambda: 0.0), **options
+        )
+        == whole
+    )
     steps = int(1e6)
     random = np.random.default_rng(3)
     for _ in range(4):
@@ -89,7 +98,8 @@ def test_a_journal_is_a_journal():
 
 
 def test_journal_of_another_curve():
-    """It is refused, whichever of the two arrays is another one; the curve is then to be made anew."""
+    """It is refused, whichever of the two arrays is another one; the curve is then to be made
+    anew."""
     problem, force, band, options = rubbing()
     blocks = interrupted((problem, 1.01 * force, band, options), 200)
     with pytest.raises(StaleJournal):
@@ -112,9 +122,16 @@ def test_damaged_block(damage):
         list(unpacked(JournalBlock(numbers, layout)))
 
 
-@pytest.mark.parametrize("numbers, layout", [
-    (np.array(["a", "b"]), np.array([1, 0])), (np.zeros(2, complex), np.array([1, 0])), (np.zeros(2), np.array(3)),
-    (np.zeros(2), np.array([1.5, 2.5])), (np.zeros(2), np.array([1, 1, 0, 1, -3]))])
+@pytest.mark.parametrize(
+    "numbers, layout",
+    [
+        (np.array(["a", "b"]), np.array([1, 0])),
+        (np.zeros(2, complex), np.array([1, 0])),
+        (np.zeros(2), np.array(3)),
+        (np.zeros(2), np.array([1.5, 2.5])),
+        (np.zeros(2), np.array([1, 1, 0, 1, -3])),
+    ],
+)
 def test_blocks_that_no_journal_writes_are_stale(numbers, layout):
     with pytest.raises(StaleJournal):
         list(unpacked(JournalBlock(numbers, layout)))

@@ -11,7 +11,9 @@ from tipdamp.hbm.response import follow_band
 
 def curve_of(problem, F, band, H=1):
     """Response from band[0] to band[1] rad/s."""
-    return follow_band(problem, np.array([F]), np.array(band) / (2 * np.pi), harmonics=H, outputs={"x": np.ones(1)})
+    return follow_band(
+        problem, np.array([F]), np.array(band) / (2 * np.pi), harmonics=H, outputs={"x": np.ones(1)}
+    )
 
 
 def test_closed_form_itself():
@@ -19,7 +21,9 @@ def test_closed_form_itself():
     assert duffing_peak(0.03, 0.2) == pytest.approx((2.508937161, 2.657120165), rel=1e-9)
 
 
-@pytest.mark.parametrize("band", [(0.5, 3.1), (3.1, 0.5), (0.4, 3.5), (3.5, 0.4), (0.5, 5.0), (5.0, 0.5), (2.9, 0.3)])
+@pytest.mark.parametrize(
+    "band", [(0.5, 3.1), (3.1, 0.5), (0.4, 3.5), (3.5, 0.4), (0.5, 5.0), (5.0, 0.5), (2.9, 0.3)]
+)
 def test_sharp_peak_for_any_band_and_direction(band):
     problem = duffing(0.03)
     curve = curve_of(problem, 0.2, band)
@@ -47,15 +51,21 @@ def test_random_sharp_peaks():
 @pytest.mark.parametrize("H", [1, 15])
 @pytest.mark.parametrize("band", [(0.5, 3.1), (3.1, 0.5)])
 def test_three_solutions_up_to_the_fold(H, band):
-    """The upper fold lies at the largest frequency of the upper branch; just inside three solutions, outside one."""
+    """The upper fold lies at the largest frequency of the upper branch; just inside three
+    solutions, outside one."""
     problem = duffing(0.03)
     curve = curve_of(problem, 0.2, band, H)
     inside, outside = curve.peak("x")[0], 3.0 / (2 * np.pi)
     for _ in range(60):
         middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if len(solutions_at(curve, problem, middle)) == 3 else (inside, middle)
+        inside, outside = (
+            (middle, outside)
+            if len(solutions_at(curve, problem, middle)) == 3
+            else (inside, middle)
+        )
     for share in (1e-2, 1e-3, 1e-4, 1e-6):
         assert len(solutions_at(curve, problem, inside * (1 - share))) == 3
         assert len(solutions_at(curve, problem, inside * (1 + share))) == 1
-    reference = {1: 2.509035309578, 15: 2.517290978755}      # rad/s, where a bisection by solutions from all bands ends
+    # rad/s, where a bisection by solutions from all bands ends
+    reference = {1: 2.509035309578, 15: 2.517290978755}
     assert 2 * np.pi * inside == pytest.approx(reference[H], rel=1e-9)

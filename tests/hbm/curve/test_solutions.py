@@ -26,10 +26,17 @@ def curve(case):
     return follow_band(problem, force, (850, 950), harmonics=1, outputs=outputs)
 
 
-@pytest.mark.parametrize("other", [lambda p: replace(p, C=1.5 * p.C),
-                                   lambda p: replace(p, contacts=replace(p.contacts, kt=1.1 * p.contacts.kt))])
+@pytest.mark.parametrize(
+    "other",
+    [
+        lambda p: replace(p, C=1.5 * p.C),
+        lambda p: replace(p, contacts=replace(p.contacts, kt=1.1 * p.contacts.kt)),
+    ],
+)
 def test_another_problem_is_refused(case, curve, other):
-    with pytest.raises(InputError, match="not that of the curve: its point at .* Hz leaves a residual"):
+    with pytest.raises(
+        InputError, match="not that of the curve: its point at .* Hz leaves a residual"
+    ):
         solutions_at(curve, other(case[0]), 900.0)
     with pytest.raises(InputError, match="not that of the curve"):
         find_peaks(curve, other(case[0]), "tip")
@@ -42,7 +49,9 @@ def test_the_same_problem_made_anew_is_taken(case, curve):
 
 def test_another_parameter_is_refused(case):
     problem, force, outputs = case
-    over = follow_parameter(problem, force, 900.0, ContactSetting("kt", (0,)), (1.0, 1.5), harmonics=1, outputs=outputs)
+    over = follow_parameter(
+        problem, force, 900.0, ContactSetting("kt", (0,)), (1.0, 1.5), harmonics=1, outputs=outputs
+    )
     assert len(solutions_at(over, problem, 1.2, ContactSetting("kt", (0,)))) == 1
     for other in (ContactSetting("kt", (1,)), ContactSetting("mu")):
         with pytest.raises(InputError, match="the curve runs over"):
@@ -58,8 +67,14 @@ def test_options_of_curves_are_checked(case):
 
 
 def test_solutions_beside_a_fold_after_an_s_bend():
-    """The last point before the fold looks as if its tangent met that of the next one there, as in a corner."""
+    """The last point before the fold looks as if its tangent met that of the next one there, as in
+    a corner."""
     system = list(contact_systems(2))[1]
-    curve = follow_band(system.problem, system.force, system.band[::-1], harmonics=system.H, outputs=system.outputs)
-    found = np.sort(np.abs([X[0, 1] for X in solutions_at(curve, system.problem, 0.2385089304701377)]))
-    assert found == pytest.approx([0.560418267, 0.566777604, 0.590820332], rel=1e-8)    # of the curve from below
+    curve = follow_band(
+        system.problem, system.force, system.band[::-1], harmonics=system.H, outputs=system.outputs
+    )
+    found = np.sort(
+        np.abs([X[0, 1] for X in solutions_at(curve, system.problem, 0.2385089304701377)])
+    )
+    # of the curve from below
+    assert found == pytest.approx([0.560418267, 0.566777604, 0.590820332], rel=1e-8)

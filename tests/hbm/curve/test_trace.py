@@ -1,4 +1,5 @@
-"""Branches of the harmonic balance: every point solves the equations, few calls, and ends in words."""
+"""Branches of the harmonic balance: every point solves the equations, few calls, and ends in
+words."""
 
 import numpy as np
 import pytest
@@ -24,8 +25,13 @@ def test_unevaluated_last_steps_solve_the_equations(case, level, H):
         size = np.linalg.norm(balance.weights * point.x)
         assert np.linalg.norm(again.residual) < 1e-9 * size
         assert np.abs(again.modal - point.detail.modal).max() < 1e-9 * np.abs(again.modal).max()
-        assert np.abs(again.forces.g - point.detail.forces.g).max() <= 1e-8 * np.abs(again.forces.g).max()
-        linearised += point.detail.x is not point.x and np.linalg.norm(point.detail.residual) > 1e-10 * size
+        assert (
+            np.abs(again.forces.g - point.detail.forces.g).max()
+            <= 1e-8 * np.abs(again.forces.g).max()
+        )
+        linearised += (
+            point.detail.x is not point.x and np.linalg.norm(point.detail.residual) > 1e-10 * size
+        )
     assert branch.complete and linearised > 0.5 * len(branch.points)
 
 
@@ -33,18 +39,25 @@ def test_residual_calls_and_points_of_the_rig():
     """The rig's 18 pairs at H = 5 and 20 N: the figures that are promised."""
     problem, force, outputs = rig()
     curve = follow_band(problem, 20 * force, (2300, 3300), harmonics=5, outputs=outputs)
-    assert curve.complete and curve.residual_calls <= 3 * len(curve.frequency) and len(curve.frequency) <= 300
+    assert (
+        curve.complete
+        and curve.residual_calls <= 3 * len(curve.frequency)
+        and len(curve.frequency) <= 300
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("H", [1, 3])
 def test_rolling_damper_is_named(H):
-    """With the flat's roll stiffness the curve is complete; without it it ends in words: the damper lies along y."""
+    """With the flat's roll stiffness the curve is complete; without it it ends in words: the damper
+    lies along y."""
     problem, force, outputs = rig(roll=True)
     held = follow_band(problem, 40 * force, (2300, 3300), harmonics=H, outputs=outputs)
     assert held.complete and held.converged.all() and "rolls" not in held.ended
     problem, force, outputs = rig(roll=False)
     free = follow_band(problem, 40 * force, (2300, 3300), harmonics=H, outputs=outputs)
     assert not free.complete and len(free.frequency) < 300
-    assert "the damper rolls (body 'damper' rotates about (0.00, 1.00, 0.00) through (" in free.ended
+    assert (
+        "the damper rolls (body 'damper' rotates about (0.00, 1.00, 0.00) through (" in free.ended
+    )
     assert "no periodic state exists there" in free.ended

@@ -1,4 +1,5 @@
-"""Matrices written as other codes write them come back as the same model, and give the same response."""
+"""Matrices written as other codes write them come back as the same model, and give the same
+response."""
 
 import subprocess
 import sys
@@ -28,8 +29,12 @@ def rig():
 
 def dof_table(path, model):
     lines = ["body,node,direction,x,y,z"]
-    lines += [f"{b},{n},{d},{x:.17g},{y:.17g},{z:.17g}" for b, n, d, (x, y, z)
-              in zip(model.body, model.node, model.direction, model.position, strict=True)]
+    lines += [
+        f"{b},{n},{d},{x:.17g},{y:.17g},{z:.17g}"
+        for b, n, d, (x, y, z) in zip(
+            model.body, model.node, model.direction, model.position, strict=True
+        )
+    ]
     path.write_text("\n".join(lines))
     return path
 
@@ -39,9 +44,12 @@ def harwell_boeing_as_ansys(path, matrix):
     low = sp.csc_matrix(sp.tril(matrix))
     low.sort_indices()
     n, nnz = matrix.shape[0], low.nnz
-    head = ["title".ljust(72) + "key", "".join(f"{k:14d}" for k in (n + 1 + 2 * nnz, n + 1, nnz, nnz, 0)),
-            "RSA".ljust(14) + "".join(f"{k:14d}" for k in (n, n, nnz, 0)),
-            "(1I14)".ljust(16) + "(1I14)".ljust(16) + "(1D25.16)".ljust(20) + "".ljust(20)]
+    head = [
+        "title".ljust(72) + "key",
+        "".join(f"{k:14d}" for k in (n + 1 + 2 * nnz, n + 1, nnz, nnz, 0)),
+        "RSA".ljust(14) + "".join(f"{k:14d}" for k in (n, n, nnz, 0)),
+        "(1I14)".ljust(16) + "(1I14)".ljust(16) + "(1D25.16)".ljust(20) + "".ljust(20),
+    ]
     body = [f"{k + 1:14d}" for k in low.indptr] + [f"{k + 1:14d}" for k in low.indices]
     body += [f"{v:25.16E}".replace("E", "D") for v in low.data]
     path.write_text("\n".join(head + body) + "\n")
@@ -50,23 +58,40 @@ def harwell_boeing_as_ansys(path, matrix):
 def abaqus(path, matrix, node, direction):
     i, j = np.nonzero(np.triu(matrix))
     dof = ["xyz".index(d) + 1 for d in direction]
-    path.write_text("** comment\n*MATRIX INPUT\n" + "\n".join(
-        f"{node[a]},{dof[a]}, {node[b]},{dof[b]}, {matrix[a, b]:.16e}" for a, b in zip(i, j, strict=True)))
+    path.write_text(
+        "** comment\n*MATRIX INPUT\n"
+        + "\n".join(
+            f"{node[a]},{dof[a]}, {node[b]},{dof[b]}, {matrix[a, b]:.16e}"
+            for a, b in zip(i, j, strict=True)
+        )
+    )
 
 
 @pytest.mark.parametrize("kind", [".npz", ".npy", ".mtx", ".mat", ".hb", "sparse.npz"])
 def test_every_format_comes_back(rig, tmp_path, kind):
     model = rig[0]
-    write = {".npz": lambda p, A: np.savez(p, A), ".npy": np.save,
-             "sparse.npz": lambda p, A: sp.save_npz(p, sp.csr_matrix(A)),
-             ".mtx": lambda p, A: scipy.io.mmwrite(p, sp.coo_matrix(A), symmetry="symmetric", precision=17),
-             ".mat": lambda p, A: scipy.io.savemat(p, {"A": sp.csc_matrix(A)}), ".hb": harwell_boeing_as_ansys}[kind]
+    write = {
+        ".npz": lambda p, A: np.savez(p, A),
+        ".npy": np.save,
+        "sparse.npz": lambda p, A: sp.save_npz(p, sp.csr_matrix(A)),
+        ".mtx": lambda p, A: scipy.io.mmwrite(
+            p, sp.coo_matrix(A), symmetry="symmetric", precision=17
+        ),
+        ".mat": lambda p, A: scipy.io.savemat(p, {"A": sp.csc_matrix(A)}),
+        ".hb": harwell_boeing_as_ansys,
+    }[kind]
     paths = {name: tmp_path / f"{name}{kind}" for name in "MK"}
     for name, path in paths.items():
         write(path, getattr(model, name))
-    again = from_files(**paths, dofs=dof_table(tmp_path / "dofs.csv", model), loads={"pull": model.K[0]},
-                                    groups={"damper/line": [1, 2]})
-    assert np.array_equal(again.loads["pull"], model.K[0]) and again.groups["damper/line"].tolist() == [1, 2]
+    again = from_files(
+        **paths,
+        dofs=dof_table(tmp_path / "dofs.csv", model),
+        loads={"pull": model.K[0]},
+        groups={"damper/line": [1, 2]},
+    )
+    assert np.array_equal(again.loads["pull"], model.K[0]) and again.groups[
+        "damper/line"
+    ].tolist() == [1, 2]
     for name in "MK":
         assert np.allclose(getattr(again, name), getattr(model, name), rtol=1e-14, atol=0)
     assert np.array_equal(again.dofs("damper", 2), model.dofs("damper", 2))
@@ -88,7 +113,8 @@ def test_abaqus_text_names_its_dofs(rig, tmp_path):
 
 
 def bernoulli():
-    """(M, K, dof table rows) of a cantilever of two elements with x, y and rz at each free node; EI = L = rho A = 1."""
+    """(M, K, dof table rows) of a cantilever of two elements with x, y and rz at each free node; EI
+    = L = rho A = 1."""
     K, M = np.zeros((9, 9)), np.zeros((9, 9))
     k = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4.0]])
     m = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420
@@ -108,17 +134,37 @@ def test_rotations_are_dofs_that_no_contact_touches(tmp_path):
         np.save(tmp_path / f"{name}.npy", A)
         harwell_boeing_as_ansys(tmp_path / f"{name}.hb", A)
         for kind in (".mtx", ".matrix"):
-            (tmp_path / f"{name}{kind}").write_text("\n".join(
-                f"{i // 3 + 1},{(1, 2, 6)[i % 3]}, {j // 3 + 1},{(1, 2, 6)[j % 3]}, {A[i, j]:.16e}"
-                for i, j in zip(*np.nonzero(np.tril(A)), strict=True)))
+            (tmp_path / f"{name}{kind}").write_text(
+                "\n".join(
+                    f"{i // 3 + 1},{(1, 2, 6)[i % 3]}, {j // 3 + 1},{(1, 2, 6)[j % 3]}, "
+                    f"{A[i, j]:.16e}"
+                    for i, j in zip(*np.nonzero(np.tril(A)), strict=True)
+                )
+            )
     (tmp_path / "dofs.csv").write_text("node,direction\n" + "\n".join(f"{n},{d}" for n, d in rows))
-    (tmp_path / "K.mapping").write_text("\n".join(
-        f"{i + 1} {n} {'ROTZ' if d == 'rz' else 'U' + d.upper()}" for i, (n, d) in enumerate(rows)))
-    for kind, dofs in ((".npy", "dofs.csv"), (".mtx", None), (".mtx", "dofs.csv"), (".matrix", None),
-                       (".hb", "K.mapping")):
-        model = from_files(tmp_path / f"M{kind}", tmp_path / f"K{kind}", dofs=dofs and tmp_path / dofs)
-        assert np.allclose(model.K, K, rtol=1e-15) and model.direction.tolist() == ["x", "y", "rz"] * 2
-        assert model.dofs("body", 2).tolist() == [3, 4, -1] and model.moves.tolist() == [True, True, False] * 2
+    (tmp_path / "K.mapping").write_text(
+        "\n".join(
+            f"{i + 1} {n} {'ROTZ' if d == 'rz' else 'U' + d.upper()}"
+            for i, (n, d) in enumerate(rows)
+        )
+    )
+    for kind, dofs in (
+        (".npy", "dofs.csv"),
+        (".mtx", None),
+        (".mtx", "dofs.csv"),
+        (".matrix", None),
+        (".hb", "K.mapping"),
+    ):
+        model = from_files(
+            tmp_path / f"M{kind}", tmp_path / f"K{kind}", dofs=dofs and tmp_path / dofs
+        )
+        assert (
+            np.allclose(model.K, K, rtol=1e-15) and model.direction.tolist() == ["x", "y", "rz"] * 2
+        )
+        assert (
+            model.dofs("body", 2).tolist() == [3, 4, -1]
+            and model.moves.tolist() == [True, True, False] * 2
+        )
 
 
 def test_harwell_boeing_as_scipy_writes_it(tmp_path):
@@ -137,9 +183,13 @@ def test_harwell_boeing_mapping(rig, tmp_path):
     harwell_boeing_as_ansys(tmp_path / "K.hb", model.K)
     harwell_boeing_as_ansys(tmp_path / "M.hb", model.M)
     node = np.repeat(np.arange(1, model.size // 3 + 1), 3)
-    (tmp_path / "K.mapping").write_text("Matrix Eqn  Node  DOF\n" + "\n".join(
-        f"{i + 1:8d} {node[i]:8d} U{'XYZ'[i % 3]}" for i in range(model.size)))
-    again = from_files(tmp_path / "M.hb", tmp_path / "K.hb", dofs=tmp_path / "K.mapping", body="all")
+    (tmp_path / "K.mapping").write_text(
+        "Matrix Eqn  Node  DOF\n"
+        + "\n".join(f"{i + 1:8d} {node[i]:8d} U{'XYZ'[i % 3]}" for i in range(model.size))
+    )
+    again = from_files(
+        tmp_path / "M.hb", tmp_path / "K.hb", dofs=tmp_path / "K.mapping", body="all"
+    )
     assert again.dofs("all", 2).tolist() == [3, 4, 5]
 
 
@@ -166,7 +216,9 @@ def refused(message, call, *arguments, **more):
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".npy", ".mat", ".mtx", ".hb"])
-@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 cut off", b"\xff\xfe\x00binary"], ids=["empty", "cut", "binary"])
+@pytest.mark.parametrize(
+    "content", [b"", b"PK\x03\x04 cut off", b"\xff\xfe\x00binary"], ids=["empty", "cut", "binary"]
+)
 def test_a_damaged_file_says_so(tmp_path, suffix, content):
     path = tmp_path / f"K{suffix}"
     path.write_bytes(content)
@@ -176,9 +228,13 @@ def test_a_damaged_file_says_so(tmp_path, suffix, content):
 
 
 def test_a_truncated_archive_says_so(rig, tmp_path):
-    """Cut in the middle, and with a flipped byte in a matrix: found by the checksum of its member."""
+    """Cut in the middle, and with a flipped byte in a matrix: found by the checksum of its
+    member."""
     whole = rig[0].save(tmp_path / "model.npz").read_bytes()
-    for name, content in (("half", whole[:len(whole) // 2]), ("flipped", whole[:3000] + b"\x7f" + whole[3001:])):
+    for name, content in (
+        ("half", whole[: len(whole) // 2]),
+        ("flipped", whole[:3000] + b"\x7f" + whole[3001:]),
+    ):
         path = tmp_path / f"{name}.npz"
         path.write_bytes(content)
         refused(f"{name}.npz", ReducedModel.load, path)
@@ -187,9 +243,19 @@ def test_a_truncated_archive_says_so(rig, tmp_path):
 
 def test_what_is_no_square_matrix_is_refused(tmp_path):
     np.save(tmp_path / "K.npy", np.ones(4))
-    refused(r"K\.npy holds an array of shape \(4,\), must be a square matrix", read_matrix, tmp_path / "K.npy", "K")
+    refused(
+        r"K\.npy holds an array of shape \(4,\), must be a square matrix",
+        read_matrix,
+        tmp_path / "K.npy",
+        "K",
+    )
     scipy.io.mmwrite(tmp_path / "K.mtx", np.eye(3) * (2 + 1j))
-    refused(r"M\[0, 0\] is 2\+1j: matrices must be real", from_files, tmp_path / "K.mtx", tmp_path / "K.mtx")
+    refused(
+        r"M\[0, 0\] is 2\+1j: matrices must be real",
+        from_files,
+        tmp_path / "K.mtx",
+        tmp_path / "K.mtx",
+    )
 
 
 @pytest.mark.parametrize("kind", ["npz", "npy", "mat", "mtx"])
@@ -197,10 +263,12 @@ def test_files_that_changed_places_are_found_out(rig, tmp_path, kind):
     """By the name of what they hold, or by frequencies that no structure has."""
     model = rig[0]
     for name, matrix in (("M", model.M), ("K", model.K)):
-        write = {"npz": lambda path, name, matrix: np.savez(path, **{name: matrix}),
-                 "npy": lambda path, name, matrix: np.save(path, matrix),
-                 "mat": lambda path, name, matrix: scipy.io.savemat(path, {name: matrix}),
-                 "mtx": lambda path, name, matrix: scipy.io.mmwrite(path, matrix)}[kind]
+        write = {
+            "npz": lambda path, name, matrix: np.savez(path, **{name: matrix}),
+            "npy": lambda path, name, matrix: np.save(path, matrix),
+            "mat": lambda path, name, matrix: scipy.io.savemat(path, {name: matrix}),
+            "mtx": lambda path, name, matrix: scipy.io.mmwrite(path, matrix),
+        }[kind]
         write(tmp_path / f"{name}.{kind}", name, matrix)
     from_files(tmp_path / f"M.{kind}", tmp_path / f"K.{kind}")
     with pytest.raises(InputError, match="swapped"):
@@ -217,26 +285,42 @@ def test_dof_tables_that_cannot_be_meant(rig, tmp_path):
     assert np.array_equal(from_files(**files).node, model.node)
     lines = dofs.read_text().splitlines()
     dofs.write_text("\n".join([lines[0], lines[2], lines[1], *lines[3:]]))
-    refused(r"dofs\.csv, row 1: is node 1, y; .*M\.mtx has node 1, dof 1 there: order", from_files, **files)
+    refused(
+        r"dofs\.csv, row 1: is node 1, y; .*M\.mtx has node 1, dof 1 there: order",
+        from_files,
+        **files,
+    )
     dofs.write_text("\n".join(lines[:-1]))
     refused(r"has 23 rows, .*M\.mtx names 24 dofs", from_files, **files)
     dofs.write_bytes("\n".join(lines).replace("damper", "d\xe4mpfer").encode("latin-1"))
     refused(r"dofs\.csv: is not a CSV text in UTF-8", from_files, **files)
     (tmp_path / "K.mapping").write_text("Eqn Node DOF\n 1 7 UX\n 2 7 TEMP\n")
-    refused(r"equation 2 is TEMP of node 7, must be UX, UY, UZ, ROTX, ROTY, ROTZ", from_files, files["M"],
-            files["K"], dofs=tmp_path / "K.mapping")
+    refused(
+        r"equation 2 is TEMP of node 7, must be UX, UY, UZ, ROTX, ROTY, ROTZ",
+        from_files,
+        files["M"],
+        files["K"],
+        dofs=tmp_path / "K.mapping",
+    )
     dofs.write_text("node,direction\n7,ROTX\n")
     for name in "MK":
         np.save(tmp_path / f"{name}.npy", np.eye(1))
-    refused(r"direction 'rotx' is unknown; .*valid: x, y, z, rx, ry, rz, mode", from_files, tmp_path / "M.npy",
-            tmp_path / "K.npy", dofs=dofs)
+    refused(
+        r"direction 'rotx' is unknown; .*valid: x, y, z, rx, ry, rz, mode",
+        from_files,
+        tmp_path / "M.npy",
+        tmp_path / "K.npy",
+        dofs=dofs,
+    )
 
 
 def test_response_needs_no_finite_elements(rig, tmp_path):
     """A fresh process in which dolfinx, petsc4py, slepc4py and gmsh cannot be imported."""
     model, pairs, _ = rig
     for name in "MK":
-        scipy.io.mmwrite(tmp_path / f"{name}.mtx", sp.coo_matrix(getattr(model, name)), precision=17)
+        scipy.io.mmwrite(
+            tmp_path / f"{name}.mtx", sp.coo_matrix(getattr(model, name)), precision=17
+        )
     dof_table(tmp_path / "dofs.csv", model)
     pairs.save(tmp_path / "pairs.csv")
     script = textwrap.dedent("""
@@ -249,13 +333,20 @@ def test_response_needs_no_finite_elements(rig, tmp_path):
         from tipdamp.hbm.response import forced_response
         model = ReducedModel.from_files("M.mtx", "K.mtx", dofs="dofs.csv")
         tip = model.displacement_row("blade1", 4, [0, 1, 0])
-        curve = forced_response(model, ContactTable.load("pairs.csv"), DryFriction2T(), 8 * tip, (200, 600),
-                                harmonics=1, damping_ratio=0.02, outputs={"tip": tip})
+        pairs = ContactTable.load("pairs.csv")
+        curve = forced_response(model, pairs, DryFriction2T(), 8 * tip, (200, 600), harmonics=1,
+                                damping_ratio=0.02, outputs={"tip": tip})
         print(curve.complete, len(curve.slipping_pairs), *curve.peak("tip"))
     """)
     root = str(Path(__file__).parents[3])
-    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env={"PYTHONPATH": root, "PATH": "/usr/bin"},
-                          capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        cwd=tmp_path,
+        env={"PYTHONPATH": root, "PATH": "/usr/bin"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
     assert done.returncode == 0, done.stderr
     complete, _, hz, amplitude = done.stdout.split()
     assert complete == "True" and float(amplitude) > 0 and 200 < float(hz) < 600
@@ -268,4 +359,6 @@ def test_own_model_page_names_columns_and_endings(tmp_path):
     assert not [name for name in names if f"`{name}`" not in page]
     (tmp_path / "pairs.csv").write_text(page.split("```csv\n")[1].split("```")[0])
     pairs = ContactTable.load(tmp_path / "pairs.csv")
-    assert len(pairs) == 1 and pairs.damper_body[0] == GROUND and pairs.normal[0].tolist() == [0, 1, 0]
+    assert (
+        len(pairs) == 1 and pairs.damper_body[0] == GROUND and pairs.normal[0].tolist() == [0, 1, 0]
+    )

@@ -35,9 +35,14 @@ def test_contract_of_a_mixture():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [laws.CubicSpring(np.linspace(-2, 2, 12)),
-                                 BoucWen(np.linspace(0.05, 0.5, 12), np.linspace(0.2, 0.8, 12), 0.8, 0.2, order=2)],
-                         ids=lambda law: law.name)
+@pytest.mark.parametrize(
+    "law",
+    [
+        laws.CubicSpring(np.linspace(-2, 2, 12)),
+        BoucWen(np.linspace(0.05, 0.5, 12), np.linspace(0.2, 0.8, 12), 0.8, 0.2, order=2),
+    ],
+    ids=lambda law: law.name,
+)
 def test_contract_with_a_parameter_per_contact(law):
     check_law(law)
 
@@ -157,29 +162,56 @@ class _NotOfRate(Viscous):
         return replace(super().harmonics(*given), by_omega=None)
 
 
-@pytest.mark.parametrize("law, message", [
-    (_NotAnalytic(), "analytic"), (_OneForAll(), "another force or state than step"),
-    (_OtherFriction(), "harmonics differ from those of step"), (_OtherTable(), "table gives another force"),
-    (_OtherDerivative(), "derivatives of harmonics by the motion"),
-    (_OtherPreload(), "derivatives of harmonics by the preload"),
-    (_OtherLimit(), "derivatives of harmonics by mu"), (_NotOfRate(0.3), "by omega"),
-    (_OtherTangents(), "tangents by the state before"), (_OneStepsTangent(), "tangents by the motion"),
-    (_OneContactsDerivative(), "derivatives of harmonics by the motion"), (_OtherRest(), "harmonics differ"),
-    (_SticksTooSurely(), "does not stick"), (_Clocked(), "shifted in time"), (_Directed(), "mirrored"),
-    (_Drifting(), "does not repeat")],
-    ids=lambda v: getattr(v, "name", ""))
+@pytest.mark.parametrize(
+    "law, message",
+    [
+        (_NotAnalytic(), "analytic"),
+        (_OneForAll(), "another force or state than step"),
+        (_OtherFriction(), "harmonics differ from those of step"),
+        (_OtherTable(), "table gives another force"),
+        (_OtherDerivative(), "derivatives of harmonics by the motion"),
+        (_OtherPreload(), "derivatives of harmonics by the preload"),
+        (_OtherLimit(), "derivatives of harmonics by mu"),
+        (_NotOfRate(0.3), "by omega"),
+        (_OtherTangents(), "tangents by the state before"),
+        (_OneStepsTangent(), "tangents by the motion"),
+        (_OneContactsDerivative(), "derivatives of harmonics by the motion"),
+        (_OtherRest(), "harmonics differ"),
+        (_SticksTooSurely(), "does not stick"),
+        (_Clocked(), "shifted in time"),
+        (_Directed(), "mirrored"),
+        (_Drifting(), "does not repeat"),
+    ],
+    ids=lambda v: getattr(v, "name", ""),
+)
 def test_a_broken_contract_is_found(law, message):
     with pytest.raises(AssertionError, match=message):
         check_law(law)
 
 
-@pytest.mark.parametrize("make, message", [
-    (lambda P: laws.CubicSpring([1.0, 2]), r"CubicSpring: cubic has 2 values, must be one number or one per contact"),
-    (lambda P: laws.CubicSpring("stiff"), r"CubicSpring: cubic = 'stiff', must be a number or one number per contact"),
-    (lambda P: laws.CubicSpring(np.eye(2)), r"CubicSpring: cubic = .*, must be a number or one number per contact"),
-    (lambda P: laws.CubicSpring(np.inf), r"CubicSpring: cubic = inf, must be finite"),
-    (lambda P: BoucWen(1.5, 0.1), r"BoucWen: alpha = 1\.5, must be finite and at least 0 and at most 1"),
-    (lambda P: BoucWen(0.1, 0.0), r"BoucWen: reach = 0\.0, must be finite and above 0")])
+@pytest.mark.parametrize(
+    "make, message",
+    [
+        (
+            lambda P: laws.CubicSpring([1.0, 2]),
+            r"CubicSpring: cubic has 2 values, must be one number or one per contact",
+        ),
+        (
+            lambda P: laws.CubicSpring("stiff"),
+            r"CubicSpring: cubic = 'stiff', must be a number or one number per contact",
+        ),
+        (
+            lambda P: laws.CubicSpring(np.eye(2)),
+            r"CubicSpring: cubic = .*, must be a number or one number per contact",
+        ),
+        (lambda P: laws.CubicSpring(np.inf), r"CubicSpring: cubic = inf, must be finite"),
+        (
+            lambda P: BoucWen(1.5, 0.1),
+            r"BoucWen: alpha = 1\.5, must be finite and at least 0 and at most 1",
+        ),
+        (lambda P: BoucWen(0.1, 0.0), r"BoucWen: reach = 0\.0, must be finite and above 0"),
+    ],
+)
 def test_parameters_out_of_place_are_refused(make, message):
     contacts = random_case(laws.CubicSpring(1.0), P=5)[1]
     with pytest.raises(InputError, match=message):
@@ -193,20 +225,28 @@ def test_documented_laws_meet_their_references(name):
 
 
 @each_start
-@pytest.mark.parametrize("case", [case for case in LAWS if case.order or case.law.name != "IsotropicFriction"],
-                         ids=lambda c: c.law.name)
+@pytest.mark.parametrize(
+    "case",
+    [case for case in LAWS if case.order or case.law.name != "IsotropicFriction"],
+    ids=lambda c: c.law.name,
+)
 def test_cycle_against_plain_loops(case, start):
-    """To rounding: event-driven laws by bisection and Gauss points, the others by the same samples in a loop."""
+    """To rounding: event-driven laws by bisection and Gauss points, the others by the same samples
+    in a loop."""
     law = case.law
     x, contacts, _ = random_case(law, P=8, H=3, seed=3)
     f = forces(law, contacts, x, 1.0, start, 64)
     if law.piecewise_linear(contacts) is None:
         force = history(law, contacts, x, 1.0, start, 64, 400)[0]
-        F = np.tensordot(force, sampled.projector(fourier.basis(np.arange(64) * 2 * np.pi / 64, 3)), (0, 0))
+        F = np.tensordot(
+            force, sampled.projector(fourier.basis(np.arange(64) * 2 * np.pi / 64, 3)), (0, 0)
+        )
         assert np.abs(total_force(law, contacts, x, f) - F).max() < 2e-12
         return
     expected, normal = np.zeros(x.shape), "n" in law.components
-    for p, sheet in enumerate(zip(contacts.kt, contacts.kn, contacts.mu, contacts.preload, strict=True)):
+    for p, sheet in enumerate(
+        zip(contacts.kt, contacts.kn, contacts.mu, contacts.preload, strict=True)
+    ):
         un = x[p, -1] if normal else np.zeros(7)
         for d in range(max(law.sliders, 1)):
             tangent, opened = located_slider(*sheet, x[p, d], un.copy(), start)
@@ -222,8 +262,13 @@ def test_cycle_against_plain_loops(case, start):
 def test_order_of_convergence_in_samples(case):
     x, contacts, _ = random_case(case.law)
     finest = forces(case.law, contacts, x, samples=8192).g
-    errors = [np.sqrt(np.mean((forces(case.law, contacts, x, samples=n).g - finest) ** 2)) for n in (128, 512, 2048)]
-    assert (np.log(np.array(errors[:-1]) / errors[1:]) / np.log(4) > case.order - 0.25).all(), errors
+    errors = [
+        np.sqrt(np.mean((forces(case.law, contacts, x, samples=n).g - finest) ** 2))
+        for n in (128, 512, 2048)
+    ]
+    assert (np.log(np.array(errors[:-1]) / errors[1:]) / np.log(4) > case.order - 0.25).all(), (
+        errors
+    )
 
 
 @pytest.mark.parametrize("case", [case for case in LAWS if case.normal], ids=lambda c: c.law.name)
@@ -239,11 +284,14 @@ def test_friction_cone_pressure_and_lift_off(case):
         lifted = contacts.preload + contacts.kn * u[:, :, -1] <= 0
         assert lifted.any() and (force[lifted] == 0).all()
         # on re-contact a slider starts where it is
-        assert np.array_equal(state[lifted][:, :law.sliders], u[:, :, :law.sliders][lifted])
+        assert np.array_equal(state[lifted][:, : law.sliders], u[:, :, : law.sliders][lifted])
     if case.friction:
-        size = np.linalg.norm(T, axis=2, keepdims=True) if case.friction == "together" else np.abs(T)
+        size = (
+            np.linalg.norm(T, axis=2, keepdims=True) if case.friction == "together" else np.abs(T)
+        )
         assert (size <= (contacts.mu * N)[:, :, None] * (1 + 1e-9) + 1e-15).all()
-        assert np.isclose(size, (contacts.mu * N)[:, :, None], rtol=1e-3).mean() > 0.02      # and the limit is reached
+        # and the limit is reached
+        assert np.isclose(size, (contacts.mu * N)[:, :, None], rtol=1e-3).mean() > 0.02
 
 
 @each_start
@@ -252,8 +300,12 @@ def test_friction_never_gives_energy(case, start):
     law = case.law
     for seed in range(5):
         x, contacts, _ = random_case(law, P=60, seed=seed)
-        work = fourier.work(total_force(law, contacts, x, forces(law, contacts, x, 1.0, start, 256)), x)
-        assert (work > (-1e-3 if case.order else -1e-11)).all() and (not case.friction or work.max() > 0.1)
+        work = fourier.work(
+            total_force(law, contacts, x, forces(law, contacts, x, 1.0, start, 256)), x
+        )
+        assert (work > (-1e-3 if case.order else -1e-11)).all() and (
+            not case.friction or work.max() > 0.1
+        )
 
 
 @pytest.mark.parametrize("case", [case for case in LAWS if case.normal], ids=lambda c: c.law.name)
@@ -267,11 +319,15 @@ def test_no_force_without_normal_load(case):
     assert np.isfinite(f.D).all() and np.abs(total_force(law, unloaded, x, f)).max() < 1e-12
 
 
-@pytest.mark.parametrize("case", [case for case in LAWS if case.normal or case.friction], ids=lambda c: c.law.name)
+@pytest.mark.parametrize(
+    "case", [case for case in LAWS if case.normal or case.friction], ids=lambda c: c.law.name
+)
 def test_no_force_without_stiffness(case):
     law = case.law
     x, contacts, _ = random_case(law)
-    slack = replace(contacts, kn=0 * contacts.kn, kt=0 * contacts.kt, preload=np.abs(contacts.preload))
+    slack = replace(
+        contacts, kn=0 * contacts.kn, kt=0 * contacts.kt, preload=np.abs(contacts.preload)
+    )
     f = forces(law, slack, x)
     force = total_force(law, slack, x, f)
     if case.normal == "variable":
@@ -282,21 +338,35 @@ def test_no_force_without_stiffness(case):
 @pytest.mark.slow
 @each_law
 def test_through_forced_response(case):
-    """A point on springs: the curve is complete, and at its top the harmonics balance the force of the plain loop."""
+    """A point on springs: the curve is complete, and at its top the harmonics balance the force of
+    the plain loop."""
     model, pairs, force = one_dof(case.law)
-    curve = forced_response(model, pairs, case.law, force, (1.2, 2.4), harmonics=3, damping_ratio=0.03, contact=True,
-                            outputs={k: row for k, row in zip("xyz", np.eye(3), strict=True)},
-                            samples=128 if case.friction == "creep" else 512)
+    curve = forced_response(
+        model,
+        pairs,
+        case.law,
+        force,
+        (1.2, 2.4),
+        harmonics=3,
+        damping_ratio=0.03,
+        contact=True,
+        outputs={k: row for k, row in zip("xyz", np.eye(3), strict=True)},
+        samples=128 if case.friction == "creep" else 512,
+    )
     assert curve.complete, curve.ended
     i = int(np.nanargmax(curve.amplitude("rms").max(axis=1)))
     problem = contact_problem(model, pairs, case.law, damping_ratio=0.03)[0]
     U = curve.contact_motion[i][0]
     u, cycles = fourier.to_real(U)[None], max(case.cycles, 2)
     plain = history(case.law, problem.contacts, u, 1.0, curve.start, 2048, cycles)[0]
-    F = fourier.to_complex(plain[:, 0].T @ sampled.projector(fourier.basis(np.arange(2048) * 2 * np.pi / 2048, 3)))
+    F = fourier.to_complex(
+        plain[:, 0].T @ sampled.projector(fourier.basis(np.arange(2048) * 2 * np.pi / 2048, 3))
+    )
     assert np.abs(F - curve.contact_force[i][0]).max() < 2e-3 * np.abs(F).max()
     assert not case.friction or curve.share_slip[i, 0] > 0.05
-    lost = np.pi * np.sum(np.arange(4) * (curve.contact_force * curve.contact_motion.conj()).imag, axis=(2, 3))
+    lost = np.pi * np.sum(
+        np.arange(4) * (curve.contact_force * curve.contact_motion.conj()).imag, axis=(2, 3)
+    )
     assert np.allclose(curve.dissipated, lost, rtol=0, atol=1e-10 * np.abs(lost).max() + 1e-13)
     assert (lost[i, 0] > 0.01 and curve.slipping_pairs.tolist() == [0]) or not case.friction
     # K_s phi = phi k: the damping ratios are those of the stuck modes, here along x, y, z
@@ -318,8 +388,8 @@ def test_through_forced_response(case):
 def test_through_time_integration(case):
     model, pairs, force = one_dof(case.law)
     problem, _ = contact_problem(model, pairs, case.law, damping_ratio=0.03)
-    _, point, balance = solve(problem, force, 2 * np.pi * 1.7, 15, samples=None if case.order is None else 256)
+    _, point, balance = solve(
+        problem, force, 2 * np.pi * 1.7, 15, samples=None if case.order is None else 256
+    )
     c = compare_point(balance, point, np.eye(3), IntegrationSettings(samples=256))
     assert c.agrees and c.difference < 1e-3
-
-

@@ -36,22 +36,30 @@ def test_ellipses(row):
     X, Y = complex(row["X"]), row["Y"] * np.exp(1j * row["phi"])
     F = prescribed(X, Y, row["kt"], row["L"], 64, H=1)
     expected = [complex(*row["coupled"][k]) for k in ("Tx1", "Ty1")]
-    assert np.abs(F[:2, 1] - expected).max() < 2e-8 * row["L"]              # what the reference itself is good to
+    # what the reference itself is good to
+    assert np.abs(F[:2, 1] - expected).max() < 2e-8 * row["L"]
     work = np.pi * (F[0, 1] * np.conj(X) + F[1, 1] * np.conj(Y)).imag
     assert work == pytest.approx(row["coupled"]["dissipation"], rel=1e-7)
 
 
 def test_circle_in_closed_form():
     for row in E1["circular_closed_form"]:
-        F = prescribed(complex(row["R"]), row["R"] * np.exp(-0.5j * np.pi), row["kt"], row["L"], 64, H=1)
-        work = np.pi * (F[0, 1] * np.conj(row["R"]) + F[1, 1] * np.conj(row["R"] * np.exp(-0.5j * np.pi))).imag
+        F = prescribed(
+            complex(row["R"]), row["R"] * np.exp(-0.5j * np.pi), row["kt"], row["L"], 64, H=1
+        )
+        work = (
+            np.pi
+            * (
+                F[0, 1] * np.conj(row["R"]) + F[1, 1] * np.conj(row["R"] * np.exp(-0.5j * np.pi))
+            ).imag
+        )
         assert work == pytest.approx(row["dissipation"], rel=1e-8)
 
 
 @pytest.mark.parametrize("stiffness", [1.0, 100.0])
 def test_cycle_by_plain_steps(stiffness):
-    """Radial return written once more (tests/validation), extrapolated from two lengths of its steps: what is left is
-    where in a step a contact closes."""
+    """Radial return written once more (tests/validation), extrapolated from two lengths of its
+    steps: what is left is where in a step a contact closes."""
     x, pairs, _ = random_case(LAW, P=8, H=3, seed=3)
     pairs = replace(pairs, kt=stiffness * pairs.kt)
     f = forces(LAW, pairs, x, samples=64)
@@ -71,7 +79,9 @@ def test_steps_tend_to_the_cycle(start):
     for n in (256, 512, 1024):
         stepped = history(LAW, pairs, x, 1.0, start, n, 20)[0]
         weights = projector(fourier.basis(np.arange(n) * 2 * np.pi / n, 3))
-        errors.append(np.abs(np.tensordot(stepped, weights, (0, 0)) - total_force(LAW, pairs, x, f)).max())
+        errors.append(
+            np.abs(np.tensordot(stepped, weights, (0, 0)) - total_force(LAW, pairs, x, f)).max()
+        )
     assert f.shares[:, 2].max() > 0.1 and errors[0] < 1e-4
     assert all(b < a / 3.5 for a, b in zip(errors[:-1], errors[1:], strict=True)), errors
 
@@ -82,7 +92,10 @@ def test_cycle_takes_the_work_of_its_force(start):
         x, pairs, _ = random_case(LAW, P=40)
         pairs = replace(pairs, kt=stiffness * pairs.kt)
         f = forces(LAW, pairs, x, 1.0, start)
-        assert np.allclose(f.work, fourier.work(f.g, x), rtol=1e-6, atol=1e-9 * f.work.max()) and f.work.max() > 1
+        assert (
+            np.allclose(f.work, fourier.work(f.g, x), rtol=1e-6, atol=1e-9 * f.work.max())
+            and f.work.max() > 1
+        )
 
 
 @pytest.mark.parametrize("H", [1, 2, 15, 25, 40, 60])
@@ -99,7 +112,8 @@ def test_forces_follow_a_shift_in_time(H):
 
 @pytest.mark.parametrize("H", [1, 2, 5, 15, 40])
 def test_work_is_that_of_the_force_whatever_the_last_digits(H):
-    """An onset of slip that was hit to the last digit was taken later, beyond the limit: 1e-7 to 2e-6 of the work."""
+    """An onset of slip that was hit to the last digit was taken later, beyond the limit: 1e-7 to
+    2e-6 of the work."""
     x, pairs, rng = random_case(LAW, P=12, H=H)
     for _ in range(20 if H < 15 else 3):
         u = x * (1 + 1e-15 * rng.normal(size=x.shape))
@@ -108,23 +122,33 @@ def test_work_is_that_of_the_force_whatever_the_last_digits(H):
 
 
 def exact_orbit(c=0.05, kt=2.0, limit=0.5, F=(1.0, 0.6j), omega=1.35, n=512):
-    """(motion, force) (2, n) at n instants of the period of a mass on unit springs in the plane that slips throughout
-    behind an isotropic spring kt: its equation of motion with L psi' = kt u' . t(psi), periodic by Newton's method."""
+    """(motion, force) (2, n) at n instants of the period of a mass on unit springs in the plane
+    that slips throughout behind an isotropic spring kt: its equation of motion with L psi' = kt u'
+    . t(psi), periodic by Newton's method."""
+
     def rate(t, y):
         u, v, psi = y[:2], y[2:4], y[4]
-        n, along = np.array([np.cos(psi), np.sin(psi)]), np.array([-np.sin(psi), np.cos(psi)])
+        n = np.array([np.cos(psi), np.sin(psi)])
+        along = np.array([-np.sin(psi), np.cos(psi)])
         drive = (np.array(F) * np.exp(1j * omega * t)).real
         return np.r_[v, drive - c * v - u - limit * n, kt / limit * (v @ along)]
 
     def period(y, **settings):
-        return solve_ivp(rate, (0, 2 * np.pi / omega), y, "DOP853", rtol=1e-12, atol=1e-13, **settings)
+        return solve_ivp(
+            rate, (0, 2 * np.pi / omega), y, "DOP853", rtol=1e-12, atol=1e-13, **settings
+        )
 
     y = np.zeros(5)
     for _ in range(12):
         y = period(y).y[:, -1]
     around = np.array([0, 0, 0, 0, 2 * np.pi])
-    y = fsolve(lambda y: period(y).y[:, -1] - y - around * np.round((period(y).y[4, -1] - y[4]) / (2 * np.pi)), y,
-               xtol=1e-13)
+    y = fsolve(
+        lambda y: (
+            period(y).y[:, -1] - y - around * np.round((period(y).y[4, -1] - y[4]) / (2 * np.pi))
+        ),
+        y,
+        xtol=1e-13,
+    )
     found = period(y, t_eval=2 * np.pi / omega * np.arange(n) / n).y
     return found[:2], limit * np.array([np.cos(found[4]), np.sin(found[4])]), (kt, limit)
 
@@ -145,15 +169,27 @@ def test_exact_orbit_at_high_orders():
 @pytest.mark.parametrize("H", [25, 40])
 def test_curves_of_high_orders_are_complete(H):
     one = np.eye(2)
-    problem = ContactProblem(one, 0.05 * one, one, np.vstack([one, np.zeros((1, 2))]), LAW,
-                             laws.Contacts([0.0], [2.0], [1.0], [0.5]))
-    curve = follow_band(problem, np.array([1.0, 0.6j]), np.array([0.9, 1.8]) / (2 * np.pi), harmonics=H,
-                        outputs={"x": [1.0, 0.0]})
+    problem = ContactProblem(
+        one,
+        0.05 * one,
+        one,
+        np.vstack([one, np.zeros((1, 2))]),
+        LAW,
+        laws.Contacts([0.0], [2.0], [1.0], [0.5]),
+    )
+    curve = follow_band(
+        problem,
+        np.array([1.0, 0.6j]),
+        np.array([0.9, 1.8]) / (2 * np.pi),
+        harmonics=H,
+        outputs={"x": [1.0, 0.0]},
+    )
     assert curve.complete, curve.ended
 
 
 def rotating(row, samples=None):
-    """Radius of the orbit of the oscillator under a force that rotates in the plane, nearest the first exact one."""
+    """Radius of the orbit of the oscillator under a force that rotates in the plane, nearest the
+    first exact one."""
     one = np.eye(2)
     B = np.vstack([one, np.zeros((1, 2))])
     pairs = laws.Contacts([0.0], [row["kt"]], [1.0], [row["L"]])
@@ -161,7 +197,14 @@ def rotating(row, samples=None):
     X = -1j * row["R_exact"][0] * np.array([1, -1j])
     guess = np.zeros((3, 3))
     guess[:2, 1], guess[:2, 2] = X.real, X.imag
-    q, _, _ = solve(problem, row["F"] * np.array([1, -1j]), row["Omega"], 1, samples=samples, guess=guess.ravel())
+    q, _, _ = solve(
+        problem,
+        row["F"] * np.array([1, -1j]),
+        row["Omega"],
+        1,
+        samples=samples,
+        guess=guess.ravel(),
+    )
     assert abs(abs(q[0, 1]) - abs(q[1, 1])) < 1e-6 * abs(q[0, 1])
     return abs(q[0, 1])
 
@@ -176,7 +219,10 @@ def test_frame_may_turn():
     u = x @ fourier.basis(np.linspace(0, 4 * np.pi, 400), 2).T
     c, s = np.cos(0.7), np.sin(0.7)
     turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-    states = [LAW.initial_state(v[:, :, 0], SliderStart(np.zeros((30, 2)), False), pairs) for v in (u, turn @ u)]
+    states = [
+        LAW.initial_state(v[:, :, 0], SliderStart(np.zeros((30, 2)), False), pairs)
+        for v in (u, turn @ u)
+    ]
     for i in range(1, 400):
         f, states[0] = LAW.step(Motion(u[:, :, i], 0, 1), states[0], pairs)
         turned, states[1] = LAW.step(Motion((turn @ u)[:, :, i], 0, 1), states[1], pairs)
@@ -196,16 +242,31 @@ def test_duffing_folds():
     I1 = load("I1")
     p = I1["parameters"]
     one = np.ones((1, 1))
-    problem = ContactProblem(p["m"] * one, p["c"] * one, p["k"] * one, one, CubicSpring(p["k3"]),
-                             laws.Contacts([0.0], [0.0], [0.0], [0.0]))
-    curve = follow_band(problem, np.array([p["F"]]), np.array([0.5, 2.0]) / (2 * np.pi), harmonics=7,
-                        outputs={"x": [1.0]}, settings=Settings(largest_step=0.02))
+    problem = ContactProblem(
+        p["m"] * one,
+        p["c"] * one,
+        p["k"] * one,
+        one,
+        CubicSpring(p["k3"]),
+        laws.Contacts([0.0], [0.0], [0.0], [0.0]),
+    )
+    curve = follow_band(
+        problem,
+        np.array([p["F"]]),
+        np.array([0.5, 2.0]) / (2 * np.pi),
+        harmonics=7,
+        outputs={"x": [1.0]},
+        settings=Settings(largest_step=0.02),
+    )
     assert curve.complete
     w, X = 2 * np.pi * curve.frequency, np.abs(curve.harmonics[:, 0, 1])
     turns = np.flatnonzero(np.diff(np.sign(np.diff(w)))) + 1
     assert len(turns) == 2
-    folds = [(1.52244802904, 6.52160390), (1.25201495911, 2.59293932)]         # verification.md
+    folds = [(1.52244802904, 6.52160390), (1.25201495911, 2.59293932)]  # verification.md
     for i, (omega, amplitude) in zip(turns, folds, strict=True):
-        c = np.polyfit(X[i - 1:i + 2] - X[i], w[i - 1:i + 2], 2)              # frequency over amplitude turns there
+        # frequency over amplitude turns there
+        c = np.polyfit(X[i - 1 : i + 2] - X[i], w[i - 1 : i + 2], 2)
         top = -0.5 * c[1] / c[0]
-        assert np.polyval(c, top) == pytest.approx(omega, rel=1e-5) and X[i] + top == pytest.approx(amplitude, rel=5e-4)
+        assert np.polyval(c, top) == pytest.approx(omega, rel=1e-5) and X[i] + top == pytest.approx(
+            amplitude, rel=5e-4
+        )

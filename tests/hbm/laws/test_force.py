@@ -1,4 +1,5 @@
-"""Nonlinear forces that are no contact: their conformance, and their response beside time integration."""
+"""Nonlinear forces that are no contact: their conformance, and their response beside time
+integration."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -31,7 +32,7 @@ class Coupled(PlainForce):
     components: ClassVar[tuple] = ("t1", "t2")
 
     def force(self, u, v):
-        return np.stack([2 * u[:, 0] * u[:, 1], u[:, 0]**2 + 3 * u[:, 1]**2], axis=1)
+        return np.stack([2 * u[:, 0] * u[:, 1], u[:, 0] ** 2 + 3 * u[:, 1] ** 2], axis=1)
 
 
 class VanDerPol(PlainForce):
@@ -67,17 +68,33 @@ class _OtherHarmonics(Square):
         return super().harmonics(contacts, 1.01 * x, *rest)
 
 
-@pytest.mark.parametrize("law", [Square(), Square(np.linspace(-2, 2, 12)), Coupled(), VanDerPol(), OneSided(),
-                                 CubicSpring(np.linspace(-2, 2, 12))], ids=lambda law: law.name)
+@pytest.mark.parametrize(
+    "law",
+    [
+        Square(),
+        Square(np.linspace(-2, 2, 12)),
+        Coupled(),
+        VanDerPol(),
+        OneSided(),
+        CubicSpring(np.linspace(-2, 2, 12)),
+    ],
+    ids=lambda law: law.name,
+)
 def test_forces_that_are_no_contact(law):
     check_force(law)
 
 
-@pytest.mark.parametrize("law, message", [
-    (UnilateralSpring(), "depends on kn, kt, mu or preload.*check_law"), (DryFriction1T(), "has no state, states = 3"),
-    (_OfTheStep(), "length of the step"), (_NotAnalytic(), "analytic"),
-    (_OtherHarmonics(), "differ from those of step")],
-    ids=lambda v: getattr(v, "name", ""))
+@pytest.mark.parametrize(
+    "law, message",
+    [
+        (UnilateralSpring(), "depends on kn, kt, mu or preload.*check_law"),
+        (DryFriction1T(), "has no state, states = 3"),
+        (_OfTheStep(), "length of the step"),
+        (_NotAnalytic(), "analytic"),
+        (_OtherHarmonics(), "differ from those of step"),
+    ],
+    ids=lambda v: getattr(v, "name", ""),
+)
 def test_what_is_no_plain_force_is_found(law, message):
     with pytest.raises(AssertionError, match=message):
         check_force(law)
@@ -85,17 +102,27 @@ def test_what_is_no_plain_force_is_found(law, message):
 
 def test_a_contact_prefers_no_direction():
     """The conformance of contacts names the other one."""
-    with pytest.raises(AssertionError, match="mirrored tangential forces .a force that is no contact is a Plain"):
+    with pytest.raises(
+        AssertionError, match="mirrored tangential forces .a force that is no contact is a Plain"
+    ):
         check_law(Square())
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law, F", [(Square(0.3), [0.1]), (Coupled(), [0.02, 0.01])], ids=["square", "coupled"])
+@pytest.mark.parametrize(
+    "law, F", [(Square(0.3), [0.1]), (Coupled(), [0.02, 0.01])], ids=["square", "coupled"]
+)
 def test_response_beside_time_integration(law, F):
     """x'' + c x' + x + f(x) = F cos w t: the mean and the harmonics are those of scipy's orbit."""
     w, nd, F, one = 0.7, len(F), np.array(F), np.eye(len(F))
     problem = ContactProblem(one, 0.1 * one, one, one, law, Contacts([0.0], [0.0], [0.0], [0.0]))
-    found = solve_at(problem, F, w / (2 * np.pi), harmonics=9, outputs={f"x{i}": row for i, row in enumerate(one)})
+    found = solve_at(
+        problem,
+        F,
+        w / (2 * np.pi),
+        harmonics=9,
+        outputs={f"x{i}": row for i, row in enumerate(one)},
+    )
     period, n = 2 * np.pi / w, 256
 
     def rate(t, y):

@@ -23,24 +23,35 @@ def contacts_of_every_kind():
 
 def force_of(table, state, memory, u):
     at = np.arange(len(u))
-    return (np.einsum("pij,pj->pi", table.stiffness[at, state], u)
-            + np.einsum("pij,pj->pi", table.by_memory[at, state], memory) + table.offset[at, state])
+    return (
+        np.einsum("pij,pj->pi", table.stiffness[at, state], u)
+        + np.einsum("pij,pj->pi", table.by_memory[at, state], memory)
+        + table.offset[at, state]
+    )
 
 
-@pytest.mark.parametrize("law", [Jenkins1D(), DryFriction2T(), UnilateralSpring(),
-                                 MixedLaw((Jenkins1D(), DryFriction2T(), UnilateralSpring()), np.arange(P) % 3)])
+@pytest.mark.parametrize(
+    "law",
+    [
+        Jenkins1D(),
+        DryFriction2T(),
+        UnilateralSpring(),
+        MixedLaw((Jenkins1D(), DryFriction2T(), UnilateralSpring()), np.arange(P) % 3),
+    ],
+)
 def test_table_of_a_law_is_its_step(law):
-    """Forces along a motion, also with the memory that the motion carries along taken into the table."""
+    """Forces along a motion, also with the memory that the motion carries along taken into the
+    table."""
     contacts, nd = contacts_of_every_kind(), len(law.components)
     table = law.piecewise_linear(contacts)
     zero = np.zeros((P, nd))
     state = law.initial_state(zero, SliderStart(np.zeros((P, law.sliders)), False), contacts)
-    memory = state[:, :table.follows.shape[1]]
+    memory = state[:, : table.follows.shape[1]]
     for i in range(200):
         u = 3 * np.sin(np.array([0.1, 0.07, 0.13])[:nd] * i + np.arange(P)[:, None])
         force, state = law.step(Motion(u, zero, 1.0), state, contacts)
-        if law.sliders:                                    # a contact that closes takes up its slider within the step
-            memory = state[:, :table.follows.shape[1]]
+        if law.sliders:  # a contact that closes takes up its slider within the step
+            memory = state[:, : table.follows.shape[1]]
         place, memory = table.settled(u, zero, table.initial, memory)
         assert np.abs(force_of(table, place, memory, u) - force).max() < 1e-13
         assert np.abs(force_of(table.resolved(), place, memory, u) - force).max() < 1e-13
@@ -50,11 +61,17 @@ def test_merged_tables_keep_each_law():
     contacts = contacts_of_every_kind()
     some = replace(contacts, **{name: getattr(contacts, name)[:10] for name in vars(contacts)})
     one, two = slider_table(some, 1, False), slider_table(some, 2, True)
-    merged = merged_table([(one, np.arange(10), [0]), (two, np.arange(10, 20), [0, 1, 2])], np.full((20, 3), 7.0))
+    merged = merged_table(
+        [(one, np.arange(10), [0]), (two, np.arange(10, 20), [0, 1, 2])], np.full((20, 3), 7.0)
+    )
     S, G = len(one.follows), len(one.state)
     assert (merged.initial[:10] < S).all() and (merged.initial[10:] >= S).all()
-    assert (merged.offset[:10, :S, 1:] == 7).all() and np.array_equal(merged.stiffness[10:, S:], two.stiffness)
-    assert np.array_equal(merged.guard_u[10:, G:], two.guard_u) and not merged.watched[10:, :G].any()
+    assert (merged.offset[:10, :S, 1:] == 7).all() and np.array_equal(
+        merged.stiffness[10:, S:], two.stiffness
+    )
+    assert (
+        np.array_equal(merged.guard_u[10:, G:], two.guard_u) and not merged.watched[10:, :G].any()
+    )
 
 
 def test_shapes_of_a_table_are_checked():

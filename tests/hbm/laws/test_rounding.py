@@ -1,5 +1,5 @@
-"""The last digits of a motion decide nothing: where events only just happen, forces go on as they were and derivatives
-stay within what the springs of the law permit."""
+"""The last digits of a motion decide nothing: where events only just happen, forces go on as they
+were and derivatives stay within what the springs of the law permit."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,8 @@ from tipdamp.hbm.laws import Contacts, Motion
 from tipdamp.hbm.testing import forces, full_derivative, shifted
 
 ULP = np.finfo(float).eps
-LARGEST = 100.0          # derivative over stiffness: a slider that creeps gathers up to one each of 60 periods
+# derivative over stiffness: a slider that creeps gathers up to one each of 60 periods
+LARGEST = 100.0
 each_law = pytest.mark.parametrize("case", LAWS, ids=lambda c: c.law.name)
 each_start = pytest.mark.parametrize("start", aft.STARTS)
 
@@ -51,12 +52,17 @@ def barely(law):
     x = fourier.to_real(np.array(motions, complex)[:, rows])
     preload = np.tile(np.array(preloads, float), len(PHASES))
     one = np.ones(len(preload))
-    return Contacts(one, one, 0.5 * one, preload), np.concatenate([shifted(x, phase) for phase in PHASES])
+    return Contacts(one, one, 0.5 * one, preload), np.concatenate(
+        [shifted(x, phase) for phase in PHASES]
+    )
 
 
 def perturbed(a, rng):
-    """With up to eight more or fewer units in the last place of each entry, and of the largest in half of them."""
-    some = rng.integers(2, size=a.shape) * np.abs(a).max(axis=tuple(range(1, a.ndim)), keepdims=True, initial=0.0)
+    """With up to eight more or fewer units in the last place of each entry, and of the largest in
+    half of them."""
+    some = rng.integers(2, size=a.shape) * np.abs(a).max(
+        axis=tuple(range(1, a.ndim)), keepdims=True, initial=0.0
+    )
     return a + np.where(some > 0, some, a) * ULP * rng.integers(-8, 9, size=a.shape)
 
 
@@ -77,15 +83,25 @@ def test_an_event_that_barely_happens(case, start):
         slope = largest(full_derivative(other, near))
         away = np.abs(other.g - f.g).max(axis=(1, 2))
         bad = np.flatnonzero(~(slope < LARGEST) | ~(away < 2e-7))
-        assert not len(bad), [(list(BARELY)[i % len(BARELY)], PHASES[i // len(BARELY)], slope[i], away[i]) for i in bad]
+        assert not len(bad), [
+            (list(BARELY)[i % len(BARELY)], PHASES[i // len(BARELY)], slope[i], away[i])
+            for i in bad
+        ]
 
 
 def creeping():
-    """(contacts, x): a slider that creeps to where it only touches the limit twice, along 8 amplitudes."""
+    """(contacts, x): a slider that creeps to where it only touches the limit twice, along 8
+    amplitudes."""
     at = Contacts([1.71990536], [1.79476838], [0.57987939], [0.44298878])
-    x = np.array([[[0.35867195, 0.33061437, -0.00347867, 0.11575997, 0.1558072],
-                   [1.22868372, 0.084905, 0.10594284, 0.04124749, 0.04252857],
-                   [-1.9016353, -0.02722868, -0.20093296, 0.12001816, -0.03208517]]])
+    x = np.array(
+        [
+            [
+                [0.35867195, 0.33061437, -0.00347867, 0.11575997, 0.1558072],
+                [1.22868372, 0.084905, 0.10594284, 0.04124749, 0.04252857],
+                [-1.9016353, -0.02722868, -0.20093296, 0.12001816, -0.03208517],
+            ]
+        ]
+    )
     return at.select(np.zeros(8, int)), np.linspace(0.08, 0.0892, 8)[:, None, None] * x
 
 
@@ -111,7 +127,9 @@ def test_steps_at_an_event(case):
     state = law.initial_state(u[0], aft.slider_start("zero_slider", len(x), law.sliders), contacts)
     for i in np.r_[1:n, 0]:
         force, new = law.step(Motion(u[i], v[i], dt), state, contacts)
-        near, _, t = law.tangents(Motion(perturbed(u[i], rng), v[i], dt), perturbed(state, rng), contacts)
+        near, _, t = law.tangents(
+            Motion(perturbed(u[i], rng), v[i], dt), perturbed(state, rng), contacts
+        )
         assert np.abs(near - force).max() < 1e-12
         slopes = (t.force_u, t.force_state, t.state_u, t.state_state)
         assert max(largest(by).max(initial=0.0) for by in slopes) < LARGEST

@@ -1,4 +1,5 @@
-"""Laws that depend on the rate: velocity and length of a step reach them, and the frequency enters the derivatives."""
+"""Laws that depend on the rate: velocity and length of a step reach them, and the frequency enters
+the derivatives."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -19,7 +20,8 @@ ONE = np.eye(1)
 
 @dataclass(frozen=True)
 class Maxwell(ContactLaw):
-    """Spring k (N/m) and dashpot c (N s/m) in series, by the trapezoidal rule; state: force and velocity before."""
+    """Spring k (N/m) and dashpot c (N s/m) in series, by the trapezoidal rule; state: force and
+    velocity before."""
 
     components: ClassVar[tuple] = ("t1",)
     states: ClassVar[int] = 2
@@ -47,15 +49,20 @@ def test_contract(law):
 @pytest.mark.parametrize("law", [Viscous(0.3), Maxwell(2.0, 0.8)], ids=lambda law: law.name)
 def test_resonance_in_closed_form(law):
     problem = ContactProblem(ONE, 0.05 * ONE, ONE, ONE, law, Contacts([0.0], [0.0], [0.0], [0.0]))
-    curve = follow_band(problem, np.ones(1), (0.05, 0.4), harmonics=1, outputs={"x": [1.0]}, samples=512)
+    curve = follow_band(
+        problem, np.ones(1), (0.05, 0.4), harmonics=1, outputs={"x": [1.0]}, samples=512
+    )
     w = 2 * np.pi * curve.frequency
     expected = 1 / (1 - w**2 + 0.05j * w + np.array([impedance(law, one) for one in w]))
     assert curve.complete and np.allclose(curve.harmonics[:, 0, 1], expected, rtol=1e-4)
-    assert np.allclose(curve.share_slip, 1.0)                    # without sliders: it slips where it dissipates
+    assert np.allclose(curve.share_slip, 1.0)  # without sliders: it slips where it dissipates
 
 
-@pytest.mark.parametrize("law", [Viscous(0.3), Maxwell(2.0, 0.8), own_law("bouc_wen").BoucWen(0.1, 0.4, 0.8, 0.2)],
-                         ids=lambda law: law.name)
+@pytest.mark.parametrize(
+    "law",
+    [Viscous(0.3), Maxwell(2.0, 0.8), own_law("bouc_wen").BoucWen(0.1, 0.4, 0.8, 0.2)],
+    ids=lambda law: law.name,
+)
 def test_derivative_of_residual_by_frequency(law):
     problem = ContactProblem(ONE, 0.05 * ONE, ONE, ONE, law, Contacts([0.0], [1.0], [0.0], [0.0]))
     balance, w, h = HarmonicBalance(problem, {1: np.ones(1)}, 3), 0.9, 1e-6

@@ -18,7 +18,9 @@ from tipdamp.hbm.testing import forces
 
 def test_stuck_contact_is_a_spring():
     contacts = laws.Contacts([2.0], [3.0], [0.5], [10.0])
-    f, state = laws.DryFriction2T().step(laws.Motion(np.array([[0.1, -0.2, 0.3]]), 0, 1), np.zeros((1, 5)), contacts)
+    f, state = laws.DryFriction2T().step(
+        laws.Motion(np.array([[0.1, -0.2, 0.3]]), 0, 1), np.zeros((1, 5)), contacts
+    )
     assert np.allclose(f, [[0.3, -0.6, 10.6]]) and (state[:, :2] == 0).all()
     x = np.zeros((1, 3, 3))
     x[0, :, 1] = 0.1, -0.2, 0.3
@@ -59,7 +61,8 @@ def test_lift_off_within_one_sample():
 
 @pytest.mark.parametrize("shift", [0.1, 0.2, 0.3])
 def test_pause_of_slip_within_one_sample(shift):
-    """The rate of u falls below zero between two samples: the slider stops and starts again there."""
+    """The rate of u falls below zero between two samples: the slider stops and starts again
+    there."""
     law, contacts = laws.Jenkins1D(), laws.Contacts([0.0], [1.0], [1.0], [0.3])
     x = fourier.to_real(np.array([[[0, np.exp(1j * shift), 0, 1.02 / 3 * np.exp(3j * shift)]]]))
     coarse, fine = (forces(law, contacts, x, samples=n).g for n in (16, 4096))
@@ -67,7 +70,8 @@ def test_pause_of_slip_within_one_sample(shift):
 
 
 def test_events_do_not_depend_on_samples():
-    """4000 random cycles, among them pauses within a sample, and edges that leave the slider at re-contact."""
+    """4000 random cycles, among them pauses within a sample, and edges that leave the slider at
+    re-contact."""
     rng = np.random.default_rng(0)
     P, H = 4000, 3
     x = rng.normal(size=(P, 3, 2 * H + 1)) / np.r_[1, np.repeat(np.arange(1, H + 1), 2)]
@@ -86,8 +90,11 @@ def test_negative_settings_are_refused(column):
 def test_compilation_is_announced(tmp_path, caplog, monkeypatch):
     source = Path(integrals.__file__)
     monkeypatch.setattr(compilation, "CPUDispatcher", SimpleNamespace)
-    kernel = SimpleNamespace(overloads={}, py_func=integrals.add_forces.py_func,
-                             stats=SimpleNamespace(cache_path=tmp_path))
+    kernel = SimpleNamespace(
+        overloads={},
+        py_func=integrals.add_forces.py_func,
+        stats=SimpleNamespace(cache_path=tmp_path),
+    )
     compilation.announce(kernel)
     assert "compiling the contact kernels" in caplog.text
     caplog.clear()
@@ -96,7 +103,8 @@ def test_compilation_is_announced(tmp_path, caplog, monkeypatch):
     os.utime(stored, (source.stat().st_mtime + 5,) * 2)
     compilation.announce(kernel)
     assert not caplog.text
-    stored.write_bytes(b"0.68" + sha256(source.read_bytes()).digest())     # a copy of the source that is younger
+    # a copy of the source that is younger
+    stored.write_bytes(b"0.68" + sha256(source.read_bytes()).digest())
     os.utime(stored, (source.stat().st_mtime - 5,) * 2)
     compilation.announce(kernel)
     assert not caplog.text

@@ -1,4 +1,5 @@
-"""Event-driven integration: fourth order through events, equal to exact orbits, without chatter of light nodes."""
+"""Event-driven integration: fourth order through events, equal to exact orbits, without chatter of
+light nodes."""
 
 import numpy as np
 import pytest
@@ -65,7 +66,9 @@ def test_poles_give_the_receptance(limit):
         assert np.abs(G @ K - np.eye(len(K))).max() < (1e-9 if np.isinf(limit) else 1e-4)
 
 
-@pytest.mark.parametrize("case,omega", [("A1", 1.05), ("C1", 1.2), ("C2", 1.0), ("D1", 1.0), ("D1", 1.5)])
+@pytest.mark.parametrize(
+    "case,omega", [("A1", 1.05), ("C1", 1.2), ("C2", 1.0), ("D1", 1.0), ("D1", 1.5)]
+)
 def test_fourth_order_through_events(case, omega):
     _, q, point, balance = at(case, omega)
     expected, errors = exact(case, omega), []
@@ -74,13 +77,15 @@ def test_fourth_order_through_events(case, omega):
         steady = shooting.shoot(integrator, integrator.on_orbit(point), np.eye(len(q)))
         assert steady.periodic
         errors.append(np.abs(np.abs(steady.harmonics[:, 1]) - expected).max() / expected.max())
-    assert errors[1] < 1e-7 and errors[1] < errors[0] / 100          # 1/256 at fourth order
+    assert errors[1] < 1e-7 and errors[1] < errors[0] / 100  # 1/256 at fourth order
     integrator = ExactIntegrator(balance, omega)
     steady = shooting.shoot(integrator, integrator.on_orbit(point), np.eye(len(q)))
     assert np.abs(np.abs(steady.harmonics[:, 1]) - expected).max() < 1e-8 * expected.max()
 
 
-@pytest.mark.parametrize("case,omega", [("D1", 0.9), ("D1", 1.0), ("D1", 1.2), ("C1", 1.3), ("C2", 1.0)])
+@pytest.mark.parametrize(
+    "case,omega", [("D1", 0.9), ("D1", 1.0), ("D1", 1.2), ("C1", 1.3), ("C2", 1.0)]
+)
 def test_events_of_the_exact_orbit(case, omega):
     row = row_of(case, omega)
     expected = len(row["events"]) if case == "D1" else row["contact_events_per_period"]
@@ -112,7 +117,8 @@ def test_shooting_and_integration_end_on_the_same_orbit():
 @pytest.mark.slow
 @pytest.mark.parametrize("level", [12, 20])
 def test_newton_in_a_krylov_space(level):
-    """Three bodies, 230 unknowns, up to all 18 pairs slipping: GMRES solves (1 - J) step = map - state to 1e-3."""
+    """Three bodies, 230 unknowns, up to all 18 pairs slipping: GMRES solves (1 - J) step = map -
+    state to 1e-3."""
     model, pairs, tip = small_rig(stations=9)
     problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.02)
     q, point, balance = solve(problem, level * tip, 2 * np.pi * 1250, 3)
@@ -129,7 +135,8 @@ def test_newton_in_a_krylov_space(level):
 
 
 def test_balance_against_integration_from_its_orbit():
-    """163 Hz, H = 9, and the published time integration (2.27307e-4 m); what friction takes, by both."""
+    """163 Hz, H = 9, and the published time integration (2.27307e-4 m); what friction takes, by
+    both."""
     q, point, balance = solve(oscillator(), FORCE, 2 * np.pi * 163, 9, start="zero_force")
     c = compare_point(balance, point, [Y2["y2"]])
     assert c.agrees and c.difference < 2e-4
@@ -148,8 +155,9 @@ def test_a_stuck_orbit_repeats_at_once():
 
 @pytest.mark.slow
 def test_unstable_orbit_is_left():
-    """C1 at 1.15: the middle one of three solutions is unstable. At H = 1 it is missed by 12 %, and Newton on the
-    period map finds it all the same; left to itself the integration goes from there to another one."""
+    """C1 at 1.15: the middle one of three solutions is unstable. At H = 1 it is missed by 12 %, and
+    Newton on the period map finds it all the same; left to itself the integration goes from there
+    to another one."""
     low, middle, high = three_of_c1(H=9)
     for _, point, balance in (low, high):
         c = compare_point(balance, point, [[1.0]])
@@ -158,20 +166,29 @@ def test_unstable_orbit_is_left():
     assert c.agrees and c.multiplier > 1.05 and "it is unstable" in c.said
     middle = three_of_c1(H=1)[1]
     c = compare_point(middle[2], middle[1], [[1.0]])
-    assert abs(c.steady.harmonics[0, 1]) == pytest.approx(np.abs(three_of_c1(H=9)[1][0][0, 1]), rel=1e-4)
-    assert c.agrees and c.difference > 0.1 and "it is unstable" in c.said and "more harmonics than H = 1" in c.said
+    assert abs(c.steady.harmonics[0, 1]) == pytest.approx(
+        np.abs(three_of_c1(H=9)[1][0][0, 1]), rel=1e-4
+    )
+    assert (
+        c.agrees
+        and c.difference > 0.1
+        and "it is unstable" in c.said
+        and "more harmonics than H = 1" in c.said
+    )
     c = compare_point(middle[2], middle[1], [[1.0]], IntegrationSettings(patience=1000))
     assert c.left and not c.agrees and "left for another orbit" in c.said
 
 
 @pytest.mark.slow
 def test_close_orbits_are_told_apart():
-    """C1 at 1.155781, next to its fold at 1.155788 (by points 0.005 apart), H = 9: from the unstable solution the
-    integration goes to the stable one beside it, between two and three per cent away; the stable one is missed by less
-    than a thousandth."""
+    """C1 at 1.155781, next to its fold at 1.155788 (by points 0.005 apart), H = 9: from the
+    unstable solution the integration goes to the stable one beside it, between two and three per
+    cent away; the stable one is missed by less than a thousandth."""
     patient = IntegrationSettings(patience=5000, max_periods=5000)
     problem, force = unilateral(load("C1")["parameters"])
-    curve = follow_band(problem, force, (1 / (2 * np.pi), 1.6 / (2 * np.pi)), harmonics=9, outputs={"x": [1.0]})
+    curve = follow_band(
+        problem, force, (1 / (2 * np.pi), 1.6 / (2 * np.pi)), harmonics=9, outputs={"x": [1.0]}
+    )
     hz = 1.155781 / (2 * np.pi)
     sizes = np.abs(solutions_at(curve, problem, hz)[:, 0, 1])
     stable, unstable = np.argsort(sizes)[:2]
@@ -184,13 +201,14 @@ def test_close_orbits_are_told_apart():
 
 @pytest.mark.parametrize("case,omega", [("C1", 1.2), ("C1", 1.3), ("D1", 1.0), ("D1", 1.5)])
 def test_light_contact_node_follows_statically(case, omega):
-    """A node of a millionth of the mass between body and contact: the exact orbit of the body without the node."""
+    """A node of a millionth of the mass between body and contact: the exact orbit of the body
+    without the node."""
     problem, force = BUILD[case](load(case)["parameters"])
     node = with_node(problem, 1e-6)
     q, point, balance = solve(node, np.r_[force, np.zeros(len(node.K) - len(problem.K))], omega, 20)
     integrator = ExactIntegrator(balance, omega)
     state = integrator.on_orbit(point)
-    steady = shooting.integrate(integrator, state, np.eye(len(q))[:len(problem.K)])
+    steady = shooting.integrate(integrator, state, np.eye(len(q))[: len(problem.K)])
     expected = exact(case, omega)
     assert steady.periodic
     assert np.abs(np.abs(steady.harmonics[:, 1]) - expected).max() < 1e-5 * expected.max()
@@ -204,21 +222,31 @@ def test_a_node_with_mass_chatters():
     q, point, balance = solve(node, np.r_[force, 0, 0], 1.0, 9)
     counts = []
     for above in (50.0, np.inf):
-        integrator = ExactIntegrator(balance, 1.0, IntegrationSettings(tolerance=1e-5, massless_above=above))
+        integrator = ExactIntegrator(
+            balance, 1.0, IntegrationSettings(tolerance=1e-5, massless_above=above)
+        )
         counts.append(integrator.periods(integrator.on_orbit(point), 5).events / 5)
     assert counts[0] < 8 and counts[1] > 2 * counts[0]
 
 
 def test_modes_that_only_contacts_hold_keep_their_mass():
     """The free damper on stiff contacts: no spring is left to it when they open."""
-    q, point, balance = solve(oscillator(kn=1e8, kt=1e8), FORCE, 2 * np.pi * 60, 1, start="zero_force")
+    q, point, balance = solve(
+        oscillator(kn=1e8, kt=1e8), FORCE, 2 * np.pi * 60, 1, start="zero_force"
+    )
     integrator = ExactIntegrator(balance, point.parameter, IntegrationSettings(massless_above=20))
     assert np.abs(integrator.stuck.system.s).max() > 20 * point.parameter
 
 
-@pytest.mark.parametrize("name,value,allowed", [
-    ("massless_above", -1, "number, above 0"), ("samples", 10.5, "whole number, 1 or more"),
-    ("tolerance", np.inf, "number, 0 or more"), ("max_columns", True, "whole number, 0 or more")])
+@pytest.mark.parametrize(
+    "name,value,allowed",
+    [
+        ("massless_above", -1, "number, above 0"),
+        ("samples", 10.5, "whole number, 1 or more"),
+        ("tolerance", np.inf, "number, 0 or more"),
+        ("max_columns", True, "whole number, 0 or more"),
+    ],
+)
 def test_settings_are_numbers(name, value, allowed):
     with pytest.raises(InputError, match=f"settings: {name} = {value}: must be a {allowed}"):
         IntegrationSettings(**{name: value})
@@ -228,15 +256,23 @@ def test_compilation_of_the_integration_is_announced(monkeypatch):
     asked = []
     monkeypatch.setattr(compilation, "announce", asked.append)
     _, q, point, balance = at("A1", 1.05, 3)
-    ExactIntegrator(balance, 1.05)              # before the first compiled function is called
+    ExactIntegrator(balance, 1.05)  # before the first compiled function is called
     assert events.run in asked
 
 
 def test_first_crossing_and_turn_of_a_cubic():
-    """x^3 - 1.5 x^2 + 0.56 x - 0.05 passes zero at 0.1348 upwards; its rate falls below zero at 0.2517."""
-    c0, r0, c1, r1 = -0.05, 0.56, 0.01, 0.56
-    assert events.crossing(c0, r0, c1, r1, 0.0) == pytest.approx(np.sort(np.roots([1, -1.5, 0.56, -0.05]).real)[0])
-    assert events.turning(-c0, -r0, -c1, -r1, 0.0, 0.0) == pytest.approx((3 - np.sqrt(9 - 4 * 3 * 0.56)) / 6)
+    """x^3 - 1.5 x^2 + 0.56 x - 0.05 passes zero at 0.1348 upwards; its rate falls below zero at
+    0.2517."""
+    c0 = -0.05
+    r0 = 0.56
+    c1 = 0.01
+    r1 = 0.56
+    assert events.crossing(c0, r0, c1, r1, 0.0) == pytest.approx(
+        np.sort(np.roots([1, -1.5, 0.56, -0.05]).real)[0]
+    )
+    assert events.turning(-c0, -r0, -c1, -r1, 0.0, 0.0) == pytest.approx(
+        (3 - np.sqrt(9 - 4 * 3 * 0.56)) / 6
+    )
     assert events.crossing(-1.0, 0.1, -0.9, 0.1, 0.0) == events.NEVER
     assert events.crossing(0.1, 0.0, 1.0, 0.0, 0.0) == 0.0
 

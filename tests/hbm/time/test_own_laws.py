@@ -1,4 +1,5 @@
-"""Laws of a user's own in time integration: tables written by hand, and laws that depend on the rate."""
+"""Laws of a user's own in time integration: tables written by hand, and laws that depend on the
+rate."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -26,12 +27,15 @@ W, FORCE = 0.8, 1.0
 def oscillator(law, contacts=1):
     """1 kg on 1 N/m with damping, and so many contacts to the ground."""
     none = np.zeros(contacts)
-    problem = ContactProblem(ONE, 0.05 * ONE, ONE, np.ones((contacts, 1)), law, Contacts(none, none, none, none))
+    problem = ContactProblem(
+        ONE, 0.05 * ONE, ONE, np.ones((contacts, 1)), law, Contacts(none, none, none, none)
+    )
     return HarmonicBalance(problem, {1: np.array([FORCE])}, 5)
 
 
 def by_scipy(integrator, periods, rate):
-    """Motion after so many periods from the steady stuck motion; rate(t, q, v, state) -> (force, state rate)."""
+    """Motion after so many periods from the steady stuck motion; rate(t, q, v, state) -> (force,
+    state rate)."""
     q, v = integrator.stuck.known(np.zeros(1))[:2, 0, 0]
 
     def slope(t, y):
@@ -39,7 +43,9 @@ def by_scipy(integrator, periods, rate):
         return [y[1], FORCE * np.cos(W * t) - 0.05 * y[1] - y[0] - force, *state_rate]
 
     states = len(rate(0.0, q, v, np.zeros(9))[1])
-    found = solve_ivp(slope, (0, periods * 2 * np.pi / W), [q, v, *np.zeros(states)], rtol=1e-11, atol=1e-12)
+    found = solve_ivp(
+        slope, (0, periods * 2 * np.pi / W), [q, v, *np.zeros(states)], rtol=1e-11, atol=1e-12
+    )
     return found.y[0, -1]
 
 
@@ -58,22 +64,35 @@ class Stop(ContactLaw):
     components: ClassVar[tuple] = ("n",)
 
     def step(self, motion, state, contacts):
-        return np.where(motion.u.real > self.gap, self.k * (motion.u - self.gap), 0 * motion.u), state
+        return np.where(
+            motion.u.real > self.gap, self.k * (motion.u - self.gap), 0 * motion.u
+        ), state
 
     def piecewise_linear(self, contacts):
         P, ones = len(contacts), np.ones(len(contacts))
         none, free = np.zeros((P, 2, 1, 0)), np.zeros(P)
         return PiecewiseLinear(
-            initial=np.zeros(P, int), stiffness=np.stack([free, self.k * ones], axis=1)[:, :, None, None],
-            by_memory=none, offset=np.stack([free, -self.k * self.gap * ones], axis=1)[:, :, None],
-            follows=np.zeros((2, 0), bool), follow_u=np.zeros((P, 2, 0, 1)), follow_0=np.zeros((P, 2, 0)),
-            state=np.array([0, 1]), next_state=np.array([1, 0]), of_rate=np.zeros(2, bool), entry=np.zeros(2, bool),
-            guard_u=np.stack([ones, -ones], axis=1)[:, :, None], guard_memory=np.zeros((P, 2, 0)),
-            guard_0=np.stack([-self.gap * ones, self.gap * ones], axis=1), watched=np.ones((P, 2), bool))
+            initial=np.zeros(P, int),
+            stiffness=np.stack([free, self.k * ones], axis=1)[:, :, None, None],
+            by_memory=none,
+            offset=np.stack([free, -self.k * self.gap * ones], axis=1)[:, :, None],
+            follows=np.zeros((2, 0), bool),
+            follow_u=np.zeros((P, 2, 0, 1)),
+            follow_0=np.zeros((P, 2, 0)),
+            state=np.array([0, 1]),
+            next_state=np.array([1, 0]),
+            of_rate=np.zeros(2, bool),
+            entry=np.zeros(2, bool),
+            guard_u=np.stack([ones, -ones], axis=1)[:, :, None],
+            guard_memory=np.zeros((P, 2, 0)),
+            guard_0=np.stack([-self.gap * ones, self.gap * ones], axis=1),
+            watched=np.ones((P, 2), bool),
+        )
 
 
 def test_stop_behind_a_gap():
-    """Both integrators against Runge-Kutta in five periods; the event-driven one to the accuracy of its steps."""
+    """Both integrators against Runge-Kutta in five periods; the event-driven one to the accuracy of
+    its steps."""
     balance = oscillator(Stop())
     exact = integrator_of(balance, W, IntegrationSettings(tolerance=1e-9))
     assert isinstance(exact, ExactIntegrator)
@@ -107,7 +126,7 @@ class Iwan(ContactLaw):
 
     def piecewise_linear(self, contacts):
         states, P = list(product((0, 1, -1), repeat=2)), len(contacts)
-        guards = []                   # state, next state, of rate, by u, by each slider, constant
+        guards = []  # state, next state, of rate, by u, by each slider, constant
         for s, d, sign in product(range(9), (0, 1), (1, -1)):
             other = list(states[s])
             other[d] = 0 if states[s][d] else sign
@@ -116,30 +135,48 @@ class Iwan(ContactLaw):
                 guards.append((s, following, False, sign, -sign * slider, -LIMIT[d] / K[d]))
             elif states[s][d] == sign:
                 guards.append((s, following, True, -sign, 0 * slider, 0.0))
-        state, following, of_rate, by_u, by_slider, constant = map(np.array, zip(*guards, strict=True))
+        state, following, of_rate, by_u, by_slider, constant = map(
+            np.array, zip(*guards, strict=True)
+        )
         G, signs = len(guards), np.array(states)
         every = np.ones((P, 1, 1))
         return PiecewiseLinear(
-            np.zeros(P, int), every[..., None] * np.full((9, 1, 1), sum(K)), -every[..., None] * np.full((9, 1, 2), K),
-            np.zeros((P, 9, 1)), signs != 0, np.ones((P, 9, 2, 1)), -every * signs * np.divide(LIMIT, K), state,
-            following, of_rate, np.zeros(G, bool), every * by_u[:, None], every * by_slider, every[..., 0] * constant,
-            np.ones((P, G), bool))
+            np.zeros(P, int),
+            every[..., None] * np.full((9, 1, 1), sum(K)),
+            -every[..., None] * np.full((9, 1, 2), K),
+            np.zeros((P, 9, 1)),
+            signs != 0,
+            np.ones((P, 9, 2, 1)),
+            -every * signs * np.divide(LIMIT, K),
+            state,
+            following,
+            of_rate,
+            np.zeros(G, bool),
+            every * by_u[:, None],
+            every * by_slider,
+            every[..., 0] * constant,
+            np.ones((P, G), bool),
+        )
 
 
 @pytest.mark.slow
 def test_iwan_is_two_jenkins_elements():
-    """Written by hand with two sliders in one contact; two contacts with a law of the house; and by samples."""
+    """Written by hand with two sliders in one contact; two contacts with a law of the house; and by
+    samples."""
     one = ExactIntegrator(oscillator(Iwan()), W)
     contacts = Contacts([0.0, 0.0], K, [1.0, 1.0], LIMIT)
     problem = ContactProblem(ONE, 0.05 * ONE, ONE, np.ones((2, 1)), Jenkins1D(), contacts)
     two = ExactIntegrator(HarmonicBalance(problem, {1: np.array([FORCE])}, 5), W)
     a, b = (integrator.periods(integrator.at_rest(), 6) for integrator in (one, two))
-    # the first slider starts at its limit: slip for the law by hand, a stick that ends at once for the other
+    # the first slider starts at its limit: slip for the law by hand, a stick that ends at once for
+    # the other
     assert 30 < a.events <= b.events <= a.events + 1
     assert a.state.memory.ravel() == pytest.approx(b.state.memory.ravel(), abs=1e-8)
     assert a.dissipated.sum() == pytest.approx(b.dissipated.sum(), rel=1e-7)
     assert a.force[0] == pytest.approx(b.force.sum(axis=0), abs=1e-7)
-    assert end_of(SampledIntegrator(oscillator(Iwan()), W), 6) == pytest.approx(end_of(one, 6), abs=2e-5)
+    assert end_of(SampledIntegrator(oscillator(Iwan()), W), 6) == pytest.approx(
+        end_of(one, 6), abs=2e-5
+    )
 
 
 @dataclass(frozen=True)
@@ -156,14 +193,17 @@ def test_nonlinear_damper_to_fourth_order():
     balance, errors = oscillator(Damper()), []
     for samples in (64, 256):
         integrator = integrator_of(balance, W, IntegrationSettings(samples=samples))
-        expected = by_scipy(integrator, 3, lambda t, q, v, s: (0.3 * v + 0.2 * v**3 + 0.5 * q**3, []))
+        expected = by_scipy(
+            integrator, 3, lambda t, q, v, s: (0.3 * v + 0.2 * v**3 + 0.5 * q**3, [])
+        )
         errors.append(abs(end_of(integrator, 3) - expected))
     assert integrator.method == "sampled" and errors[1] < 1e-7 and errors[1] < errors[0] / 100
 
 
 @dataclass(frozen=True)
 class Hysteresis(ContactLaw):
-    """Bouc-Wen with n = 1 [Wen 1976]: f = 0.7 z, z' = v - 1.5 |v| z - 0.5 v |z|; state: z and the motion before."""
+    """Bouc-Wen with n = 1 [Wen 1976]: f = 0.7 z, z' = v - 1.5 |v| z - 0.5 v |z|; state: z and the
+    motion before."""
 
     components: ClassVar[tuple] = ("t1",)
     states: ClassVar[int] = 2
@@ -174,7 +214,7 @@ class Hysteresis(ContactLaw):
     def step(self, motion, state, contacts):
         z, way = state[:, :1], motion.u - state[:, 1:]
         a = 1.5 * np.where(way.real < 0, -way, way) + 0.5 * np.where(z.real < 0, -way, way)
-        part = 1 - a / 2 + a**2 / 6 - a**3 / 24                 # (1 - exp(-a))/a of a short step
+        part = 1 - a / 2 + a**2 / 6 - a**3 / 24  # (1 - exp(-a))/a of a short step
         z = z * (1 - a * part) + way * part
         return 0.7 * z, np.concatenate([z, motion.u], axis=1)
 
@@ -184,8 +224,11 @@ def test_bouc_wen_to_second_order():
     balance, errors = oscillator(Hysteresis()), []
     for samples in (256, 1024):
         integrator = integrator_of(balance, W, IntegrationSettings(samples=samples))
-        expected = by_scipy(integrator, 3, lambda t, q, v, s: (
-            0.7 * s[0], [v - 1.5 * abs(v) * s[0] - 0.5 * v * abs(s[0])]))
+        expected = by_scipy(
+            integrator,
+            3,
+            lambda t, q, v, s: (0.7 * s[0], [v - 1.5 * abs(v) * s[0] - 0.5 * v * abs(s[0])]),
+        )
         errors.append(abs(end_of(integrator, 3) - expected))
     assert errors[1] < 1e-5 and errors[1] < errors[0] / 8
 
@@ -199,7 +242,9 @@ class Maxwell(ContactLaw):
 
     def step(self, motion, state, contacts):
         decay = np.exp(-0.8 / 0.5 * motion.dt)
-        stretch = (motion.u - motion.v * motion.dt - state) * decay + motion.v * (1 - decay) * 0.5 / 0.8
+        stretch = (motion.u - motion.v * motion.dt - state) * decay + motion.v * (
+            1 - decay
+        ) * 0.5 / 0.8
         return 0.8 * stretch, motion.u - stretch
 
 
@@ -221,7 +266,9 @@ def test_balance_of_a_rate_dependent_law():
     point = solve_fixed(balance.evaluate, balance.linear(W), W, balance.weights)
     found = compare_point(balance, point, ONE, IntegrationSettings(samples=256))
     assert found.agrees and found.difference < 1e-3
-    assert found.said.endswith("; integrated with 256 steps per period, as law Maxwell is not piecewise linear")
+    assert found.said.endswith(
+        "; integrated with 256 steps per period, as law Maxwell is not piecewise linear"
+    )
 
 
 def test_a_law_without_table_is_refused():

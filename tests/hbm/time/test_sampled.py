@@ -1,4 +1,5 @@
-"""Sampled integration of laws known by their step: coupled friction, cubic spring, laws of a user's own."""
+"""Sampled integration of laws known by their step: coupled friction, cubic spring, laws of a user's
+own."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -43,7 +44,9 @@ class OwnSlider(ContactLaw):
 def duffing(omega, H=25):
     p = load("I1")["parameters"]
     pairs = Contacts([0.0], [0.0], [0.0], [0.0])
-    problem = ContactProblem(p["m"] * ONE, p["c"] * ONE, p["k"] * ONE, ONE, CubicSpring(p["k3"]), pairs)
+    problem = ContactProblem(
+        p["m"] * ONE, p["c"] * ONE, p["k"] * ONE, ONE, CubicSpring(p["k3"]), pairs
+    )
     return solve(problem, np.array([p["F"]]), omega, H)
 
 
@@ -52,15 +55,18 @@ def test_cubic_spring_to_fourth_order():
     q, point, balance = duffing(0.9)
     errors = []
     for steps in (64, 256):
-        integrator = SampledIntegrator(balance, 0.9, IntegrationSettings(samples=steps, repeats=1e-11))
+        integrator = SampledIntegrator(
+            balance, 0.9, IntegrationSettings(samples=steps, repeats=1e-11)
+        )
         steady = shooting.shoot(integrator, integrator.on_orbit(point), [[1.0]])
         assert steady.periodic
         errors.append(abs(abs(steady.harmonics[0, 1]) / abs(q[0, 1]) - 1))
-    assert errors[1] < 1e-8 and errors[1] < errors[0] / 100          # 1/256
+    assert errors[1] < 1e-8 and errors[1] < errors[0] / 100  # 1/256
 
 
 def test_own_law_is_the_built_in_one():
-    """A1 at 1.05 with a Jenkins element of a user's own, against the exact orbit and event-driven integration."""
+    """A1 at 1.05 with a Jenkins element of a user's own, against the exact orbit and event-driven
+    integration."""
     built, force = jenkins(load("A1")["parameters"])
     problem = ContactProblem(built.M, built.C, built.K, built.B, OwnSlider(), built.contacts)
     q, point, balance = solve(problem, force, 1.05, 5, samples=256)
@@ -83,11 +89,17 @@ def test_coupled_friction_under_a_rotating_force():
     X = -1j * row["R_exact"][0] * np.array([1, -1j])
     guess = np.zeros((3, 3))
     guess[:2, 1], guess[:2, 2] = X.real, X.imag
-    q, point, balance = solve(problem, row["F"] * np.array([1, -1j]), row["Omega"], 1, samples=256, guess=guess.ravel())
+    q, point, balance = solve(
+        problem, row["F"] * np.array([1, -1j]), row["Omega"], 1, samples=256, guess=guess.ravel()
+    )
     errors = []
     for steps in (32, 128):
-        integrator = SampledIntegrator(balance, row["Omega"], IntegrationSettings(samples=steps, repeats=1e-7))
+        integrator = SampledIntegrator(
+            balance, row["Omega"], IntegrationSettings(samples=steps, repeats=1e-7)
+        )
         steady = shooting.shoot(integrator, integrator.on_orbit(point), np.eye(2))
         assert steady.periodic
-        errors.append(np.abs(np.abs(steady.harmonics[:, 1]) - row["R_exact"][0]).max() / row["R_exact"][0])
+        errors.append(
+            np.abs(np.abs(steady.harmonics[:, 1]) - row["R_exact"][0]).max() / row["R_exact"][0]
+        )
     assert errors[1] < 1e-3 and errors[1] < errors[0] / 8 + 1e-9

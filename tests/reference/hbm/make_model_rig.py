@@ -1,11 +1,12 @@
 """Make model_rig.npz from the results of the study docs/studies/two_blade_rig/asymmetric.toml.
 
     python -m tipdamp run docs/studies/two_blade_rig/asymmetric.toml
-    PYTHONPATH=. python tests/reference/hbm/make_model_rig.py docs/studies/two_blade_rig/results/asymmetric
+    PYTHONPATH=. python tests/reference/hbm/make_model_rig.py
+    docs/studies/two_blade_rig/results/asymmetric
 
-The reduced model of the study, its kept pairs and its declared roll springs, in the modes of the stuck system: an exact
-change of coordinates, q = modes y with modes' K_stuck modes = 1. Nothing of hbm's harmonic balance goes into it.
-"""
+The reduced model of the study, its kept pairs and its declared roll springs, in the modes of the
+stuck system: an exact change of coordinates, q = modes y with modes' K_stuck modes = 1. Nothing of
+hbm's harmonic balance goes into it."""
 
 import sys
 from pathlib import Path
@@ -28,7 +29,8 @@ TARGET = Path(__file__).parent / "model_rig.npz"
 def arrays(folder) -> dict:
     """What is stored: see README.md beside this file."""
     study = load_study(STUDY)
-    model, table = ReducedModel.load(folder / "model.npz"), ContactTable.load(folder / "kept.csv")
+    model = ReducedModel.load(folder / "model.npz")
+    table = ContactTable.load(folder / "kept.csv")
     springs = terms.declared_springs(study, table)
     sprung = with_springs(model, table, springs)
     pairs = table.select(table.carrying)
@@ -38,15 +40,23 @@ def arrays(folder) -> dict:
     rows = terms.outputs(study, model)
     physical = np.flatnonzero(model.direction != "mode")
     nodes = set(zip(["damper"] * len(pairs), pairs.damper_node, strict=True)) | set(
-        zip(pairs.blade_body.tolist(), pairs.blade_node, strict=True))
+        zip(pairs.blade_body.tolist(), pairs.blade_node, strict=True)
+    )
     named = np.array([i for i in physical if (str(model.body[i]), int(model.node[i])) in nodes])
     return {
-        "mass": R.mass, "shapes": problem.B @ R.shapes, "force": R.shapes.T @ terms.excitation(study, model),
+        "mass": R.mass,
+        "shapes": problem.B @ R.shapes,
+        "force": R.shapes.T @ terms.excitation(study, model),
         "roll": spring_rows(model, table, springs) @ R.shapes,
-        "outputs": np.array(list(rows.values())) @ R.shapes, "names": np.array(list(rows)),
+        "outputs": np.array(list(rows.values())) @ R.shapes,
+        "names": np.array(list(rows)),
         **{name: vars(problem.contacts)[name] for name in ("kn", "kt", "mu", "preload")},
-        "motion": R.shapes[named].astype(np.float32), "body": model.body[named], "node": model.node[named],
-        "direction": model.direction[named], "position": model.position[named]}
+        "motion": R.shapes[named].astype(np.float32),
+        "body": model.body[named],
+        "node": model.node[named],
+        "direction": model.direction[named],
+        "position": model.position[named],
+    }
 
 
 if __name__ == "__main__":

@@ -12,12 +12,20 @@ def line_mesh():
     """Nodes on a line along y with four load points; cells do not matter here."""
     y = np.linspace(0, 0.06, 7)
     position = np.column_stack([np.zeros(7), y, np.full(7, 0.05)])
-    return Mesh(np.arange(11, 18), position, {}, {"load_points": np.array([11, 13, 15, 17])}, source="line")
+    return Mesh(
+        np.arange(11, 18), position, {}, {"load_points": np.array([11, 13, 15, 17])}, source="line"
+    )
 
 
-@pytest.mark.parametrize("options, place", [({}, 0.03), ({"weights": (0.4, 0.3, 0.2, 0.1)}, 0.02),
-                                            ({"positions": (0.25, 0.6)}, 0.0255),
-                                            ({"positions": (0.1, 0.9), "weights": (0.75, 0.25)}, 0.018)])
+@pytest.mark.parametrize(
+    "options, place",
+    [
+        ({}, 0.03),
+        ({"weights": (0.4, 0.3, 0.2, 0.1)}, 0.02),
+        ({"positions": (0.25, 0.6)}, 0.0255),
+        ({"positions": (0.1, 0.9), "weights": (0.75, 0.25)}, 0.018),
+    ],
+)
 def test_resultant_and_place_of_the_pull(options, place):
     nodes, forces = pull_forces(line_mesh(), "load_points", (0, 1, 0), (0, 0, 1), **options)
     assert forces.sum(axis=0) == pytest.approx([0, 0, 1])

@@ -1,4 +1,5 @@
-"""Run under mpirun: python on_ranks.py STUDY OUT - preload and stuck modes of a study on the full model."""
+"""Run under mpirun: python on_ranks.py STUDY OUT - preload and stuck modes of a study on the full
+model."""
 
 import sys
 from pathlib import Path
@@ -20,19 +21,27 @@ from tipdamp.study.study import load_study  # noqa: E402
 
 
 def rig(path, assembled=True):
-    """Bodies (None where they are not to be assembled here), meshes, pairs and study of the two-blade rig."""
+    """Bodies (None where they are not to be assembled here), meshes, pairs and study of the
+    two-blade rig."""
     study = load_study(path)
     meshes = read_meshes(study)
     pairs = stiffness.with_values(study, matched_pairs(study, meshes), {})
-    return assemble_bodies(study, meshes, lambda *_: None) if assembled else None, meshes, pairs, study
+    return (
+        assemble_bodies(study, meshes, lambda *_: None) if assembled else None,
+        meshes,
+        pairs,
+        study,
+    )
 
 
 def parts(meshes, study):
     """What the bodies are made of."""
     m = study.material
     steel = Material(m.E, m.nu, m.density)
-    return [Part(meshes["blades"], steel, "blades", clamp=study.blades.clamp),
-            Part(meshes["damper"], steel, "damper", free=True)]
+    return [
+        Part(meshes["blades"], steel, "blades", clamp=study.blades.clamp),
+        Part(meshes["damper"], steel, "damper", free=True),
+    ]
 
 
 def shares(meshes, study, extra=0):
@@ -79,5 +88,11 @@ if __name__ == "__main__":
     from mpi4py import MPI
 
     if MPI.COMM_WORLD.rank == 0:
-        np.savez(sys.argv[2], preload=found.pairs.preload, iterations=found.iterations, hz=hz, hard=hard.pairs.preload,
-                 ranks=MPI.COMM_WORLD.size)
+        np.savez(
+            sys.argv[2],
+            preload=found.pairs.preload,
+            iterations=found.iterations,
+            hz=hz,
+            hard=hard.pairs.preload,
+            ranks=MPI.COMM_WORLD.size,
+        )

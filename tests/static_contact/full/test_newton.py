@@ -1,4 +1,5 @@
-"""The other route to the preload: Newton on the full finite-element model, alone and under mpirun."""
+"""The other route to the preload: Newton on the full finite-element model, alone and under
+mpirun."""
 
 import os
 import shutil
@@ -42,11 +43,14 @@ def hz_alone(rig):
 
 @pytest.mark.slow
 def test_same_preload_as_the_condensed_route(rig_results, alone):
-    """29 000 dofs by Newton against the Schur complement: same open pairs, preloads to 1e-8 of the largest."""
+    """29 000 dofs by Newton against the Schur complement: same open pairs, preloads to 1e-8 of the
+    largest."""
     model = ReducedModel.load(rig_results.path("model.npz"))
     pairs = ContactTable.load(rig_results.path("preload.csv"))
     found = StaticContact(model, pairs).solve(113 * model.loads["pull"], gap=crown(pairs))
-    assert ((found.pairs.preload < 0) == (alone.pairs.preload < 0)).all() and (alone.pairs.preload < 0).any()
+    assert ((found.pairs.preload < 0) == (alone.pairs.preload < 0)).all() and (
+        alone.pairs.preload < 0
+    ).any()
     assert alone.pairs.preload == pytest.approx(found.pairs.preload, abs=1e-8 * found.force.max())
     assert alone.iterations >= 1 and alone.residual < 1e-9
 
@@ -58,19 +62,23 @@ def hard_alone(rig):
 
 @pytest.mark.slow
 def test_same_preload_with_hard_pairs(rig_results, hard_alone):
-    """Every other pair without a spring, by multipliers on the full model: same open pairs, forces to 1e-8."""
+    """Every other pair without a spring, by multipliers on the full model: same open pairs, forces
+    to 1e-8."""
     model = ReducedModel.load(rig_results.path("model.npz"))
     pairs = with_hard_pairs(ContactTable.load(rig_results.path("preload.csv")))
     found = StaticContact(model, pairs).solve(113 * model.loads["pull"], gap=crown(pairs))
     assert ((found.force > 0) == (hard_alone.force > 0)).all() and (hard_alone.force == 0).sum() > 5
-    assert hard_alone.pairs.preload == pytest.approx(found.pairs.preload, abs=1e-8 * found.force.max())
+    assert hard_alone.pairs.preload == pytest.approx(
+        found.pairs.preload, abs=1e-8 * found.force.max()
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SHARES)
 def test_random_corners_by_both_routes(name):
-    """Pairs that face two ways, random gaps, every third case hard: where Newton alone cycles, or meets a set that
-    holds nothing, the full route goes on as the condensed one does. Forces to 1e-7 of the largest."""
+    """Pairs that face two ways, random gaps, every third case hard: where Newton alone cycles, or
+    meets a set that holds nothing, the full route goes on as the condensed one does. Forces to 1e-7
+    of the largest."""
     both, reduced, model, pairs = corner()
     full, load = pulls(both, reduced, name)
     random = np.random.default_rng(0)
@@ -97,7 +105,8 @@ def test_rows_of_a_rank(rig):
             mine = sp.block_diag([getattr(b, label) for b in held], format="csr")
             assert abs(whole[low:high] - mine[low:high]).max() < 1e-12 * abs(whole).max()
             assert mine.nnz < 0.5 * whole.nnz
-        held_columns, mine = both[0].M_clamped, held[0].M_clamped          # what gravity on the clamped nodes weighs
+        # what gravity on the clamped nodes weighs
+        held_columns, mine = both[0].M_clamped, held[0].M_clamped
         own = slice(low, min(high, both[0].dofs))
         assert abs(held_columns[own] - mine[own]).max() < 1e-12 * abs(held_columns).max()
         assert held_columns.nnz > 0
@@ -113,16 +122,35 @@ def test_ranks_agree(rig, alone, hard_alone, hz_alone, ranks, tmp_path):
     out = tmp_path / "found.npz"
     # Open MPI asks root for both
     root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    run = subprocess.run(["mpirun", "--oversubscribe", "-n", str(ranks), sys.executable, "-m", "mpi4py",
-                          str(script),
-                          str(rig / "rig.toml"), str(out)], env={**os.environ, **root, "OMP_NUM_THREADS": "1"},
-                         capture_output=True, text=True, timeout=900)  # a hang, however busy the machine
+    run = subprocess.run(
+        [
+            "mpirun",
+            "--oversubscribe",
+            "-n",
+            str(ranks),
+            sys.executable,
+            "-m",
+            "mpi4py",
+            str(script),
+            str(rig / "rig.toml"),
+            str(out),
+        ],
+        env={**os.environ, **root, "OMP_NUM_THREADS": "1"},
+        # a hang, however busy the machine
+        capture_output=True,
+        text=True,
+        timeout=900,
+    )
     assert run.returncode == 0, run.stderr
     with np.load(out) as z:
         assert int(z["ranks"]) == ranks and int(z["iterations"]) == alone.iterations
         assert z["hz"] == pytest.approx(hz_alone, rel=1e-9)
-        assert z["hard"] == pytest.approx(hard_alone.pairs.preload, abs=1e-9 * hard_alone.force.max())
-        assert z["preload"] == pytest.approx(alone.pairs.preload, abs=1e-9 * alone.pairs.preload.max())
+        assert z["hard"] == pytest.approx(
+            hard_alone.pairs.preload, abs=1e-9 * hard_alone.force.max()
+        )
+        assert z["preload"] == pytest.approx(
+            alone.pairs.preload, abs=1e-9 * alone.pairs.preload.max()
+        )
 
 
 def test_refusals(rig):
@@ -131,5 +159,5 @@ def test_refusals(rig):
     pairs = stiffness.with_values(study, matched_pairs(study, meshes), {})
     both = assemble_bodies(study, meshes, lambda *_: None)
     along = both[1].rigid_motions()[:, 1]
-    with pytest.raises(InputError, match=r"slide along y is loaded: 2.08e\+03 N"):      # 6231 dofs / 3
+    with pytest.raises(InputError, match=r"slide along y is loaded: 2.08e\+03 N"):  # 6231 dofs / 3
         full_preload(both, pairs, {"damper": along})

@@ -1,4 +1,5 @@
-"""Stuck modes over the ranks of an mpirun: counted, as those of one process are. (Several ranks: test_newton.py.)"""
+"""Stuck modes over the ranks of an mpirun: counted, as those of one process are. (Several ranks:
+test_newton.py.)"""
 
 import numpy as np
 import pytest
@@ -31,10 +32,12 @@ def test_a_missed_mode_is_noticed(body, monkeypatch, lost):
 
     def misses_one(A, B, count, **rest):
         lam, shapes = lowest(A, B, count, **rest)
-        return np.delete(lam, lost), shapes[:lost] + shapes[lost + 1:]
+        return np.delete(lam, lost), shapes[:lost] + shapes[lost + 1 :]
 
     monkeypatch.setattr(slepc, "lowest", misses_one)
-    with pytest.raises(RuntimeError, match=r"(\d+) modes found below .* Hz, where the inertia counts \d+"):
+    with pytest.raises(
+        RuntimeError, match=r"(\d+) modes found below .* Hz, where the inertia counts \d+"
+    ):
         full.modes_over_ranks(*body, 8)
 
 

@@ -7,7 +7,8 @@ from tipdamp.static_contact.normal.closed_factor import ClosedFactor
 
 
 def test_sets_that_change():
-    """A random walk over sets of 150 rows, by small steps (bordered) and large ones (a new factor); the empty set."""
+    """A random walk over sets of 150 rows, by small steps (bordered) and large ones (a new factor);
+    the empty set."""
     random = np.random.default_rng(7)
     L = random.normal(size=(150, 150))
     A = L @ L.T / 150 + np.eye(150)
@@ -20,10 +21,12 @@ def test_sets_that_change():
         closed[change] ^= True
         x = factor.solve(closed, right)
         rows = np.flatnonzero(closed)
-        assert x[rows] == pytest.approx(np.linalg.solve(A[np.ix_(rows, rows)], right[rows]), abs=1e-12)
+        assert x[rows] == pytest.approx(
+            np.linalg.solve(A[np.ix_(rows, rows)], right[rows]), abs=1e-12
+        )
         assert not x[~closed].any()
         bases.add(factor.base.tobytes())
-    assert 3 <= len(bases) < 20                               # most sets were solved with the factor of another
+    assert 3 <= len(bases) < 20  # most sets were solved with the factor of another
     assert not factor.solve(np.zeros(150, dtype=bool), right).any()
 
 

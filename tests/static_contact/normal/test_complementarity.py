@@ -1,4 +1,5 @@
-"""Pairs that face two ways in three dimensions: many random gaps, soft and hard, against a second solver."""
+"""Pairs that face two ways in three dimensions: many random gaps, soft and hard, against a second
+solver."""
 
 from functools import cache
 
@@ -15,8 +16,9 @@ made = cache(corner)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SHARES)
 def test_random_gaps_against_an_interior_point(name):
-    """60 cases for each way of pulling, every third hard. Symmetric ones balance on single lines of pairs, where many
-    positions of the damper are solutions; the forces are the same in all of them."""
+    """60 cases for each way of pulling, every third hard. Symmetric ones balance on single lines of
+    pairs, where many positions of the damper are solutions; the forces are the same in all of
+    them."""
     bodies, reduced, model, pairs = made()
     load = pulls(bodies, reduced, name)[1]
     random = np.random.default_rng(0)

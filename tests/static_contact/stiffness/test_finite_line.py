@@ -1,8 +1,9 @@
-"""The round side in three dimensions as a contact problem: a finite cylinder whose contact is found, not assumed.
+"""The round side in three dimensions as a contact problem: a finite cylinder whose contact is
+found, not assumed.
 
-The model of the package gives the line one half-width, Hertz's, over its whole length. Here boundary elements with an
-active set find the contact of the cylinder with sharp ends (wider there) and its approach: a second theory for both
-stiffnesses, which also confirms the reference case S24.
+The model of the package gives the line one half-width, Hertz's, over its whole length. Here
+boundary elements with an active set find the contact of the cylinder with sharp ends (wider there)
+and its approach: a second theory for both stiffnesses, which also confirms the reference case S24.
 """
 
 import numba
@@ -37,7 +38,8 @@ def influence(length, x, a, y, b):
 
 
 def approach_and_tangent(n):
-    """Approach (m) and dP/d(delta) (N/m) of the cylinder at LOAD, n x n cells; lengths in Hertz half-widths inside."""
+    """Approach (m) and dP/d(delta) (N/m) of the cylinder at LOAD, n x n cells; lengths in Hertz
+    half-widths inside."""
     unit = hertz_half_width(LOAD / LENGTH, RADIUS, STEEL.E_star)
     length = LENGTH / unit
     stretch = np.arcsinh(np.sqrt(length))
@@ -45,13 +47,16 @@ def approach_and_tangent(n):
     y_edges = 1.45 * np.arange(n + 1) / n
     (x, a), (y, b) = ((0.5 * (e[1:] + e[:-1]), 0.5 * np.diff(e)) for e in (x_edges, y_edges))
     compliance = influence(length, x, a, y, b) / np.pi
-    area, gap = 4 * np.outer(2 * a, 2 * b).ravel() * STEEL.E_star * unit**2, np.tile(y**2 * unit / (2 * RADIUS), n)
+    area = 4 * np.outer(2 * a, 2 * b).ravel() * STEEL.E_star * unit**2
+    gap = np.tile(y**2 * unit / (2 * RADIUS), n)
 
     def load(delta):
         active = np.tile(y < 1.2, n)
         for _ in range(50):
             pressure = np.zeros(n * n)
-            pressure[active] = np.linalg.solve(compliance[np.ix_(active, active)], (delta / unit - gap)[active])
+            pressure[active] = np.linalg.solve(
+                compliance[np.ix_(active, active)], (delta / unit - gap)[active]
+            )
             opening = compliance @ pressure - (delta / unit - gap)
             wanted = np.where(active, pressure > 0, opening < 0)
             if np.all(wanted == active):

@@ -1,4 +1,5 @@
-"""Partial slip: Mindlin's and Cattaneo's closed forms, the area of the loop itself, small and gross slip."""
+"""Partial slip: Mindlin's and Cattaneo's closed forms, the area of the loop itself, small and gross
+slip."""
 
 import numpy as np
 import pytest
@@ -46,7 +47,8 @@ BODIES = pytest.mark.parametrize("compliance", [sphere, line, finite])
 
 @pytest.mark.parametrize("q", [0.05, 0.5, 0.9, 1.0])
 def test_sphere_is_mindlin(q):
-    """delta_t = (3 mu P / 16 a) (sum of (2 - nu)/G) [1 - (1 - q)^(2/3)]; loss of Mindlin & Deresiewicz (1953)."""
+    """delta_t = (3 mu P / 16 a) (sum of (2 - nu)/G) [1 - (1 - q)^(2/3)]; loss of Mindlin &
+    Deresiewicz (1953)."""
     a = np.cbrt(3 * LOAD * RADIUS / (4 * UNLIKE.E_star))
     bodies = (2 - 0.3) / UNLIKE.G1 + (2 - 0.342) / UNLIKE.G2
     delta = 3 * MU * LOAD / (16 * a) * bodies * (1 - (1 - q) ** (2 / 3))
@@ -62,17 +64,25 @@ def test_sphere_is_mindlin(q):
 def test_loss_is_the_area_of_the_loop(compliance, q):
     top = q * MU * LOAD
     masing = 4 * top * slip_displacement(compliance, LOAD, MU, top)
-    masing -= 8 * quad(lambda v: slip_displacement(compliance, LOAD, MU, v), 0, top, epsrel=1e-9, limit=200)[0]
+    masing -= (
+        8
+        * quad(
+            lambda v: slip_displacement(compliance, LOAD, MU, v), 0, top, epsrel=1e-9, limit=200
+        )[0]
+    )
     assert loop_energy(compliance, LOAD, MU, top) == pytest.approx(masing, rel=1e-6)
     force, delta = masing_loop(compliance, LOAD, MU, top, points=400)
-    assert trapezoid(force, delta) == pytest.approx(loop_energy(compliance, LOAD, MU, top), rel=2e-3)
+    assert trapezoid(force, delta) == pytest.approx(
+        loop_energy(compliance, LOAD, MU, top), rel=2e-3
+    )
     assert (force[0], force[399]) == (-top, top)
     assert delta[399] == pytest.approx(slip_displacement(compliance, LOAD, MU, top), rel=1e-12)
 
 
 @BODIES
 def test_small_forces_stick(compliance):
-    """The initial slope is the stuck compliance, and the loss falls with the cube of the amplitude."""
+    """The initial slope is the stuck compliance, and the loss falls with the cube of the
+    amplitude."""
     small = 1e-5 * MU * LOAD
     stuck = small * compliance(np.array([LOAD]))[0]
     assert slip_displacement(compliance, LOAD, MU, small) == pytest.approx(stuck, rel=1e-5)
@@ -99,7 +109,10 @@ def test_force_of_a_displacement_and_back(compliance, q):
     found = slip_force(compliance, LOAD, MU, slip_displacement(compliance, LOAD, MU, force))
     assert found == pytest.approx(force, rel=1e-10)
     gross = slip_displacement(compliance, LOAD, MU, MU * LOAD)
-    assert slip_force(compliance, LOAD, MU, 1.5 * gross) == MU * LOAD and slip_force(compliance, LOAD, MU, 0.0) == 0
+    assert (
+        slip_force(compliance, LOAD, MU, 1.5 * gross) == MU * LOAD
+        and slip_force(compliance, LOAD, MU, 0.0) == 0
+    )
     with pytest.raises(InputError, match="displacement = -1"):
         slip_force(compliance, LOAD, MU, -1.0)
 
@@ -108,7 +121,8 @@ def test_force_of_a_displacement_and_back(compliance, q):
 @BODIES
 @pytest.mark.parametrize("part", [0.4, 2.5])
 def test_loop_over_displacement(compliance, part):
-    """Below gross slip it is the loop over the force, point by point; its area is the loss, with the sliding beyond."""
+    """Below gross slip it is the loop over the force, point by point; its area is the loss, with
+    the sliding beyond."""
     gross = slip_displacement(compliance, LOAD, MU, MU * LOAD)
     delta, force = displacement_loop(compliance, LOAD, MU, part * gross, points=80)
     loss = displacement_loop_energy(compliance, LOAD, MU, part * gross)
@@ -121,5 +135,7 @@ def test_loop_over_displacement(compliance, part):
         assert top == pytest.approx(others[:60], abs=1e-3 * MU * LOAD)
         assert loss == pytest.approx(loop_energy(compliance, LOAD, MU, force[79]), rel=1e-9)
     else:
-        assert loss == pytest.approx(loop_energy(compliance, LOAD, MU, MU * LOAD)
-                                     + 4 * MU * LOAD * (part - 1) * gross, rel=1e-9)
+        assert loss == pytest.approx(
+            loop_energy(compliance, LOAD, MU, MU * LOAD) + 4 * MU * LOAD * (part - 1) * gross,
+            rel=1e-9,
+        )

@@ -1,4 +1,5 @@
-"""Every output of tests/reference/stiffness/cases.json (origin in its README) within the tolerance stated there."""
+"""Every output of tests/reference/stiffness/cases.json (origin in its README) within the tolerance
+stated there."""
 
 import json
 from pathlib import Path
@@ -25,19 +26,29 @@ from tipdamp.static_contact.stiffness.rounded_punch import (
     punch_pressure,
 )
 
-CASES = {case["id"]: case for case in json.loads(
-    (Path(__file__).parents[2] / "reference" / "stiffness" / "cases.json").read_text())["cases"]}
+CASES = {
+    case["id"]: case
+    for case in json.loads(
+        (Path(__file__).parents[2] / "reference" / "stiffness" / "cases.json").read_text()
+    )["cases"]
+}
 
 
 def moduli(pair, i):
-    return {"E_star_Pa": pair.E_star, "G1_Pa": pair.G1, "G2_Pa": pair.G2, "dundurs_alpha": pair.dundurs_alpha,
-            "dundurs_beta": pair.dundurs_beta}
+    return {
+        "E_star_Pa": pair.E_star,
+        "G1_Pa": pair.G1,
+        "G2_Pa": pair.G2,
+        "dundurs_alpha": pair.dundurs_alpha,
+        "dundurs_beta": pair.dundurs_beta,
+    }
 
 
 def line_compliance(pair, i, component):
     def compliance(load):
         a = hertz_half_width(load, i["R_m"], pair.E_star)
         return 1 / getattr(plane_stiffness(pair, a, i["d1_m"], i["d2_m"]), component)
+
     return compliance
 
 
@@ -46,10 +57,18 @@ def line2d(pair, i):
     a = hertz_half_width(load, i["R_m"], pair.E_star)
     k = plane_stiffness(pair, a, i["d1_m"], i["d2_m"])
     normal = line_compliance(pair, i, "normal")
-    return {"P_line_N_per_m": load, "a_m": a, "p0_Pa": hertz_peak_pressure(load, a), "p_mean_Pa": load / (2 * a),
-            "Kn_line_tangent_N_per_m2": k.normal, "Kt_across_line_tangent_N_per_m2": k.across,
-            "Kt_along_line_tangent_N_per_m2": k.along, "delta_n_m": approach(normal, load),
-            "Kn_line_secant_N_per_m2": secant_stiffness(normal, load), "Kn_total_tangent_N_per_m": k.normal * i["L_m"]}
+    return {
+        "P_line_N_per_m": load,
+        "a_m": a,
+        "p0_Pa": hertz_peak_pressure(load, a),
+        "p_mean_Pa": load / (2 * a),
+        "Kn_line_tangent_N_per_m2": k.normal,
+        "Kt_across_line_tangent_N_per_m2": k.across,
+        "Kt_along_line_tangent_N_per_m2": k.along,
+        "delta_n_m": approach(normal, load),
+        "Kn_line_secant_N_per_m2": secant_stiffness(normal, load),
+        "Kn_total_tangent_N_per_m": k.normal * i["L_m"],
+    }
 
 
 def rounded_punch(pair, i):
@@ -59,21 +78,37 @@ def rounded_punch(pair, i):
     x_peak, p_peak = punch_peak(load, *punch)
     k = plane_stiffness(pair, a, i["d1_m"], i["d2_m"])
     hertz = hertz_half_width(load, radius, pair.E_star)
-    values = {"a_m": a, "b_over_a": b / a, "p_centre_Pa": punch_pressure(0.0, load, *punch), "p_peak_Pa": p_peak,
-              "x_peak_m": x_peak, "hertz_a_m": hertz, "hertz_p0_Pa": hertz_peak_pressure(load, hertz),
-              "Kn_line_tangent_N_per_m2": k.normal, "Kt_across_line_tangent_N_per_m2": k.across,
-              "p_at_0.5_a_Pa": punch_pressure(0.5 * a, load, *punch)}
+    values = {
+        "a_m": a,
+        "b_over_a": b / a,
+        "p_centre_Pa": punch_pressure(0.0, load, *punch),
+        "p_peak_Pa": p_peak,
+        "x_peak_m": x_peak,
+        "hertz_a_m": hertz,
+        "hertz_p0_Pa": hertz_peak_pressure(load, hertz),
+        "Kn_line_tangent_N_per_m2": k.normal,
+        "Kt_across_line_tangent_N_per_m2": k.across,
+        "p_at_0.5_a_Pa": punch_pressure(0.5 * a, load, *punch),
+    }
     if "mu" in i:
         c = punch_half_width(stick_load(load, i["mu"], i["Q_over_muP"] * i["mu"] * load), *punch)
-        values |= {"p_at_0.95_a_Pa": punch_pressure(0.95 * a, load, *punch), "stick_half_width_c_m": c,
-                   "c_over_a": c / a}
+        values |= {
+            "p_at_0.95_a_Pa": punch_pressure(0.95 * a, load, *punch),
+            "stick_half_width_c_m": c,
+            "c_over_a": c / a,
+        }
     return values
 
 
 def flat2d(pair, i):
     k = plane_stiffness(pair, i["width_m"] / 2, i["d1_m"], i["d2_m"]).scaled(i["L_m"])
-    return {"Kn_total_N_per_m": k.normal, "Kt_across_total_N_per_m": k.across, "Kt_along_total_N_per_m": k.along,
-            "ratio_across": k.across / k.normal, "ratio_along": k.along / k.normal}
+    return {
+        "Kn_total_N_per_m": k.normal,
+        "Kt_across_total_N_per_m": k.across,
+        "Kt_along_total_N_per_m": k.along,
+        "ratio_across": k.across / k.normal,
+        "ratio_along": k.along / k.normal,
+    }
 
 
 def circle(pair, i):
@@ -82,10 +117,18 @@ def circle(pair, i):
 
 
 def ellipse(pair, i):
-    k, s = ellipse_stiffness(pair, i["a_m"], i["b_m"]), ellipse_integrals(i["a_m"], i["b_m"])
-    return {"S0_per_m": s[0], "S_long_per_m": s[1], "S_short_per_m": s[2], "Kn_N_per_m": k.normal,
-            "Kt_along_long_N_per_m": k.along, "Kt_across_short_N_per_m": k.across,
-            "ratio_long": k.along / k.normal, "ratio_short": k.across / k.normal}
+    k = ellipse_stiffness(pair, i["a_m"], i["b_m"])
+    s = ellipse_integrals(i["a_m"], i["b_m"])
+    return {
+        "S0_per_m": s[0],
+        "S_long_per_m": s[1],
+        "S_short_per_m": s[2],
+        "Kn_N_per_m": k.normal,
+        "Kt_along_long_N_per_m": k.along,
+        "Kt_across_short_N_per_m": k.across,
+        "ratio_long": k.along / k.normal,
+        "ratio_short": k.across / k.normal,
+    }
 
 
 def partial_slip_line(pair, i):
@@ -94,31 +137,63 @@ def partial_slip_line(pair, i):
     q = i["Q_over_muN"] * mu * load
     delta, gross = (slip_displacement(across, load, mu, value) for value in (q, mu * load))
     a, c = (hertz_half_width(p, i["R_m"], pair.E_star) for p in (load, stick_load(load, mu, q)))
-    return {"a_m": a, "c_over_a": c / a, "Q_line_N_per_m": q, "delta_t_m": delta, "delta_t_gross_slip_m": gross,
-            "Kt_line_initial_N_per_m2": 1 / across(load), "Kt_line_secant_N_per_m2": q / delta,
-            "Kt_line_secant_gross_N_per_m2": mu * load / gross}
+    return {
+        "a_m": a,
+        "c_over_a": c / a,
+        "Q_line_N_per_m": q,
+        "delta_t_m": delta,
+        "delta_t_gross_slip_m": gross,
+        "Kt_line_initial_N_per_m2": 1 / across(load),
+        "Kt_line_secant_N_per_m2": q / delta,
+        "Kt_line_secant_gross_N_per_m2": mu * load / gross,
+    }
 
 
 def rect3d(pair, i):
     k, area = rectangle_stiffness(pair, i["L_m"], i["width_m"]), i["L_m"] * i["width_m"]
-    return {"Kn_over_Estar_m": k.normal / pair.E_star, "Kn_N_per_m": k.normal, "Kt_across_width_N_per_m": k.across,
-            "Kt_along_length_N_per_m": k.along, "ratio_across": k.across / k.normal,
-            "ratio_along": k.along / k.normal,
-            "shape_factor_Kn_over_2Estar_sqrtA_pi": k.normal / (2 * pair.E_star * np.sqrt(area / np.pi))}
+    return {
+        "Kn_over_Estar_m": k.normal / pair.E_star,
+        "Kn_N_per_m": k.normal,
+        "Kt_across_width_N_per_m": k.across,
+        "Kt_along_length_N_per_m": k.along,
+        "ratio_across": k.across / k.normal,
+        "ratio_along": k.along / k.normal,
+        "shape_factor_Kn_over_2Estar_sqrtA_pi": k.normal
+        / (2 * pair.E_star * np.sqrt(area / np.pi)),
+    }
 
 
 def line3d_finite(pair, i):
     side = ContactSide("cylinder", i["L_m"], pair, radius=i["R_m"])
     a = half_width(side, i["N_N"])
-    tangent, chord = (nodal_stiffness(side, i["N_N"], 31, StiffnessModel(kind=kind)).total.normal
-                      for kind in ("tangent", "secant"))
-    return {"a_hertz_m": a, "Kn_secant_N_per_m": chord, "Kn_tangent_N_per_m": tangent, "delta_n_m": i["N_N"] / chord,
-            "slender_rect_Kn_tangent_N_per_m": slender_strip_stiffness(pair, i["L_m"], a),
-            "uniform_load_centre_Kn_tangent_N_per_m": uniform_line_stiffness(pair, i["L_m"], a)}
+    tangent, chord = (
+        nodal_stiffness(side, i["N_N"], 31, StiffnessModel(kind=kind)).total.normal
+        for kind in ("tangent", "secant")
+    )
+    return {
+        "a_hertz_m": a,
+        "Kn_secant_N_per_m": chord,
+        "Kn_tangent_N_per_m": tangent,
+        "delta_n_m": i["N_N"] / chord,
+        "slender_rect_Kn_tangent_N_per_m": slender_strip_stiffness(pair, i["L_m"], a),
+        "uniform_load_centre_Kn_tangent_N_per_m": uniform_line_stiffness(pair, i["L_m"], a),
+    }
 
 
-ROUTES = {f.__name__: f for f in (moduli, line2d, rounded_punch, flat2d, circle, ellipse, partial_slip_line, rect3d,
-                                  line3d_finite)}
+ROUTES = {
+    f.__name__: f
+    for f in (
+        moduli,
+        line2d,
+        rounded_punch,
+        flat2d,
+        circle,
+        ellipse,
+        partial_slip_line,
+        rect3d,
+        line3d_finite,
+    )
+}
 
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)

@@ -1,4 +1,5 @@
-"""Stuck frequencies of a lumped two-blade rig with an elastic damper for lists of pairs; tuning to a target."""
+"""Stuck frequencies of a lumped two-blade rig with an elastic damper for lists of pairs; tuning to
+a target."""
 
 import json
 from pathlib import Path
@@ -13,31 +14,60 @@ from tipdamp.static_contact.tuning.detachment import DetachmentOptions, detach_u
 from tipdamp.static_contact.tuning.kept_pairs import keep_ends
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
-H1 = json.loads((Path(__file__).parents[2] / "reference" / "statics" / "H1-fullstick-sets.json").read_text())
+H1 = json.loads(
+    (Path(__file__).parents[2] / "reference" / "statics" / "H1-fullstick-sets.json").read_text()
+)
 P = H1["parameters"]
 Z = np.linspace(-P["L"] / 2, P["L"] / 2, P["n"])
 
 
 def lumped_rig() -> ReducedModel:
-    """u1, th1, u2, th2 of the blades, then w and slope of the damper's stations: Hermite beam elements."""
-    area, inertia, h = np.pi * P["d"] ** 2 / 4, np.pi * P["d"] ** 4 / 64, P["L"] / (P["n"] - 1)
-    k = P["E"] * inertia / h**3 * np.array([[12, 6 * h, -12, 6 * h], [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-                                            [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]])
-    m = P["rho"] * area * h / 420 * np.array([[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-                                              [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]])
+    """u1, th1, u2, th2 of the blades, then w and slope of the damper's stations: Hermite beam
+    elements."""
+    area = np.pi * P["d"] ** 2 / 4
+    inertia = np.pi * P["d"] ** 4 / 64
+    h = P["L"] / (P["n"] - 1)
+    k = (
+        P["E"]
+        * inertia
+        / h**3
+        * np.array(
+            [
+                [12, 6 * h, -12, 6 * h],
+                [6 * h, 4 * h**2, -6 * h, 2 * h**2],
+                [-12, -6 * h, 12, -6 * h],
+                [6 * h, 2 * h**2, -6 * h, 4 * h**2],
+            ]
+        )
+    )
+    m = (
+        P["rho"]
+        * area
+        * h
+        / 420
+        * np.array(
+            [
+                [156, 22 * h, 54, -13 * h],
+                [22 * h, 4 * h**2, 13 * h, -3 * h**2],
+                [54, 13 * h, 156, -22 * h],
+                [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
+            ]
+        )
+    )
     r = 4 + 2 * P["n"]
     mass = np.array([P["m1"], P["J1"], P["m2"], P["J2"]])
     own = 2 * np.pi * np.array([P["f1"], P["ft1"], P["f2"], P["ft2"]])
     M, K = np.zeros((r, r)), np.zeros((r, r))
     M[:4, :4], K[:4, :4] = np.diag(mass), np.diag(mass * own**2)
     for j in range(4, r - 2, 2):
-        M[j:j + 4, j:j + 4] += m
-        K[j:j + 4, j:j + 4] += k
+        M[j : j + 4, j : j + 4] += m
+        K[j : j + 4, j : j + 4] += k
     return ReducedModel.from_matrices(M, K, body=["blades"] * 4 + ["damper"] * (r - 4))
 
 
 def motion(model, pairs):
-    """Of the damper's station less that of the cover (u + z theta) along n; there is none along t1 and t2."""
+    """Of the damper's station less that of the cover (u + z theta) along n; there is none along t1
+    and t2."""
     B = np.zeros((3 * len(pairs), model.size))
     for i in range(len(pairs)):
         first = 0 if pairs.side[i] == "left" else 2
@@ -48,8 +78,13 @@ def motion(model, pairs):
 def pairs_of(active):
     n = P["n"]
     station = np.tile(np.arange(n), 2)
-    return contact_table(np.tile(np.eye(3), (2 * n, 1, 1)), side=np.repeat(["left", "right"], n), station=station,
-                         kn=np.repeat([P["kL"], P["kR"]], n), weight=np.isin(station, active).astype(float))
+    return contact_table(
+        np.tile(np.eye(3), (2 * n, 1, 1)),
+        side=np.repeat(["left", "right"], n),
+        station=station,
+        kn=np.repeat([P["kL"], P["kR"]], n),
+        weight=np.isin(station, active).astype(float),
+    )
 
 
 def stations(name):
@@ -94,8 +129,13 @@ def brute(assembly):
 
 
 def tuned(assembly, hz, **options):
-    return detach_until(assembly, pairs_of(range(P["n"])), hz, out_of_phase(assembly.model),
-                        DetachmentOptions(**options))
+    return detach_until(
+        assembly,
+        pairs_of(range(P["n"])),
+        hz,
+        out_of_phase(assembly.model),
+        DetachmentOptions(**options),
+    )
 
 
 def test_even_splits_are_the_reference(assembly):
@@ -108,13 +148,16 @@ def test_even_splits_are_the_reference(assembly):
 
 
 def test_all_splits_against_brute_force(assembly, brute):
-    """Changes of low rank and the Lanczos process give what the dense problems give; no split beats the chosen one."""
+    """Changes of low rank and the Lanczos process give what the dense problems give; no split beats
+    the chosen one."""
     found = tuned(assembly, 2300.0, scatter_hz=5.0)
     assert {(s.front, s.back) for s in found.history} == set(brute)
     assert max(abs(s.hz - brute[s.front, s.back]) for s in found.history) < 1e-4
     nearest = min(abs(hz - 2300.0) for hz in brute.values())
     assert abs(found.chosen.hz - 2300.0) == pytest.approx(nearest, abs=1e-4)
-    assert {(s.front, s.back) for s in found.equivalent} == {s for s, hz in brute.items() if abs(hz - 2300.0) <= 5.0}
+    assert {(s.front, s.back) for s in found.equivalent} == {
+        s for s, hz in brute.items() if abs(hz - 2300.0) <= 5.0
+    }
     assert found.equivalent[0] == found.chosen and len(found.equivalent) > 4
 
 
@@ -132,21 +175,26 @@ def test_worth_of_a_station(assembly):
 def test_graded_station_meets_the_target(assembly, hz, order):
     found = tuned(assembly, hz, graded=True, order=order)
     modes = assembly.modes(found.pairs, out_of_phase(assembly.model))
-    assert modes.tracked_hz == pytest.approx(hz, abs=1e-4) and found.chosen.hz == pytest.approx(hz, abs=1e-4)
+    assert modes.tracked_hz == pytest.approx(hz, abs=1e-4) and found.chosen.hz == pytest.approx(
+        hz, abs=1e-4
+    )
     part = found.pairs.weight[found.pairs.station == found.graded.station]
     assert (part == found.graded.part).all() and 0 < found.graded.part < 1
     assert set(np.unique(found.pairs.weight)) == {0.0, found.graded.part, 1.0}
 
 
 def test_open_pairs_do_not_stick(assembly):
-    """Stations 10 to 20 of the left side carry nothing: neither the sets nor the reach count them."""
+    """Stations 10 to 20 of the left side carry nothing: neither the sets nor the reach count
+    them."""
     pairs, follow = pairs_of(range(P["n"])), out_of_phase(assembly.model)
     opened = (pairs.side == "left") & (pairs.station >= 10) & (pairs.station <= 20)
     load = np.where(opened, -1.0, 2.0)
     found = detach_until(assembly, pairs, 2300.0, follow, DetachmentOptions(load=load))
     for step in found.history[::40]:
         kept = keep_ends(pairs, step.front, step.back)
-        hz = assembly.modes(kept.replace(weight=np.where(opened, 0.0, kept.weight)), follow).tracked_hz
+        hz = assembly.modes(
+            kept.replace(weight=np.where(opened, 0.0, kept.weight)), follow
+        ).tracked_hz
         assert step.hz == pytest.approx(hz, abs=1e-4)
     assert found.history[0].hz < tuned(assembly, 2300.0).history[0].hz - 10
     # kept, they may close as the damper moves: they stay in the table
@@ -156,9 +204,13 @@ def test_open_pairs_do_not_stick(assembly):
 def test_splits_that_differ_in_open_stations_alone_are_one(assembly):
     pairs = pairs_of(range(P["n"]))
     load = np.where((pairs.station >= 10) & (pairs.station <= 20), 0.0, 1.0)
-    found = detach_until(assembly, pairs, 2300.0, out_of_phase(assembly.model), DetachmentOptions(load=load))
-    stuck = [frozenset(np.flatnonzero(keep_ends(pairs, s.front, s.back).carrying & (load > 0)).tolist())
-             for s in found.history]
+    found = detach_until(
+        assembly, pairs, 2300.0, out_of_phase(assembly.model), DetachmentOptions(load=load)
+    )
+    stuck = [
+        frozenset(np.flatnonzero(keep_ends(pairs, s.front, s.back).carrying & (load > 0)).tolist())
+        for s in found.history
+    ]
     assert len(set(stuck)) == len(stuck)
 
 
@@ -166,20 +218,31 @@ def test_least_loaded_stations_leave_first(assembly):
     """A map with its load in the middle: the ends leave, whatever their place."""
     pairs, follow = pairs_of(range(P["n"])), out_of_phase(assembly.model)
     load = 1.0 / (1 + np.abs(pairs.station - 12.2))
-    found = detach_until(assembly, pairs, 1900.0, follow, DetachmentOptions(load=load, order="least_loaded"))
+    found = detach_until(
+        assembly, pairs, 1900.0, follow, DetachmentOptions(load=load, order="least_loaded")
+    )
     assert list(found.stations) == list(range(found.stations[0], found.stations[-1] + 1))
     assert abs(np.mean(found.stations) - 12.2) < 1 and len(found.history) == P["n"] - 1
-    assert found.chosen.front + found.chosen.back == len(found.stations) and found.chosen.front > found.chosen.back
+    assert (
+        found.chosen.front + found.chosen.back == len(found.stations)
+        and found.chosen.front > found.chosen.back
+    )
 
 
 def test_nothing_closed_is_said(assembly):
     pairs = pairs_of(range(P["n"]))
     with pytest.raises(InputError, match="no contact pair is closed at rest"):
-        detach_until(assembly, pairs, 2300.0, out_of_phase(assembly.model), DetachmentOptions(load=-pairs.kn))
+        detach_until(
+            assembly, pairs, 2300.0, out_of_phase(assembly.model), DetachmentOptions(load=-pairs.kn)
+        )
 
 
 def test_target_out_of_reach():
     model = lumped_rig()
     highest = H1["results"][0]["oop_f"]
-    with pytest.raises(InputError, match=rf"target 4000 Hz is not reachable: \d+\.\.{highest:.0f} Hz"):
-        detach_until(StuckAssembly(model, motion), pairs_of(range(P["n"])), 4000.0, out_of_phase(model))
+    with pytest.raises(
+        InputError, match=rf"target 4000 Hz is not reachable: \d+\.\.{highest:.0f} Hz"
+    ):
+        detach_until(
+            StuckAssembly(model, motion), pairs_of(range(P["n"])), 4000.0, out_of_phase(model)
+        )

@@ -1,4 +1,5 @@
-"""The followed mode among many sets of springs, more of them than modes and fewer, against all modes by LAPACK."""
+"""The followed mode among many sets of springs, more of them than modes and fewer, against all
+modes by LAPACK."""
 
 import numpy as np
 import pytest
@@ -13,7 +14,8 @@ from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 def test_sets_in_turn(springs):
     """Springs that leave one after the other, all at once, and come back with a part."""
     rng, r = np.random.default_rng(4), 40
-    lam, phi = np.sort(rng.uniform(1, 400, r)) ** 2, np.linalg.qr(rng.standard_normal((r, r)))[0]
+    lam = np.sort(rng.uniform(1, 400, r)) ** 2
+    phi = np.linalg.qr(rng.standard_normal((r, r)))[0]
     rows, follow = rng.standard_normal((springs, r)), phi[:, 5]
     mode, search = FollowedMode(lam, phi, rows, follow), None
     k = rng.uniform(50, 900, springs)
@@ -29,8 +31,9 @@ def test_sets_in_turn(springs):
 @pytest.mark.parametrize("springs", [1, 9])
 @pytest.mark.parametrize("seed", range(3))
 def test_modes_that_resemble_the_shape_alike(seed, springs, shift):
-    """A shape that is half of one mode and half of two others of one frequency, in any mixture: the lower frequency is
-    followed, and equal modes count as one. With modes from LAPACK and by Lanczos the same."""
+    """A shape that is half of one mode and half of two others of one frequency, in any mixture: the
+    lower frequency is followed, and equal modes count as one. With modes from LAPACK and by Lanczos
+    the same."""
     random = np.random.default_rng(seed)
     lam = np.array([1.0, 4.0, 4.0, 9.0, 16.0, 25.0])
     phi = np.linalg.qr(random.normal(size=(6, 6)))[0]
@@ -40,6 +43,8 @@ def test_modes_that_resemble_the_shape_alike(seed, springs, shift):
     mode = FollowedMode(lam, phi, np.repeat(phi[:, 5:].T, springs, axis=0), follow)
     assert mode.near(shift).find(np.full(springs, 0.1)) == pytest.approx((1.0, 0.5), rel=1e-9)
     model = ReducedModel.from_matrices(np.eye(6), (K + K.T) / 2, body=["damper"] * 6)
-    found = StuckAssembly(model, lambda *_: np.zeros((3, 6))).modes(contact_table(np.eye(3)[None]), follow)
+    found = StuckAssembly(model, lambda *_: np.zeros((3, 6))).modes(
+        contact_table(np.eye(3)[None]), follow
+    )
     assert found.tracked == 0 and found.mac == pytest.approx(0.5, rel=1e-9)
-    assert ((follow @ found.shapes)**2)[:3] == pytest.approx([0.5, 0.5, 0.0], abs=1e-12)
+    assert ((follow @ found.shapes) ** 2)[:3] == pytest.approx([0.5, 0.5, 0.0], abs=1e-12)

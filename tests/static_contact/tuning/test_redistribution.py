@@ -1,4 +1,5 @@
-"""What the kept stations carry of a map with friction: the pull is balanced though some slip and some stick."""
+"""What the kept stations carry of a map with friction: the pull is balanced though some slip and
+some stick."""
 
 import numpy as np
 import pytest
@@ -6,19 +7,29 @@ import pytest
 from tests.contact_tables import contact_table, frames
 from tipdamp.hbm.errors import InputError
 from tipdamp.static_contact.surfaces.pairing import join
-from tipdamp.static_contact.tuning.redistribution import balancing_forces, redistribute, redistribute_friction
+from tipdamp.static_contact.tuning.redistribution import (
+    balancing_forces,
+    redistribute,
+    redistribute_friction,
+)
 
 S = np.sqrt(0.5)
 MU, STATIONS = 0.3, 7
 
 
 def map_with_friction(random):
-    """Two faces at 45 degrees; at one end friction reaches its limit, at the other there is none. And the load that
-    the map balances across the axis y."""
+    """Two faces at 45 degrees; at one end friction reaches its limit, at the other there is none.
+    And the load that the map balances across the axis y."""
     count, station = 2 * STATIONS, np.tile(range(STATIONS), 2)
-    pairs = contact_table(np.repeat(frames([[S, 0, S], [-S, 0, S]]), STATIONS, axis=0),
-                          side=np.repeat(["left", "right"], STATIONS), station=station, blade_body="blades",
-                          position=np.outer(0.01 * station, [0, 1, 0]), mu=MU, preload=random.uniform(1, 5, count))
+    pairs = contact_table(
+        np.repeat(frames([[S, 0, S], [-S, 0, S]]), STATIONS, axis=0),
+        side=np.repeat(["left", "right"], STATIONS),
+        station=station,
+        blade_body="blades",
+        position=np.outer(0.01 * station, [0, 1, 0]),
+        mu=MU,
+        preload=random.uniform(1, 5, count),
+    )
     share = np.tile(np.linspace(0, 1, STATIONS), 2)
     T = np.column_stack([0 * share, share * MU * pairs.preload * np.repeat([1, -1], STATIONS)])
     load = pairs.preload @ pairs.normal + np.einsum("pd,pdx->x", T, pairs.frame[:, :2])
@@ -26,7 +37,9 @@ def map_with_friction(random):
 
 
 def total(pairs, T):
-    return np.maximum(pairs.preload, 0) @ pairs.normal + np.einsum("pd,pdx->x", T, pairs.frame[:, :2])
+    return np.maximum(pairs.preload, 0) @ pairs.normal + np.einsum(
+        "pd,pdx->x", T, pairs.frame[:, :2]
+    )
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -46,7 +59,8 @@ def test_kept_stations_balance_the_pull(seed):
 
 
 def test_open_rows_of_a_station_keep_their_opening():
-    """Two rows, the upper one open: kept itself it stays open by its own gap; left out, the lower one loses nothing."""
+    """Two rows, the upper one open: kept itself it stays open by its own gap; left out, the lower
+    one loses nothing."""
     whole, T, _ = map_with_friction(np.random.default_rng(0))
     upper = whole.replace(row=np.ones(len(whole)), preload=-whole.preload / 2)
     both = join(whole, upper)
@@ -54,12 +68,16 @@ def test_open_rows_of_a_station_keep_their_opening():
     done = redistribute(both, both, forces).pairs
     assert done.preload == pytest.approx(np.r_[2 * whole.preload, upper.preload])
     lower = both.row == 0
-    assert redistribute(both, both.select(lower), forces).pairs.preload == pytest.approx(2 * whole.preload)
+    assert redistribute(both, both.select(lower), forces).pairs.preload == pytest.approx(
+        2 * whole.preload
+    )
     friction = redistribute_friction(both, np.vstack([T, 0 * T]), redistribute(both, both, forces))
     assert friction == pytest.approx(np.vstack([2 * T, 0 * T]))
 
 
 def test_a_map_that_the_kept_stations_cannot_carry():
     whole, T, _ = map_with_friction(np.random.default_rng(0))
-    with pytest.raises(InputError, match="cannot carry the pull with the friction of the whole map: left -"):
+    with pytest.raises(
+        InputError, match="cannot carry the pull with the friction of the whole map: left -"
+    ):
         balancing_forces(whole, whole, T, np.array([-10.0, 0, 0]), (0, 1, 0))

@@ -1,4 +1,5 @@
-"""Pairs to the ground in a user's table: the cube in its corner against a stop, and a plate that rubs on a blade."""
+"""Pairs to the ground in a user's table: the cube in its corner against a stop, and a plate that
+rubs on a blade."""
 
 import numpy as np
 import pytest
@@ -12,10 +13,16 @@ from tipdamp.study.study import load_study
 
 ALONG, ACROSS = 10 * 0.2 / np.sqrt(2.04), 10 / np.sqrt(2.04)
 GIVEN = [("mu = 0.3\n", 'pairs = "mine.csv"\n')] + [
-    (f'blade = "touch_{side}"\ndamper = "face_{face}"\nshape = "flat"\nkn = 1e6\nkt = 1e6\n', 'shape = "flat"\n')
-    for side, face in (("one", "x"), ("two", "z"))]
+    (
+        f'blade = "touch_{side}"\ndamper = "face_{face}"\nshape = "flat"\nkn = 1e6\nkt = 1e6\n',
+        'shape = "flat"\n',
+    )
+    for side, face in (("one", "x"), ("two", "z"))
+]
 TILTED = ("pull_direction = [1, 0, 1]", "pull_direction = [1, 0.2, 1]")
-MATRICES = corner_study.MATRICES.replace("[1, 0, 1]", "[1, 0.2, 1]").replace("pairs.csv", "mine.csv")
+MATRICES = corner_study.MATRICES.replace("[1, 0, 1]", "[1, 0.2, 1]").replace(
+    "pairs.csv", "mine.csv"
+)
 
 
 def to_ground(pairs, nodes, position, normal, t1, side, blade):
@@ -24,28 +31,53 @@ def to_ground(pairs, nodes, position, normal, t1, side, blade):
     frame = np.array([t1, np.cross(n, t1), n])
     one, ground = np.full(P, "blades" if blade else "damper"), np.full(P, "ground")
     more = ContactTable(
-        side=np.full(P, side), station=np.arange(P), row=np.zeros(P), blade_body=one if blade else ground,
-        blade_node=nodes if blade else np.zeros(P), damper_body=ground if blade else one,
-        damper_node=np.zeros(P) if blade else nodes, position=position, frame=np.tile(frame, (P, 1, 1)),
-        gap=np.zeros(P), kn=np.full(P, 1e6), kt=np.full(P, 1e6), mu=np.full(P, 0.3), preload=np.zeros(P),
-        weight=np.ones(P))
-    return ContactTable(**{name: np.concatenate([column, vars(more)[name]]) for name, column in vars(pairs).items()})
+        side=np.full(P, side),
+        station=np.arange(P),
+        row=np.zeros(P),
+        blade_body=one if blade else ground,
+        blade_node=nodes if blade else np.zeros(P),
+        damper_body=ground if blade else one,
+        damper_node=np.zeros(P) if blade else nodes,
+        position=position,
+        frame=np.tile(frame, (P, 1, 1)),
+        gap=np.zeros(P),
+        kn=np.full(P, 1e6),
+        kt=np.full(P, 1e6),
+        mu=np.full(P, 0.3),
+        preload=np.zeros(P),
+        weight=np.ones(P),
+    )
+    return ContactTable(
+        **{name: np.concatenate([column, vars(more)[name]]) for name, column in vars(pairs).items()}
+    )
 
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory):
-    """The matched pairs with kn, kt and mu, a stop along y on the damper's face, a plate on the free end of a blade."""
+    """The matched pairs with kn, kt and mu, a stop along y on the damper's face, a plate on the
+    free end of a blade."""
     study = load_study(corner_study.write(tmp_path_factory.mktemp("matched")))
     store = results_folder(study, None)
     for name in ("reduce", "preload"):
         run_stage(name, study, store, quiet=True)
-    pairs, cube, blades = ContactTable.load(store.path("preload.csv")), corner_study.damper(), corner_study.blades()
+    pairs = ContactTable.load(store.path("preload.csv"))
+    cube = corner_study.damper()
+    blades = corner_study.blades()
     A = corner_study.A
     for mesh, x, side, blade in ((cube, A / 2, "stop", False), (blades, 1.5 * A, "plate", True)):
-        at = (np.abs(mesh.position - [x, A, A / 2])[:, :2] < 1e-9).all(axis=1) & (mesh.position[:, 2] < 1.1 * A)
+        at = (np.abs(mesh.position - [x, A, A / 2])[:, :2] < 1e-9).all(axis=1) & (
+            mesh.position[:, 2] < 1.1 * A
+        )
         order = np.argsort(mesh.position[at, 2])[:1]
-        pairs = to_ground(pairs, mesh.node[at][order], mesh.position[at][order], [0, 1, 0] if not blade else [0, -1, 0],
-                          [0, 0, 1], side, blade)
+        pairs = to_ground(
+            pairs,
+            mesh.node[at][order],
+            mesh.position[at][order],
+            [0, 1, 0] if not blade else [0, -1, 0],
+            [0, 0, 1],
+            side,
+            blade,
+        )
     return pairs.replace(preload=np.zeros(len(pairs)))
 
 
@@ -58,11 +90,16 @@ def run(path, stages):
 
 
 def test_a_stop_takes_the_pull_along_it(table, tmp_path):
-    """Statics: the stop carries the part of the pull along y, the plate nothing; the same with meshes and matrices."""
+    """Statics: the stop carries the part of the pull along y, the plate nothing; the same with
+    meshes and matrices."""
     table.save(tmp_path / "mine.csv")
-    mesh = run(corner_study.write(tmp_path, change=[*GIVEN, TILTED]), ("inspect", "reduce", "preload"))
+    mesh = run(
+        corner_study.write(tmp_path, change=[*GIVEN, TILTED]), ("inspect", "reduce", "preload")
+    )
     sides = mesh.read_json("preload.json")["sides"]
-    assert sides["stop"]["sum_N"] == pytest.approx(ALONG, rel=1e-6) == sides["stop"]["equilibrium_N"]
+    assert (
+        sides["stop"]["sum_N"] == pytest.approx(ALONG, rel=1e-6) == sides["stop"]["equilibrium_N"]
+    )
     assert sides["one"]["sum_N"] == pytest.approx(ACROSS, rel=1e-6)
     assert 0 <= sides["plate"]["sum_N"] < 0.01 * ALONG
     (tmp_path / "matrices").mkdir()
@@ -77,19 +114,40 @@ def test_a_stop_takes_the_pull_along_it(table, tmp_path):
 @pytest.mark.slow
 def test_a_whole_run_with_pairs_to_the_ground(table, tmp_path):
     table.save(tmp_path / "mine.csv")
-    path = corner_study.write(tmp_path, change=[*GIVEN, TILTED, ("[respond]", '[tune]\nstations = "all"\n[respond]'), (
-        "levels = [1]", "levels = [0.01]\nharmonics = 1\nboth_ways = false"), ("[20000, 40000]", "[27000, 28000]")])
+    path = corner_study.write(
+        tmp_path,
+        change=[
+            *GIVEN,
+            TILTED,
+            ("[respond]", '[tune]\nstations = "all"\n[respond]'),
+            ("levels = [1]", "levels = [0.01]\nharmonics = 1\nboth_ways = false"),
+            ("[20000, 40000]", "[27000, 28000]"),
+        ],
+    )
     assert main(["run", str(path), "--quiet"]) in (0, 1)
     kept = ContactTable.load(tmp_path / "results" / "corner" / "kept.csv")
     assert kept.preload[kept.side == "stop"] == pytest.approx(ALONG, rel=1e-6)
     assert (tmp_path / "results" / "corner" / "report.html").is_file()
 
 
-@pytest.mark.parametrize("columns, words", [
-    ({"blade_body": "grond"}, r"\[contact\] pairs: blade_body 'grond' must be 'blades', or 'ground' for a fixed"),
-    ({"blade_body": "ground", "damper_body": "ground"}, "pair 1: blade_body and damper_body are both 'ground'; one")])
+@pytest.mark.parametrize(
+    "columns, words",
+    [
+        (
+            {"blade_body": "grond"},
+            r"\[contact\] pairs: blade_body 'grond' must be 'blades', or 'ground' for a fixed",
+        ),
+        (
+            {"blade_body": "ground", "damper_body": "ground"},
+            "pair 1: blade_body and damper_body are both 'ground'; one",
+        ),
+    ],
+)
 def test_bodies_that_are_not_there(table, tmp_path, columns, words):
-    odd = {name: np.where(np.arange(len(table)) == 0, value, vars(table)[name]) for name, value in columns.items()}
+    odd = {
+        name: np.where(np.arange(len(table)) == 0, value, vars(table)[name])
+        for name, value in columns.items()
+    }
     table.replace(**odd).save(tmp_path / "mine.csv")
     with pytest.raises(InputError, match=words):
         run(corner_study.write(tmp_path, change=[*GIVEN, TILTED]), ("inspect",))

@@ -1,4 +1,5 @@
-"""The interface reduction of a study: when it is made, what is said of it, and the same curve as on all dofs."""
+"""The interface reduction of a study: when it is made, what is said of it, and the same curve as on
+all dofs."""
 
 import numpy as np
 import pytest
@@ -40,27 +41,38 @@ damping_ratio = 0.01
 
 @pytest.fixture
 def study_of(tmp_path):
-    """What makes (study, store) of further keys of [respond], with what the stages before would have left."""
+    """What makes (study, store) of further keys of [respond], with what the stages before would
+    have left."""
     arrays, pairs, push = face_to_face(PAIRS)
     arrays["body"] = np.where(arrays["body"] == "blade", "blades", "damper")
     groups = {"blades/all": np.arange(1, PAIRS + 1), "blades/one": [1], "blades/two": [PAIRS]}
-    ReducedModel.from_matrices(**arrays, groups=groups, loads={"pull": push}).save(tmp_path / "model.npz")
+    ReducedModel.from_matrices(**arrays, groups=groups, loads={"pull": push}).save(
+        tmp_path / "model.npz"
+    )
     pairs.replace(blade_body=np.full(PAIRS, "blades")).save(tmp_path / "kept.csv")
 
     def write(keys="", *changes, loose=False):
         if loose:
             free = arrays | {"K": loosened(arrays["K"], PAIRS)}
-            ReducedModel.from_matrices(**free, groups=groups, loads={"pull": push}).save(tmp_path / "model.npz")
+            ReducedModel.from_matrices(**free, groups=groups, loads={"pull": push}).save(
+                tmp_path / "model.npz"
+            )
         (tmp_path / "faces.toml").write_text(changed(TEXT, *changes) + keys)
         return load_study(tmp_path / "faces.toml"), Store(tmp_path)
+
     return write
 
 
 def curve_and_facts(study, store, band=BAND):
     assembly = assembled(study, store)
     problem, case = assembly.curves.problem, CurveCase(5.0, 3, band)
-    curve = follow_band(problem, case.Fe_N * assembly.curves.force, band, harmonics=case.H,
-                        outputs=assembly.curves.rows)
+    curve = follow_band(
+        problem,
+        case.Fe_N * assembly.curves.force,
+        band,
+        harmonics=case.H,
+        outputs=assembly.curves.rows,
+    )
     found = curve_result(study.respond, assembly.kept, problem, case, (curve,))
     names = pair_names(assembly.kept, slice(None))
     return found, interface.facts_of(study, assembly.interface, [found], names)
@@ -71,7 +83,9 @@ def test_the_curve_of_all_dofs(study_of):
     few, facts = curve_and_facts(*study_of('interface = "reduced"\nfollowed = 12\n'))
     assert none is None and (facts.pairs, facts.dofs, facts.followed) == (PAIRS, 6 * PAIRS, 12)
     assert facts.shapes < facts.dofs / 2 and not list(interface.doubts(facts))
-    assert few.peak_m == pytest.approx(whole.peak_m, rel=1e-4) and few.peak_hz == pytest.approx(whole.peak_hz, rel=1e-5)
+    assert few.peak_m == pytest.approx(whole.peak_m, rel=1e-4) and few.peak_hz == pytest.approx(
+        whole.peak_hz, rel=1e-5
+    )
     assert few.slipping_pairs == whole.slipping_pairs and len(few.slipping_pairs) >= 6
     assert f"48 pairs in {facts.shapes} shapes for 288 dofs" in interface.in_words(facts)
 
@@ -84,7 +98,8 @@ def test_pairs_that_slip_unfollowed_are_named(study_of):
 
 
 def test_when_it_is_made(study_of, monkeypatch):
-    """By itself above a number of pairs; not where it makes nothing smaller, which is said, nor against the wish."""
+    """By itself above a number of pairs; not where it makes nothing smaller, which is said, nor
+    against the wish."""
     assert assembled(*study_of()).interface is None
     monkeypatch.setattr(interface, "CHOICE", interface.Choice(whole=PAIRS - 1))
     study, store = study_of("followed = 12\n")
@@ -95,7 +110,9 @@ def test_when_it_is_made(study_of, monkeypatch):
     assert assembled(*study_of('followed = 12\ninterface = "whole"\n')).interface is None
     study, store = study_of('interface = "reduced"\n')
     assert assembled(study, store).interface is None
-    assert "makes nothing smaller" in next(interface.doubts(interface.facts_of(study, None, (), ())))
+    assert "makes nothing smaller" in next(
+        interface.doubts(interface.facts_of(study, None, (), ()))
+    )
 
 
 @pytest.mark.parametrize("hold", ['"y"', '{ motion = "y", mean = true }'])
@@ -103,18 +120,28 @@ def test_beside_a_hold(study_of, hold):
     """The curve, the force on what holds and the linear response are those of all dofs."""
     found = []
     for kind in ("whole", "reduced"):
-        study, store = study_of(f'interface = "{kind}"\nfollowed = 12\n', ("pull = 10", f"pull = 10\nhold = {hold}"),
-                                ("[1700, 2200]", "[700, 1100]"), loose=True)
+        study, store = study_of(
+            f'interface = "{kind}"\nfollowed = 12\n',
+            ("pull = 10", f"pull = 10\nhold = {hold}"),
+            ("[1700, 2200]", "[700, 1100]"),
+            loose=True,
+        )
         found.append((*curve_and_facts(study, store, (700.0, 1100.0)), assembled(study, store)))
     (whole, _, all_dofs), (few, facts, shapes) = found
     # written once, and the same for the stages behind
-    assert interface.keep_shapes(store, None) == [] and len(interface.keep_shapes(store, shapes.interface)) == 2
+    assert (
+        interface.keep_shapes(store, None) == []
+        and len(interface.keep_shapes(store, shapes.interface)) == 2
+    )
     again = assembled(study, store, responded=True)
     assert again.curves.key(CurveCase(5.0, 3, BAND)) == shapes.curves.key(CurveCase(5.0, 3, BAND))
-    assert (again.interface.basis == shapes.interface.basis).all() and again.interface.followed.sum() == 12
+    assert (
+        again.interface.basis == shapes.interface.basis
+    ).all() and again.interface.followed.sum() == 12
     assert facts.shapes < facts.dofs / 2 and shapes.interface is not None
     assert few.peak_m == pytest.approx(whole.peak_m, rel=1e-4) and few.held_change == pytest.approx(
-        whole.held_change, rel=0.01, abs=1e-9)
+        whole.held_change, rel=0.01, abs=1e-9
+    )
     (mine,), (its,) = few.held.values(), whole.held.values()
     assert mine.amplitude == pytest.approx(its.amplitude, rel=1e-3, abs=1e-9) and mine.unit == "N"
     hz = np.linspace(700, 1100, 50)

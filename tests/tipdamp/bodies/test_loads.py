@@ -65,7 +65,8 @@ def test_every_case_carries_its_load(store, rig):
 
 
 def test_hard_contact_keeps_the_springs_of_the_table(store):
-    """Open pairs stand open by -preload/kn, so that the table serves the dynamics; side forces are the equilibrium."""
+    """Open pairs stand open by -preload/kn, so that the table serves the dynamics; side forces are
+    the equilibrium."""
     whole = ContactTable.load(store.path("preload.csv"))
     assert np.isfinite(whole.kn).all() and (whole.kn > 0).all()
     for side in ("left", "right"):
@@ -80,15 +81,27 @@ def test_blades_at_speed(store, rig_results):
     assert (turning[:2] > at_rest[:2] * 1.0005).all() and (turning[:2] < at_rest[:2] * 1.1).all()
 
 
-@pytest.mark.parametrize("line, message", [
-    ('[loads.pull]\n', "not 'pull'"),
-    ('[loads.a]\nspeed = 10\n', r"section \[rotation\] is missing"),
-    ('[loads.a]\nforces = [["damper", "load_points", 1]]\n', r"list of \[body, group, x, y, z\]"),
-    ('[loads.a]\npressure = [["blade", "clamp", 1]]\n', "no body 'blade'.*blades"),
-    ('[loads.a]\nweight = 1\n', "unknown key 'weight'"),
-    ('[loads.a]\nforces = [["damper", "loads", 0, 0, 1]]\n', r"\[loads.a\] forces: .*no group 'loads'"),
-    ('[loads.a]\nforces = [["damper", "load_points", 0, 1, 0]]\n', r"\[loads.a\]: slide along y is loaded: 1 N"),
-])
+@pytest.mark.parametrize(
+    "line, message",
+    [
+        ("[loads.pull]\n", "not 'pull'"),
+        ("[loads.a]\nspeed = 10\n", r"section \[rotation\] is missing"),
+        (
+            '[loads.a]\nforces = [["damper", "load_points", 1]]\n',
+            r"list of \[body, group, x, y, z\]",
+        ),
+        ('[loads.a]\npressure = [["blade", "clamp", 1]]\n', "no body 'blade'.*blades"),
+        ("[loads.a]\nweight = 1\n", "unknown key 'weight'"),
+        (
+            '[loads.a]\nforces = [["damper", "loads", 0, 0, 1]]\n',
+            r"\[loads.a\] forces: .*no group 'loads'",
+        ),
+        (
+            '[loads.a]\nforces = [["damper", "load_points", 0, 1, 0]]\n',
+            r"\[loads.a\]: slide along y is loaded: 1 N",
+        ),
+    ],
+)
 def test_bad_cases(rig, line, message):
     path = rig / "bad_case.toml"
     path.write_text(STUDY + line)

@@ -25,7 +25,9 @@ def answer(folder, capsys, good, pairs=None, **changed):
     np.savez(folder / "model.npz", **{**good[0], **changed})
     (pairs or good[1]).save(folder / "pairs.csv")
     (folder / "study.toml").write_text(corner_study.MATRICES)
-    codes = [main([stage, str(folder / "study.toml")]) for stage in ("inspect", "reduce", "preload")]
+    codes = [
+        main([stage, str(folder / "study.toml")]) for stage in ("inspect", "reduce", "preload")
+    ]
     said = capsys.readouterr().err
     assert "Traceback" not in said
     return max(codes), said
@@ -42,10 +44,15 @@ def body(good, name):
 
 def test_faulty_matrices(good, tmp_path, capsys):
     """Unsymmetric, zero row of mass, not a number."""
-    for key, change, words in (("K", lambda A: A.__setitem__((0, 1), A[0, 1] + 1e-6 * A.max()), "K is not symmetric"),
-                               ("M", lambda A: (A.__setitem__(5, 0.0), A.__setitem__((slice(None), 5), 0.0)),
-                                "M has a row of zeros at dof 5"),
-                               ("K", lambda A: A.__setitem__((2, 2), np.nan), r"K[2, 2] is nan")):
+    for key, change, words in (
+        ("K", lambda A: A.__setitem__((0, 1), A[0, 1] + 1e-6 * A.max()), "K is not symmetric"),
+        (
+            "M",
+            lambda A: (A.__setitem__(5, 0.0), A.__setitem__((slice(None), 5), 0.0)),
+            "M has a row of zeros at dof 5",
+        ),
+        ("K", lambda A: A.__setitem__((2, 2), np.nan), r"K[2, 2] is nan"),
+    ):
         A = good[0][key].copy()
         change(A)
         code, said = answer(tmp_path, capsys, good, **{key: A})
@@ -56,7 +63,11 @@ def test_blades_that_float(good, tmp_path, capsys):
     K = good[0]["K"].copy()
     K[body(good, "blades")] = 0.0
     code, said = answer(tmp_path, capsys, good, K=K)
-    assert code == 2 and "motions of the blades meet no stiffness" in said and "only the damper may be free" in said
+    assert (
+        code == 2
+        and "motions of the blades meet no stiffness" in said
+        and "only the damper may be free" in said
+    )
 
 
 @pytest.mark.parametrize("name", ["blades", "damper"])
@@ -64,7 +75,9 @@ def test_negative_stiffness(good, tmp_path, capsys, name):
     K = good[0]["K"].copy()
     K[body(good, name)] *= -1
     code, said = answer(tmp_path, capsys, good, K=K)
-    assert code == 2 and "K is indefinite: a motion mostly of dof" in said and f"of the {name}" in said
+    assert (
+        code == 2 and "K is indefinite: a motion mostly of dof" in said and f"of the {name}" in said
+    )
 
 
 @pytest.mark.parametrize("column, value", [("kn", 0.0), ("kn", np.inf), ("kt", np.inf)])
@@ -80,7 +93,9 @@ def test_pickled_objects_are_not_read(good, tmp_path, capsys):
     assert code == 2 and "allow_pickle=False" in said
 
 
-@pytest.mark.parametrize("name, content", [("model.npz", b"not a zip"), ("pairs.csv", "side\n\u00e9".encode("utf-16"))])
+@pytest.mark.parametrize(
+    "name, content", [("model.npz", b"not a zip"), ("pairs.csv", "side\n\u00e9".encode("utf-16"))]
+)
 def test_unreadable_files_are_one_line(variant, tmp_path, capsys, name, content):
     variant("inspect")
     (tmp_path / name).write_bytes(content)

@@ -1,4 +1,5 @@
-"""One file with all bodies gives what two files give: meshes, pairs and stiffness, by groups of cells or by pieces."""
+"""One file with all bodies gives what two files give: meshes, pairs and stiffness, by groups of
+cells or by pieces."""
 
 from dataclasses import replace
 
@@ -21,12 +22,20 @@ def joined(damper_name="pin"):
     """Both bodies of the corner study as one mesh, the damper's cells in a group of their own."""
     blades, damper = corner_study.blades(), corner_study.damper()
     n, last = len(blades.node), int(blades.node.max())
-    return Mesh(np.concatenate([blades.node, damper.node + last]), np.vstack([blades.position, damper.position]),
-                {k: np.concatenate([blades.cells[k], damper.cells[k] + n]) for k in blades.cells},
-                {**blades.groups, **{k: v + last for k, v in damper.groups.items()}},
-                number={k: np.concatenate([blades.number[k], damper.number[k] + 500]) for k in blades.number},
-                cell_groups={**blades.cell_groups, "blades": np.concatenate(list(blades.number.values())),
-                             damper_name: np.concatenate(list(damper.number.values())) + 500}), last
+    return Mesh(
+        np.concatenate([blades.node, damper.node + last]),
+        np.vstack([blades.position, damper.position]),
+        {k: np.concatenate([blades.cells[k], damper.cells[k] + n]) for k in blades.cells},
+        {**blades.groups, **{k: v + last for k, v in damper.groups.items()}},
+        number={
+            k: np.concatenate([blades.number[k], damper.number[k] + 500]) for k in blades.number
+        },
+        cell_groups={
+            **blades.cell_groups,
+            "blades": np.concatenate(list(blades.number.values())),
+            damper_name: np.concatenate(list(damper.number.values())) + 500,
+        },
+    ), last
 
 
 def written(folder, mesh, *changes):
@@ -35,52 +44,88 @@ def written(folder, mesh, *changes):
     return load_study(folder / "corner.toml")
 
 
-@pytest.mark.parametrize("cells", [("", ""), ("", 'cells = "pin"'), ('cells = ["blades"]', ""),
-                                   ('cells = ["blades", "blade two"]', 'cells = "pin"')])
+@pytest.mark.parametrize(
+    "cells",
+    [
+        ("", ""),
+        ("", 'cells = "pin"'),
+        ('cells = ["blades"]', ""),
+        ('cells = ["blades", "blade two"]', 'cells = "pin"'),
+    ],
+)
 def test_one_file_is_two_files(tmp_path, cells):
     mesh, last = joined()
     two = load_study(corner_study.write(tmp_path))
     apart = read_meshes(two)
     of_blades, of_damper = (f"\n{text}" * bool(text) for text in cells)
-    one = written(tmp_path, mesh, ("modes = 5", "modes = 5" + of_blades), ("modes = 3", "modes = 3" + of_damper))
+    one = written(
+        tmp_path,
+        mesh,
+        ("modes = 5", "modes = 5" + of_blades),
+        ("modes = 3", "modes = 3" + of_damper),
+    )
     found = read_meshes(one)
     assert np.array_equal(found["blades"].node, apart["blades"].node)
     assert np.array_equal(found["damper"].node, apart["damper"].node + last)
     pairs, their = matched_pairs(one, found), matched_pairs(two, apart)
-    assert np.array_equal(pairs.blade_node, their.blade_node) and np.array_equal(pairs.damper_node - last,
-                                                                                   their.damper_node)
+    assert np.array_equal(pairs.blade_node, their.blade_node) and np.array_equal(
+        pairs.damper_node - last, their.damper_node
+    )
     assert pairs.frame == pytest.approx(their.frame)
-    for mine, other in zip(assemble_bodies(one, found, lambda *_: None), assemble_bodies(two, apart, lambda *_: None),
-                           strict=True):
+    for mine, other in zip(
+        assemble_bodies(one, found, lambda *_: None),
+        assemble_bodies(two, apart, lambda *_: None),
+        strict=True,
+    ):
         assert (mine.K != other.K).nnz == 0 and (mine.M != other.M).nnz == 0
     assert "face_x" not in found["blades"].groups and "clamp_one" not in found["damper"].groups
 
 
 def test_bodies_that_share_nodes(tmp_path):
-    """A merged mesh: by groups of cells both bodies have the shared nodes, and so pairs; alone it is one piece."""
+    """A merged mesh: by groups of cells both bodies have the shared nodes, and so pairs; alone it
+    is one piece."""
     mesh, _ = joined()
     place = {tuple(np.round(p, 9)): i for i, p in reversed(list(enumerate(mesh.position)))}
     first = np.array([place[tuple(np.round(p, 9))] for p in mesh.position])
-    merged = replace(mesh, cells={k: first[c] for k, c in mesh.cells.items()},
-                     groups={k: np.unique(mesh.node[first[mesh.index(v)]]) for k, v in mesh.groups.items()})
+    merged = replace(
+        mesh,
+        cells={k: first[c] for k, c in mesh.cells.items()},
+        groups={k: np.unique(mesh.node[first[mesh.index(v)]]) for k, v in mesh.groups.items()},
+    )
     study = written(tmp_path, merged, ("modes = 3", 'modes = 3\ncells = "pin"'))
     pairs = matched_pairs(study, read_meshes(study))
     assert len(pairs) == 18 and np.array_equal(pairs.blade_node, pairs.damper_node)
-    with pytest.raises(InputError, match=r"corner.toml: \[damper\]: mesh is the file of the \[blades\] too, and "
-                                         "all its cells are connected; name another file, or the groups of cells"):
+    with pytest.raises(
+        InputError,
+        match=r"corner.toml: \[damper\]: mesh is the file of the \[blades\] too, and "
+        "all its cells are connected; name another file, or the groups of cells",
+    ):
         read_meshes(written(tmp_path, merged))
 
 
-@pytest.mark.parametrize("change, message", [
-    ('cells = "pim"', r"\[damper\] cells: all.inp: no group of cells 'pim'; did you mean 'pin'"),
-    ('cells = ["pin", "blade two"]\n[x]', None),
-])
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        (
+            'cells = "pim"',
+            r"\[damper\] cells: all.inp: no group of cells 'pim'; did you mean 'pin'",
+        ),
+        ('cells = ["pin", "blade two"]\n[x]', None),
+    ],
+)
 def test_cells_that_do_not_fit(tmp_path, change, message):
     mesh, _ = joined()
     if message is None:
-        study = written(tmp_path, mesh, ("modes = 5", 'modes = 5\ncells = "blades"'),
-                        ("modes = 3", 'modes = 3\ncells = ["pin", "blade two"]'))
-        message = r"\[damper\] cells and \[blades\] cells: 8 hexahedron cells belong to both \(first: element 101\)"
+        study = written(
+            tmp_path,
+            mesh,
+            ("modes = 5", 'modes = 5\ncells = "blades"'),
+            ("modes = 3", 'modes = 3\ncells = ["pin", "blade two"]'),
+        )
+        message = (
+            r"\[damper\] cells and \[blades\] cells: 8 hexahedron cells belong to both "
+            r"\(first: element 101\)"
+        )
     else:
         study = written(tmp_path, mesh, ("modes = 3", "modes = 3\n" + change))
     with pytest.raises(InputError, match=message):
@@ -95,5 +140,6 @@ def test_cells_of_a_file_of_its_own(tmp_path):
     (tmp_path / "all.inp").write_text(text)
     damper = read_meshes(load_study(tmp_path / "corner.toml"))["damper"]
     (faces,) = group_faces(damper, "all_S1")
-    assert len(damper.cells["hexahedron"]) == 8 and len(faces) == 4        # of eight S1 four lie on the outside
+    # of eight S1 four lie on the outside
+    assert len(damper.cells["hexahedron"]) == 8 and len(faces) == 4
     assert len(np.unique(face_keys(damper.node[faces]), axis=0)) == 4

@@ -11,8 +11,13 @@ from tipdamp.hbm.contact import ContactTable
 def test_a_closed_part_of_one_row_is_said():
     """Of contact points with several rows; not of pairs of nodes, nor where two rows are closed."""
     row = np.tile(np.arange(3), 8)
-    table = contact_table(np.tile(np.eye(3), (24, 1, 1)), side=np.repeat(["left", "right"], 12), row=row,
-                          station=np.repeat(np.arange(8), 3), area=1e-6)
+    table = contact_table(
+        np.tile(np.eye(3), (24, 1, 1)),
+        side=np.repeat(["left", "right"], 12),
+        row=row,
+        station=np.repeat(np.arange(8), 3),
+        area=1e-6,
+    )
     one = table.replace(preload=np.where((row == 1) | (table.side == "right"), 1.0, -1.0))
     (said,) = one_row_warnings(one)
     assert "side 'left': the closed part is one row" in said and "by = 'area'" in said
@@ -20,16 +25,32 @@ def test_a_closed_part_of_one_row_is_said():
     assert not list(one_row_warnings(table.replace(preload=np.where(row < 2, 1.0, -1.0))))
 
 
-@pytest.mark.parametrize(("mu", "degrees", "jams"), [(0.3, 16, True), (0.3, 17, False), (0.6, 30.9, True),
-                                                     (0.6, 31, False), (0.0, 1, False)])
+@pytest.mark.parametrize(
+    ("mu", "degrees", "jams"),
+    [(0.3, 16, True), (0.3, 17, False), (0.6, 30.9, True), (0.6, 31, False), (0.0, 1, False)],
+)
 def test_a_wedge_jams_below_its_friction_angle(mu, degrees, jams):
     """atan(0.3) = 16.70 degrees, atan(0.6) = 30.96 degrees; angle between the face and the pull."""
     t = np.radians(degrees)
     normal, other = np.array([np.cos(t), 0, np.sin(t)]), np.array([-1.0, 0, 0.0])
     t1, count = np.array([0.0, 1, 0]), 2
     frame = np.array([[t1, np.cross(n, t1), n] for n in (normal, other / np.linalg.norm(other))])
-    steep = ContactTable(np.array(["wedge", "flat"]), np.arange(2), np.zeros(2, int), ["blades"] * count, np.arange(2),
-                         ["damper"] * count, np.arange(2), np.eye(2, 3), frame, np.zeros(2), np.ones(2), np.ones(2),
-                         np.array([mu, 0.0]), np.ones(2), np.ones(2))
+    steep = ContactTable(
+        np.array(["wedge", "flat"]),
+        np.arange(2),
+        np.zeros(2, int),
+        ["blades"] * count,
+        np.arange(2),
+        ["damper"] * count,
+        np.arange(2),
+        np.eye(2, 3),
+        frame,
+        np.zeros(2),
+        np.ones(2),
+        np.ones(2),
+        np.array([mu, 0.0]),
+        np.ones(2),
+        np.ones(2),
+    )
     said = jamming(steep, np.array([0.0, 0, 1]))
     assert [text.split("'")[1] for text in said] == ["wedge"] * jams

@@ -37,14 +37,19 @@ def study(matrices_study):
 def made(monkeypatch):
     """Names of the curves that are computed, in their order."""
     names, real = [], curves.Curves._followed
-    monkeypatch.setattr(curves.Curves, "_followed", lambda self, case, *a: names.append(case.name) or
-                        real(self, case, *a))
+    monkeypatch.setattr(
+        curves.Curves,
+        "_followed",
+        lambda self, case, *a: names.append(case.name) or real(self, case, *a),
+    )
     return names
 
 
 def run(study, *options):
-    return [main([stage, str(study), "--quiet", *(options if stage == "respond" else ())])
-            for stage in CHAIN_OF_STAGES][-1]
+    return [
+        main([stage, str(study), "--quiet", *(options if stage == "respond" else ())])
+        for stage in CHAIN_OF_STAGES
+    ][-1]
 
 
 def results(study):
@@ -53,17 +58,29 @@ def results(study):
     found = store.read_json("respond.json")
     for one in found["responses"]:
         one["seconds"] = one["back"]["seconds"] = None
-    return found, {p.name: ForcedResponse.load(p) for p in sorted(store.path("responses").glob("*.npz"))}
+    return found, {
+        p.name: ForcedResponse.load(p) for p in sorted(store.path("responses").glob("*.npz"))
+    }
 
 
 def test_extended_studies_make_what_is_missing(study, made):
     assert run(study) == 0
     assert made == ["Fe_40N_H1", "Fe_40N_H1_back", "Fe_5N_H1", "Fe_5N_H1_back"]
     made.clear()
-    study.write_text(STUDY.replace("[5, 40]", "[5, 12.5, 40]").replace("harmonics = [1]", "harmonics = [3, 1]"))
+    study.write_text(
+        STUDY.replace("[5, 40]", "[5, 12.5, 40]").replace("harmonics = [1]", "harmonics = [3, 1]")
+    )
     assert run(study) == 0
-    assert made == ["Fe_40N_H3", "Fe_40N_H3_back", "Fe_12.5N_H3", "Fe_12.5N_H3_back", "Fe_5N_H3", "Fe_5N_H3_back",
-                    "Fe_12.5N_H1", "Fe_12.5N_H1_back"]
+    assert made == [
+        "Fe_40N_H3",
+        "Fe_40N_H3_back",
+        "Fe_12.5N_H3",
+        "Fe_12.5N_H3_back",
+        "Fe_5N_H3",
+        "Fe_5N_H3_back",
+        "Fe_12.5N_H1",
+        "Fe_12.5N_H1_back",
+    ]
     made.clear()
     study.write_text(STUDY.replace("damping_ratio = 0.01", "damping_ratio = 0.011"))
     assert run(study) == 0 and len(made) == 4
@@ -82,26 +99,46 @@ def test_jobs_do_not_change_the_numbers(study):
 def test_everything_counts_in_the_key(tmp_path):
     """Each field of the problem, those of its records too; only the words for motions do not."""
     problem = oscillator()
-    base, case = curves.Curves(problem, FORCE.real, Y2, None, Store(tmp_path)), curves.CurveCase(1.0, 3, (1.0, 2.0))
+    base = curves.Curves(problem, FORCE.real, Y2, None, Store(tmp_path))
+    case = curves.CurveCase(1.0, 3, (1.0, 2.0))
 
     def other(**changes):
         return replace(base, problem=replace(problem, **changes))
+
     two, x = np.ones(2), np.ones(6)
     changed = [
-        other(M=1.1 * problem.M), other(C=1.1 * problem.C), other(K=1.1 * problem.K), other(B=1.1 * problem.B),
-        other(C=None, damping_ratio=0.01), other(static=x), other(preloaded=True), other(law=IsotropicFriction()),
-        other(held=(HeldMotion("along y", "N", x, x, 10.0),)), other(held=(HeldMotion("along y", "N", x, x, 20.0),)),
-        *(other(contacts=replace(problem.contacts, **{f.name: 7 * two})) for f in fields(problem.contacts)),
-        replace(base, force=x), replace(base, rows={"y2": x}), replace(base, rows={"y": Y2["y2"]}),
-        replace(base, start=np.zeros((2, 2)))]
+        other(M=1.1 * problem.M),
+        other(C=1.1 * problem.C),
+        other(K=1.1 * problem.K),
+        other(B=1.1 * problem.B),
+        other(C=None, damping_ratio=0.01),
+        other(static=x),
+        other(preloaded=True),
+        other(law=IsotropicFriction()),
+        other(held=(HeldMotion("along y", "N", x, x, 10.0),)),
+        other(held=(HeldMotion("along y", "N", x, x, 20.0),)),
+        *(
+            other(contacts=replace(problem.contacts, **{f.name: 7 * two}))
+            for f in fields(problem.contacts)
+        ),
+        replace(base, force=x),
+        replace(base, rows={"y2": x}),
+        replace(base, rows={"y": Y2["y2"]}),
+        replace(base, start=np.zeros((2, 2))),
+    ]
     keys = [made.key(case) for made in (base, *changed)]
-    keys += [base.key(replace(case, **one)) for one in ({"Fe_N": 2.0}, {"H": 4}, {"band": (2.0, 1.0)})]
+    keys += [
+        base.key(replace(case, **one)) for one in ({"Fe_N": 2.0}, {"H": 4}, {"band": (2.0, 1.0)})
+    ]
     assert len(set(keys)) == len(keys)
     assert other(describe=len).key(case) == base.key(case) == replace(base).key(case)
 
 
 def test_levels_that_look_alike_have_files_of_their_own():
-    names = {curves.CurveCase(level, 1, (1.0, 2.0)).name for level in (5.0, 5.0000001, 1e-7, 1.00000001e-7)}
+    names = {
+        curves.CurveCase(level, 1, (1.0, 2.0)).name
+        for level in (5.0, 5.0000001, 1e-7, 1.00000001e-7)
+    }
     assert len(names) == 4
 
 
@@ -118,7 +155,9 @@ def interrupted(study, made, monkeypatch):
             calls.append(len(made))
             if len(made) == 3 and calls.count(3) == 25:
                 raise KeyboardInterrupt
+
         return real(*arguments, **{**options, "progress": progress})
+
     made.clear()
     monkeypatch.setattr(curves, "follow_band", stopped)
     assert run(study) == 130
@@ -150,7 +189,11 @@ def test_a_damaged_journal_is_not_used(study, made, monkeypatch, how, tmp_path):
         with np.load(block) as z:
             np.savez(block, numbers=z["numbers"], layout=np.r_[12345, z["layout"][1:]])
     elif how == "pickled":
-        np.savez(block, numbers=np.array([Planted(tmp_path / "ran")], dtype=object), layout=np.zeros(1, dtype=int))
+        np.savez(
+            block,
+            numbers=np.array([Planted(tmp_path / "ran")], dtype=object),
+            layout=np.zeros(1, dtype=int),
+        )
     assert run(study) == 0 and results(study) == whole and not (tmp_path / "ran").exists()
 
 
@@ -165,7 +208,8 @@ class Planted:
 
 
 def test_old_curves_are_swept_or_named(study, made, caplog):
-    """Those of a run that never came to its end; one of them was changed by hand, one record is forged."""
+    """Those of a run that never came to its end; one of them was changed by hand, one record is
+    forged."""
     assert run(study) == 0
     store = Store(study.parent / "results" / "study")
     store.path(".stages/respond.json").unlink()
@@ -182,8 +226,12 @@ def test_old_curves_are_swept_or_named(study, made, caplog):
     assert main(["respond", str(study), "--quiet"]) == 0 and made == []
     there = {str(p.relative_to(store.folder)) for p in files(store.folder)}
     assert {n for n in there if "Fe_" in n} == {
-        "responses/Fe_5N_H1.npz", "responses/Fe_5N_H1_back.npz", "responses/Fe_40N_H1_back.npz",
-        ".stages/Fe_5N_H1.json", ".stages/Fe_5N_H1_back.json"}
+        "responses/Fe_5N_H1.npz",
+        "responses/Fe_5N_H1_back.npz",
+        "responses/Fe_40N_H1_back.npz",
+        ".stages/Fe_5N_H1.json",
+        ".stages/Fe_5N_H1_back.json",
+    }
     assert store.path("notes.json").is_file()
     assert "Fe_40N_H1_back.npz is not of this study, and was changed; it stays" in caplog.text
 
@@ -198,13 +246,19 @@ def test_planted_records_touch_nothing(study, tmp_path):
     store.path(".stages/Fe_40N_H1.json").mkdir()
     (store.folder / ".stages" / "Fe_5N_H1.json").symlink_to(tmp_path / "victim")
     assert main(["respond", str(study), "--quiet"]) == 0 and results(study) == whole
-    assert (tmp_path / "victim").read_text() == "precious" and store.record("Fe_40N_H1") and store.record("Fe_5N_H1")
+    assert (
+        (tmp_path / "victim").read_text() == "precious"
+        and store.record("Fe_40N_H1")
+        and store.record("Fe_5N_H1")
+    )
 
 
 @pytest.mark.parametrize("what", ["curve", "record", "no curve"])
 def test_damage_is_noticed_and_made_good(study, made, what, caplog):
     assert run(study) == 0
-    whole, store, random = results(study), Store(study.parent / "results" / "study"), np.random.default_rng(5)
+    whole = results(study)
+    store = Store(study.parent / "results" / "study")
+    random = np.random.default_rng(5)
     store.path(".stages/respond.json").unlink()
     path = store.path(".stages/Fe_40N_H1.json" if what == "record" else "responses/Fe_40N_H1.npz")
     content = bytearray(path.read_bytes())
@@ -222,7 +276,9 @@ def alive(mark):
     found = []
     for process in Path("/proc").glob("[0-9]*"):
         try:
-            found += [process.name] * (f"MARK={mark}".encode() in (process / "environ").read_bytes().split(b"\0"))
+            found += [process.name] * (
+                f"MARK={mark}".encode() in (process / "environ").read_bytes().split(b"\0")
+            )
         except OSError:
             pass
     return found
@@ -264,12 +320,19 @@ command()
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("how, code, jobs, at", [
-    (signal.SIGKILL, -9, 1, (40, 400)), (signal.SIGKILL, -9, 2, (3, 6)), (signal.SIGTERM, 143, 2, (6,)),
-    (signal.SIGINT, 130, 1, (399,))])
+@pytest.mark.parametrize(
+    "how, code, jobs, at",
+    [
+        (signal.SIGKILL, -9, 1, (40, 400)),
+        (signal.SIGKILL, -9, 2, (3, 6)),
+        (signal.SIGTERM, 143, 2, (6,)),
+        (signal.SIGINT, 130, 1, (399,)),
+    ],
+)
 def test_ended_in_the_middle_of_things(study, how, code, jobs, at):
-    """By a signal before or within a write, and while others are at work: the same numbers, no finished curve made
-    twice, no process and no litter left. The moments are counts of writes and messages, not times."""
+    """By a signal before or within a write, and while others are at work: the same numbers, no
+    finished curve made twice, no process and no litter left. The moments are counts of writes and
+    messages, not times."""
     assert run(study) == 0
     whole = results(study)
     (study.parent / "results").rename(study.parent / "whole")
@@ -278,19 +341,38 @@ def test_ended_in_the_middle_of_things(study, how, code, jobs, at):
     store, kept = Store(study.parent / "results" / "study"), {}
     for attempt, count in enumerate((*at, 10**9)):
         mark = f"{os.getpid()}-{how}-{jobs}-{attempt}"
-        process = subprocess.run([sys.executable, "-c", ENDED, str(int(how)), str(count), "respond", str(study),
-                                  "--quiet", "--jobs", str(jobs)], text=True, capture_output=True,
-                                 env={**os.environ, "MARK": mark, "PYTHONPATH": str(ROOT)},
-                                 preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler))
+        process = subprocess.run(
+            [
+                sys.executable,
+                "-c",
+                ENDED,
+                str(int(how)),
+                str(count),
+                "respond",
+                str(study),
+                "--quiet",
+                "--jobs",
+                str(jobs),
+            ],
+            text=True,
+            capture_output=True,
+            env={**os.environ, "MARK": mark, "PYTHONPATH": str(ROOT)},
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )
         last = count == 10**9
-        assert (process.returncode, process.stderr.count("\n")) == ((0, 0) if last else (code, int(code > 0))), \
-            process.stderr
+        assert (process.returncode, process.stderr.count("\n")) == (
+            (0, 0) if last else (code, int(code > 0))
+        ), process.stderr
         now = {p.name: p.stat().st_mtime_ns for p in store.path("responses").glob("Fe_*.npz")}
         assert kept.items() <= now.items(), "a finished curve was made again"
         began = time.monotonic()
         while alive(mark):
             assert time.monotonic() - began < 300
             time.sleep(0.05)
-        kept = {name: now[name] for name in now if store.path(f".stages/{name[:-4]}.json").is_file()}
+        kept = {
+            name: now[name] for name in now if store.path(f".stages/{name[:-4]}.json").is_file()
+        }
     assert results(study) == whole
-    assert not list(store.folder.rglob(".tmp-*")) and not list(store.path(".stages").glob("Fe_*.npz"))
+    assert not list(store.folder.rglob(".tmp-*")) and not list(
+        store.path(".stages").glob("Fe_*.npz")
+    )

@@ -28,7 +28,8 @@ def wide_terminal(monkeypatch):
 
 
 def work(stream, ticks, total=1.0, **options):
-    """Run `ticks`, pairs of (seconds that pass before the tick, done), and return what was written."""
+    """Run `ticks`, pairs of (seconds that pass before the tick, done), and return what was
+    written."""
     clock = Clock()
     with display(stream=stream, clock=clock, **options).job("respond", total) as tick:
         for seconds, done in ticks:
@@ -49,7 +50,8 @@ def test_short_work_leaves_no_trace():
 
 
 def test_plain_lines_are_rare_and_closed():
-    lines = work(io.StringIO(), [(0.125, k / 160) for k in range(1, 161)]).splitlines()  # 20 s in all
+    # 20 s in all
+    lines = work(io.StringIO(), [(0.125, k / 160) for k in range(1, 161)]).splitlines()
     assert len(lines) == 1 + int(18 // LINE_EVERY) + 1  # at 2 s, then one every 5 s, then the end
     assert lines[0] == "respond   10 %  2402.0 Hz  2.0 s"
     assert lines[-1] == "respond  done  2420.0 Hz  20 s"
@@ -101,7 +103,10 @@ def test_no_patience_announces_at_once():
 
 def test_an_error_says_where_it_stopped():
     stream, clock = io.StringIO(), Clock()
-    with pytest.raises(ValueError, match="singular"), display(stream=stream, clock=clock).job("reduce") as tick:
+    with (
+        pytest.raises(ValueError, match="singular"),
+        display(stream=stream, clock=clock).job("reduce") as tick,
+    ):
         clock.now += 1.0
         tick(0.4, "blade1")
         raise ValueError("singular")
@@ -110,7 +115,13 @@ def test_an_error_says_where_it_stopped():
 
 @pytest.mark.parametrize(
     ("seconds", "text"),
-    [(1.44, "1.4 s"), (25.4, "25 s"), (59.6, "1 min 00 s"), (185, "3 min 05 s"), (7830, "2 h 10 min")],
+    [
+        (1.44, "1.4 s"),
+        (25.4, "25 s"),
+        (59.6, "1 min 00 s"),
+        (185, "3 min 05 s"),
+        (7830, "2 h 10 min"),
+    ],
 )
 def test_duration(seconds, text):
     assert duration(seconds) == text

@@ -1,4 +1,5 @@
-"""The results folder with damaged and hostile stage records, and the folder of the compiled kernels."""
+"""The results folder with damaged and hostile stage records, and the folder of the compiled
+kernels."""
 
 import json
 import os
@@ -47,8 +48,11 @@ def test_a_foreign_record_deletes_nothing(matrices_study, tmp_path, route, check
     if route == "linked folder":
         (store.folder / "out").symlink_to(tmp_path)
     victim.write_text("precious")
-    name = {"relative": "../../victim.txt", "absolute": str(victim), "linked folder": "out/victim.txt"}.get(
-        route, victim.name)
+    name = {
+        "relative": "../../victim.txt",
+        "absolute": str(victim),
+        "linked folder": "out/victim.txt",
+    }.get(route, victim.name)
     hostile(store, {name: "x" if route == "own file" else fingerprint(victim)}, checked)
     assert main(["inspect", str(matrices_study), "--force", "--quiet"]) == 0
     assert victim.read_text() == "precious"
@@ -76,15 +80,30 @@ def beside_its_input(study):
     """Results in the folder of the study, inputs of other names than results; the store."""
     for name in ("model.npz", "pairs.csv"):
         (study.parent / name).rename(study.parent / f"my_{name}")
-    study.write_text('results = "."\n' + study.read_text().replace('"model.npz"', '"my_model.npz"')
-                     .replace('"pairs.csv"', '"my_pairs.csv"'))
+    study.write_text(
+        'results = "."\n'
+        + study.read_text()
+        .replace('"model.npz"', '"my_model.npz"')
+        .replace('"pairs.csv"', '"my_pairs.csv"')
+    )
     return Store(study.parent)
 
 
-@pytest.mark.parametrize("name", ["study.toml", "my_model.npz", "my_pairs.csv", "notes.txt", "own/inspect.html",
-                                  "linked/a.csv", "./inspect.json"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "study.toml",
+        "my_model.npz",
+        "my_pairs.csv",
+        "notes.txt",
+        "own/inspect.html",
+        "linked/a.csv",
+        "./inspect.json",
+    ],
+)
 def test_a_forged_record_deletes_no_file_of_others(matrices_study, name, capsys):
-    """Neither inputs nor other files, whatever the record states; nor through a link inside the folder."""
+    """Neither inputs nor other files, whatever the record states; nor through a link inside the
+    folder."""
     store = beside_its_input(matrices_study)
     (store.folder / "own").mkdir()
     for file in ("notes.txt", "own/inspect.html", "own/a.csv"):
@@ -100,14 +119,25 @@ def test_linked_results_are_not_removed(store):
     """A declared name whose folder is a link is not what the stage wrote."""
     store.path("loads").rename(store.path("mine"))
     store.path("loads").symlink_to(store.path("mine"))
-    store.finish("inspect", "key", ["inspect.json"], 1.0, {"loads/b.json": fingerprint(store.path("mine/b.json"))})
+    store.finish(
+        "inspect",
+        "key",
+        ["inspect.json"],
+        1.0,
+        {"loads/b.json": fingerprint(store.path("mine/b.json"))},
+    )
     assert store.path("mine/b.json").is_file()
 
 
-@pytest.mark.parametrize("old, new, file, key", [
-    ("", "", "model.npz", r"\[model\] matrices"), ('"model.npz"', '"m.npz"', "pairs.csv", r"\[contact\] pairs"),
-    ('"model.npz"', '"export/m.npz"', "export/m.npz", r"\[model\] matrices"),
-    ('"model.npz"', '"linked.npz"', "linked.npz", r"\[model\] matrices")])
+@pytest.mark.parametrize(
+    "old, new, file, key",
+    [
+        ("", "", "model.npz", r"\[model\] matrices"),
+        ('"model.npz"', '"m.npz"', "pairs.csv", r"\[contact\] pairs"),
+        ('"model.npz"', '"export/m.npz"', "export/m.npz", r"\[model\] matrices"),
+        ('"model.npz"', '"linked.npz"', "linked.npz", r"\[model\] matrices"),
+    ],
+)
 def test_results_that_would_overwrite_an_input(matrices_study, old, new, file, key, capsys):
     folder = matrices_study.parent
     if file == "linked.npz":
@@ -120,7 +150,10 @@ def test_results_that_would_overwrite_an_input(matrices_study, old, new, file, k
     for verb in ("inspect", "run", "export"):
         assert main([verb, str(matrices_study)]) == 2
         said = capsys.readouterr().err
-        assert re.search(rf"study.toml: {key}, \S*{file}, would be overwritten .*--out", said) and said.count("\n") == 1
+        assert (
+            re.search(rf"study.toml: {key}, \S*{file}, would be overwritten .*--out", said)
+            and said.count("\n") == 1
+        )
     assert {p: fingerprint(p) for p in folder.rglob("*") if p.is_file()} == before
 
 
@@ -141,7 +174,9 @@ def test_a_record_that_is_no_file_counts_as_absent(matrices_study, tmp_path, nam
     assert main(["inspect", str(matrices_study), "--quiet"]) == 0
     assert victim.read_bytes() == content and store.record("inspect") is not None
     assert caplog.text.count("counts as not run") == (name == "inspect.json")
-    assert [p.read_text() for p in store.folder.rglob("a.txt")] == ["precious"] * (planted == "filled folder")
+    assert [p.read_text() for p in store.folder.rglob("a.txt")] == ["precious"] * (
+        planted == "filled folder"
+    )
 
 
 def test_files_no_longer_written_are_removed(store):
@@ -157,9 +192,19 @@ def test_names_outside_are_refused(store, name):
         store.path(name)
 
 
-@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"5", b"[]", b'{"outputs": {}}', b"[" * 100000,
-                                     b'{"key": "0", "outputs": 5, "seconds": 1}',
-                                     b'{"key": "0", "outputs": {"a\\u0000b": "x"}, "seconds": 1}'])
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\xff\xfe",
+        b"5",
+        b"[]",
+        b'{"outputs": {}}',
+        b"[" * 100000,
+        b'{"key": "0", "outputs": 5, "seconds": 1}',
+        b'{"key": "0", "outputs": {"a\\u0000b": "x"}, "seconds": 1}',
+    ],
+)
 def test_a_damaged_record_counts_as_absent(store, content, caplog):
     store.path(".stages/inspect.json").write_bytes(content)
     assert store.record("inspect") is None and not store.is_current("inspect", "key")
@@ -167,9 +212,11 @@ def test_a_damaged_record_counts_as_absent(store, content, caplog):
 
 
 def test_flipped_bytes_of_records(matrices_study, tmp_path, capsys):
-    """One seeded flip after the other: each is noticed and the stage runs again, or the record says the same."""
+    """One seeded flip after the other: each is noticed and the stage runs again, or the record says
+    the same."""
     assert main(["inspect", str(matrices_study), "--quiet"]) == 0
-    store, path = Store(tmp_path / "results" / "study"), tmp_path / "results" / "study" / ".stages" / "inspect.json"
+    store = Store(tmp_path / "results" / "study")
+    path = tmp_path / "results" / "study" / ".stages" / "inspect.json"
     intact, record = path.read_bytes(), store.record("inspect")
     chosen = random.Random(7)
     for _ in range(300):
@@ -185,7 +232,8 @@ def test_flipped_bytes_of_records(matrices_study, tmp_path, capsys):
 
 @pytest.mark.parametrize("planted", ["open to all", "a link", "none", "unusable home"])
 def test_kernels_are_cached_in_a_private_folder(tmp_path, planted):
-    """With a read-only program; compiled kernels are pickles, which run what they say when they are read."""
+    """With a read-only program; compiled kernels are pickles, which run what they say when they are
+    read."""
     home, elsewhere = tmp_path / "cache", tmp_path / "elsewhere"
     elsewhere.mkdir()
     home.mkdir()
@@ -197,12 +245,19 @@ def test_kernels_are_cached_in_a_private_folder(tmp_path, planted):
     elif planted == "unusable home":
         home.rmdir()
         home.write_text("a file")
-    program = ("import os, stat; real = os.access\n"
-               "os.access = lambda path, mode: not str(path).endswith('hbm') and real(path, mode)\n"
-               "from tipdamp.engine.kernel_cache import choose_kernel_cache; choose_kernel_cache()\n"
-               "place = os.environ['NUMBA_CACHE_DIR']; print(place, oct(stat.S_IMODE(os.lstat(place).st_mode)))")
-    said = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True,
-                          env={"PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(home), "TMPDIR": str(elsewhere)})
+    program = (
+        "import os, stat; real = os.access\nos.access = lambda path, mode: not "
+        "str(path).endswith('hbm') and real(path, mode)\nfrom tipdamp.engine.kernel_cache import "
+        "choose_kernel_cache; choose_kernel_cache()\nplace = os.environ['NUMBA_CACHE_DIR']; "
+        "print(place, oct(stat.S_IMODE(os.lstat(place).st_mode)))"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={"PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(home), "TMPDIR": str(elsewhere)},
+    )
     place, mode = said.stdout.split()
     assert mode == "0o700" and (place == str(home / "tipdamp")) == (planted == "none")
     assert Path(place).parent == (home if planted == "none" else elsewhere)

@@ -21,7 +21,11 @@ HEAVY = ("petsc4py", "slepc4py", "dolfinx", "mpi4py", "gmsh", "matplotlib", "plo
 def write(folder, task, report):
     """A file named after the task, with the process, its threads, and what it has loaded."""
     report(0.5, f"task {task}")
-    text = [str(os.getpid()), *(os.environ[name] for name in THREADS), *(name for name in HEAVY if name in sys.modules)]
+    text = [
+        str(os.getpid()),
+        *(os.environ[name] for name in THREADS),
+        *(name for name in HEAVY if name in sys.modules),
+    ]
     time.sleep(0.05)
     (folder / task).write_text(" ".join(text))
 
@@ -38,11 +42,15 @@ def fail(_, task, __):
 def test_processes_with_one_thread_and_no_finite_elements(tmp_path):
     heard = []
     with Workers(2) as workers:
-        workers.begin(write, "")                                     # fails: the folder is no file
-        done = list(workers.spread(write, tmp_path, list("abcdef"), lambda *said: heard.append(said)))
+        workers.begin(write, "")  # fails: the folder is no file
+        done = list(
+            workers.spread(write, tmp_path, list("abcdef"), lambda *said: heard.append(said))
+        )
     written = [(tmp_path / name).read_text().split() for name in "abcdef"]
     assert sorted(done) == list(range(6)) and [w[1:] for w in written] == [["1"] * 3] * 6
-    assert {w[0] for w in written} <= {w[0] for w in written} - {str(os.getpid())} and len({w[0] for w in written}) == 2
+    assert {w[0] for w in written} <= {w[0] for w in written} - {str(os.getpid())} and len(
+        {w[0] for w in written}
+    ) == 2
     assert (0, 0.5, "task a") in heard
 
 
@@ -55,15 +63,21 @@ def test_one_job_is_done_here(tmp_path, monkeypatch):
 
 def test_an_error_is_raised_here_and_stops_the_others(caplog):
     began = time.monotonic()
-    with caplog.at_level(logging.WARNING), pytest.raises(InputError, match="b: cannot be done") as raised, \
-            Workers(2) as workers:
+    with (
+        caplog.at_level(logging.WARNING),
+        pytest.raises(InputError, match="b: cannot be done") as raised,
+        Workers(2) as workers,
+    ):
         list(workers.spread(fail, None, ["slow", "b"], lambda *_: None))
     assert time.monotonic() - began < 30 and "in fail" in "".join(raised.value.__notes__)
     assert "it is about to fail" in caplog.text
 
 
 def test_a_process_that_ends_unasked_is_named():
-    with pytest.raises(ChildProcessError, match=r"ended unasked \(exit code 7\).*fewer --jobs"), Workers(2) as workers:
+    with (
+        pytest.raises(ChildProcessError, match=r"ended unasked \(exit code 7\).*fewer --jobs"),
+        Workers(2) as workers,
+    ):
         list(workers.spread(fail, None, ["slow", "unasked"], lambda *_: None))
 
 
@@ -92,16 +106,23 @@ def use(folder):
 
 def test_no_process_outlives_the_one_that_uses_it(tmp_path):
     """SIGKILL while both are at work: they end long before their work."""
-    program = f"from pathlib import Path; from tests.tipdamp.engine.test_workers import use; use(Path('{tmp_path}'))"
-    process = subprocess.Popen([sys.executable, "-c", program], cwd=Path(__file__).parents[3],
-                               env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])})
+    program = (
+        "from pathlib import Path; from tests.tipdamp.engine.test_workers import use; "
+        f"use(Path('{tmp_path}'))"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", program],
+        cwd=Path(__file__).parents[3],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])},
+    )
     began = time.monotonic()
     while not all((tmp_path / name).exists() for name in "ab"):
         assert process.poll() is None and time.monotonic() - began < 300
         time.sleep(0.05)
     process.send_signal(signal.SIGKILL)
     assert process.wait() == -signal.SIGKILL
-    theirs, began = [Path("/proc", (tmp_path / name).read_text()) for name in "ab"], time.monotonic()
+    theirs = [Path("/proc", (tmp_path / name).read_text()) for name in "ab"]
+    began = time.monotonic()
     while any((one / "exe").exists() for one in theirs):
         assert time.monotonic() - began < 60
         time.sleep(0.05)

@@ -10,7 +10,16 @@ from tipdamp.fields import surface
 from tipdamp.modal.craig_bampton import craig_bampton
 from tipdamp.modal.elasticity import Material, elastic_body
 
-KINDS = ("tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27", "wedge", "wedge15", "wedge18")
+KINDS = (
+    "tetra",
+    "tetra10",
+    "hexahedron",
+    "hexahedron20",
+    "hexahedron27",
+    "wedge",
+    "wedge15",
+    "wedge18",
+)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -28,7 +37,8 @@ def test_skin_is_closed_and_outward(kind):
     assert set(skin.node.tolist()) <= set(mesh.node.tolist())
     assert np.array_equal(mesh.position[mesh.index(skin.node)], skin.position)
     lengths = np.linalg.norm(np.diff(skin.position[skin.edges], axis=1), axis=2).sum()
-    assert lengths == pytest.approx(4 * (LENGTH + WIDTH + HEIGHT), rel=1e-12)     # the twelve edges of the box alone
+    # the twelve edges of the box alone
+    assert lengths == pytest.approx(4 * (LENGTH + WIDTH + HEIGHT), rel=1e-12)
 
 
 def test_fine_skin_is_thinned():
@@ -36,10 +46,12 @@ def test_fine_skin_is_thinned():
     skin = surface.skin(mesh, "bar", max_nodes=300)
     whole = surface.skin(mesh, "bar")
     assert skin.thinned and not whole.thinned and 150 < len(skin.node) <= 300 < len(whole.node)
-    assert np.array_equal(mesh.position[mesh.index(skin.node)], skin.position)    # real nodes, where they are
+    # real nodes, where they are
+    assert np.array_equal(mesh.position[mesh.index(skin.node)], skin.position)
     for k, size in enumerate((LENGTH, WIDTH, HEIGHT)):
         assert np.ptp(skin.position[:, k]) > 0.85 * size
-    turn = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]       # oblique to the grid of cells
+    # oblique to the grid of cells
+    turn = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
     oblique = replace(mesh, position=mesh.position @ turn)
     for nodes in range(40, 400, 20):
         assert nodes / 4 < len(surface.skin(oblique, "bar", max_nodes=nodes).node) <= nodes
@@ -48,8 +60,13 @@ def test_fine_skin_is_thinned():
 @pytest.fixture(scope="module")
 def bar():
     mesh = block("hexahedron20", (4, 2, 1))
-    body = elastic_body(mesh, Material(207e9, 0.3, 7850), "bar", clamp="clamp" if "clamp" in mesh.groups else None,
-                        free="clamp" not in mesh.groups)
+    body = elastic_body(
+        mesh,
+        Material(207e9, 0.3, 7850),
+        "bar",
+        clamp="clamp" if "clamp" in mesh.groups else None,
+        free="clamp" not in mesh.groups,
+    )
     masters = mesh.node[np.abs(mesh.position[:, 0] - LENGTH) < 1e-9]
     return mesh, craig_bampton(body, masters, 4)
 
@@ -61,4 +78,5 @@ def test_skin_moves_as_recovered(bar, tmp_path):
     again = surface.load(tmp_path / "s.npz")["bar"]
     q = np.random.default_rng(0).standard_normal(reduction.model.size)
     full = reduction.recover(q)[mesh.index(again.node)]
-    assert np.abs(again.displacement(q) - full).max() < 1e-5 * np.abs(full).max()     # single precision
+    # single precision
+    assert np.abs(again.displacement(q) - full).max() < 1e-5 * np.abs(full).max()

@@ -19,12 +19,13 @@ def test_preload_vtu(rig_results):
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     p = found.point_data["pressure (N/mm2), pull"][found.cells_dict["triangle"]].mean(axis=1)
     force = rig_results.read_json("preload.json")["sides"]["right"]["sum_N"]
-    assert 1e6 * (area * p).sum() == pytest.approx(force, rel=1e-3)         # linear between the pairs
+    assert 1e6 * (area * p).sum() == pytest.approx(force, rel=1e-3)  # linear between the pairs
 
 
 def test_stuck_modes_vtu(rig_results):
     meshio = pytest.importorskip("meshio")
-    model, surfaces = ReducedModel.load(rig_results.path("model.npz")), surface.load(rig_results.path("surface.npz"))
+    model = ReducedModel.load(rig_results.path("model.npz"))
+    surfaces = surface.load(rig_results.path("surface.npz"))
     stuck = Shapes.load(rig_results.path("stuck_modes.npz"))
     found = meshio.read(rig_results.path("stuck_modes.vtu"))
     names = [n for n in found.point_data if "stuck" in n]

@@ -10,12 +10,17 @@ from tipdamp.measured.damping import circle_fit, half_power, highest_peak
 
 @pytest.mark.parametrize("zeta", [0.005, 0.022, 0.05])
 def test_half_power_of_an_oscillator(zeta):
-    """Exact half-power points of the receptance: (f/f0)^2 = 1 - 2 zeta^2 -+ 2 zeta sqrt(1 - zeta^2)."""
+    """Exact half-power points of the receptance: (f/f0)^2 = 1 - 2 zeta^2 -+ 2 zeta sqrt(1 -
+    zeta^2)."""
     hz = grid(step=0.5)
     found = half_power(hz, np.abs(receptance(hz, zeta)))
-    low, high = (PEAK_HZ * np.sqrt(1 - 2 * zeta**2 + s * 2 * zeta * np.sqrt(1 - zeta**2)) for s in (-1, 1))
+    low, high = (
+        PEAK_HZ * np.sqrt(1 - 2 * zeta**2 + s * 2 * zeta * np.sqrt(1 - zeta**2)) for s in (-1, 1)
+    )
     peak = PEAK_HZ * np.sqrt(1 - 2 * zeta**2)
-    np.testing.assert_allclose([found.low_hz, found.high_hz, found.peak_hz], [low, high, peak], rtol=2e-6)
+    np.testing.assert_allclose(
+        [found.low_hz, found.high_hz, found.peak_hz], [low, high, peak], rtol=2e-6
+    )
     assert found.zeta == pytest.approx((high - low) / (2 * peak), rel=1e-4)
     assert found.zeta == pytest.approx(zeta, rel=2 * zeta**2 + 1e-4)
 
@@ -27,7 +32,8 @@ def test_circle_fit_of_an_oscillator(zeta):
 
 
 def test_circle_fit_beside_another_mode():
-    """A mode an octave above adds nearly a constant to the mobility, and does not change the damping."""
+    """A mode an octave above adds nearly a constant to the mobility, and does not change the
+    damping."""
     hz = grid()
     both = receptance(hz) + receptance(hz, natural_hz=2 * PEAK_HZ)
     assert circle_fit(hz, both) == pytest.approx(ZETA, rel=2e-3)
@@ -39,10 +45,14 @@ def test_peak_between_two_samples():
     assert highest_peak(hz, np.abs(receptance(hz)))[0] == pytest.approx(peak, abs=0.05)
 
 
-@pytest.mark.parametrize(("hz", "why"), [
-    (grid(2850), "lies at the end of the record, 2850 Hz"),
-    (grid(2780, 3100), "no half-power point below the peak"),
-    (grid(2500, 2820), "no half-power point above the peak")])
+@pytest.mark.parametrize(
+    ("hz", "why"),
+    [
+        (grid(2850), "lies at the end of the record, 2850 Hz"),
+        (grid(2780, 3100), "no half-power point below the peak"),
+        (grid(2500, 2820), "no half-power point above the peak"),
+    ],
+)
 def test_a_cut_peak_has_no_damping(hz, why):
     for method, values in ((half_power, np.abs(receptance(hz))), (circle_fit, receptance(hz))):
         with pytest.raises(InputError, match=why):

@@ -1,4 +1,5 @@
-"""Meshes without a study: the proposed study has the bodies, sides and directions, and runs once it is filled in."""
+"""Meshes without a study: the proposed study has the bodies, sides and directions, and runs once it
+is filled in."""
 
 import re
 import shutil
@@ -42,7 +43,8 @@ def filled(path, **values):
 
 @pytest.mark.parametrize("one_file", [False, True])
 def test_from_meshes_to_a_preload(tmp_path, capsys, one_file):
-    """Two files or one; the sides by the groups of the files, the pull into both of them: 10 N / sqrt(2) on each."""
+    """Two files or one; the sides by the groups of the files, the pull into both of them: 10 N /
+    sqrt(2) on each."""
     corner_study.write(tmp_path)
     mesh, _ = joined()
     (tmp_path / "all.inp").write_text(mesh_texts.plain(mesh))
@@ -72,17 +74,32 @@ def test_what_is_not_filled_in_is_named(tmp_path, capsys):
 
 
 def test_wedge_under_platforms():
-    """Sides of 30 and 45 degrees, in mm, by surfaces that go on beyond the damper; pairs that match."""
+    """Sides of 30 and 45 degrees, in mm, by surfaces that go on beyond the damper; pairs that
+    match."""
     found = propose([WEDGE / "coarse_damper.msh", WEDGE / "coarse_blades.msh"])
     assert [(s.name, s.blade, s.damper, s.matching) for s in found.sides] == [
-        ("left", "pf_L", "wd_L", True), ("right", "pf_R", "wd_R", True)]
-    assert found.length == "mm" and found.axis.tolist() == [0, 1, 0] and found.pull.tolist() == [0, 0, 1]
-    angles = [np.degrees(np.arctan2(abs(s.patch.normal[0]), s.patch.normal[2])) for s in found.sides]
+        ("left", "pf_L", "wd_L", True),
+        ("right", "pf_R", "wd_R", True),
+    ]
+    assert (
+        found.length == "mm"
+        and found.axis.tolist() == [0, 1, 0]
+        and found.pull.tolist() == [0, 0, 1]
+    )
+    angles = [
+        np.degrees(np.arctan2(abs(s.patch.normal[0]), s.patch.normal[2])) for s in found.sides
+    ]
     assert angles == pytest.approx([30, 45], abs=0.1) and all(s.patch.flat for s in found.sides)
-    assert found.groups == {"clamp": ["Fixed"], "load_points": ["pullpts"], "excitation": ["shaker"],
-                            "patches": ["tipL", "tipR"]}
+    assert found.groups == {
+        "clamp": ["Fixed"],
+        "load_points": ["pullpts"],
+        "excitation": ["shaker"],
+        "patches": ["tipL", "tipR"],
+    }
     text = study_text(found, {"blades": "b.msh", "damper": "d.msh"})
-    assert "# direction = [1, 0, 0] " in text and '\n# hold = { motion = "y", mean = true }\n' in text
+    assert (
+        "# direction = [1, 0, 0] " in text and '\n# hold = { motion = "y", mean = true }\n' in text
+    )
 
 
 def test_a_tip_that_is_excited_is_no_patch(tmp_path):
@@ -97,30 +114,45 @@ def test_a_tip_that_is_excited_is_no_patch(tmp_path):
     assert groups["patches"] == ["resp_left", "resp_right", "tip_A"]
 
 
-@pytest.mark.parametrize("damper, keys", [(corner_study.damper, {"stations": "all"}),
-                                          (corner_study.unlike, {"by": "area", "kept_share": 1})])
+@pytest.mark.parametrize(
+    "damper, keys",
+    [
+        (corner_study.damper, {"stations": "all"}),
+        (corner_study.unlike, {"by": "area", "kept_share": 1}),
+    ],
+)
 def test_points_of_unlike_meshes_are_tuned_by_area(tmp_path, damper, keys):
     corner_study.write(tmp_path, corner_study.blades(), damper())
     found = propose([tmp_path / "damper.inp", tmp_path / "blades.inp"])
     text = study_text(found, {"blades": "b.inp", "damper": "d.inp"})
-    lines = [line.removeprefix("# ") for line in text.split("# [tune]\n")[1].split("#\n")[0].splitlines()]
+    lines = [
+        line.removeprefix("# ") for line in text.split("# [tune]\n")[1].split("#\n")[0].splitlines()
+    ]
     assert tomllib.loads("\n".join(lines)) == keys
 
 
 def test_without_any_group_it_is_said_what_is_needed(tmp_path, capsys):
     """The bodies and sides are found all the same."""
-    bare = [replace(mesh, groups={}, cell_groups={}) for mesh in (corner_study.blades(), corner_study.damper())]
+    bare = [
+        replace(mesh, groups={}, cell_groups={})
+        for mesh in (corner_study.blades(), corner_study.damper())
+    ]
     corner_study.write(tmp_path, *bare)
     assert main(["inspect", str(tmp_path / "damper.inp"), str(tmp_path / "blades.inp")]) == 0
     said = capsys.readouterr().out
-    assert "clamp, load_points, excitation and patches are groups of nodes, and there are none" in said
+    assert (
+        "clamp, load_points, excitation and patches are groups of nodes, and there are none" in said
+    )
     assert said.count("faces of the damper meet") == 2
 
 
 def test_faces_of_the_blades_that_go_on_beyond_the_damper(tmp_path, capsys):
-    """No group names the sides, and faces of the blades lie half beside the damper: all that it meets is picked."""
+    """No group names the sides, and faces of the blades lie half beside the damper: all that it
+    meets is picked."""
     blades, damper = corner_study.blades(), corner_study.damper(at=(0, 0.3 * A, 0))
-    blades = replace(blades, groups={k: v for k, v in blades.groups.items() if k.startswith("clamp")})
+    blades = replace(
+        blades, groups={k: v for k, v in blades.groups.items() if k.startswith("clamp")}
+    )
     damper = replace(damper, groups={"load": damper.groups["load"]})
     corner_study.write(tmp_path, blades, damper)
     assert main(["inspect", str(tmp_path / "damper.inp"), str(tmp_path / "blades.inp")]) == 0
@@ -131,16 +163,24 @@ def test_faces_of_the_blades_that_go_on_beyond_the_damper(tmp_path, capsys):
 
 
 def test_a_damper_along_no_coordinate(tmp_path):
-    """Both bodies turned by 12 degrees about x: the axis lies along both sides, the pull across it, into both."""
+    """Both bodies turned by 12 degrees about x: the axis lies along both sides, the pull across it,
+    into both."""
     c, s = np.cos(np.radians(12)), np.sin(np.radians(12))
     turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
-    corner_study.write(tmp_path, *(replace(mesh, position=mesh.position @ turn.T)
-                                   for mesh in (corner_study.blades(), corner_study.damper())))
+    corner_study.write(
+        tmp_path,
+        *(
+            replace(mesh, position=mesh.position @ turn.T)
+            for mesh in (corner_study.blades(), corner_study.damper())
+        ),
+    )
     found = propose([tmp_path / "damper.inp", tmp_path / "blades.inp"])
     assert found.axis == pytest.approx(turn @ [0, 1, 0], abs=1e-5)
     assert found.pull == pytest.approx(turn @ np.array([1, 0, 1]) / np.sqrt(2), abs=1e-5)
     study = tomllib.loads(study_text(found, {"blades": "b.inp", "damper": "d.inp"}))
-    assert [side["width"] for side in study["contact"].values() if isinstance(side, dict)] == pytest.approx([A, A])
+    assert [
+        side["width"] for side in study["contact"].values() if isinstance(side, dict)
+    ] == pytest.approx([A, A])
 
 
 def test_round_side(rig):
@@ -156,21 +196,36 @@ def with_lands():
     middle = mesh.position[mesh.cells["hexahedron"]].mean(axis=1)
     groove = (middle[:, 0] > 0.7 * A) & (np.abs(middle[:, 1] - A / 2) < 0.1 * A)
     mesh = cut(mesh, {"hexahedron": ~groove}, "damper")
-    return replace(mesh, groups={"lands": corner_study.on(mesh, 0, A), "face_z": corner_study.on(mesh, 2, A),
-                                 "load": np.intersect1d(corner_study.on(mesh, 0, 0.0), corner_study.on(mesh, 2, 0.0))})
+    return replace(
+        mesh,
+        groups={
+            "lands": corner_study.on(mesh, 0, A),
+            "face_z": corner_study.on(mesh, 2, A),
+            "load": np.intersect1d(corner_study.on(mesh, 0, 0.0), corner_study.on(mesh, 2, 0.0)),
+        },
+    )
 
 
-@pytest.mark.parametrize("blade_group, damper", [("touch_one", ["lands"]), ("touch", ["within", "within"])])
+@pytest.mark.parametrize(
+    "blade_group, damper", [("touch_one", ["lands"]), ("touch", ["within", "within"])]
+)
 def test_lands_of_one_group_touch_once(tmp_path, blade_group, damper):
-    """Two lands of a group opposite to one flank are one side; opposite to what may be two blades they are picked by
-    geometry. Either way the area of contact is that of the lands, once (the groove also cuts the other side)."""
+    """Two lands of a group opposite to one flank are one side; opposite to what may be two blades
+    they are picked by geometry. Either way the area of contact is that of the lands, once (the
+    groove also cuts the other side)."""
     blades = corner_study.blades()
     if blade_group == "touch":
-        blades.groups["touch"] = np.union1d(blades.groups.pop("touch_one"), blades.groups.pop("touch_two"))
+        blades.groups["touch"] = np.union1d(
+            blades.groups.pop("touch_one"), blades.groups.pop("touch_two")
+        )
     corner_study.write(tmp_path, blades, with_lands())
     assert main(["inspect", str(tmp_path / "damper.inp"), str(tmp_path / "blades.inp")]) == 0
     study = load_study(filled(tmp_path / "damper.toml"))
-    met = [side for name, side in study.sides.items() if side.blade == blade_group and side.damper != "face_z"]
+    met = [
+        side
+        for name, side in study.sides.items()
+        if side.blade == blade_group and side.damper != "face_z"
+    ]
     assert ["lands" if s.damper == "lands" else "within" for s in met] == damper
     pairs = matched_pairs(study, read_meshes(study))
     assert pairs.area.sum() == pytest.approx((0.8 + 14 / 15) * A**2)
@@ -178,37 +233,60 @@ def test_lands_of_one_group_touch_once(tmp_path, blade_group, damper):
 
 @pytest.mark.parametrize("angle, flat", [(30, True), (22.5, False)])
 def test_edge_or_facet(angle, flat):
-    """A wall that turns off the flank by 30 degrees is no part of it; the facets of a pin, 16 a turn, are one side."""
+    """A wall that turns off the flank by 30 degrees is no part of it; the facets of a pin, 16 a
+    turn, are one side."""
     mesh = corner_study.cube(divisions=(1, 1, 4))
     turn, x, y, z = np.radians(angle), *mesh.position.T
-    place = np.column_stack([x + np.maximum(z - A / 2, 0) * np.tan(turn) * (-1) * (x > A / 2), y, z])
+    place = np.column_stack(
+        [x + np.maximum(z - A / 2, 0) * np.tan(turn) * (-1) * (x > A / 2), y, z]
+    )
     mine = _Faces(replace(mesh, position=place), [f for f in boundary_faces(mesh)])
     facing = np.flatnonzero(mine.normal[:, 0] > 0.5)
     assert (len(np.unique(mine.pieces()[facing])) == 1) == (not flat)
 
 
 def test_shape_from_the_group_of_the_flank(tmp_path):
-    """Faces beside a flank that lie within reach do not bend it where a group says which faces it has."""
+    """Faces beside a flank that lie within reach do not bend it where a group says which faces it
+    has."""
     corner_study.write(tmp_path)
     damper = read_mesh(tmp_path / "damper.inp")
     (block,) = boundary_faces(damper)
     keys = face_keys(damper.node[block])
     own = np.isin(keys, damper.groups["face_x"]).all(axis=1)
     rim = np.flatnonzero(~own)[:1]
-    patch = Patch(keys[np.concatenate([np.flatnonzero(own), rim])], keys[:1], np.array([1.0, 0, 0]), 30.0,
-                  np.array([[0, 0, 0], [A, A, A]]), 1.25 * A**2)
+    patch = Patch(
+        keys[np.concatenate([np.flatnonzero(own), rim])],
+        keys[:1],
+        np.array([1.0, 0, 0]),
+        30.0,
+        np.array([[0, 0, 0], [A, A, A]]),
+        1.25 * A**2,
+    )
     found = within_group(damper, patch, "face_x")
-    assert found.spread == pytest.approx(0, abs=1e-5) and found.area == pytest.approx(A**2) and found.flat
+    assert (
+        found.spread == pytest.approx(0, abs=1e-5)
+        and found.area == pytest.approx(A**2)
+        and found.flat
+    )
     assert found.box[0][0] == pytest.approx(A)
 
 
-@pytest.mark.parametrize("names, message", [
-    (["blades.inp"], r"lies within 0.\d+ m of .* the mesh of the damper is missing, name it too"),
-    (["damper.inp", "blades.inp", "damper.inp"], "3 meshes: one file with all bodies is wanted"),
-    (["damper.inp"], "all its cells are connected: blades and damper cannot be told apart"),
-    (["far.inp", "blades.inp"], "no face of far.inp .27 nodes. lies within"),
-    (["corner.toml", "blades.inp"], "one study at a time, or mesh files alone"),
-])
+@pytest.mark.parametrize(
+    "names, message",
+    [
+        (
+            ["blades.inp"],
+            r"lies within 0.\d+ m of .* the mesh of the damper is missing, name it too",
+        ),
+        (
+            ["damper.inp", "blades.inp", "damper.inp"],
+            "3 meshes: one file with all bodies is wanted",
+        ),
+        (["damper.inp"], "all its cells are connected: blades and damper cannot be told apart"),
+        (["far.inp", "blades.inp"], "no face of far.inp .27 nodes. lies within"),
+        (["corner.toml", "blades.inp"], "one study at a time, or mesh files alone"),
+    ],
+)
 def test_refusals(tmp_path, capsys, names, message):
     corner_study.write(tmp_path)
     (tmp_path / "far.inp").write_text(mesh_texts.plain(corner_study.damper(at=(0, 0.5, 0))))
@@ -219,7 +297,17 @@ def test_refusals(tmp_path, capsys, names, message):
 def test_names_with_quotes(tmp_path):
     """Group names are text of the file: they cannot break out of the study."""
     shutil.copy(WEDGE / "coarse_blades.msh", tmp_path)
-    text = (WEDGE / "coarse_damper.msh").read_text().replace('"pullpts"', '"pull\\"\\npts"'.replace("\\n", " "))
+    text = (
+        (WEDGE / "coarse_damper.msh")
+        .read_text()
+        .replace('"pullpts"', '"pull\\"\\npts"'.replace("\\n", " "))
+    )
     (tmp_path / "coarse_damper.msh").write_text(text)
-    assert main(["inspect", str(tmp_path / "coarse_damper.msh"), str(tmp_path / "coarse_blades.msh")]) == 0
-    assert tomllib.loads((tmp_path / "coarse_damper.toml").read_text())["damper"]["load_points"] == 'pull\\" pts'
+    assert (
+        main(["inspect", str(tmp_path / "coarse_damper.msh"), str(tmp_path / "coarse_blades.msh")])
+        == 0
+    )
+    assert (
+        tomllib.loads((tmp_path / "coarse_damper.toml").read_text())["damper"]["load_points"]
+        == 'pull\\" pts'
+    )

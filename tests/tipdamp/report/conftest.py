@@ -13,4 +13,6 @@ def plain_report(tmp_path_factory):
 @pytest.fixture(scope="session")
 def hostile_report(tmp_path_factory):
     """Failed points, and a title and names of sides and patches that mean harm, together."""
-    return written(tmp_path_factory.mktemp("hostile"), title=HOSTILE, failed=(19, 20), names=HOSTILE_NAMES)
+    return written(
+        tmp_path_factory.mktemp("hostile"), title=HOSTILE, failed=(19, 20), names=HOSTILE_NAMES
+    )

@@ -1,4 +1,5 @@
-"""Friction work over the contact sides in colour, names beside the states of the pairs, what was chosen in tuning."""
+"""Friction work over the contact sides in colour, names beside the states of the pairs, what was
+chosen in tuning."""
 
 from dataclasses import replace
 
@@ -19,11 +20,26 @@ def drawn(tmp_path):
     results = results_of(*artefacts(tmp_path))
     kept = results.kept.select(results.kept.carrying)
     names = pair_names(kept, slice(None))
-    one = PeakCycle(file="a.npz", Fe_N=20.0, H=3, hz=2800.0, input_J=1e-3, damping_J=9e-4, error=1e-9,
-                    friction_J={name: 1e-6 * k for k, name in enumerate(names)})
+    one = PeakCycle(
+        file="a.npz",
+        Fe_N=20.0,
+        H=3,
+        hz=2800.0,
+        input_J=1e-3,
+        damping_J=9e-4,
+        error=1e-9,
+        friction_J={name: 1e-6 * k for k, name in enumerate(names)},
+    )
     share = np.full((len(results.cases[0].curve.frequency), len(kept)), 0.2)
-    cases = tuple(replace(case, curve=replace(case.curve, share_stick=1 - share, share_slip=share,
-                                              share_open=0 * share)) for case in results.cases)
+    cases = tuple(
+        replace(
+            case,
+            curve=replace(
+                case.curve, share_stick=1 - share, share_slip=share, share_open=0 * share
+            ),
+        )
+        for case in results.cases
+    )
     results = replace(results, cases=cases, cycles=CyclesResult(curves=(one,), pairs=tuple(names)))
     return results, kept, {figure.name: figure for figure in friction_work.figures(results)}
 
@@ -31,23 +47,35 @@ def drawn(tmp_path):
 def test_every_pair_has_its_tile(drawn, tmp_path):
     results, kept, figures = drawn
     panels = figures["friction_map"].panels
-    assert [panel.title[:6] for panel in panels] == ["side '"] * 2 and all(panel.whole_y for panel in panels)
+    assert [panel.title[:6] for panel in panels] == ["side '"] * 2 and all(
+        panel.whole_y for panel in panels
+    )
     found = {}
     for panel, side in zip(panels, kept.sides, strict=True):
         (tiles,) = panel.items
         assert isinstance(tiles, Tiles) and tiles.top == len(kept) - 1
-        found |= {(side, x, y): tiles.values[j, i] for j, y in enumerate(tiles.y) for i, x in enumerate(tiles.x)
-                  if np.isfinite(tiles.values[j, i])}
+        found |= {
+            (side, x, y): tiles.values[j, i]
+            for j, y in enumerate(tiles.y)
+            for i, x in enumerate(tiles.x)
+            if np.isfinite(tiles.values[j, i])
+        }
     along = results.along(kept)
-    assert found == {(kept.side[k], along[k], kept.row[k]): pytest.approx(k) for k in range(len(kept))}
+    assert found == {
+        (kept.side[k], along[k], kept.row[k]): pytest.approx(k) for k in range(len(kept))
+    }
     figure_table.write(figures["friction_map"], tmp_path / "map.csv")
-    assert (tmp_path / "map.csv").read_text().count("side 'left', cylinder\",tiles,") == (kept.side == "left").sum()
+    assert (tmp_path / "map.csv").read_text().count("side 'left', cylinder\",tiles,") == (
+        kept.side == "left"
+    ).sum()
 
 
 def test_names_beside_the_states(drawn, tmp_path):
     _, _, figures = drawn
     (panel,) = figures["state_map"].panels
-    assert panel.y_names[:2] == ("left 0", "left 1") and len(panel.y_names) == len(set(panel.y_names))
+    assert panel.y_names[:2] == ("left 0", "left 1") and len(panel.y_names) == len(
+        set(panel.y_names)
+    )
     html = plotly.draw(figures["state_map"])
     assert all(f'"{name}"' in html for name in panel.y_names)
     for name in ("state_map", "friction_map"):
@@ -63,9 +91,17 @@ def test_borders_of_the_tiles():
 
 def test_a_graded_station_is_part_of_a_station(tmp_path):
     """The mark of what was chosen stands at the kept area, and its words in the legend."""
-    results = results_of(*artefacts(tmp_path, damage=damage("tune", "graded", value={"station": 1, "part": 0.25})))
+    results = results_of(
+        *artefacts(tmp_path, damage=damage("tune", "graded", value={"station": 1, "part": 0.25}))
+    )
     figure = next(f for f in detachment.figures(results) if f.name == "tuning")
     (chosen,) = [item for item in figure.panels[0].items if item.name.startswith("chosen")]
     kept = results.tune.tuned_pairs
-    assert chosen.x.tolist() == [kept.front + kept.back - 0.75] and "of station 1 a part of 0.25" in chosen.name
-    assert any(item.name == "target 2800 Hz" for item in figure.panels[0].items) and figure.panels[0].whole_x
+    assert (
+        chosen.x.tolist() == [kept.front + kept.back - 0.75]
+        and "of station 1 a part of 0.25" in chosen.name
+    )
+    assert (
+        any(item.name == "target 2800 Hz" for item in figure.panels[0].items)
+        and figure.panels[0].whole_x
+    )

@@ -1,4 +1,5 @@
-"""inspect.html: what a user needs to see wrong normals or a wrong pairing before anything is computed."""
+"""inspect.html: what a user needs to see wrong normals or a wrong pairing before anything is
+computed."""
 
 import json
 import re
@@ -21,7 +22,7 @@ from tipdamp.report.inspection_page import Inspected, inspection_page
 from tipdamp.results.static_results import InspectResult
 from tipdamp.study.study import load_study
 
-HALF = 1 / np.sqrt(2)      # the pull along x + z on faces x and z
+HALF = 1 / np.sqrt(2)  # the pull along x + z on faces x and z
 
 
 def inspected(path, capsys, code=0):
@@ -40,12 +41,15 @@ def test_page_of_a_sound_study(tmp_path, capsys):
     page, out, file = inspected(path, capsys)
     assert f"to look at: {file}" in out and len(page) < 6e6
     found = content(path)["pair_checks"]
-    assert found["one"]["mean_normal"] == pytest.approx([1, 0, 0]) and found["two"]["mean_normal"] == \
-        pytest.approx([0, 0, 1])
+    assert found["one"]["mean_normal"] == pytest.approx([1, 0, 0]) and found["two"][
+        "mean_normal"
+    ] == pytest.approx([0, 0, 1])
     for side in found.values():
         assert (side["pairs"], side["stations"], side["rows"]) == (9, 3, 3)
         assert side["force_per_pull"] == pytest.approx(HALF) and side["trouble"] is None
-        assert side["off_surface_deg"] < 1e-5 and abs(np.array(side["apart_along_n_m"])).max() < 1e-12
+        assert (
+            side["off_surface_deg"] < 1e-5 and abs(np.array(side["apart_along_n_m"])).max() < 1e-12
+        )
     text = page.split("<main>")[1]
     assert "(+1.000, +0.000, +0.000)" in text and "0.7071" in text
     # the user's own numbers: the blade's 3 x 3 nodes at x = A
@@ -54,10 +58,15 @@ def test_page_of_a_sound_study(tmp_path, capsys):
 
 
 def test_nodes_without_a_partner_are_shown(tmp_path, capsys):
-    """The damper 2 um too low: the pairing stops, and the page shows every node with its distance."""
+    """The damper 2 um too low: the pairing stops, and the page shows every node with its
+    distance."""
     path = corner_study.write(tmp_path, damper_mesh=corner_study.damper(at=(0, 0, -2e-6)))
     page, error, file = inspected(path, capsys, code=2)
-    assert f"(look at {file})" in error and "Stopped" in page and "without a partner within 1e-06 m" in page
+    assert (
+        f"(look at {file})" in error
+        and "Stopped" in page
+        and "without a partner within 1e-06 m" in page
+    )
     study = load_study(path)
     lonely = list(without_partner(study, read_meshes(study)))
     assert len(lonely) == 4 and all(isinstance(p, Points) and len(p.position) == 9 for p in lonely)
@@ -77,8 +86,15 @@ def own_table(tmp_path, capsys):
     capsys.readouterr()
     table = ContactTable.load(tmp_path / "results" / "corner" / "preload.csv")
     text = path.read_text()
-    for line in ('mu = 0.3\n', 'kn = 1e6\n', 'kt = 1e6\n', 'blade = "touch_one"\n', 'damper = "face_x"\n',
-                 'blade = "touch_two"\n', 'damper = "face_z"\n'):
+    for line in (
+        "mu = 0.3\n",
+        "kn = 1e6\n",
+        "kt = 1e6\n",
+        'blade = "touch_one"\n',
+        'damper = "face_x"\n',
+        'blade = "touch_two"\n',
+        'damper = "face_z"\n',
+    ):
         text = text.replace(line, "")
     path.write_text(text.replace("[contact]\n", '[contact]\npairs = "own.csv"\n'))
     return path, table
@@ -88,11 +104,12 @@ def test_a_flipped_normal_is_named(own_table, capsys):
     path, table = own_table
     frame = table.frame.copy()
     worst = np.flatnonzero(table.side == "one")[4]
-    frame[worst] *= [[1], [-1], [-1]]                          # t2 and n turned over: still right-handed
+    frame[worst] *= [[1], [-1], [-1]]  # t2 and n turned over: still right-handed
     table.replace(frame=frame).save(path.parent / "own.csv")
     page, error, file = inspected(path, capsys, code=2)
     assert "points against that of its neighbour" in error and f"(look at {file})" in error
-    assert "Stopped" in page and "180.0° off" in page.replace("\\u00b0", "°")      # the pairs, to look at
+    # the pairs, to look at
+    assert "Stopped" in page and "180.0° off" in page.replace("\\u00b0", "°")
 
 
 def test_hostile_names_are_text(tmp_path):
@@ -118,7 +135,9 @@ def test_friction_above_any_dry_metals(tmp_path, capsys, mu):
 def test_a_side_that_the_pull_opens_is_named(own_table, capsys):
     """All normals of both sides the wrong way round: the pull would lift the damper off."""
     path, table = own_table
-    table.replace(frame=table.frame * np.array([1, -1, -1])[None, :, None]).save(path.parent / "own.csv")
+    table.replace(frame=table.frame * np.array([1, -1, -1])[None, :, None]).save(
+        path.parent / "own.csv"
+    )
     page, error, _ = inspected(path, capsys, code=2)
     assert "n must point out of the damper into the blade" in error
     assert "would have to pull the damper" in page
@@ -132,7 +151,7 @@ def test_angles_count_both_surfaces(tmp_path):
     lean = np.array([[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]])
     leaning = pairs.replace(frame=pairs.frame @ lean.T)
     angles = surface_angles(leaning, meshes)
-    inner = (pairs.side == "one") & (pairs.row == 1) & (pairs.station == 1)      # one face normal there
+    inner = (pairs.side == "one") & (pairs.row == 1) & (pairs.station == 1)  # one face normal there
     assert angles[inner] == pytest.approx(25, abs=1e-6)
     assert "25 degrees off" in pair_checks.warnings(leaning, angles)[0]
 
@@ -146,8 +165,10 @@ def test_page_of_a_study_of_matrices(tmp_path, capsys):
     own.mkdir()
     (own / "model.npz").write_bytes((folder / "model.npz").read_bytes())
     (own / "pairs.csv").write_bytes((folder / "preload.csv").read_bytes())
-    (own / "corner.toml").write_text('[model]\nmatrices = "model.npz"\npull = 10\npull_direction = [1, 0, 1]\n'
-                                     '[contact]\npairs = "pairs.csv"\n')
+    (own / "corner.toml").write_text(
+        '[model]\nmatrices = "model.npz"\npull = 10\npull_direction = [1, 0, 1]\n'
+        '[contact]\npairs = "pairs.csv"\n'
+    )
     page, *_ = inspected(own / "corner.toml", capsys)
     assert "The study starts from matrices: there is no mesh" in page and 'id="meshes"' not in page
     assert 'id="figure-contact_pairs"' in page

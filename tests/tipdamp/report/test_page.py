@@ -74,11 +74,17 @@ def test_page_loads_nothing_from_elsewhere(plain_report):
     read = html_of(plain_report)
     assert read.open == []
     for tag, attributes in read.tags:
-        assert tag not in ("link", "iframe", "object", "embed", "base") and "src" not in attributes, (tag, attributes)
+        assert (
+            tag not in ("link", "iframe", "object", "embed", "base") and "src" not in attributes
+        ), (tag, attributes)
         assert attributes.get("href", "#").startswith("#")
-    assert "@import" not in content.split("</style>")[0] and "url(" not in content.split("</style>")[0]
+    assert (
+        "@import" not in content.split("</style>")[0] and "url(" not in content.split("</style>")[0]
+    )
     library, *ours = sorted(read.scripts, key=len, reverse=True)
-    assert len(library) > 1e6 and sum("Plotly.newPlot" in s for s in ours) == read.text.count("Figure ")
+    assert len(library) > 1e6 and sum("Plotly.newPlot" in s for s in ours) == read.text.count(
+        "Figure "
+    )
     assert not any("http" in script for script in ours)
     assert len(content) < 6e6
 
@@ -86,27 +92,52 @@ def test_page_loads_nothing_from_elsewhere(plain_report):
 def test_every_section_and_picture_is_there(plain_report):
     read = html_of(plain_report)
     ids = {a["id"] for tag, a in read.tags if tag == "section"}
-    assert ids == {"figures", "linear", "preload", "tuning", "response", "pairs", "assumptions", "reduction", "made"}
-    assert "left 0\N{EN DASH}1; right 4" in read.text          # the slipping pairs by name
-    assert "+0.06 %" in read.text                               # 1591 of 1590 Hz
+    assert ids == {
+        "figures",
+        "linear",
+        "preload",
+        "tuning",
+        "response",
+        "pairs",
+        "assumptions",
+        "reduction",
+        "made",
+    }
+    assert "left 0\N{EN DASH}1; right 4" in read.text  # the slipping pairs by name
+    assert "+0.06 %" in read.text  # 1591 of 1590 Hz
     names = {p.stem for p in plain_report.path("figures").glob("*.png")}
-    assert names == {"linear_without_damper", "preload", "preload_kept", "tuning", "family_H1", "family_H3", "levels",
-                     "peaks", "contact_states"}
+    assert names == {
+        "linear_without_damper",
+        "preload",
+        "preload_kept",
+        "tuning",
+        "family_H1",
+        "family_H3",
+        "levels",
+        "peaks",
+        "contact_states",
+    }
 
 
 def test_tables_of_the_pictures(plain_report):
-    """Every picture has its numbers beside it; the response is that of the oscillator of the made-up results."""
+    """Every picture has its numbers beside it; the response is that of the oscillator of the
+    made-up results."""
     import csv
 
     folder = plain_report.path("figures")
     assert {p.stem for p in folder.glob("*.csv")} == {p.stem for p in folder.glob("*.png")}
     with (folder / "family_H1.csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
-    mine = [(float(r["x"]), float(r["y"])) for r in rows if (r["panel"], r["drawn as"], r["name"]) == (
-        "per newton", "curve", "Fe = 1 N")]
+    mine = [
+        (float(r["x"]), float(r["y"]))
+        for r in rows
+        if (r["panel"], r["drawn as"], r["name"]) == ("per newton", "curve", "Fe = 1 N")
+    ]
     hz, um = np.array(mine).T
     assert len(hz) == 41
-    np.testing.assert_allclose(um, np.abs(0.044 / (1 - (hz / 2800)**2 + 0.044j * hz / 2800)), rtol=1e-8)
+    np.testing.assert_allclose(
+        um, np.abs(0.044 / (1 - (hz / 2800) ** 2 + 0.044j * hz / 2800)), rtol=1e-8
+    )
 
 
 def test_pictures_are_not_empty(plain_report):
@@ -120,7 +151,8 @@ def test_pictures_are_not_empty(plain_report):
 
 def test_hostile_names_are_text(hostile_report):
     """Title, sides and patches: escaped in paragraphs, tables, captions and figures."""
-    content, read = hostile_report.path("report.html").read_text(encoding="utf-8"), html_of(hostile_report)
+    content = hostile_report.path("report.html").read_text(encoding="utf-8")
+    read = html_of(hostile_report)
     assert "<script>alert" not in content and "<img" not in content and "<b><" not in content
     assert not any(script.startswith("alert") for script in read.scripts)
     for text in (HOSTILE, f"N on side '{HOSTILE_NAMES['left']}'", f"{HOSTILE_NAMES['left']} 0"):
@@ -129,13 +161,29 @@ def test_hostile_names_are_text(hostile_report):
 
 def test_backends_escape_names():
     one = figure.Curve(np.arange(3), np.arange(3), HOSTILE)
-    drawn = figure.Figure("x", HOSTILE, "", (figure.Panel(HOSTILE, HOSTILE, HOSTILE, (
-        one, figure.Line("y", 1.0, HOSTILE), figure.Marks(np.ones(1), np.ones(1), labels=(HOSTILE,)))),))
+    drawn = figure.Figure(
+        "x",
+        HOSTILE,
+        "",
+        (
+            figure.Panel(
+                HOSTILE,
+                HOSTILE,
+                HOSTILE,
+                (
+                    one,
+                    figure.Line("y", 1.0, HOSTILE),
+                    figure.Marks(np.ones(1), np.ones(1), labels=(HOSTILE,)),
+                ),
+            ),
+        ),
+    )
     content = plotly.draw(drawn)
     assert "<script>alert" not in content and "%{y}" not in content
-    assert content.replace("\\u0026", "&").count("&lt;script&gt;alert") == 8    # every text, as plotly must read it
+    # every text, as plotly must read it
+    assert content.replace("\\u0026", "&").count("&lt;script&gt;alert") == 8
     picture = io.BytesIO()
-    matplotlib.draw(drawn, picture)       # "$a_$" alone would stop its reader of formulas
+    matplotlib.draw(drawn, picture)  # "$a_$" alone would stop its reader of formulas
     assert picture.getvalue().startswith(b"\x89PNG")
 
 
@@ -143,16 +191,23 @@ def test_failed_points_are_gaps_with_a_mark(hostile_report, tmp_path):
     study, store = artefacts(tmp_path, failed=(19, 20))
     items = next(response_levels.figures(results_of(study, store))).panels[0].items
     band = next(i for i in items if isinstance(i, figure.Band))
-    assert [len(x) // 2 for x, _ in figure.outlines(band)] == [19, 20]     # 41 points without two
-    assert np.nanmin(band.low / band.high) == pytest.approx(0.9)           # the nodes of blade 1 alone
+    assert [len(x) // 2 for x, _ in figure.outlines(band)] == [19, 20]  # 41 points without two
+    assert np.nanmin(band.low / band.high) == pytest.approx(0.9)  # the nodes of blade 1 alone
     line = next(i for i in items if isinstance(i, figure.Curve))
     assert np.flatnonzero(np.isnan(line.y)).tolist() == [19, 20]
     marks = next(i for i in items if isinstance(i, figure.Marks))
-    assert marks.name == "failed point" and np.allclose(marks.x, line.x[19:21]) and np.isfinite(marks.y).all()
+    assert (
+        marks.name == "failed point"
+        and np.allclose(marks.x, line.x[19:21])
+        and np.isfinite(marks.y).all()
+    )
     early = marks_of_early_stop(tmp_path / "early")
     assert early.name == "curve stops" and early.x.tolist() == [3300.0]
     read = html_of(hostile_report)
-    assert "incomplete, 2 points failed" in read.text and "is incomplete, 2 points failed: " in read.text
+    assert (
+        "incomplete, 2 points failed" in read.text
+        and "is incomplete, 2 points failed: " in read.text
+    )
     assert any("failed point" in script for script in read.scripts[1:])
 
 
@@ -164,9 +219,14 @@ def marks_of_early_stop(folder):
     return next(i for i in items if isinstance(i, figure.Marks))
 
 
-@pytest.mark.parametrize("sections, gone", [("", {"tuning", "response", "reduction"}),
-                                            # without [respond] there is no shape to tune by
-                                            ("[tune]\ntarget_hz = 2800\n", {"tuning", "response", "reduction"})])
+@pytest.mark.parametrize(
+    "sections, gone",
+    [
+        ("", {"tuning", "response", "reduction"}),
+        # without [respond] there is no shape to tune by
+        ("[tune]\ntarget_hz = 2800\n", {"tuning", "response", "reduction"}),
+    ],
+)
 def test_sections_without_data_are_left_out(tmp_path, sections, gone):
     study, store = artefacts(tmp_path, sections=sections)
     results = results_of(study, store)
@@ -178,29 +238,46 @@ def test_sections_without_data_are_left_out(tmp_path, sections, gone):
 def test_table_and_map_of_further_load_cases(tmp_path):
     light = table(preload=2.0)
     light = light.replace(preload=np.where(light.station == 2, -0.5, light.preload))
-    case = {"file": "loads/light.csv", "residual": 0.0, "balance_error": 0.0,
-            "sides": {"left": {"sum_N": 8.0, "max_N": 2.0, "detached": 1},
-                      "right": {"sum_N": 16.0, "max_N": 2.0, "detached": 2}}}
-    study, store = artefacts(tmp_path, sections=FULL + "[loads.light]\npull = 20\n",
-                             damage=lambda files: files["preload.json"].update(cases={"light": case}))
+    case = {
+        "file": "loads/light.csv",
+        "residual": 0.0,
+        "balance_error": 0.0,
+        "sides": {
+            "left": {"sum_N": 8.0, "max_N": 2.0, "detached": 1},
+            "right": {"sum_N": 16.0, "max_N": 2.0, "detached": 2},
+        },
+    }
+    study, store = artefacts(
+        tmp_path,
+        sections=FULL + "[loads.light]\npull = 20\n",
+        damage=lambda files: files["preload.json"].update(cases={"light": case}),
+    )
     store.path("loads").mkdir()
     light.save(store.path("loads/light.csv"))
     blocks = next(s.blocks for s in contents(results_of(study, store)) if s.name == "preload")
     rows = next(b for b in blocks if isinstance(b, Table)).rows
-    assert rows == (("the pull", "100", "70.00", "9.000", "0", "70.00", "9.000", "0"),
-                    ("light: another pull", "20", "8.000", "2.000", "1", "16.00", "2.000", "2"))
+    assert rows == (
+        ("the pull", "100", "70.00", "9.000", "0", "70.00", "9.000", "0"),
+        ("light: another pull", "20", "8.000", "2.000", "1", "16.00", "2.000", "2"),
+    )
     pictures = {b.name: b for b in blocks if not isinstance(b, Table)}
     map_of_case = pictures["preload_light"]
     marks = [i for panel in map_of_case.panels for i in panel.items if isinstance(i, figure.Marks)]
-    assert sum(len(m.x) for m in marks) == len(light) and {float(y) for m in marks for y in m.y} == {2.0, -0.5}
+    assert sum(len(m.x) for m in marks) == len(light) and {
+        float(y) for m in marks for y in m.y
+    } == {2.0, -0.5}
     assert all(m.filled == (m.y > 0).all() for m in marks)
     assert pictures["preload_on_damper"].cases == ["the pull", "light"]
 
 
 def test_cut_curve_in_the_figures(tmp_path):
-    """No circle at a peak that is none, no place in the trend; the captions and the first page say what is known."""
+    """No circle at a peak that is none, no place in the trend; the captions and the first page say
+    what is known."""
     results = results_of(*artefacts(tmp_path, damage=cut()))
-    said = "No peak, since the curve stops or has a gap at its highest point: 20 N, H = 3 (at least 0.7500 µm/N at 2700"
+    said = (
+        "No peak, since the curve stops or has a gap at its highest point: 20 N, H = 3 (at least "
+        "0.7500 µm/N at 2700"
+    )
     family, other = list(response_family.figures(results))[:2]
     circles = [i for i in family.panels[0].items if isinstance(i, figure.Marks) and not i.name]
     assert len(circles) == 1 and said in family.caption and "No peak" not in other.caption
@@ -208,31 +285,59 @@ def test_cut_curve_in_the_figures(tmp_path):
     places = {i.name: i.x.tolist() for i in trend.panels[0].items if isinstance(i, figure.Marks)}
     assert places == {"H = 1": [1.0, 20.0], "H = 3": [1.0]} and said in trend.caption
     words = introduction(results)
-    assert "At 20 N the curve has no peak: at least 0.7500 µm/N at 2700.0 Hz, stopped at 2700 Hz: the mean" in words[-1]
+    assert (
+        "At 20 N the curve has no peak: at least 0.7500 µm/N at 2700.0 Hz, stopped at 2700 Hz: "
+        "the mean" in words[-1]
+    )
 
 
 def test_a_curve_that_never_began(tmp_path):
-    """The first point fails: one point, no peak, and nothing that looks like a number; why stands there."""
+    """The first point fails: one point, no peak, and nothing that looks like a number; why stands
+    there."""
+
     def change(files):
-        files["responses"][3].update(peak_hz=None, peak_m=None, min_peak_m=None, complete=False,
-                                     ended="no solution found at 2300 Hz, where the band starts; run the other way")
+        files["responses"][3].update(
+            peak_hz=None,
+            peak_m=None,
+            min_peak_m=None,
+            complete=False,
+            ended="no solution found at 2300 Hz, where the band starts; run the other way",
+        )
 
     study, store = artefacts(tmp_path, damage=change)
     one = curve(20.0, 3)
-    dead = {name: getattr(one, name)[:1] * np.nan for name in ("harmonics", "share_stick", "share_slip", "share_open")}
-    replace(one, frequency=one.frequency[:1], converged=np.array([False]), iterations=one.iterations[:1],
-            dissipated=one.dissipated[:1], complete=False, **dead).save(store.path("responses/Fe_20N_H3.npz"))
+    dead = {
+        name: getattr(one, name)[:1] * np.nan
+        for name in ("harmonics", "share_stick", "share_slip", "share_open")
+    }
+    replace(
+        one,
+        frequency=one.frequency[:1],
+        converged=np.array([False]),
+        iterations=one.iterations[:1],
+        dissipated=one.dissipated[:1],
+        complete=False,
+        **dead,
+    ).save(store.path("responses/Fe_20N_H3.npz"))
     write(study, store)
     found = store.read_json("summary.json")
     assert len(found["warnings"]) == 1 and found["responses"][3]["peak_m"] is None
-    results, why = results_of(study, store), "no solution found at 2300 Hz, where the band starts"
-    assert introduction(results)[-1] == f"At 20 N the curve has no solved point: {why}; see the warnings."
+    results = results_of(study, store)
+    why = "no solution found at 2300 Hz, where the band starts"
+    assert (
+        introduction(results)[-1]
+        == f"At 20 N the curve has no solved point: {why}; see the warnings."
+    )
     rows = [row for row in next(peaks.tables(results)).rows if "no solved point" in row[7]]
     assert [row[:2] + row[7:8] for row in rows] == [("3", "20", f"no solved point: {why}")]
     said = f"No point of the curve 20 N, H = 3 is solved: {why}."
-    assert all(said in next(part.figures(results)).caption for part in (response_family, response_levels))
+    assert all(
+        said in next(part.figures(results)).caption for part in (response_family, response_levels)
+    )
     assert [panel.title for panel in next(response_levels.figures(results)).panels] == [
-        "Fe = 20 N: no point solved", "Fe = 1 N"]
+        "Fe = 20 N: no point solved",
+        "Fe = 1 N",
+    ]
     assert len(next(contact_states.figures(results)).panels) == 1
     assert "at least \N{EN DASH}" not in store.path("report.html").read_text()
 
@@ -251,14 +356,18 @@ def test_missing_library_is_named(tmp_path, monkeypatch, missing):
 
 
 def test_drawing_libraries_wait_until_they_are_needed():
-    code = ("import sys, tipdamp.report.write\n"
-            "print([m for m in ('plotly', 'matplotlib', 'jinja2', 'dolfinx', 'gmsh') if m in sys.modules])")
+    code = (
+        "import sys, tipdamp.report.write\nprint([m for m in ('plotly', 'matplotlib', 'jinja2', "
+        "'dolfinx', 'gmsh') if m in sys.modules])"
+    )
     child = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert child.stdout.strip() == "[]", child.stdout + child.stderr
 
 
 def test_wide_gaps_do_not_flatten_the_preload(tmp_path):
-    """A pair open by a hundred times the largest load: crosses at the end of an axis that the closed pairs set."""
+    """A pair open by a hundred times the largest load: crosses at the end of an axis that the
+    closed pairs set."""
+
     def opened(pairs):
         load = pairs.preload.copy()
         for side in pairs.sides:
@@ -279,8 +388,9 @@ def test_wide_gaps_do_not_flatten_the_preload(tmp_path):
 
 
 def test_figures_draw_what_their_legend_names(tmp_path, recwarn):
-    """All stations kept, a band without resonance, a blade that the other one leaves alone: no name without a mark
-    inside the panel, and matplotlib has nothing to say."""
+    """All stations kept, a band without resonance, a blade that the other one leaves alone: no name
+    without a mark inside the panel, and matplotlib has nothing to say."""
+
     def change(files):
         files["kept"] = files["kept"].replace(weight=np.ones(len(files["kept"])))
         files["reduce.json"]["free_hz"] = {"out_of_phase": 3901.0, "in_phase": 3996.0}
@@ -288,14 +398,23 @@ def test_figures_draw_what_their_legend_names(tmp_path, recwarn):
 
     study, store = artefacts(tmp_path, damage=change)
     results = results_of(study, store)
-    linear, kept = next(free_response.figures(results)), next(kept_preload.figures(results))
+    linear = next(free_response.figures(results))
+    kept = next(kept_preload.figures(results))
     for panel in kept.panels:
         for item in panel.items:
             if not isinstance(item, figure.Line) and item.name:
                 low, high = panel.y_range
-                assert len(item.x) and ((np.asarray(item.y) >= low) & (np.asarray(item.y) <= high)).all(), item.name
-    assert [c.name for c in linear.panels[0].items if isinstance(c, figure.Curve)] == ["blade 1 (patch_1)"]
+                assert (
+                    len(item.x)
+                    and ((np.asarray(item.y) >= low) & (np.asarray(item.y) <= high)).all()
+                ), item.name
+    assert [c.name for c in linear.panels[0].items if isinstance(c, figure.Curve)] == [
+        "blade 1 (patch_1)"
+    ]
     low, high = linear.panels[0].y_range
-    assert low > 1e-7 and "Not shown: blade 2 (patch_2), which the excitation does not reach" in linear.caption
+    assert (
+        low > 1e-7
+        and "Not shown: blade 2 (patch_2), which the excitation does not reach" in linear.caption
+    )
     matplotlib.draw(linear, tmp_path / "linear.png")
     assert not [str(w.message) for w in recwarn]

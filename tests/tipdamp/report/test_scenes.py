@@ -1,4 +1,5 @@
-"""Pictures in three dimensions: what is drawn is what was computed, on the user's own node numbers."""
+"""Pictures in three dimensions: what is drawn is what was computed, on the user's own node
+numbers."""
 
 import base64
 import json
@@ -26,20 +27,24 @@ from tipdamp.study.study import load_study
 
 
 def drawn_force(item, points=None) -> float:
-    """Integral of what an item of the picture shows as colour, linear between its corners (mm, N/mm2 or N/mm)."""
+    """Integral of what an item of the picture shows as colour, linear between its corners (mm,
+    N/mm2 or N/mm)."""
     if isinstance(item, Solid):
         a, b, c = item.position[item.triangles].transpose(1, 0, 2)
         size = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
         return float((size * item.values[item.triangles].mean(axis=1)).sum())
     order = np.argsort(item.position[:, 1])
-    return float(np.trapezoid(item.values[order], item.position[order, 1]) if hasattr(np, "trapezoid")
-                 else trapezoid(item.values[order], item.position[order, 1]))
+    return float(
+        np.trapezoid(item.values[order], item.position[order, 1])
+        if hasattr(np, "trapezoid")
+        else trapezoid(item.values[order], item.position[order, 1])
+    )
 
 
 def test_drawn_pressure_carries_side_force():
     pairs = curved_pairs()
     arc = next(p for p in patches(pairs) if p.is_area)
-    smooth = pairs.preload.copy()                   # between the pairs the drawing is linear, as such a pressure is
+    smooth = pairs.preload.copy()  # between the pairs the drawing is linear, as such a pressure is
     smooth[arc.rows] = 1e6 * arc.tributary * (1 + 100 * pairs.position[arc.rows, 1])
     pairs = replace(pairs, preload=smooth)
     picture = pressure_map({"the pull": pairs}, {}, (0, 1, 0))
@@ -63,7 +68,9 @@ def test_stems_are_as_long_as_preload():
     assert np.allclose(stems.start, 1e3 * pairs.position[closed])
     arrow = stems.end - stems.start
     ratio = np.einsum("ij,ij->i", arrow, pairs.normal[closed]) / pairs.preload[closed]
-    assert np.allclose(ratio, ratio[0]) and np.allclose(np.linalg.norm(arrow, axis=1), ratio * pairs.preload[closed])
+    assert np.allclose(ratio, ratio[0]) and np.allclose(
+        np.linalg.norm(arrow, axis=1), ratio * pairs.preload[closed]
+    )
 
 
 def test_rig_scene_carries_the_preload(rig_results):
@@ -73,13 +80,20 @@ def test_rig_scene_carries_the_preload(rig_results):
     sides = rig_results.read_json("preload.json")["sides"]
     flat = next(i for i in picture.items if isinstance(i, Solid) and i.values is not None)
     line = next(i for i in picture.items if isinstance(i, Points) and i.name == "side 'left'")
-    assert drawn_force(flat) == pytest.approx(sides["right"]["sum_N"], rel=1e-3)      # lifted by 0.14 mm, plane
+    # lifted by 0.14 mm, plane
+    assert drawn_force(flat) == pytest.approx(sides["right"]["sum_N"], rel=1e-3)
     assert drawn_force(line) == pytest.approx(sides["left"]["sum_N"], rel=1e-9)
     bodies = [i for i in picture.items if isinstance(i, Solid) and i.values is None]
-    assert [b.name for b in bodies] == ["blades", "damper"] and bodies[0].opacity < 0.3 and bodies[1].opacity == 1
+    assert (
+        [b.name for b in bodies] == ["blades", "damper"]
+        and bodies[0].opacity < 0.3
+        and bodies[1].opacity == 1
+    )
     box = np.array([bodies[1].position.min(axis=0), bodies[1].position.max(axis=0)])
     assert (picture.box[0] < box[0]).all() and (picture.box[1] > box[1]).all()
-    assert np.allclose(box, 1e3 * np.array(rig_results.read_json("inspect.json")["bodies"]["damper"]["box_m"]))
+    assert np.allclose(
+        box, 1e3 * np.array(rig_results.read_json("inspect.json")["bodies"]["damper"]["box_m"])
+    )
 
 
 def test_load_cases_in_a_menu():
@@ -91,7 +105,9 @@ def test_load_cases_in_a_menu():
     buttons = figure.layout.updatemenus[0].buttons
     assert [b.label for b in buttons] == picture.cases
     shown = [list(b.args[0]["visible"]) for b in buttons]
-    assert [bool(t.visible) for t in figure.data] == shown[0] and shown[0] == [not v for v in shown[1]]
+    assert [bool(t.visible) for t in figure.data] == shown[0] and shown[0] == [
+        not v for v in shown[1]
+    ]
     solids = [t for t in figure.data if t.type == "mesh3d"]
     assert np.allclose(np.asarray(solids[1].intensity), 2 * np.asarray(solids[0].intensity))
     assert solids[0].cmax == solids[1].cmax == pytest.approx(np.max(solids[1].intensity), rel=1e-6)
@@ -101,17 +117,39 @@ def test_frames_are_right_handed():
     pairs = curved_pairs()
     places = {"blades": pairs.position + 3e-6 * pairs.normal, "damper": pairs.position}
     picture = contact_pairs(pairs, places, {}, (0, 1, 0))
-    arrow = {i.name[:2].rstrip(","): i.end - i.start for i in picture.items if isinstance(i, Segments)}
+    arrow = {
+        i.name[:2].rstrip(","): i.end - i.start for i in picture.items if isinstance(i, Segments)
+    }
     t1, t2, n = (arrow[k] / np.linalg.norm(arrow[k], axis=1)[:, None] for k in ("t1", "t2", "n"))
-    assert np.allclose(np.cross(t1, t2), n) and np.allclose(n, pairs.normal) and np.allclose(t1, [0, 1, 0])
-    start = np.concatenate([i.start for i in picture.items if isinstance(i, Segments) and i.name.startswith("t1")])
-    assert np.einsum("px,px->p", start - 1e3 * places["damper"], pairs.normal).min() > 0    # not within the faces
-    texts = [t for i in picture.items if isinstance(i, Points) and i.name.startswith("damper nodes") for t in i.hover]
-    for i, text in enumerate(texts):       # the sides one after the other, as in the table
-        found = re.search(r"side (\w+), station (\d+), row (\d+)\nblade node (\d+), damper node (\d+)\n"
-                          r"nodes apart: ([\d.]+) µm along n", text)
-        assert found.groups()[:5] == (pairs.side[i], str(pairs.station[i]), str(pairs.row[i]), str(1000 + 7 * i),
-                                      str(50 + 3 * i))
+    assert (
+        np.allclose(np.cross(t1, t2), n)
+        and np.allclose(n, pairs.normal)
+        and np.allclose(t1, [0, 1, 0])
+    )
+    start = np.concatenate(
+        [i.start for i in picture.items if isinstance(i, Segments) and i.name.startswith("t1")]
+    )
+    # not within the faces
+    assert np.einsum("px,px->p", start - 1e3 * places["damper"], pairs.normal).min() > 0
+    texts = [
+        t
+        for i in picture.items
+        if isinstance(i, Points) and i.name.startswith("damper nodes")
+        for t in i.hover
+    ]
+    for i, text in enumerate(texts):  # the sides one after the other, as in the table
+        found = re.search(
+            r"side (\w+), station (\d+), row (\d+)\nblade node (\d+), damper node (\d+)\n"
+            r"nodes apart: ([\d.]+) µm along n",
+            text,
+        )
+        assert found.groups()[:5] == (
+            pairs.side[i],
+            str(pairs.station[i]),
+            str(pairs.row[i]),
+            str(1000 + 7 * i),
+            str(50 + 3 * i),
+        )
         assert float(found[6]) == pytest.approx(3.0)
     gap = next(i for i in picture.items if i.name == "from node to node")
     assert np.allclose(gap.end - gap.start, 3e-3 * pairs.normal)
@@ -124,7 +162,7 @@ def test_sides_are_seen_from_outside():
         axis = turn @ [0, 1, 0]
         look = scene.view(turn @ np.array([0.3, 0, 1.0]), axis)
         assert np.dot(look.up, axis) == pytest.approx(0, abs=1e-12) and len(turned) == len(pairs)
-        for lean in (-0.7, 0.7):         # sides that lean by 35 degrees to either hand
+        for lean in (-0.7, 0.7):  # sides that lean by 35 degrees to either hand
             side = turn @ np.array([0.3 + lean, 0, 1.0 - 0.3 * lean])
             assert np.dot(look.eye, side) > 0
 
@@ -135,13 +173,16 @@ def unpacked(text):
 
 @pytest.fixture(scope="module")
 def rig_modes(rig, rig_results):
-    results = load_results(load_study(rig / "rig.toml"), rig_results, dict.fromkeys(("reduce", "preload", "tune"), []))
+    results = load_results(
+        load_study(rig / "rig.toml"), rig_results, dict.fromkeys(("reduce", "preload", "tune"), [])
+    )
     return results.model, results.surfaces, results.shapes, next(mode_shapes(results))
 
 
 def test_modes_are_those_of_the_stages(rig_results, rig_modes):
     *_, picture = rig_modes
-    tune, free = rig_results.read_json("tune.json"), rig_results.read_json("reduce.json")
+    tune = rig_results.read_json("tune.json")
+    free = rig_results.read_json("reduce.json")
     kept = [m for m in picture.modes if m.kind == "kept stations stuck"]
     assert [m.hz for m in kept[:6]] == pytest.approx(tune["stuck_modes_hz"]["tuned"][:6])
     tracked = [m for m in kept if "tracked" in m.label]
@@ -150,14 +191,17 @@ def test_modes_are_those_of_the_stages(rig_results, rig_modes):
     assert [m.hz for m in alone] == pytest.approx(free["free_modes_hz"][:6], rel=1e-9)
     assert all(set(m.shapes) == {"blades"} for m in alone) and all(len(m.shapes) == 2 for m in kept)
     damper = [m for m in picture.modes if m.kind == "damper by itself"]
-    assert len(damper) == 6 and min(m.hz for m in damper) > 1000       # no rigid motion among them
+    assert len(damper) == 6 and min(m.hz for m in damper) > 1000  # no rigid motion among them
     for m in picture.modes:
-        assert max(np.linalg.norm(u, axis=1).max() for u in m.shapes.values()) == pytest.approx(1, rel=1e-6)
+        assert max(np.linalg.norm(u, axis=1).max() for u in m.shapes.values()) == pytest.approx(
+            1, rel=1e-6
+        )
         assert f"{m.hz:.1f} Hz" in m.caption
 
 
 def test_stuck_pairs_move_together(rig_results, rig_modes):
-    """The tracked mode: the relative motion of the kept pairs is small, and that of the nodes is B q."""
+    """The tracked mode: the relative motion of the kept pairs is small, and that of the nodes is B
+    q."""
     model, surfaces, (stuck, _), picture = rig_modes
     kept = ContactTable.load(rig_results.path("kept.csv"))
     kept = kept.select(kept.carrying)
@@ -173,7 +217,8 @@ def test_stuck_pairs_move_together(rig_results, rig_modes):
 
 
 def test_first_frame_is_the_mode(rig_modes, tmp_path):
-    """modes.js at phase 0: rest + amplitude * shape, at phase pi/2 the rest, at pi the other way."""
+    """modes.js at phase 0: rest + amplitude * shape, at phase pi/2 the rest, at pi the other
+    way."""
     node = shutil.which("node") or pytest.skip("node is not installed")
     *_, picture = rig_modes
     data = plotly_modes.data_of(picture)
@@ -186,10 +231,14 @@ const [rest, shape, size] = JSON.parse(require("fs").readFileSync(process.argv[1
 const x0 = decoded(rest, Float32Array), u = decoded(shape, Float32Array);
 const frame = p => displaced(x0, u, size * Math.cos(p)).map(v => [...v]);
 console.log(JSON.stringify([0, Math.PI / 2, Math.PI].map(frame)));"""
-    out = subprocess.run([node, "-e", code, str(tmp_path / "data.json")], capture_output=True, text=True, check=True)
+    out = subprocess.run(
+        [node, "-e", code, str(tmp_path / "data.json")], capture_output=True, text=True, check=True
+    )
     frames = np.array(json.loads(out.stdout)).transpose(0, 2, 1)
     surf, first = picture.surfaces["damper"], picture.modes[0]
-    assert np.allclose(frames[0], 1e3 * surf.position + first.amplitude * first.shapes["damper"], atol=1e-4)
+    assert np.allclose(
+        frames[0], 1e3 * surf.position + first.amplitude * first.shapes["damper"], atol=1e-4
+    )
     assert np.allclose(frames[1], 1e3 * surf.position, atol=1e-4)
     assert np.allclose(frames[0] + frames[2], 2 * frames[1], atol=1e-4)
     assert np.array_equal(unpacked(shape), first.shapes["damper"])

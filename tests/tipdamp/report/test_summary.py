@@ -7,13 +7,30 @@ import pytest
 from tests.tipdamp.report.files import artefacts, cut, damage, results_of
 from tipdamp.report.summary import summarise
 
-# at least these, and so deep                                               [what a run promises to leave]
-PROMISED = {"free_hz": {"out_of_phase", "in_phase"}, "stuck_hz": {"full_area", "full_line", "tuned"},
-            "tuned_pairs": {"front", "back"}, "reduction": {"dofs", "masters", "modes"}, "seconds": set(),
-            "versions": {"tipdamp", "python", "numpy", "scipy", "numba"}, "warnings": set()}
+# at least these, and so deep                                               [what a run promises to
+# leave]
+PROMISED = {
+    "free_hz": {"out_of_phase", "in_phase"},
+    "stuck_hz": {"full_area", "full_line", "tuned"},
+    "tuned_pairs": {"front", "back"},
+    "reduction": {"dofs", "masters", "modes"},
+    "seconds": set(),
+    "versions": {"tipdamp", "python", "numpy", "scipy", "numba"},
+    "warnings": set(),
+}
 SIDE_FIGURES = {"sum_N", "min_N", "max_N", "detached", "equilibrium_N", "balance_error"}
-RESPONSE_FIGURES = {"Fe_N", "H", "peak_hz", "peak_m", "min_peak_m", "points", "failed_points", "slipping_pairs",
-                    "seconds", "back"}
+RESPONSE_FIGURES = {
+    "Fe_N",
+    "H",
+    "peak_hz",
+    "peak_m",
+    "min_peak_m",
+    "points",
+    "failed_points",
+    "slipping_pairs",
+    "seconds",
+    "back",
+}
 
 
 def test_summary_holds_what_is_promised(plain_report):
@@ -21,11 +38,18 @@ def test_summary_holds_what_is_promised(plain_report):
     for key, inside in PROMISED.items():
         assert key in summary and inside <= set(summary[key])
     for key in ("preload", "preload_kept"):
-        assert all(SIDE_FIGURES == set(side) for side in summary[key].values()) and len(summary[key]) == 2
-    assert all(set(r) >= RESPONSE_FIGURES for r in summary["responses"]) and len(summary["responses"]) == 4
+        assert (
+            all(SIDE_FIGURES == set(side) for side in summary[key].values())
+            and len(summary[key]) == 2
+        )
+    assert (
+        all(set(r) >= RESPONSE_FIGURES for r in summary["responses"])
+        and len(summary["responses"]) == 4
+    )
     last = summary["responses"][-1]
     assert (last["Fe_N"], last["H"], last["slipping_pairs"]) == (20.0, 3, 3)
-    assert last["peak_m"] == pytest.approx(20e-6, rel=1e-3)      # 1e-6 m/N at resonance, by construction
+    # 1e-6 m/N at resonance, by construction
+    assert last["peak_m"] == pytest.approx(20e-6, rel=1e-3)
     assert set(summary["seconds"]) == {"inspect", "reduce", "preload", "tune", "report"}
     assert summary["warnings"] == []
 
@@ -36,33 +60,88 @@ def open_pair(files):
     files["kept"] = files["kept"].replace(preload=preload)
 
 
-@pytest.mark.parametrize("change, words", [
-    (damage("inspect", "bodies", "damper", "not_read", value=["tetra"]), "from the mesh of the damper: tetra"),
-    (damage("reduce", "free_hz", "out_of_phase", value=1640.0), "+3.1 % from the reference 1590 Hz"),
-    (damage("preload", "residual", value=1e-3), "residual of 1.0e-03"),
-    (damage("preload", "sides", "left", "sum_N", value=70.01), "side 'left' is 70.01 N, not the 70.00 N"),
-    (damage("preload", "sides", "left", "balance_error", value=1e-4), "not in equilibrium: 1.0e-04"),
-    (damage("tune", "full_model_check", "tuned", "largest_error", value=2e-3), "0.2 %, more than 0.1 %: keep more"),
-    (lambda files: [change(files) for change in (
-        damage("tune", "full_model_check", "tuned", "largest_error", value=2e-3),
-        damage("reduce", "reduction", "tractions", value={"blades": 200}))], "0.1 %: raise [contact] tractions"),
-    (damage("tune", "redistribution", "moment_Nm", value=-0.064), "moment of \N{MINUS SIGN}0.0640 N m"),
-    (damage("tune", "redistribution", value={"reactions": {"roll about y": 0.05}}), "0.0500 N m along 'roll about y'"),
-    (damage("tune", "tuned_pairs", "front", value=3), "keeps 3 + 2 stations, the reference is 2 + 2"),
-    (damage("tune", "history", 0, "hz", value=2700.0), "not monotone: with 3 + 2"),
-    (damage("tune", "mac", "full_area", value=0.3), "a MAC of 0.30"),
-    (damage("tune", "target_hz", value=2700.0), "misses the target of 2700 Hz by +3.7 %"),
-    (open_pair, "1 of 8 kept pairs are open at rest: left 0"),
-    (damage("responses", 1, "complete", value=False), "Fe = 20 N, H = 1 is incomplete: reached"),
-    (cut(), "H = 3 is incomplete: no peak, at least 15 um at 2700.0 Hz; stopped at 2700 Hz: the mean friction force is "
-            "not balanced; followed the other way it has a peak, 20 um at 2798.7 Hz"),
-    (damage("responses", 1, "back", "failed_points", value=2), "from the other end is incomplete, 2 points failed"),
-    (lambda files: files["responses"][1].update(peak_m=None, peak_hz=None, at_least_m=1e-5, at_least_hz=3300.0),
-     "H = 1 has no peak inside the band: it is largest at the end, 10 um at 3300.0 Hz; the nearest stuck mode has "),
-    (damage("responses", 3, "back", "peak_m", value=1.9e-5), "sweeps give different peaks"),
-    (damage("responses", 0, "peak_hz", value=2760.0), "from the stuck frequency: another mode is near"),
-    (lambda files: [files["responses"][k].update(slipping_pairs=["left 0"]) for k in (0, 2)], "lowest level, 1 N"),
-])
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (
+            damage("inspect", "bodies", "damper", "not_read", value=["tetra"]),
+            "from the mesh of the damper: tetra",
+        ),
+        (
+            damage("reduce", "free_hz", "out_of_phase", value=1640.0),
+            "+3.1 % from the reference 1590 Hz",
+        ),
+        (damage("preload", "residual", value=1e-3), "residual of 1.0e-03"),
+        (
+            damage("preload", "sides", "left", "sum_N", value=70.01),
+            "side 'left' is 70.01 N, not the 70.00 N",
+        ),
+        (
+            damage("preload", "sides", "left", "balance_error", value=1e-4),
+            "not in equilibrium: 1.0e-04",
+        ),
+        (
+            damage("tune", "full_model_check", "tuned", "largest_error", value=2e-3),
+            "0.2 %, more than 0.1 %: keep more",
+        ),
+        (
+            lambda files: [
+                change(files)
+                for change in (
+                    damage("tune", "full_model_check", "tuned", "largest_error", value=2e-3),
+                    damage("reduce", "reduction", "tractions", value={"blades": 200}),
+                )
+            ],
+            "0.1 %: raise [contact] tractions",
+        ),
+        (
+            damage("tune", "redistribution", "moment_Nm", value=-0.064),
+            "moment of \N{MINUS SIGN}0.0640 N m",
+        ),
+        (
+            damage("tune", "redistribution", value={"reactions": {"roll about y": 0.05}}),
+            "0.0500 N m along 'roll about y'",
+        ),
+        (
+            damage("tune", "tuned_pairs", "front", value=3),
+            "keeps 3 + 2 stations, the reference is 2 + 2",
+        ),
+        (damage("tune", "history", 0, "hz", value=2700.0), "not monotone: with 3 + 2"),
+        (damage("tune", "mac", "full_area", value=0.3), "a MAC of 0.30"),
+        (damage("tune", "target_hz", value=2700.0), "misses the target of 2700 Hz by +3.7 %"),
+        (open_pair, "1 of 8 kept pairs are open at rest: left 0"),
+        (
+            damage("responses", 1, "complete", value=False),
+            "Fe = 20 N, H = 1 is incomplete: reached",
+        ),
+        (
+            cut(),
+            "H = 3 is incomplete: no peak, at least 15 um at 2700.0 Hz; stopped at 2700 Hz: the "
+            "mean friction force is not balanced; followed the other way it has a peak, 20 um at "
+            "2798.7 Hz",
+        ),
+        (
+            damage("responses", 1, "back", "failed_points", value=2),
+            "from the other end is incomplete, 2 points failed",
+        ),
+        (
+            lambda files: files["responses"][1].update(
+                peak_m=None, peak_hz=None, at_least_m=1e-5, at_least_hz=3300.0
+            ),
+            "H = 1 has no peak inside the band: it is largest at the end, 10 um at 3300.0 Hz; "
+            "the nearest stuck mode has ",
+        ),
+        (damage("responses", 3, "back", "peak_m", value=1.9e-5), "sweeps give different peaks"),
+        (
+            damage("responses", 0, "peak_hz", value=2760.0),
+            "from the stuck frequency: another mode is near",
+        ),
+        (
+            lambda files: [files["responses"][k].update(slipping_pairs=["left 0"]) for k in (0, 2)],
+            "lowest level, 1 N",
+        ),
+    ],
+)
 def test_warnings_appear_when_they_should(tmp_path, change, words):
     study, store = artefacts(tmp_path, damage=change)
     found = summarise(results_of(study, store))["warnings"]
@@ -74,4 +153,6 @@ def test_curve_without_slip_must_be_the_linear_one(tmp_path):
     content = store.read_json("respond.json")
     content["stuck_difference"] = {"responses/Fe_1N_H1.npz": 3e-5}
     store.write_json("respond.json", content)
-    assert [w for w in summarise(results_of(study, store))["warnings"] if "differs from the linear" in w]
+    assert [
+        w for w in summarise(results_of(study, store))["warnings"] if "differs from the linear" in w
+    ]

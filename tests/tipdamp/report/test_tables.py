@@ -20,7 +20,12 @@ from tipdamp.study.study import load_study
 
 def test_reference_columns_need_reference_values(tmp_path):
     study, store = artefacts(tmp_path)
-    assert next(key_figures.tables(results_of(study, store))).columns == ("", "computed", "reference", "deviation")
+    assert next(key_figures.tables(results_of(study, store))).columns == (
+        "",
+        "computed",
+        "reference",
+        "deviation",
+    )
     study.path.write_text(study.path.read_text().split("[reference]")[0])
     table = next(key_figures.tables(results_of(load_study(study.path), store)))
     assert table.columns == ("", "computed") and all(len(row) == 2 for row in table.rows)
@@ -28,20 +33,29 @@ def test_reference_columns_need_reference_values(tmp_path):
 
 def test_given_stations_are_not_called_tuned(tmp_path):
     given = damage("tune", "target_hz", value=None)
-    names = [row[0] for row in next(key_figures.tables(results_of(*artefacts(tmp_path, damage=given)))).rows]
+    names = [
+        row[0]
+        for row in next(key_figures.tables(results_of(*artefacts(tmp_path, damage=given)))).rows
+    ]
     assert "stuck, given stations (Hz)" in names and not any("tuned" in name for name in names)
 
 
 def test_rounding_of_a_moment_is_nothing(tmp_path):
     values = dict(next(assumptions.tables(results_of(*artefacts(tmp_path)))).rows)
-    assert values["moment balanced by a constraint in the static solution"].startswith("0 N m about")
+    assert values["moment balanced by a constraint in the static solution"].startswith(
+        "0 N m about"
+    )
 
 
 def test_many_load_points_are_a_span():
-    """A face of load points: their number and their ends, not a coordinate each, and no minus zero."""
+    """A face of load points: their number and their ends, not a coordinate each, and no minus
+    zero."""
     face = np.repeat(np.linspace(-15, 15, 31), 7)
     assert assumptions.load_points(face, None) == "217 load points from -15.0 to 15.0"
-    assert assumptions.load_points(np.array([-1e-9] * 9 + [2.0]), None) == "10 load points at 0.0 and 2.0"
+    assert (
+        assumptions.load_points(np.array([-1e-9] * 9 + [2.0]), None)
+        == "10 load points at 0.0 and 2.0"
+    )
     assert assumptions.load_points(np.array([1.0, 1.0, 2.0]), [0.2, 0.3, 0.5]) == "1.0, 1.0 and 2.0"
 
 
@@ -51,10 +65,20 @@ def test_warnings_of_every_stage_are_there(tmp_path):
     assert warnings_of(more) == [*warnings_of(results), "The wear depth exceeds the gap."]
 
 
-@pytest.mark.parametrize("key, value, state", [("complete", False, "incomplete"), ("failed_points", 0, "complete"),
-                                               ("failed_points", 3, "3 points failed")])
+@pytest.mark.parametrize(
+    "key, value, state",
+    [
+        ("complete", False, "incomplete"),
+        ("failed_points", 0, "complete"),
+        ("failed_points", 3, "3 points failed"),
+    ],
+)
 def test_state_of_a_curve(tmp_path, key, value, state):
-    table = next(peaks.tables(results_of(*artefacts(tmp_path, damage=damage("responses", 1, key, value=value)))))
+    table = next(
+        peaks.tables(
+            results_of(*artefacts(tmp_path, damage=damage("responses", 1, key, value=value)))
+        )
+    )
     assert table.rows[1][table.columns.index("curve")] == state
 
 
@@ -63,26 +87,48 @@ def test_cut_curve_has_no_peak_in_the_table(tmp_path):
     table = next(peaks.tables(results_of(*artefacts(tmp_path, damage=cut()))))
     rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
     last = rows[-1]
-    assert (last["peak (Hz)"], last["largest (\N{MICRO SIGN}m)"], last["smallest (\N{MICRO SIGN}m)"]) == (
-        NOTHING, "at least 15.00", NOTHING)
+    assert (
+        last["peak (Hz)"],
+        last["largest (\N{MICRO SIGN}m)"],
+        last["smallest (\N{MICRO SIGN}m)"],
+    ) == (NOTHING, "at least 15.00", NOTHING)
     assert last["largest per force (\N{MICRO SIGN}m/N)"] == "at least 0.7500"
-    assert last["other way"] == "peak of 20.00 \N{MICRO SIGN}m at 2798.7 Hz" and "has no peak" in table.caption
+    assert (
+        last["other way"] == "peak of 20.00 \N{MICRO SIGN}m at 2798.7 Hz"
+        and "has no peak" in table.caption
+    )
     assert rows[0]["other way"] == "equal" and rows[0]["peak (Hz)"] == "2798.7"
 
 
 def test_places_of_the_largest_stress(tmp_path):
-    """All of the largest level, of the others the first of each body; in MPa and mm, in summary.json in SI."""
+    """All of the largest level, of the others the first of each body; in MPa and mm, in
+    summary.json in SI."""
+
     def place(body, node):
-        return StressPlace(body=body, node=node, position_m=(0.001, -0.02, 0.0), mean_Pa=2.5e6, alternating_Pa=1.25e7,
-                           amplitude_m=3e-6)
+        return StressPlace(
+            body=body,
+            node=node,
+            position_m=(0.001, -0.02, 0.0),
+            mean_Pa=2.5e6,
+            alternating_Pa=1.25e7,
+            amplitude_m=3e-6,
+        )
+
     places = (place("blades", 4), place("blades", 7), place("damper", 2))
-    curves = tuple(PeakStress(files=(), Fe_N=Fe, H=3, hz=2800.0, places=places) for Fe in (20.0, 1.0))
+    curves = tuple(
+        PeakStress(files=(), Fe_N=Fe, H=3, hz=2800.0, places=places) for Fe in (20.0, 1.0)
+    )
     results = results_of(*artefacts(tmp_path))
     assert not list(stress.tables(results)) and "stress" not in summarise(results)
     results = replace(results, stress=StressResult(curves=curves))
     (table,) = stress.tables(results)
     assert [(row[1], row[3], row[4]) for row in table.rows] == [
-        ("1", "blades", "4"), ("1", "damper", "2"), ("20", "blades", "4"), ("20", "blades", "7"), ("20", "damper", "2")]
+        ("1", "blades", "4"),
+        ("1", "damper", "2"),
+        ("20", "blades", "4"),
+        ("20", "blades", "7"),
+        ("20", "damper", "2"),
+    ]
     assert table.rows[0][5:] == ("1.00, -20.00, 0.00", "12.50", "2.500", "3.000")
     assert summarise(results)["stress"][0]["places"][1]["alternating_Pa"] == 1.25e7
 
@@ -90,41 +136,104 @@ def test_places_of_the_largest_stress(tmp_path):
 def by_area(files):
     """Tuned by area on contact points, all rows of which are in the model."""
     tune, n = files["tune.json"], len(files["kept"])
-    sides = {s: {"unit": "mm2", "closed": 50.0, "kept": 40.0, "cells": 5, "kept_cells": 4} for s in ("left", "right")}
-    tune.update(area={"share": 0.8, "hz_per_percent": 20.0, "sides": sides,
-                      "history": [{"share": 1.0, "hz": 3000.0, "mac": 0.8}, {"share": 0.8, "hz": 2800.0, "mac": 0.8}]},
-                history=[], roll_stiffness_Nm_per_rad=0.0, redistribution={
-                    "scale": {"left": 1.5, "right": 1.6}, "moment_Nm": 0.02, "moments_Nm": [0.03, 0.02, -0.04]})
+    sides = {
+        s: {"unit": "mm2", "closed": 50.0, "kept": 40.0, "cells": 5, "kept_cells": 4}
+        for s in ("left", "right")
+    }
+    tune.update(
+        area={
+            "share": 0.8,
+            "hz_per_percent": 20.0,
+            "sides": sides,
+            "history": [
+                {"share": 1.0, "hz": 3000.0, "mac": 0.8},
+                {"share": 0.8, "hz": 2800.0, "mac": 0.8},
+            ],
+        },
+        history=[],
+        roll_stiffness_Nm_per_rad=0.0,
+        redistribution={
+            "scale": {"left": 1.5, "right": 1.6},
+            "moment_Nm": 0.02,
+            "moments_Nm": [0.03, 0.02, -0.04],
+        },
+    )
     for key in ("stuck_hz", "mac", "closed_pairs", "open_pairs", "stuck_modes_hz"):
         tune[key]["full_line"] = tune[key]["full_area"]
-    tune["full_model_check"] = {name: tune["full_model_check"]["tuned"] for name in ("full_area", "full_line", "tuned")}
-    ways = [{"way": way, "kn_N_per_m": 1e6, "kt_N_per_m": 9e5} for way in ("smooth half-spaces", "given per area")]
-    files["preload.json"]["stiffness"] = {"left": {
-        "model": "given", "ways": ways, "kn_N_per_m": 1e6, "kt_N_per_m": 9e5, "kt_along_N_per_m": 9e5,
-        "kt_across_N_per_m": 9e5, "nodes": 5, "load_N": 70.0, "length_m": 0.04, "kind": None, "half_width_m": None,
-        "depth_m": None, "h_rms_m": None, "gamma": None, "scale": 1.0, "shares": "tributary", "E_star_Pa": None}}
+    tune["full_model_check"] = {
+        name: tune["full_model_check"]["tuned"] for name in ("full_area", "full_line", "tuned")
+    }
+    ways = [
+        {"way": way, "kn_N_per_m": 1e6, "kt_N_per_m": 9e5}
+        for way in ("smooth half-spaces", "given per area")
+    ]
+    files["preload.json"]["stiffness"] = {
+        "left": {
+            "model": "given",
+            "ways": ways,
+            "kn_N_per_m": 1e6,
+            "kt_N_per_m": 9e5,
+            "kt_along_N_per_m": 9e5,
+            "kt_across_N_per_m": 9e5,
+            "nodes": 5,
+            "load_N": 70.0,
+            "length_m": 0.04,
+            "kind": None,
+            "half_width_m": None,
+            "depth_m": None,
+            "h_rms_m": None,
+            "gamma": None,
+            "scale": 1.0,
+            "shares": "tributary",
+            "E_star_Pa": None,
+        }
+    }
     files["reduce.json"]["free_hz"] = {}
     files["kept"] = files["kept"].replace(area=np.full(n, 1e-5))
 
 
 def test_words_fit_areas_and_contact_points(tmp_path):
-    """No line, no rows that are moved, no stations, no nodes where the study has none of them; no column of dashes."""
+    """No line, no rows that are moved, no stations, no nodes where the study has none of them; no
+    column of dashes."""
     study, store = artefacts(tmp_path, damage=by_area)
-    study.path.write_text(study.path.read_text().split("[reference]")[0].replace('rows = "edge"', 'rows = "all"'))
+    study.path.write_text(
+        study.path.read_text().split("[reference]")[0].replace('rows = "edge"', 'rows = "all"')
+    )
     study = load_study(study.path)
     pairs = ContactTable.load(store.path("preload.csv"))
     pairs.replace(area=np.full(len(pairs), 1e-5)).save(store.path("preload.csv"))
     write(study, store)
-    page = html.unescape(re.sub("<script.*?</script>|<style.*?</style>|<[^>]+>", " ",
-                                store.path("report.html").read_text(), flags=re.S))
-    for word in ("whole line", "line model", "edge line", "kept stations", "kept row", "per node", "each node",
-                 "every node", "kn over reference", "without:", "stations to"):
+    page = html.unescape(
+        re.sub(
+            "<script.*?</script>|<style.*?</style>|<[^>]+>",
+            " ",
+            store.path("report.html").read_text(),
+            flags=re.S,
+        )
+    )
+    for word in (
+        "whole line",
+        "line model",
+        "edge line",
+        "kept stations",
+        "kept row",
+        "per node",
+        "each node",
+        "every node",
+        "kn over reference",
+        "without:",
+        "stations to",
+    ):
         assert word not in page, word
-    assert ("What is detached leaves a moment of 0.0200 N m about the axis of the damper and 0.0500 N m across it; it "
-            "is balanced") in page
+    assert (
+        "What is detached leaves a moment of 0.0200 N m about the axis of the damper and 0.0500 "
+        "N m across it; it is balanced"
+    ) in page
     for word in ("whole area: 15 contact points", "per contact point", "Preload of the kept area"):
         assert word in page, word
     summary = summarise(results_of(study, store))
     assert not {"free_hz", "tuned_pairs"} & set(summary) and summary["area"]["share"] == 0.8
     assert "line" not in tune.line(store)
-    assert [row[0] for row in next(reduction_check.tables(results_of(study, store))).rows] == ["whole area, kept area"]
+    assert [row[0] for row in next(reduction_check.tables(results_of(study, store))).rows] == [
+        "whole area, kept area"
+    ]

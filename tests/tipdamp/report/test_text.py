@@ -1,6 +1,5 @@
 """Numbers, names and colours of the report as they are written."""
 
-
 import numpy as np
 import pytest
 
@@ -8,9 +7,18 @@ from tipdamp.report import text
 from tipdamp.report.drawing import figure
 
 
-@pytest.mark.parametrize("value, written", [(0.75226, "0.7523"), (79.903, "79.90"), (43896, "43896"), (0, "0"),
-                                            (-0.0639, "\N{MINUS SIGN}0.06390"), (None, "\N{EN DASH}"),
-                                            (2.5e-12, "2.500\N{MULTIPLICATION SIGN}10⁻¹²")])
+@pytest.mark.parametrize(
+    "value, written",
+    [
+        (0.75226, "0.7523"),
+        (79.903, "79.90"),
+        (43896, "43896"),
+        (0, "0"),
+        (-0.0639, "\N{MINUS SIGN}0.06390"),
+        (None, "\N{EN DASH}"),
+        (2.5e-12, "2.500\N{MULTIPLICATION SIGN}10⁻¹²"),
+    ],
+)
 def test_numbers(value, written):
     assert text.number(value) == written
 
@@ -20,16 +28,31 @@ def test_percent_of_nearly_nothing():
 
 
 def test_names_of_pairs():
-    names = ["the left 3", "the left 1", "the left 2", "right 0/1", "the left 9", "right 0/0", "right 1/1"]
-    assert text.names_of_pairs(names) == "the left 1\N{EN DASH}3, 9; right (row 1) 0\N{EN DASH}1; right (row 0) 0"
+    names = [
+        "the left 3",
+        "the left 1",
+        "the left 2",
+        "right 0/1",
+        "the left 9",
+        "right 0/0",
+        "right 1/1",
+    ]
+    assert (
+        text.names_of_pairs(names)
+        == "the left 1\N{EN DASH}3, 9; right (row 1) 0\N{EN DASH}1; right (row 0) 0"
+    )
 
 
-@pytest.mark.parametrize("value, written", [(-1e-14, "0 N m"), (None, "\N{EN DASH} N m"), (0.05, "0.0500 N m")])
+@pytest.mark.parametrize(
+    "value, written", [(-1e-14, "0 N m"), (None, "\N{EN DASH} N m"), (0.05, "0.0500 N m")]
+)
 def test_rounding_is_nothing(value, written):
     assert text.amount(value, "N m") == written
 
 
 def test_colors_of_levels_go_from_dark_to_light():
-    grey = [sum(w * int(c[k:k + 2], 16) for w, k in ((0.299, 1), (0.587, 3), (0.114, 5)))
-            for c in figure.level_colors(5)]
-    assert grey == sorted(grey) and min(np.diff(grey)) > 20      # of 255: apart in grey print
+    grey = [
+        sum(w * int(c[k : k + 2], 16) for w, k in ((0.299, 1), (0.587, 3), (0.114, 5)))
+        for c in figure.level_colors(5)
+    ]
+    assert grey == sorted(grey) and min(np.diff(grey)) > 20  # of 255: apart in grey print

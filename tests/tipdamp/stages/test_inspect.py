@@ -12,9 +12,16 @@ def test_inspection_of_groups_read_and_unread(tmp_path, capsys):
     with open(tmp_path / "blades.inp", "a") as f:
         f.write("*NODE\n9999, 0, 0, 0\n*BOUNDARY\nclamp_one, 1, 3\n")
     assert main(["inspect", str(path), "--quiet"]) == 0
-    found = json.loads((tmp_path / "results" / "corner" / "inspect.json").read_text())["bodies"]["blades"]
+    found = json.loads((tmp_path / "results" / "corner" / "inspect.json").read_text())["bodies"][
+        "blades"
+    ]
     assert found["format"] == "Abaqus or CalculiX" and found["cells"] == {"hexahedron20": 16}
     assert found["groups"]["touch_one"] == 21 and found["groups_are"]["touch_one"] == "nodes"
-    assert found["cell_groups"] == {"blade two": 8} and found["groups_are"]["blade two"] == "a volume"
-    assert "1 nodes that no solid cell uses" in found["not_read"] and "keywords *BOUNDARY (1)" in found["not_read"]
+    assert (
+        found["cell_groups"] == {"blade two": 8} and found["groups_are"]["blade two"] == "a volume"
+    )
+    assert (
+        "1 nodes that no solid cell uses" in found["not_read"]
+        and "keywords *BOUNDARY (1)" in found["not_read"]
+    )
     assert any("C3D20R" in line and "full integration" in line for line in found["not_read"])

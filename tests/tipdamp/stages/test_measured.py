@@ -31,8 +31,16 @@ def study(matrices_study):
     folder = matrices_study.parent
     curve = ForcedResponse.load(folder / "results/study/responses/Fe_5N_H1.npz")
     hz = np.linspace(1000, 1300, 601)
-    x = 1e6 / 5 * np.array([np.interp(hz, curve.frequency, part) for part in (curve.harmonics[:, 0, 1].real,
-                                                                             curve.harmonics[:, 0, 1].imag)])
+    x = (
+        1e6
+        / 5
+        * np.array(
+            [
+                np.interp(hz, curve.frequency, part)
+                for part in (curve.harmonics[:, 0, 1].real, curve.harmonics[:, 0, 1].imag)
+            ]
+        )
+    )
     for k, factor in enumerate(FACTORS, 1):
         np.savetxt(folder / f"run_{k}.csv", np.column_stack([hz, *(factor * x)]), delimiter=",")
     matrices_study.write_text(CHAIN + SECTION)
@@ -42,11 +50,15 @@ def study(matrices_study):
 def test_a_measured_curve_beside_its_own_computation(study):
     assert run(study, "measured", "cycles", "agreement", "report") == [0] * 4
     folder = study.parent / "results" / "study"
-    facts, (one,) = read(folder, "measured.json")["curves"]["run"], read(folder, "agreement.json")["curves"]
+    facts, (one,) = (
+        read(folder, "measured.json")["curves"]["run"],
+        read(folder, "agreement.json")["curves"],
+    )
     hz, mean, low, high = load_band(folder / "measured" / "run.csv")
     assert (facts["repeats"], facts["points"], facts["level_N"], len(hz)) == (3, 601, 5.0, 601)
     assert facts["peak_m_per_N_deviation"] == pytest.approx(0.02 * facts["peak_m_per_N"], rel=1e-9)
-    np.testing.assert_allclose(high - low, 2 * 0.05 * mean, rtol=1e-9)       # the scatter of 5 % is the wider one
+    # the scatter of 5 % is the wider one
+    np.testing.assert_allclose(high - low, 2 * 0.05 * mean, rtol=1e-9)
     peak = read(folder, "respond.json")["responses"][0]
     assert one["share_inside"] == 1.0
     assert facts["peak_hz"] == pytest.approx(peak["peak_hz"], abs=0.3)
@@ -64,23 +76,37 @@ def test_only_what_depends_on_the_measurement_runs_again(study, capsys):
     assert main(["run", str(study), "--quiet"]) == 0
     out = capsys.readouterr().out
     idle = ("up to date", "nothing to do")
-    ran = {name for name in STAGES if not any(line.split()[:1] == [name] and line[len(name):].strip().startswith(idle)
-                                              for line in out.splitlines())}
+    ran = {
+        name
+        for name in STAGES
+        if not any(
+            line.split()[:1] == [name] and line[len(name) :].strip().startswith(idle)
+            for line in out.splitlines()
+        )
+    }
     assert ran == {"measured", "agreement", "report"}
 
 
-@pytest.mark.parametrize(("old", "new", "why"), [
-    ("level = 5", "level = 7", "'run' has no computed curve at its level of 7 N"),
-    ("level = 5", 'level = 5\nresponse = "patch_9"', "response = 'patch_9': no output of that name"),
-    ('"run_3.csv"', '"absent.csv"', "measured curve not found"),
-    ('quantity = "receptance"', 'quantity = "receptence"', "did you mean 'receptance'"),
-    ("[measured.run]", "[measured.pull]", "not 'pull'")])
+@pytest.mark.parametrize(
+    ("old", "new", "why"),
+    [
+        ("level = 5", "level = 7", "'run' has no computed curve at its level of 7 N"),
+        (
+            "level = 5",
+            'level = 5\nresponse = "patch_9"',
+            "response = 'patch_9': no output of that name",
+        ),
+        ('"run_3.csv"', '"absent.csv"', "measured curve not found"),
+        ('quantity = "receptance"', 'quantity = "receptence"', "did you mean 'receptance'"),
+        ("[measured.run]", "[measured.pull]", "not 'pull'"),
+    ],
+)
 def test_what_does_not_fit(study, capsys, old, new, why):
     text = study.read_text()
     assert old in text
     study.write_text(text.replace(old, new))
     run(study, "measured", "cycles", "agreement")
-    if "no computed curve" in why:                  # the report then shows the measurement alone
+    if "no computed curve" in why:  # the report then shows the measurement alone
         assert run(study, "report") == [0]
     captured = capsys.readouterr()
     assert why in captured.out + captured.err

@@ -11,9 +11,12 @@ from tipdamp.results.static_results import FreeResponse, ReduceResult, SideForce
 
 
 def found():
-    return ReduceResult(reduction={"dofs": 9, "masters": 3, "modes": {"blades": 2}}, rows={"left": np.int64(1)},
-                        free_modes_hz=np.array([1.0, 2.0]),
-                        free_response=FreeResponse(hz=np.arange(3.0), m_per_N={"patch": np.ones(3)}))
+    return ReduceResult(
+        reduction={"dofs": 9, "masters": 3, "modes": {"blades": 2}},
+        rows={"left": np.int64(1)},
+        free_modes_hz=np.array([1.0, 2.0]),
+        free_response=FreeResponse(hz=np.arange(3.0), m_per_N={"patch": np.ones(3)}),
+    )
 
 
 def test_saved_and_loaded(tmp_path):
@@ -29,9 +32,16 @@ def test_results_are_frozen():
         SideForces(sum_N=1, min_N=1, max_N=1, detached=0, equilibrium_N=1, balance_error=0, sum=1)
 
 
-@pytest.mark.parametrize("content, words", [
-    ({"rows": {"left": 1}}, "damaged at 'reduction'.*run the stage again: tipdamp reduce STUDY\\.toml --force"),
-    ({**found().model_dump(), "rows": {"left": "a"}}, "damaged at 'rows.left'")])
+@pytest.mark.parametrize(
+    "content, words",
+    [
+        (
+            {"rows": {"left": 1}},
+            "damaged at 'reduction'.*run the stage again: tipdamp reduce STUDY\\.toml --force",
+        ),
+        ({**found().model_dump(), "rows": {"left": "a"}}, "damaged at 'rows.left'"),
+    ],
+)
 def test_damaged_files(tmp_path, content, words):
     Store(tmp_path).write_json("reduce.json", content)
     with pytest.raises(InputError, match=words):

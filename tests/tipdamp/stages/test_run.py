@@ -1,4 +1,5 @@
-"""How stages are run: skipped, refused, taken up again, and one run at a time in a results folder."""
+"""How stages are run: skipped, refused, taken up again, and one run at a time in a results
+folder."""
 
 import shutil
 import subprocess
@@ -28,8 +29,13 @@ with Store(Path(sys.argv[1])).lock():
 def test_a_second_run_names_the_first(tmp_path, capsys):
     path = corner_study.write(tmp_path)
     store = Store(tmp_path / "results" / "corner")
-    holder = subprocess.Popen([sys.executable, "-c", HOLD, str(store.folder)], stdin=subprocess.PIPE,
-                              stdout=subprocess.PIPE, text=True, cwd=Path(__file__).parents[3])
+    holder = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(store.folder)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=Path(__file__).parents[3],
+    )
     assert holder.stdout.readline() == "held\n"
     assert main(["reduce", str(path), "--quiet"]) == 4
     said = capsys.readouterr().err
@@ -72,14 +78,19 @@ def test_change_runs_dependent_stages_only(copy):
 
 
 def test_changes_that_keep_the_reduced_model(copy, capsys):
-    for old, new in (("mu = 0.6", "mu = 0.3"), ("pull = 113", "pull = 60"), ("kn = 3.32e6", "kn = 3e6")):
+    for old, new in (
+        ("mu = 0.6", "mu = 0.3"),
+        ("pull = 113", "pull = 60"),
+        ("kn = 3.32e6", "kn = 3e6"),
+    ):
         path = edit(copy, old, new)
         assert main(["reduce", path, "--quiet"]) == 0
         assert "up to date" in capsys.readouterr().out
     assert main(["preload", path, "--quiet"]) == 0
     table = ContactTable.load(copy / "results" / "rig" / "preload.csv")
     assert set(table.mu) == {0.3} and table.kn[0] == 3e6
-    assert table.preload[table.side == "left"].sum() == pytest.approx(60 / 2**0.5, rel=1e-6)  # 60 / (2 sin 45)
+    # 60 / (2 sin 45)
+    assert table.preload[table.side == "left"].sum() == pytest.approx(60 / 2**0.5, rel=1e-6)
 
 
 def test_levels_band_and_damping_leave_inspect_alone(copy, capsys):
@@ -90,15 +101,19 @@ def test_levels_band_and_damping_leave_inspect_alone(copy, capsys):
     assert main(["inspect", path, "--quiet"]) == 0
     out = capsys.readouterr().out
     assert "inspect  up to date" in out
-    assert "first natural frequency between" in out and "damping_ratio = 0.3: is it in percent" in out
+    assert (
+        "first natural frequency between" in out and "damping_ratio = 0.3: is it in percent" in out
+    )
 
 
 def test_a_stage_says_what_it_needs(copy, capsys):
     shutil.rmtree(copy / "results")
     assert main(["respond", str(copy / "rig.toml")]) == 2
     line = capsys.readouterr().err
-    assert "'respond' needs the stages 'reduce', 'preload' and 'tune', which have not been run; run: tipdamp run " in (
-        line)
+    assert (
+        "'respond' needs the stages 'reduce', 'preload' and 'tune', which have not been run; "
+        "run: tipdamp run " in (line)
+    )
     assert line.count("\n") == 1 and not (copy / "results").exists()
 
 
@@ -133,11 +148,13 @@ def test_an_interrupted_stage_is_run_again(variant, tmp_path, monkeypatch):
     assert main(["preload", str(tmp_path / "rig.toml"), "--quiet", "--force"]) == 130
     object.__setattr__(stages.STAGES["preload"], "work", job)
     assert main(["preload", str(tmp_path / "rig.toml"), "--quiet"]) == 0
-    assert len(ContactTable.load(folder / "preload.csv")) == 93  # 31 stations: one row left, two rows right
+    # 31 stations: one row left, two rows right
+    assert len(ContactTable.load(folder / "preload.csv")) == 93
 
 
 def test_sources_in_a_folder_called_report(tmp_path):
-    """The program may be installed anywhere; only its own report is no part of the other stages' key."""
+    """The program may be installed anywhere; only its own report is no part of the other stages'
+    key."""
     package = tmp_path / "report" / "program"
     for name in ("law.py", "report/page.py"):
         (package / name).parent.mkdir(parents=True, exist_ok=True)

@@ -23,17 +23,27 @@ from tipdamp.study.study import load_study
 
 meshio = pytest.importorskip("meshio")
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
-LEVEL = 0.01             # N: nothing slips
-# without damping, below the resonances: the two forces a quarter of a period apart make every node move on an ellipse
-STUCK = [("modes = 5", "modes = 30"), ("modes = 3\n", "modes = 20\n"), ("damping_ratio = 0.02", "damping_ratio = 0"),
-         ('excitation = "touch_one"', 'excitation = ["touch_one", "touch_two"]\nphase = [90]\nstress = true'),
-         ("levels = [1]", f"levels = [{LEVEL}]\nharmonics = [1, 3]\nboth_ways = false"),
-         ("[respond]", "[tune]\nstations = 'all'\n[respond]")]
+LEVEL = 0.01  # N: nothing slips
+# without damping, below the resonances: the two forces a quarter of a period apart make every node
+# move on an ellipse
+STUCK = [
+    ("modes = 5", "modes = 30"),
+    ("modes = 3\n", "modes = 20\n"),
+    ("damping_ratio = 0.02", "damping_ratio = 0"),
+    (
+        'excitation = "touch_one"',
+        'excitation = ["touch_one", "touch_two"]\nphase = [90]\nstress = true',
+    ),
+    ("levels = [1]", f"levels = [{LEVEL}]\nharmonics = [1, 3]\nboth_ways = false"),
+    ("[respond]", "[tune]\nstations = 'all'\n[respond]"),
+]
 
 
 def bodies():
-    return (elastic_body(corner_study.blades(), STEEL, "blades", clamp=["clamp_one", "clamp_two"]),
-            elastic_body(corner_study.damper(), STEEL, "damper", free=True))
+    return (
+        elastic_body(corner_study.blades(), STEEL, "blades", clamp=["clamp_one", "clamp_two"]),
+        elastic_body(corner_study.damper(), STEEL, "damper", free=True),
+    )
 
 
 def solved(folder, *change):
@@ -45,11 +55,14 @@ def solved(folder, *change):
 
 
 def whole_model(pairs, law):
-    """Blades and damper unreduced: K, M, the relative motion B of the pairs, and K with the springs of their law."""
+    """Blades and damper unreduced: K, M, the relative motion B of the pairs, and K with the springs
+    of their law."""
     parts = bodies()
     K, M = (sp.block_diag([getattr(body, name) for body in parts]).tocsc() for name in "KM")
     B = sp.csr_matrix(relative_motion(AssembledBodies(list(parts)), pairs))
-    springs = np.column_stack([law * pairs.kt, law * pairs.kt, pairs.kn]) * (pairs.preload > 0)[:, None]
+    springs = (
+        np.column_stack([law * pairs.kt, law * pairs.kt, pairs.kn]) * (pairs.preload > 0)[:, None]
+    )
     return parts, K + B.T @ sp.diags(springs.ravel()) @ B, M
 
 
@@ -59,27 +72,46 @@ def shape_of(body, u):
     return out
 
 
-@pytest.mark.parametrize("band, basis", [("[20000, 20500]", "craig_bampton"), ("[100000, 100500]", "craig_bampton"),
-                                         ("[20000, 20500]", "contact_points")])
+@pytest.mark.parametrize(
+    "band, basis",
+    [
+        ("[20000, 20500]", "craig_bampton"),
+        ("[100000, 100500]", "craig_bampton"),
+        ("[20000, 20500]", "contact_points"),
+    ],
+)
 def test_stuck_stress_against_the_direct_solution(tmp_path, band, basis):
-    """At every node to 1e-3 of the largest: alternating, by 720 instants, and mean, of the springs under the pull."""
-    store, found = solved(tmp_path, ("[20000, 40000]", band), ("mu = 0.3", f'mu = 0.3\nreduction = "{basis}"'))
+    """At every node to 1e-3 of the largest: alternating, by 720 instants, and mean, of the springs
+    under the pull."""
+    store, found = solved(
+        tmp_path, ("[20000, 40000]", band), ("mu = 0.3", f'mu = 0.3\nreduction = "{basis}"')
+    )
     (curve,) = found.curves
-    assert curve.H == 3 and curve.files == ("vibration_Fe_0.01N_H3_blades.vtu", "vibration_Fe_0.01N_H3_damper.vtu")
+    assert curve.H == 3 and curve.files == (
+        "vibration_Fe_0.01N_H3_blades.vtu",
+        "vibration_Fe_0.01N_H3_damper.vtu",
+    )
     pairs = ContactTable.load(store.path("kept.csv"))
     parts, K, M = whole_model(pairs, 1.0)
     force = np.zeros(K.shape[0], dtype=complex)
     for group, factor in (("touch_one", 1), ("touch_two", 1j)):
         for node in (nodes := corner_study.blades().groups[group]):
             force[parts[0].node_dofs([node])[0]] += factor * LEVEL / len(nodes)
-    vibration = spsolve((K - (2 * np.pi * curve.hz)**2 * M).tocsc(), force)
+    vibration = spsolve((K - (2 * np.pi * curve.hz) ** 2 * M).tocsc(), force)
     pull = np.zeros(K.shape[0])
     for node in (nodes := corner_study.damper().groups["load"]):
-        pull[parts[0].dofs + parts[1].node_dofs([node])] = 10 * np.array([1, 0, 1]) / np.sqrt(2) / len(nodes)
+        pull[parts[0].dofs + parts[1].node_dofs([node])] = (
+            10 * np.array([1, 0, 1]) / np.sqrt(2) / len(nodes)
+        )
     rest = np.linalg.lstsq(whole_model(pairs, 0.0)[1].toarray(), pull, rcond=1e-10)[0]
     cut = [parts[0].dofs]
-    for body, mesh, u, u_rest in zip(parts, (corner_study.blades(), corner_study.damper()), np.split(vibration, cut),
-                                     np.split(rest, cut), strict=True):
+    for body, mesh, u, u_rest in zip(
+        parts,
+        (corner_study.blades(), corner_study.damper()),
+        np.split(vibration, cut),
+        np.split(rest, cut),
+        strict=True,
+    ):
         data = meshio.read(store.path(f"vibration_Fe_0.01N_H3_{body.name}.vtu")).point_data
         assert np.array_equal(data["node"], mesh.node)
         turns = np.exp(2j * np.pi * np.arange(720) / 720)
@@ -88,52 +120,76 @@ def test_stuck_stress_against_the_direct_solution(tmp_path, band, basis):
         alternating = np.max([von_mises((tensor * turn).real) for turn in turns], axis=0)
         amplitude = np.max([np.linalg.norm((motion * turn).real, axis=1) for turn in turns], axis=0)
         mean = von_mises(nodal_stress(mesh, STEEL, shape_of(body, u_rest)))
-        for name, expected in (("mean von Mises stress (Pa)", mean), ("alternating stress (Pa)", alternating),
-                               ("displacement amplitude (m)", amplitude)):
+        for name, expected in (
+            ("mean von Mises stress (Pa)", mean),
+            ("alternating stress (Pa)", alternating),
+            ("displacement amplitude (m)", amplitude),
+        ):
             error = np.abs(data[name] - expected).max() / expected.max()
             assert error < 1e-3, (body.name, name)
         places = [p for p in found.curves[0].places if p.body == body.name]
         assert places[0].alternating_Pa == pytest.approx(alternating.max(), rel=1e-3)
         for place in places:
             (i,) = np.flatnonzero(mesh.node == place.node)
-            assert place.position_m == tuple(mesh.position[i]) and place.mean_Pa == pytest.approx(mean[i])
+            assert place.position_m == tuple(mesh.position[i]) and place.mean_Pa == pytest.approx(
+                mean[i]
+            )
             assert place.alternating_Pa == pytest.approx(alternating[i], rel=1e-3)
 
 
 def test_mean_stress_is_that_of_the_preload(tmp_path):
-    """With friction that sticks, gravity on the interior and all stations: by the forces of the pairs what [preload]
-    stress finds from the motion of the masters."""
-    text = ("[loads.heavy]\npull = 20\ngravity = [300, 0, 0]\n[preload]\nfriction = true\nstress = true\n"
-            "case = 'heavy'\n[tune]")
-    store, _ = solved(tmp_path, ("[tune]", text), ("mu = 0.3", "mu = 3"), ("[20000, 40000]", "[20000, 20100]"))
-    assert np.abs(np.genfromtxt(store.path("kept_friction.csv"), delimiter=",", names=True)["T2_N"]).max() > 0.1
+    """With friction that sticks, gravity on the interior and all stations: by the forces of the
+    pairs what [preload] stress finds from the motion of the masters."""
+    text = (
+        "[loads.heavy]\npull = 20\ngravity = [300, 0, 0]\n[preload]\nfriction = true\nstress = "
+        "true\ncase = 'heavy'\n[tune]"
+    )
+    store, _ = solved(
+        tmp_path, ("[tune]", text), ("mu = 0.3", "mu = 3"), ("[20000, 40000]", "[20000, 20100]")
+    )
+    assert (
+        np.abs(
+            np.genfromtxt(store.path("kept_friction.csv"), delimiter=",", names=True)["T2_N"]
+        ).max()
+        > 0.1
+    )
     for body in ("blades", "damper"):
-        rest = meshio.read(store.path(f"stress_{body}.vtu")).point_data["von Mises stress (Pa), load case 'heavy'"]
-        mean = meshio.read(store.path(f"vibration_Fe_0.01N_H3_{body}.vtu")).point_data["mean von Mises stress (Pa)"]
+        rest = meshio.read(store.path(f"stress_{body}.vtu")).point_data[
+            "von Mises stress (Pa), load case 'heavy'"
+        ]
+        mean = meshio.read(store.path(f"vibration_Fe_0.01N_H3_{body}.vtu")).point_data[
+            "mean von Mises stress (Pa)"
+        ]
         assert np.abs(mean - rest).max() < 1e-8 * rest.max()
 
 
 def test_modes_are_those_of_the_stored_model():
-    """The two cubes have equal modes: whichever mixture and sign the stored model has, the motion is the same."""
+    """The two cubes have equal modes: whichever mixture and sign the stored model has, the motion
+    is the same."""
     body = bodies()[0]
     masters = np.concatenate([body.groups["touch_one"], body.groups["touch_two"]])
     part, rng = craig_bampton(body, masters, 12), np.random.default_rng(0)
-    b, modes = len(part.boundary), len(part.omega)         # 12, and those equal to the last of them
+    b, modes = len(part.boundary), len(part.omega)  # 12, and those equal to the last of them
     pairs_of_modes = np.split(np.arange(modes), modes // 2)
     assert all(np.ptp(part.omega[two]) < 1e-8 * part.omega[two[0]] for two in pairs_of_modes)
     turn = np.eye(b + modes)
     for two in pairs_of_modes:
         turn[np.ix_(b + two, b + two)] = np.linalg.qr(rng.standard_normal((2, 2)))[0]
-    stored, q = replace(part.model, M=turn.T @ part.model.M @ turn), rng.standard_normal(b + modes)
+    stored = replace(part.model, M=turn.T @ part.model.M @ turn)
+    q = rng.standard_normal(b + modes)
     found = with_modes_of(stored, part).recover(turn.T @ q)
     assert np.abs(found - part.recover(q)).max() < 1e-8 * np.abs(found).max()
-    for other in (replace(part.model, M=1.01 * part.model.M), craig_bampton(body, masters, 4).model):
+    for other in (
+        replace(part.model, M=1.01 * part.model.M),
+        craig_bampton(body, masters, 4).model,
+    ):
         with pytest.raises(InputError, match="other modes than the stored model"):
             with_modes_of(other, part)
 
 
 def test_inertia_takes_up_what_is_not_balanced():
-    """A free cube pulled on one edge accelerates as a rigid body: K u = f - M a, with the resultants of f."""
+    """A free cube pulled on one edge accelerates as a rigid body: K u = f - M a, with the
+    resultants of f."""
     body, mesh = bodies()[1], corner_study.damper()
     part = craig_bampton(body, body.groups["face_x"], 4)
     inside = part.interior
@@ -141,11 +197,12 @@ def test_inertia_takes_up_what_is_not_balanced():
     force = np.zeros(body.dofs)
     force[body.node_dofs(body.groups["load"])] = np.tile([1.0, 0, 0], 3)
     shape, lost = whole.at_rest(force)
-    left, R = force - body.K @ shape[body.dof_node, body.dof_direction], body.rigid_motions()
+    left = force - body.K @ shape[body.dof_node, body.dof_direction]
+    R = body.rigid_motions()
     assert lost == pytest.approx(1) and R.T @ left == pytest.approx(R.T @ force, abs=1e-9)
     a = np.linalg.lstsq(R, spsolve(body.M.tocsc(), left), rcond=None)[0]
     assert np.linalg.norm(body.M @ (R @ a) - left) < 1e-8 * np.linalg.norm(force)
-    edge = np.intersect1d(body.groups["face_x"], corner_study.on(mesh, 2, 0.0))      # straight across
+    edge = np.intersect1d(body.groups["face_x"], corner_study.on(mesh, 2, 0.0))  # straight across
     force[body.node_dofs(edge)] = np.tile([-1.0, 0, 0], 3)
     assert whole.at_rest(force)[1] < 1e-12
 
@@ -161,4 +218,6 @@ def test_matrices_have_no_stress(matrices_study, capsys):
 def test_stage_that_is_not_asked_for(tmp_path, capsys):
     path = corner_study.write(tmp_path, change=[STUCK[-1]])
     assert main(["stress", str(path), "--quiet"]) == 2
-    assert "[respond] stress = true is missing, the stage 'stress' needs it" in capsys.readouterr().err
+    assert (
+        "[respond] stress = true is missing, the stage 'stress' needs it" in capsys.readouterr().err
+    )

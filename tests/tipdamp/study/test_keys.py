@@ -26,20 +26,30 @@ def test_json_schema_names_every_key(capsys):
         assert set(schema["properties"][name]["properties"]) == set(section.model_fields)
     pull = schema["properties"]["damper"]["properties"]["pull"]
     assert pull["exclusiveMinimum"] == 0 and pull["description"].startswith("Fc, the total pull")
-    assert schema["properties"]["contact"]["additionalProperties"]["properties"]["shape"]["enum"] == [
-        "cylinder", "flat", "rounded"]
+    assert schema["properties"]["contact"]["additionalProperties"]["properties"]["shape"][
+        "enum"
+    ] == ["cylinder", "flat", "rounded"]
 
 
-@pytest.mark.parametrize("old, new, valid", [
-    ("pull = 10", "pull = 10", True), ("pull = 10", "pul = 10", False), ("pull = 10", "pull = -10", False),
-    ("levels = [1]", "levels = 1", False), ("damping_ratio = 0.02", "damping_ratio = [0.02, 0.03]", True),
-    ('shape = "flat"', 'shape = "flt"', False), ("[respond]", "[respond]\nlaw = 'IsotropicFriction'", True),
-    ("[respond]", "[respond]\nlaw = 'Coulomb'", False), ("[respond]", "[respond]\nlaw = 'CubicSpring'", False),
-    ("[respond]", "[respond]\nlaw = { name = 'CubicSpring', cubic = 1e12 }", True),
-    ("[respond]", "[respond]\nlaw = { name = 'CubicSpring', cubc = 1e12 }", False),
-    ("[respond]", "[respond]\nlaw = { name = 'DryFriction2T', cubic = 1e12 }", False),
-    ("[respond]", "[tune]\nstations = 'all'\n[respond]", True),
-    ("[respond]", "[loads.gas]\npressure = [['blades', 'touch_one', 1]]\n[respond]", True)])
+@pytest.mark.parametrize(
+    "old, new, valid",
+    [
+        ("pull = 10", "pull = 10", True),
+        ("pull = 10", "pul = 10", False),
+        ("pull = 10", "pull = -10", False),
+        ("levels = [1]", "levels = 1", False),
+        ("damping_ratio = 0.02", "damping_ratio = [0.02, 0.03]", True),
+        ('shape = "flat"', 'shape = "flt"', False),
+        ("[respond]", "[respond]\nlaw = 'IsotropicFriction'", True),
+        ("[respond]", "[respond]\nlaw = 'Coulomb'", False),
+        ("[respond]", "[respond]\nlaw = 'CubicSpring'", False),
+        ("[respond]", "[respond]\nlaw = { name = 'CubicSpring', cubic = 1e12 }", True),
+        ("[respond]", "[respond]\nlaw = { name = 'CubicSpring', cubc = 1e12 }", False),
+        ("[respond]", "[respond]\nlaw = { name = 'DryFriction2T', cubic = 1e12 }", False),
+        ("[respond]", "[tune]\nstations = 'all'\n[respond]", True),
+        ("[respond]", "[loads.gas]\npressure = [['blades', 'touch_one', 1]]\n[respond]", True),
+    ],
+)
 def test_editors_check_a_study(old, new, valid):
     jsonschema = pytest.importorskip("jsonschema")
     study = tomllib.loads(corner_study.TEXT.replace(old, new, 1))

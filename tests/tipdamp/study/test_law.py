@@ -10,7 +10,9 @@ from tipdamp.study.study import load_study
 
 
 def law_of(folder, text):
-    return load_study(corner_study.write(folder, change=[("[respond]", f"[respond]\nlaw = {text}")])).respond.law
+    return load_study(
+        corner_study.write(folder, change=[("[respond]", f"[respond]\nlaw = {text}")])
+    ).respond.law
 
 
 @pytest.mark.parametrize("name", SHIPPED)
@@ -26,17 +28,29 @@ def test_default_and_parameters(tmp_path):
     assert law_of(tmp_path, '{ name = "CubicSpring", cubic = 1e12 }').make() == CubicSpring(1e12)
 
 
-@pytest.mark.parametrize("text, words", [
-    ('"Coulomb"', r"\[respond\] law = 'Coulomb': no law 'Coulomb'; .*valid: Jenkins1D, .*DryFriction2T"),
-    ('"IsotropicFricton"', "did you mean 'IsotropicFriction'"),
-    ("3", "must be the name of a law, or a table"),
-    ("{ cubic = 1.0 }", "must be the name of a law, or a table"),
-    ('"CubicSpring"', "the parameter 'cubic' of CubicSpring is missing"),
-    ('{ name = "CubicSpring", cubc = 1 }', "CubicSpring has no parameter 'cubc'; did you mean 'cubic'"),
-    ('{ name = "CubicSpring", cubic = "much" }', "cubic must be a number"),
-    ('{ name = "CubicSpring", cubic = inf }', "cubic must be finite"),
-    ('{ name = "DryFriction2T", mu = 0.3 }', "DryFriction2T has no parameter 'mu'; there are none to choose from"),
-])
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        (
+            '"Coulomb"',
+            r"\[respond\] law = 'Coulomb': no law 'Coulomb'; .*valid: Jenkins1D, .*DryFriction2T",
+        ),
+        ('"IsotropicFricton"', "did you mean 'IsotropicFriction'"),
+        ("3", "must be the name of a law, or a table"),
+        ("{ cubic = 1.0 }", "must be the name of a law, or a table"),
+        ('"CubicSpring"', "the parameter 'cubic' of CubicSpring is missing"),
+        (
+            '{ name = "CubicSpring", cubc = 1 }',
+            "CubicSpring has no parameter 'cubc'; did you mean 'cubic'",
+        ),
+        ('{ name = "CubicSpring", cubic = "much" }', "cubic must be a number"),
+        ('{ name = "CubicSpring", cubic = inf }', "cubic must be finite"),
+        (
+            '{ name = "DryFriction2T", mu = 0.3 }',
+            "DryFriction2T has no parameter 'mu'; there are none to choose from",
+        ),
+    ],
+)
 def test_wrong_laws_are_one_line(tmp_path, text, words):
     with pytest.raises(InputError, match=words) as caught:
         law_of(tmp_path, text)

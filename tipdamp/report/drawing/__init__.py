@@ -1,1 +1,2 @@
-"""Plain data of figures, scenes, mode shapes and tables, and what draws them (plotly, matplotlib)."""
+"""Plain data of figures, scenes, mode shapes and tables, and what draws them (plotly,
+matplotlib)."""

@@ -1,8 +1,9 @@
 """Figures as plain data: described once, drawn by `plotly` for the page and by `matplotlib` as PNG.
 
-A Figure holds panels, a panel holds items (Curve, Band, Marks, Tiles, Line). Coordinates are in the units of the axis
-labels. NaN in a curve or band is a gap. Items of one name share one entry of the legend; an empty name has none. Names,
-titles and labels are plain text: the backends escape what their own markup would read.
+A Figure holds panels, a panel holds items (Curve, Band, Marks, Tiles, Line). Coordinates are in the
+units of the axis labels. NaN in a curve or band is a gap. Items of one name share one entry of the
+legend; an empty name has none. Names, titles and labels are plain text: the backends escape what
+their own markup would read.
 """
 
 from dataclasses import dataclass
@@ -12,9 +13,13 @@ import numpy as np
 
 INK, GREY, PALE = "#222222", "#8a8a8a", "#e3e3e3"
 # Okabe and Ito (2008): told apart by colour-blind readers
-BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
+BLUE = "#0072B2"
+VERMILION = "#D55E00"
+GREEN = "#009E73"
+ORANGE = "#E69F00"
 DARK = "#12355b"
-SEQUENCE = ("#3b0f70", "#16508f", "#159a8a", "#7ab83a", "#f2ae00")  # dark to light: an order that survives grey print
+# dark to light: an order that survives grey print
+SEQUENCE = ("#3b0f70", "#16508f", "#159a8a", "#7ab83a", "#f2ae00")
 DASHES = ("solid", "dash", "dashdot", "dot")
 
 
@@ -58,8 +63,8 @@ class Marks:
 
 @dataclass(frozen=True)
 class Tiles:
-    """Cells in colour: values (m, n) around the places y (m,), x (n,), ascending, on the scale from 0 to `top`; NaN
-    stays blank. label - of the scale"""
+    """Cells in colour: values (m, n) around the places y (m,), x (n,), ascending, on the scale from
+    0 to `top`; NaN stays blank. label - of the scale"""
 
     x: np.ndarray
     y: np.ndarray
@@ -73,8 +78,8 @@ class Tiles:
 class Line:
     """A straight line across the panel at a value of its x or y axis.
 
-    end - where its label stands: 'high' (top, or above the line) or 'low'; left - label left of a line at an x value,
-    or at the left end of a line at a y value
+    end - where its label stands: 'high' (top, or above the line) or 'low'; left - label left of a
+    line at an x value, or at the left end of a line at a y value
     """
 
     axis: str
@@ -91,8 +96,8 @@ Item = Curve | Band | Marks | Tiles | Line
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes; items - Curve, Band, Marks, Tiles and Line, in the order of drawing; whole_x, whole_y - of axes
-    that count: ticks at whole numbers alone;
+    """One pair of axes; items - Curve, Band, Marks, Tiles and Line, in the order of drawing;
+    whole_x, whole_y - of axes that count: ticks at whole numbers alone;
     y_names - instead of numbers at 0.45, 1.45, ..."""
 
     title: str
@@ -151,7 +156,9 @@ def edges(places: np.ndarray) -> np.ndarray:
 
 def level_colors(n: int) -> list[str]:
     """n colours from dark to light."""
-    rgb = np.array([[int(c[k:k + 2], 16) for k in (1, 3, 5)] for c in SEQUENCE], dtype=float)
+    rgb = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in SEQUENCE], dtype=float)
     at = np.linspace(0, 1, n) if n > 1 else np.zeros(1)
-    mixed = np.column_stack([np.interp(at, np.linspace(0, 1, len(rgb)), rgb[:, k]) for k in range(3)])
+    mixed = np.column_stack(
+        [np.interp(at, np.linspace(0, 1, len(rgb)), rgb[:, k]) for k in range(3)]
+    )
     return ["#" + "".join(f"{int(round(v)):02x}" for v in row) for row in mixed]

@@ -12,8 +12,8 @@ HEAD = ("panel", "drawn as", "name", "x", "y", "y high", "label")
 
 
 def write(figure: Figure, path: Path) -> None:
-    """Columns of HEAD after a line with the labels of the axes of each panel; a band has its lower and upper bound in y
-    and y high, tiles their value as label."""
+    """Columns of HEAD after a line with the labels of the axes of each panel; a band has its lower
+    and upper bound in y and y high, tiles their value as label."""
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
         out.writerow(HEAD)
@@ -36,15 +36,25 @@ def _rows(item: Item) -> Iterator[tuple]:
         return
     name = plain(item.name)
     if isinstance(item, Curve):
-        yield from (("curve", name, f"{x:.9g}", f"{y:.9g}", "", "") for x, y in zip(item.x, item.y, strict=True))
+        yield from (
+            ("curve", name, f"{x:.9g}", f"{y:.9g}", "", "")
+            for x, y in zip(item.x, item.y, strict=True)
+        )
     elif isinstance(item, Band):
-        yield from (("band", name, f"{x:.9g}", f"{a:.9g}", f"{b:.9g}", "")
-                    for x, a, b in zip(item.x, item.low, item.high, strict=True))
+        yield from (
+            ("band", name, f"{x:.9g}", f"{a:.9g}", f"{b:.9g}", "")
+            for x, a, b in zip(item.x, item.low, item.high, strict=True)
+        )
     elif isinstance(item, Tiles):
-        yield from (("tiles", name, f"{x:.9g}", f"{y:.9g}", "", f"{v:.9g}")
-                    for y, row in zip(item.y, item.values, strict=True) for x, v in zip(item.x, row, strict=True)
-                    if np.isfinite(v))
+        yield from (
+            ("tiles", name, f"{x:.9g}", f"{y:.9g}", "", f"{v:.9g}")
+            for y, row in zip(item.y, item.values, strict=True)
+            for x, v in zip(item.x, row, strict=True)
+            if np.isfinite(v)
+        )
     else:
         labels = item.labels or ("",) * len(item.x)
-        yield from (("marks", name, f"{x:.9g}", f"{y:.9g}", "", plain(label))
-                    for x, y, label in zip(item.x, item.y, labels, strict=True))
+        yield from (
+            ("marks", name, f"{x:.9g}", f"{y:.9g}", "", plain(label))
+            for x, y, label in zip(item.x, item.y, labels, strict=True)
+        )

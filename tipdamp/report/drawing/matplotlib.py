@@ -1,14 +1,34 @@
 """The same figures drawn with matplotlib, as PNG."""
 
-from tipdamp.report.drawing.figure import INK, SEQUENCE, Band, Curve, Figure, Line, Marks, Panel, Tiles, edges, outlines
+from tipdamp.report.drawing.figure import (
+    INK,
+    SEQUENCE,
+    Band,
+    Curve,
+    Figure,
+    Line,
+    Marks,
+    Panel,
+    Tiles,
+    edges,
+    outlines,
+)
 from tipdamp.report.libraries import need
 
 DPI, PANEL_WIDTH, PIXELS_PER_INCH = 150, {1: 7.5, 2: 5.2, 3: 4.0}, 100
 DASH = {"solid": "-", "dash": (0, (5, 3)), "dashdot": (0, (6, 2, 1, 2)), "dot": (0, (1, 1.6))}
 SYMBOL = {"circle": "o", "diamond": "D", "square": "s", "x": "x"}
-LEGEND_ROW = 0.25   # inch
-SETTINGS = {"font.size": 9.5, "axes.edgecolor": "#555555", "axes.linewidth": 0.8, "axes.grid": True,
-            "grid.color": "#ececec", "text.color": INK, "axes.titlesize": 10.5, "font.family": "sans-serif"}
+LEGEND_ROW = 0.25  # inch
+SETTINGS = {
+    "font.size": 9.5,
+    "axes.edgecolor": "#555555",
+    "axes.linewidth": 0.8,
+    "axes.grid": True,
+    "grid.color": "#ececec",
+    "text.color": INK,
+    "axes.titlesize": 10.5,
+    "font.family": "sans-serif",
+}
 
 
 def draw(figure: Figure, path) -> None:
@@ -21,17 +41,25 @@ def draw(figure: Figure, path) -> None:
     high = figure.rows * figure.row_height / PIXELS_PER_INCH + 0.45 + legend
     with rc_context(SETTINGS):
         out = base(figsize=(wide, high), dpi=DPI, facecolor="white")
-        out.set_layout_engine("constrained", rect=(0, legend / high, 1, 1 - legend / high), w_pad=0.1, h_pad=0.1)
+        out.set_layout_engine(
+            "constrained", rect=(0, legend / high, 1, 1 - legend / high), w_pad=0.1, h_pad=0.1
+        )
         backend(out)
         handles: dict = {}
         for i, panel in enumerate(figure.panels):
             _panel(out.add_subplot(figure.rows, columns, i + 1), panel, handles)
         out.suptitle(_text(figure.title), x=0.01, ha="left", fontsize=11.5, fontweight="bold")
         if handles:
-            out.legend(handles.values(), [_text(n) for n in handles], loc="lower center", ncols=legend_columns,
-                       frameon=False, fontsize=9)
+            out.legend(
+                handles.values(),
+                [_text(n) for n in handles],
+                loc="lower center",
+                ncols=legend_columns,
+                frameon=False,
+                fontsize=9,
+            )
         out.get_layout_engine().execute(out)
-        out.set_layout_engine(None)                # else all is laid out and drawn twice
+        out.set_layout_engine(None)  # else all is laid out and drawn twice
         out.savefig(path, format="png")
 
 
@@ -57,7 +85,11 @@ def _panel(axes, panel: Panel, handles):
         if whole:
             axis.get_major_locator().set_params(integer=True, min_n_ticks=1)
     if panel.y_names:
-        axes.set_yticks([0.45 + k for k in range(len(panel.y_names))], [_text(n) for n in panel.y_names], fontsize=8)
+        axes.set_yticks(
+            [0.45 + k for k in range(len(panel.y_names))],
+            [_text(n) for n in panel.y_names],
+            fontsize=8,
+        )
     if panel.x_range is not None:
         axes.set_xlim(*panel.x_range)
     if panel.y_range is not None:
@@ -65,21 +97,42 @@ def _panel(axes, panel: Panel, handles):
 
 
 def _curve(axes, item: Curve):
-    return axes.plot(item.x, item.y, color=item.color, linestyle=DASH[item.dash], linewidth=0.8 * item.width)[0]
+    return axes.plot(
+        item.x, item.y, color=item.color, linestyle=DASH[item.dash], linewidth=0.8 * item.width
+    )[0]
 
 
 def _band(axes, item: Band):
-    patches = [axes.fill(x, y, color=item.color, alpha=item.opacity, linewidth=0)[0] for x, y in outlines(item)]
+    patches = [
+        axes.fill(x, y, color=item.color, alpha=item.opacity, linewidth=0)[0]
+        for x, y in outlines(item)
+    ]
     return patches[0] if patches else None
 
 
 def _marks(axes, item):
     face = item.color if item.filled else "white"
-    handle = axes.plot(item.x, item.y, linestyle="none", marker=SYMBOL[item.symbol], markersize=0.65 * item.size,
-                       markerfacecolor=face, markeredgecolor=item.color, markeredgewidth=1.1, zorder=4)[0]
+    handle = axes.plot(
+        item.x,
+        item.y,
+        linestyle="none",
+        marker=SYMBOL[item.symbol],
+        markersize=0.65 * item.size,
+        markerfacecolor=face,
+        markeredgecolor=item.color,
+        markeredgewidth=1.1,
+        zorder=4,
+    )[0]
     for x, y, label in zip(item.x, item.y, item.labels or (), strict=False):
-        axes.annotate(_text(label), (x, y), xytext=(5, -5), textcoords="offset points", va="top",
-                      color=item.color, fontsize=8.5)
+        axes.annotate(
+            _text(label),
+            (x, y),
+            xytext=(5, -5),
+            textcoords="offset points",
+            va="top",
+            color=item.color,
+            fontsize=8.5,
+        )
     return handle
 
 
@@ -91,21 +144,50 @@ def _line(axes, item: Line):
     along = 0.98 if item.end == "high" else 0.02
     side = "right" if item.left else "left"
     across = (0.02, "left") if item.left else (0.98, "right")
-    place = {"x": ((item.value, along), axes.get_xaxis_transform(), side, "top" if item.end == "high" else "bottom"),
-             "y": ((across[0], item.value), axes.get_yaxis_transform(), across[1],
-                   "bottom" if item.end == "high" else "top")}
+    place = {
+        "x": (
+            (item.value, along),
+            axes.get_xaxis_transform(),
+            side,
+            "top" if item.end == "high" else "bottom",
+        ),
+        "y": (
+            (across[0], item.value),
+            axes.get_yaxis_transform(),
+            across[1],
+            "bottom" if item.end == "high" else "top",
+        ),
+    }
     xy, transform, ha, va = place[item.axis]
-    axes.annotate(_text(item.label), xy, xycoords=transform, ha=ha, va=va, color=item.color, fontsize=8,
-                  xytext=(-2 if item.left else 2, 0) if item.axis == "x" else (0, 2 if item.end == "high" else -2),
-                  textcoords="offset points")
+    axes.annotate(
+        _text(item.label),
+        xy,
+        xycoords=transform,
+        ha=ha,
+        va=va,
+        color=item.color,
+        fontsize=8,
+        xytext=(-2 if item.left else 2, 0)
+        if item.axis == "x"
+        else (0, 2 if item.end == "high" else -2),
+        textcoords="offset points",
+    )
 
 
 def _tiles(axes, item: Tiles):
     from matplotlib.colors import LinearSegmentedColormap
 
     colors = LinearSegmentedColormap.from_list("levels", SEQUENCE)
-    mesh = axes.pcolormesh(edges(item.x), edges(item.y), item.values, cmap=colors, vmin=0.0, vmax=item.top,
-                           edgecolors="white", linewidth=0.8)
+    mesh = axes.pcolormesh(
+        edges(item.x),
+        edges(item.y),
+        item.values,
+        cmap=colors,
+        vmin=0.0,
+        vmax=item.top,
+        edgecolors="white",
+        linewidth=0.8,
+    )
     axes.figure.colorbar(mesh, ax=axes, label=_text(item.label), pad=0.02)
 
 
@@ -118,12 +200,11 @@ def _text(text) -> str:
 
 
 def _matplotlib():
-    """The canvas without a screen, the figure class and the context of settings: pyplot is not needed."""
+    """The canvas without a screen, the figure class and the context of settings: pyplot is not
+    needed."""
     need("matplotlib")
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure as Base
 
     return FigureCanvasAgg, Base, rc_context
-
-

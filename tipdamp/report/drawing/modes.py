@@ -11,7 +11,8 @@ from tipdamp.report.text import MM
 
 @dataclass(frozen=True)
 class Mode:
-    """kind - group in the list; shapes {body: (n, 3)} with the largest displacement 1; amplitude - mm drawn for it."""
+    """kind - group in the list; shapes {body: (n, 3)} with the largest displacement 1; amplitude -
+    mm drawn for it."""
 
     kind: str
     label: str
@@ -27,7 +28,8 @@ class Mode:
 
 @dataclass(frozen=True)
 class ModeShapes:
-    """Modes on {body: Surface}; first - index of the mode shown at first; eye, up - as of a Scene."""
+    """Modes on {body: Surface}; first - index of the mode shown at first; eye, up - as of a
+    Scene."""
 
     kind: ClassVar[str] = "Figure"
 

@@ -1,7 +1,7 @@
 """Pictures in three dimensions as plain data, drawn by `plotly_scene`. Coordinates in mm.
 
-Items of one name share one entry of the legend, by which they are switched; an empty name has none. An item with a
-`case` is shown only while that case is chosen from the menu above the picture.
+Items of one name share one entry of the legend, by which they are switched; an empty name has none.
+An item with a `case` is shown only while that case is chosen from the menu above the picture.
 """
 
 from dataclasses import dataclass, field
@@ -58,7 +58,8 @@ class Segments:
 
 @dataclass(frozen=True)
 class Scale:
-    """Colours of values: from 0 (or `low`) to `high`, with its title; scales of one title share one bar."""
+    """Colours of values: from 0 (or `low`) to `high`, with its title; scales of one title share one
+    bar."""
 
     title: str
     high: float
@@ -83,7 +84,7 @@ class Scene:
     eye: tuple = (1.0, -1.0, 0.8)
     up: tuple = (0.0, 0.0, 1.0)
     height: int = 600
-    hidden: frozenset = field(default_factory=frozenset)     # names that start switched off
+    hidden: frozenset = field(default_factory=frozenset)  # names that start switched off
 
     @property
     def cases(self) -> list[str]:
@@ -99,7 +100,8 @@ class Viewpoint(NamedTuple):
 
 
 def view(outward: ArrayLike, axis: ArrayLike) -> Viewpoint:
-    """The view that shows both sides of a damper with its axis across the picture; outward - where its sides look."""
+    """The view that shows both sides of a damper with its axis across the picture; outward - where
+    its sides look."""
     along, out = np.asarray(axis, dtype=float), np.asarray(outward, dtype=float)
     along = along / np.linalg.norm(along)
     up = out - along * (out @ along)

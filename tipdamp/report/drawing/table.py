@@ -6,7 +6,8 @@ from typing import ClassVar
 
 @dataclass(frozen=True)
 class Table:
-    """columns (c,), rows of c texts; left - columns of words, set flush left, the others flush right."""
+    """columns (c,), rows of c texts; left - columns of words, set flush left, the others flush
+    right."""
 
     kind: ClassVar[str] = "Table"
 

@@ -1,4 +1,5 @@
-"""What the figures of the forced response share: panels of amplitude, marks of failed points, lists of levels."""
+"""What the figures of the forced response share: panels of amplitude, marks of failed points, lists
+of levels."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -12,20 +13,34 @@ from tipdamp.report.text import hertz, listing, micro
 
 def amplitude_panel(results: Results, title: str, label: str, items: Sequence[Item]) -> Panel:
     """Amplitude from zero over the band."""
-    top = max((np.nanmax(i.y) for i in items if isinstance(i, Curve) and np.isfinite(i.y).any()), default=1.0)
-    return Panel(title, "frequency (Hz)", label, tuple(items), x_range=tuple(results.study.respond.band),
-                 y_range=(0.0, 1.06 * top))
+    top = max(
+        (np.nanmax(i.y) for i in items if isinstance(i, Curve) and np.isfinite(i.y).any()),
+        default=1.0,
+    )
+    return Panel(
+        title,
+        "frequency (Hz)",
+        label,
+        tuple(items),
+        x_range=tuple(results.study.respond.band),
+        y_range=(0.0, 1.06 * top),
+    )
 
 
 def failures(case: ReportedCurve, amplitude: np.ndarray) -> Iterator[Item]:
-    """A mark on the gap of each failed point, at the height of its neighbours, and where a curve stops early."""
+    """A mark on the gap of each failed point, at the height of its neighbours, and where a curve
+    stops early."""
     hz, bad = case.curve.frequency, ~np.isfinite(amplitude)
     if not case.facts.complete and not bad.all() and not (bad.any() and case.curve.reached_end):
         last = np.flatnonzero(~bad)[-1:]
-        yield Marks(hz[last], amplitude[last], "curve stops", VERMILION, "diamond", filled=False, size=10)
+        yield Marks(
+            hz[last], amplitude[last], "curve stops", VERMILION, "diamond", filled=False, size=10
+        )
     if bad.any():
         at = np.arange(len(hz))
-        height = np.interp(at[bad], at[~bad], amplitude[~bad]) if not bad.all() else np.zeros(bad.sum())
+        height = (
+            np.interp(at[bad], at[~bad], amplitude[~bad]) if not bad.all() else np.zeros(bad.sum())
+        )
         yield Marks(hz[bad], height, "failed point", VERMILION, "x", size=9)
 
 
@@ -35,12 +50,29 @@ def levels_of(cases: Sequence[ReportedCurve]) -> str:
 
 
 def peakless(cases: Sequence[ReportedCurve]) -> str:
-    """Sentences on the curves that have no peak, and on those without a solved point; empty where all have one."""
-    parts = [f"{c.Fe:g} N, H = {c.H} (at least {micro(c.at_least_per_newton)} µm/N at {hertz(c.facts.at_least_hz)} Hz)"
-             for c in cases if not c.has_peak and not c.facts.solved_nothing]
-    said = [f"No peak, since the curve stops or has a gap at its highest point: {listing(parts)}."] if parts else []
-    return " ".join([*said, *(f"No point of the curve {c.Fe:g} N, H = {c.H} is solved: {reason(c)}."
-                              for c in cases if c.facts.solved_nothing)])
+    """Sentences on the curves that have no peak, and on those without a solved point; empty where
+    all have one."""
+    parts = [
+        f"{c.Fe:g} N, H = {c.H} (at least {micro(c.at_least_per_newton)} µm/N at "
+        f"{hertz(c.facts.at_least_hz)} Hz)"
+        for c in cases
+        if not c.has_peak and not c.facts.solved_nothing
+    ]
+    said = (
+        [f"No peak, since the curve stops or has a gap at its highest point: {listing(parts)}."]
+        if parts
+        else []
+    )
+    return " ".join(
+        [
+            *said,
+            *(
+                f"No point of the curve {c.Fe:g} N, H = {c.H} is solved: {reason(c)}."
+                for c in cases
+                if c.facts.solved_nothing
+            ),
+        ]
+    )
 
 
 def reason(case: ReportedCurve) -> str:

@@ -9,12 +9,13 @@ from tipdamp.report.drawing.figure import GREY, Marks
 from tipdamp.report.results import Results
 
 AXIAL = "axial coordinate (mm)"
-CUT = 0.25             # of the largest preload: what open pairs take of an axis at most
+CUT = 0.25  # of the largest preload: what open pairs take of an axis at most
 PRESSURE = "contact pressure (N/mm²)"
 
 
 def station_sums(results: Results, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:
-    """(axial coordinate in mm, force of the closed rows together in N) of the stations, in the order of the axis."""
+    """(axial coordinate in mm, force of the closed rows together in N) of the stations, in the
+    order of the axis."""
     stations = np.unique(pairs.station)
     x = np.array([results.along(pairs)[pairs.station == s].mean() for s in stations])
     total = np.array([np.maximum(pairs.preload[pairs.station == s], 0).sum() for s in stations])
@@ -23,7 +24,8 @@ def station_sums(results: Results, pairs: ContactTable) -> tuple[np.ndarray, np.
 
 
 def load_of(pairs: ContactTable) -> tuple[np.ndarray, str]:
-    """(P,) preload in N and its name; of contact points, which stand for unlike areas, the pressure in N/mm2."""
+    """(P,) preload in N and its name; of contact points, which stand for unlike areas, the pressure
+    in N/mm2."""
     if not pairs.on_surface.all():
         return pairs.preload, nodal(pairs)
     return pairs.preload / pairs.area / 1e6, PRESSURE
@@ -35,7 +37,8 @@ def nodal(pairs: ContactTable) -> str:
 
 
 def lowest_shown(load: np.ndarray) -> float:
-    """Lower end of an axis of preloads: pairs with wide gaps are so negative that closed ones would lie flat beside."""
+    """Lower end of an axis of preloads: pairs with wide gaps are so negative that closed ones would
+    lie flat beside."""
     top, low = float(load.max()), min(float(load.min()), 0.0)
     return max(low, -CUT * top) if top > 0 else low
 
@@ -43,7 +46,14 @@ def lowest_shown(load: np.ndarray) -> float:
 def cut_marks(x: np.ndarray, y: np.ndarray, low: float) -> Iterator[Marks]:
     """What lies below the axis, at its end."""
     if (y < low).any():
-        yield Marks(x[y < low], np.full(int((y < low).sum()), low), "open, below the axis", GREY, "x", size=5)
+        yield Marks(
+            x[y < low],
+            np.full(int((y < low).sum()), low),
+            "open, below the axis",
+            GREY,
+            "x",
+            size=5,
+        )
 
 
 def of_side(pairs: ContactTable, side: str) -> ContactTable:

@@ -9,26 +9,46 @@ from scipy.spatial import cKDTree
 from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import NORMAL, TANGENT_1, TANGENT_2, Item, Points, Scene, Segments
-from tipdamp.report.figures.surroundings import NO_SURFACE, box_of, node_numbers, pair_name, surroundings, view_of
+from tipdamp.report.figures.surroundings import (
+    NO_SURFACE,
+    box_of,
+    node_numbers,
+    pair_name,
+    surroundings,
+    view_of,
+)
 from tipdamp.report.results import Results
 from tipdamp.report.text import MM, distance, listing
 
-FULL_SIZE = 60       # pairs whose marks do not hide each other; more have smaller ones
-LIFT = 0.04          # of the arms of a frame: lines lie in the faces of the damper, which would hide half of them
-FRAME = (("t1, along the axis", TANGENT_1), ("t2, across", TANGENT_2), ("n, into the blade", NORMAL))
+FULL_SIZE = 60  # pairs whose marks do not hide each other; more have smaller ones
+# of the arms of a frame: lines lie in the faces of the damper, which would hide half of them
+LIFT = 0.04
+FRAME = (
+    ("t1, along the axis", TANGENT_1),
+    ("t2, across", TANGENT_2),
+    ("n, into the blade", NORMAL),
+)
 
 
 def figures(results: Results) -> Iterator[Scene]:
     """The pairs of the whole patch."""
     if results.whole is not None:
-        yield contact_pairs(results.whole, results.places(results.whole), results.surfaces, results.axis)
+        yield contact_pairs(
+            results.whole, results.places(results.whole), results.surfaces, results.axis
+        )
 
 
-def contact_pairs(pairs: ContactTable, places: Mapping[str, np.ndarray], surfaces: Mapping[str, OuterSurface],
-                  axis: ArrayLike, angles: np.ndarray | None = None,
-                  edges: Mapping[str, np.ndarray] | None = None) -> Scene:
-    """places {body: (P, 3) m} of the nodes of the pairs; angles (P,) degrees between n and the surface of the damper,
-    where meshes are there; edges {body: (e, 2, 3) m} of faces that meet as surfaces."""
+def contact_pairs(
+    pairs: ContactTable,
+    places: Mapping[str, np.ndarray],
+    surfaces: Mapping[str, OuterSurface],
+    axis: ArrayLike,
+    angles: np.ndarray | None = None,
+    edges: Mapping[str, np.ndarray] | None = None,
+) -> Scene:
+    """places {body: (P, 3) m} of the nodes of the pairs; angles (P,) degrees between n and the
+    surface of the damper, where meshes are there; edges {body: (e, 2, 3) m} of faces that meet as
+    surfaces."""
     blade, damper = (MM * places[body] for body in ("blades", "damper"))
     length = _triad_length(damper)
     hover = list(_texts(pairs, places, angles))
@@ -44,33 +64,63 @@ def contact_pairs(pairs: ContactTable, places: Mapping[str, np.ndarray], surface
         mine = pairs.side == side
         texts = tuple(hover[i] for i in np.flatnonzero(mine))
         what = "points" if pairs.on_surface[mine].all() else "nodes"
-        items += [Points(damper[mine], f"damper {what}, side '{side}'", "#E69F00", 3.5 * small, "diamond", hover=texts),
-                  Points(blade[mine], f"blade {what}, side '{side}'", "#0072B2", 5.5 * small, "circle-open",
-                         hover=texts)]
+        items += [
+            Points(
+                damper[mine],
+                f"damper {what}, side '{side}'",
+                "#E69F00",
+                3.5 * small,
+                "diamond",
+                hover=texts,
+            ),
+            Points(
+                blade[mine],
+                f"blade {what}, side '{side}'",
+                "#0072B2",
+                5.5 * small,
+                "circle-open",
+                hover=texts,
+            ),
+        ]
     place = "contact point" if pairs.on_surface.all() else "node"
     above = damper + LIFT * length * pairs.normal
-    items += [Segments(above, above + length * pairs.frame[:, k], name, color, 3.0)
-              for k, (name, color) in enumerate(FRAME)]
+    items += [
+        Segments(above, above + length * pairs.frame[:, k], name, color, 3.0)
+        for k, (name, color) in enumerate(FRAME)
+    ]
     items.append(Segments(damper, blade, f"from {place} to {place}", "#222222", 4.0))
     along = np.asarray(axis, dtype=float)
     end = damper.mean(axis=0) + along * ((damper - damper.mean(axis=0)) @ along).max()
-    items.append(Segments(end[None], end[None] + 4 * length * along, "axis of the damper", "#222222", 7.0))
+    items.append(
+        Segments(end[None], end[None] + 4 * length * along, "axis of the damper", "#222222", 7.0)
+    )
     counts = listing(f"{int((pairs.side == s).sum())} on side '{s}'" for s in pairs.sides)
-    caption = (f"The {len(pairs)} contact pairs ({counts}) with their frames: n must point out of the damper into the "
-               f"blade, t1 along the axis. Point at a {place} for its numbers, the distance of the two {place}s and "
-               "the initial gap." + (NO_SURFACE if not surfaces else ""))
-    return Scene("contact_pairs", "Contact pairs and their frames", caption, tuple(items), box, *view_of(pairs, axis))
+    caption = (
+        f"The {len(pairs)} contact pairs ({counts}) with their frames: n must point out of the "
+        f"damper into the blade, t1 along the axis. Point at a {place} for its numbers, the "
+        f"distance of the two {place}s and the initial gap." + (NO_SURFACE if not surfaces else "")
+    )
+    return Scene(
+        "contact_pairs",
+        "Contact pairs and their frames",
+        caption,
+        tuple(items),
+        box,
+        *view_of(pairs, axis),
+    )
 
 
 def _texts(pairs: ContactTable, places, angles) -> Iterator[str]:
     u = np.einsum("pij,pj->pi", pairs.frame, places["blades"] - places["damper"])
     for i in range(len(pairs)):
         n = ", ".join(f"{v:+.3f}" for v in pairs.frame[i, 2])
-        yield (f"{pair_name(pairs, i)}\n{node_numbers(pairs, i)}\n"
-               f"{'points' if pairs.on_surface[i] else 'nodes'} apart: {distance(u[i, 2])} µm along n, "
-               f"{distance(np.hypot(*u[i, :2]))} µm across\n"
-               f"initial gap {distance(pairs.gap[i])} µm\nn = ({n})"
-               + ("" if angles is None else f", {angles[i]:.1f}° off the damper's surface"))
+        yield (
+            f"{pair_name(pairs, i)}\n{node_numbers(pairs, i)}\n"
+            f"{'points' if pairs.on_surface[i] else 'nodes'} apart: {distance(u[i, 2])} µm along "
+            f"n, {distance(np.hypot(*u[i, :2]))} µm across\ninitial gap {distance(pairs.gap[i])} "
+            f"µm\nn = ({n})"
+            + ("" if angles is None else f", {angles[i]:.1f}° off the damper's surface")
+        )
 
 
 def _triad_length(place: np.ndarray) -> float:

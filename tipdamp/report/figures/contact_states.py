@@ -18,19 +18,36 @@ def figures(results: Results) -> Iterator[Figure]:
         return
     pairs = cases[0].curve.share_stick.shape[1]
     panels = [_panel(case, pairs, tuple(results.study.respond.band)) for case in reversed(cases)]
-    caption = (f"Contact states over frequency at H = {most}: share of the cycle in which each of the {pairs} kept "
-               f"pairs sticks, slips or is open, summed over the pairs. {_where_slip_begins(cases)}")
-    yield Figure("contact_states", "Stick, slip and open", caption, tuple(panels), columns=min(3, len(panels)),
-                 row_height=250)
+    caption = (
+        f"Contact states over frequency at H = {most}: share of the cycle in which each of the "
+        f"{pairs} kept pairs sticks, slips or is open, summed over the pairs. "
+        f"{_where_slip_begins(cases)}"
+    )
+    yield Figure(
+        "contact_states",
+        "Stick, slip and open",
+        caption,
+        tuple(panels),
+        columns=min(3, len(panels)),
+        row_height=250,
+    )
 
 
 def _panel(case: ReportedCurve, pairs: int, band: tuple) -> Panel:
     curve = case.curve
-    stick, slip, opened = (s.sum(axis=1) for s in (curve.share_stick, curve.share_slip, curve.share_open))
+    stick, slip, opened = (
+        s.sum(axis=1) for s in (curve.share_stick, curve.share_slip, curve.share_open)
+    )
     hz, zero = curve.frequency, np.zeros(len(curve.frequency))
-    items = (Band(hz, zero, opened, "open", DARK, 1.0), Band(hz, opened, opened + slip, "slip", ORANGE, 1.0),
-             Band(hz, opened + slip, opened + slip + stick, "stick", PALE, 1.0), *failures(case, opened + slip))
-    return Panel(f"Fe = {case.Fe:g} N", "frequency (Hz)", "pairs", items, y_range=(0, pairs), x_range=band)
+    items = (
+        Band(hz, zero, opened, "open", DARK, 1.0),
+        Band(hz, opened, opened + slip, "slip", ORANGE, 1.0),
+        Band(hz, opened + slip, opened + slip + stick, "stick", PALE, 1.0),
+        *failures(case, opened + slip),
+    )
+    return Panel(
+        f"Fe = {case.Fe:g} N", "frequency (Hz)", "pairs", items, y_range=(0, pairs), x_range=band
+    )
 
 
 def _where_slip_begins(cases) -> str:
@@ -38,5 +55,8 @@ def _where_slip_begins(cases) -> str:
     if not slipping:
         return "No pair slips at any level."
     stuck = [f"{case.Fe:g}" for case in cases if case.Fe < min(slipping)]
-    return (f"No pair slips at {listing(stuck)} N; slip begins at {min(slipping):g} N." if stuck
-            else "Pairs slip at every level.")
+    return (
+        f"No pair slips at {listing(stuck)} N; slip begins at {min(slipping):g} N."
+        if stuck
+        else "Pairs slip at every level."
+    )

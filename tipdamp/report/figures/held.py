@@ -15,22 +15,39 @@ def figures(results: Results) -> Iterator[Figure]:
     cases = results.solved(results.orders[-1]) if results.cases else []
     if not cases or not cases[0].facts.held:
         return
-    panels = tuple(_panel(results, cases, k, name, facts.unit)
-                   for k, (name, facts) in enumerate(cases[0].facts.held.items()))
-    at = [f"{number(one.mean, 3)} {one.unit} ({name}, {case.Fe:g} N, {hertz(one.hz)} Hz)"
-          for case in cases for name, one in case.facts.held.items()]
-    yield Figure("held", "Force on what holds the damper",
-                 f"Mean force of the damper on what holds it at {levels_of(cases)} with H = {cases[0].H}, positive "
-                 "along the motion, beside the one at rest: what a stop there would have to take. Circles mark the "
-                 f"highest amplitude of blade 1: {listing(at)}.", panels, columns=min(2, len(panels)))
+    panels = tuple(
+        _panel(results, cases, k, name, facts.unit)
+        for k, (name, facts) in enumerate(cases[0].facts.held.items())
+    )
+    at = [
+        f"{number(one.mean, 3)} {one.unit} ({name}, {case.Fe:g} N, {hertz(one.hz)} Hz)"
+        for case in cases
+        for name, one in case.facts.held.items()
+    ]
+    yield Figure(
+        "held",
+        "Force on what holds the damper",
+        f"Mean force of the damper on what holds it at {levels_of(cases)} with H = {cases[0].H}, "
+        "positive along the motion, beside the one at rest: what a stop there would have to "
+        f"take. Circles mark the highest amplitude of blade 1: {listing(at)}.",
+        panels,
+        columns=min(2, len(panels)),
+    )
 
 
 def _panel(results: Results, cases: list[ReportedCurve], k: int, name: str, unit: str) -> Panel:
     items: list[Item] = []
     for i, (case, color) in enumerate(zip(cases, level_colors(len(cases)), strict=True)):
         facts = case.facts.held[name]
-        items.append(Curve(case.curve.frequency, case.curve.reaction[:, k, 0].real, f"Fe = {case.Fe:g} N", color,
-                           DASHES[i % len(DASHES)]))
+        items.append(
+            Curve(
+                case.curve.frequency,
+                case.curve.reaction[:, k, 0].real,
+                f"Fe = {case.Fe:g} N",
+                color,
+                DASHES[i % len(DASHES)],
+            )
+        )
         items.append(Marks(np.array([facts.hz]), np.array([facts.mean]), "", color, filled=False))
     low, high = results.study.respond.band
     return Panel(name, "frequency (Hz)", f"mean force ({unit})", tuple(items), x_range=(low, high))

@@ -8,44 +8,66 @@ from tipdamp.report.drawing.figure import BLUE, INK, VERMILION, Curve, Figure, I
 from tipdamp.report.results import Results
 from tipdamp.report.text import MICRO, listing
 
-SHOWN = 12               # pairs with the largest friction work; the files of the stage `cycles` hold all
+SHOWN = 12  # pairs with the largest friction work; the files of the stage `cycles` hold all
 COLORS = {"t1": BLUE, "t2": VERMILION, "n": INK}
 
 
 def figures(results: Results) -> Iterator[Figure]:
-    """A panel for each pair that takes most energy, tangential force over motion; and their normal forces in time."""
+    """A panel for each pair that takes most energy, tangential force over motion; and their normal
+    forces in time."""
     curves = results.cycles.curves if results.cycles else ()
     if not curves:
         return
     one = max(curves, key=lambda c: (c.H, c.Fe_N))
     loops = results.loops[one.file]
     work = np.array([one.friction_J[name] for name in loops.pairs])
-    chosen = [i for i in map(int, np.argsort(-work, kind="stable")[:SHOWN]) if work[i] > 1e-3 * work.max()] or [0]
+    chosen = [
+        i for i in map(int, np.argsort(-work, kind="stable")[:SHOWN]) if work[i] > 1e-3 * work.max()
+    ] or [0]
     chosen.sort()
     what = f"at the highest point of Fe = {one.Fe_N:g} N, H = {one.H} ({one.hz:.1f} Hz)"
     tangents = [k for k, name in enumerate(loops.components) if name != "n"]
     if tangents:
-        yield Figure("hysteresis", "Hysteresis loops",
-                     f"Tangential force over the relative motion about its mean {what}, of the {len(chosen)} pairs in "
-                     f"which friction takes most: {listing(loops.components[k] for k in tangents)} (t1 along the axis "
-                     "of the damper, t2 across). The area of a loop is the friction work of a period. The files "
-                     "cycles/*.npz hold every pair and level.",
-                     tuple(_loop(loops, i, tangents) for i in chosen), columns=4, row_height=230)
+        yield Figure(
+            "hysteresis",
+            "Hysteresis loops",
+            f"Tangential force over the relative motion about its mean {what}, of the "
+            f"{len(chosen)} pairs in which friction takes most: "
+            f"{listing(loops.components[k] for k in tangents)} (t1 along the axis of the damper, "
+            "t2 across). The area of a loop is the friction work of a period. The files "
+            "cycles/*.npz hold every pair and level.",
+            tuple(_loop(loops, i, tangents) for i in chosen),
+            columns=4,
+            row_height=230,
+        )
     if "n" in loops.components:
-        yield Figure("normal_force", "Normal force of the pairs",
-                     f"Normal force over one period {what}; 0 where a pair is open.",
-                     tuple(_normal(loops, i) for i in chosen), columns=4, row_height=200)
+        yield Figure(
+            "normal_force",
+            "Normal force of the pairs",
+            f"Normal force over one period {what}; 0 where a pair is open.",
+            tuple(_normal(loops, i) for i in chosen),
+            columns=4,
+            row_height=200,
+        )
 
 
 def _loop(loops, i, tangents) -> Panel:
     motion = MICRO * (loops.motion[:, i] - loops.motion[:-1, i].mean(axis=0))
-    items: list[Item] = [Curve(motion[:, k], loops.force[:, i, k], loops.components[k],
-                               COLORS[loops.components[k]]) for k in tangents]
+    items: list[Item] = [
+        Curve(motion[:, k], loops.force[:, i, k], loops.components[k], COLORS[loops.components[k]])
+        for k in tangents
+    ]
     return Panel(loops.pairs[i], "motion (µm)", "force (N)", tuple(items))
 
 
 def _normal(loops, i) -> Panel:
     n, share = loops.components.index("n"), loops.time / loops.time[-1]
     force = loops.force[:, i, n]
-    return Panel(loops.pairs[i], "time (periods)", "force (N)", (Curve(share, force, "normal force", INK),),
-                 x_range=(0.0, 1.0), y_range=(min(0.0, 1.1 * float(force.min())), 1.15 * float(force.max()) or 1.0))
+    return Panel(
+        loops.pairs[i],
+        "time (periods)",
+        "force (N)",
+        (Curve(share, force, "normal force", INK),),
+        x_range=(0.0, 1.0),
+        y_range=(min(0.0, 1.1 * float(force.min())), 1.15 * float(force.max()) or 1.0),
+    )

@@ -5,13 +5,36 @@ from collections.abc import Iterator
 import numpy as np
 
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.report.drawing.figure import BLUE, GREY, VERMILION, Curve, Figure, Item, Line, Marks, Panel
-from tipdamp.report.figures.axial import AXIAL, cut_marks, lowest_shown, nodal, of_side, side_title, station_sums
+from tipdamp.report.drawing.figure import (
+    BLUE,
+    GREY,
+    VERMILION,
+    Curve,
+    Figure,
+    Item,
+    Line,
+    Marks,
+    Panel,
+)
+from tipdamp.report.figures.axial import (
+    AXIAL,
+    cut_marks,
+    lowest_shown,
+    nodal,
+    of_side,
+    side_title,
+    station_sums,
+)
 from tipdamp.report.results import Results
 from tipdamp.report.text import listing, number
 
-HOW = {"scaled": "the preload of the whole patch on what is kept, scaled so that it balances the whole load",
-       "resolved": "from static contact on what is kept alone", "table": "as the table of the study states it"}
+HOW = {
+    "scaled": (
+        "the preload of the whole patch on what is kept, scaled so that it balances the whole load"
+    ),
+    "resolved": "from static contact on what is kept alone",
+    "table": "as the table of the study states it",
+}
 
 
 def figures(results: Results) -> Iterator[Figure]:
@@ -23,14 +46,33 @@ def figures(results: Results) -> Iterator[Figure]:
     values = np.r_[table.preload[table.carrying], whole.preload, np.concatenate(sums_of_whole)]
     low = lowest_shown(values)
     span = (1.1 * low - 0.04 * float(values.max()), 1.12 * float(values.max()))
-    panels = [Panel(side_title(results, side), AXIAL, nodal(table),
-                    tuple(_items(results, of_side(table, side), side, low)), y_range=span) for side in table.sides]
-    sums = listing(f"{number(s.sum_N)} N on side '{name}' ({number(s.min_N, 3)} to {number(s.max_N, 3)} N, "
-                   f"{s.detached} open)" for name, s in results.tune.preload_kept.items())
-    caption = (f"Normal preload of what is kept, {results.tune.kept_in_words.replace('mm2', 'mm²')}: "
-               f"{HOW[results.study.tune.preload]}. The sum is {sums}. The forced response starts from this "
-               "preload.")
-    yield Figure("preload_kept", f"Preload of the {results.tune.kept_name}", caption, tuple(panels), row_height=310)
+    panels = [
+        Panel(
+            side_title(results, side),
+            AXIAL,
+            nodal(table),
+            tuple(_items(results, of_side(table, side), side, low)),
+            y_range=span,
+        )
+        for side in table.sides
+    ]
+    sums = listing(
+        f"{number(s.sum_N)} N on side '{name}' ({number(s.min_N, 3)} to {number(s.max_N, 3)} N, "
+        f"{s.detached} open)"
+        for name, s in results.tune.preload_kept.items()
+    )
+    caption = (
+        f"Normal preload of what is kept, {results.tune.kept_in_words.replace('mm2', 'mm²')}: "
+        f"{HOW[results.study.tune.preload]}. The sum is {sums}. The forced response starts from "
+        "this preload."
+    )
+    yield Figure(
+        "preload_kept",
+        f"Preload of the {results.tune.kept_name}",
+        caption,
+        tuple(panels),
+        row_height=310,
+    )
 
 
 def _items(results, mine: ContactTable, side: str, low: float) -> Iterator[Item]:

@@ -11,13 +11,26 @@ from tipdamp.report.figures.surroundings import box_around
 from tipdamp.report.text import MM, distance
 from tipdamp.study.view import Study
 
-MAX_NODES = 2000         # of one group that are drawn
-COLORS = ("#D55E00", "#0072B2", "#009E73", "#7b3f9d", "#E69F00", "#56B4E9", "#a0522d", "#CC79A7", "#7f8c1f", "#222222")
+MAX_NODES = 2000  # of one group that are drawn
+COLORS = (
+    "#D55E00",
+    "#0072B2",
+    "#009E73",
+    "#7b3f9d",
+    "#E69F00",
+    "#56B4E9",
+    "#a0522d",
+    "#CC79A7",
+    "#7f8c1f",
+    "#222222",
+)
 
 
-def mesh_groups(study: Study, meshes: dict[str, Mesh], surfaces: dict[str, OuterSurface], unmatched: bool) -> Scene:
-    """All groups of nodes, those that the study does not name switched off; unmatched - also contact nodes without a
-    partner."""
+def mesh_groups(
+    study: Study, meshes: dict[str, Mesh], surfaces: dict[str, OuterSurface], unmatched: bool
+) -> Scene:
+    """All groups of nodes, those that the study does not name switched off; unmatched - also
+    contact nodes without a partner."""
     named = {(group.body, group.name) for group in named_groups(study)}
     hidden: list[str] = []
     items: list[Item] = [*_bodies(surfaces)]
@@ -27,14 +40,28 @@ def mesh_groups(study: Study, meshes: dict[str, Mesh], surfaces: dict[str, Outer
             hidden.append(points.name)
     if unmatched:
         items += without_partner(study, meshes)
-    caption = ("The outside of the meshes with their node groups. Groups that the study names are shown, the others "
-               "can be switched on in the legend. Point at a node for its number in your mesh."
-               + (" Squares are contact nodes without a partner." if unmatched else "")
-               + (" The surface is drawn with fewer nodes than the mesh has."
-                  if any(s.thinned for s in surfaces.values()) else ""))
+    caption = (
+        "The outside of the meshes with their node groups. Groups that the study names are "
+        "shown, the others can be switched on in the legend. Point at a node for its number in "
+        "your mesh."
+        + (" Squares are contact nodes without a partner." if unmatched else "")
+        + (
+            " The surface is drawn with fewer nodes than the mesh has."
+            if any(s.thinned for s in surfaces.values())
+            else ""
+        )
+    )
     box = box_around([MM * s.position for s in surfaces.values()])
-    return Scene("groups", "Meshes and their groups", caption, tuple(items), box,
-                 *view(study.driver.pull_direction, study.driver.axis), height=680, hidden=frozenset(hidden))
+    return Scene(
+        "groups",
+        "Meshes and their groups",
+        caption,
+        tuple(items),
+        box,
+        *view(study.driver.pull_direction, study.driver.axis),
+        height=680,
+        hidden=frozenset(hidden),
+    )
 
 
 def _bodies(surfaces) -> Iterator[Solid | Segments]:
@@ -45,25 +72,42 @@ def _bodies(surfaces) -> Iterator[Solid | Segments]:
 
 
 def _groups(meshes, named) -> Iterator[tuple[Points, bool]]:
-    """(points of a group, whether the study names it); named groups first, groups of cells left out."""
-    found = [((body, group) not in named, body, group) for body, mesh in meshes.items() for group, nodes
-             in mesh.groups.items() if mesh.dimension.get(group, 0) != 3 and len(nodes)]
+    """(points of a group, whether the study names it); named groups first, groups of cells left
+    out."""
+    found = [
+        ((body, group) not in named, body, group)
+        for body, mesh in meshes.items()
+        for group, nodes in mesh.groups.items()
+        if mesh.dimension.get(group, 0) != 3 and len(nodes)
+    ]
     order = list(meshes)
-    for k, (unnamed, body, group) in enumerate(sorted(found, key=lambda f: (f[0], order.index(f[1]), f[2]))):
+    for k, (unnamed, body, group) in enumerate(
+        sorted(found, key=lambda f: (f[0], order.index(f[1]), f[2]))
+    ):
         mesh, nodes = meshes[body], meshes[body].groups[group]
         step = -(-len(nodes) // MAX_NODES)
         nodes = nodes[::step]
         title = f"{body}: {group}" + (f" (1 of {step} nodes)" if step > 1 else "")
         texts = tuple(f"{body}, group {group}\nnode {n}" for n in nodes.tolist())
-        yield (Points(MM * mesh.position[mesh.index(nodes)], title, COLORS[k % len(COLORS)], 3.5, hover=texts),
-               not unnamed)
+        yield (
+            Points(
+                MM * mesh.position[mesh.index(nodes)],
+                title,
+                COLORS[k % len(COLORS)],
+                3.5,
+                hover=texts,
+            ),
+            not unnamed,
+        )
 
 
 def without_partner(study: Study, meshes: dict[str, Mesh]) -> Iterator[Points]:
     """Nodes of the contact sides that have no partner within the tolerance."""
     for name, side in study.sides.items():
-        groups = [("blade", meshes["blades"], meshes["blades"].groups.get(side.blade, ())),
-                  ("damper", meshes["damper"], meshes["damper"].groups.get(side.damper, ()))]
+        groups = [
+            ("blade", meshes["blades"], meshes["blades"].groups.get(side.blade, ())),
+            ("damper", meshes["damper"], meshes["damper"].groups.get(side.damper, ())),
+        ]
         if not all(len(nodes) for *_, nodes in groups):
             continue
         place = [mesh.position[mesh.index(nodes)] for _, mesh, nodes in groups]
@@ -71,7 +115,16 @@ def without_partner(study: Study, meshes: dict[str, Mesh]) -> Iterator[Points]:
         for k, lonely in enumerate(found):
             if lonely:
                 (key, _, nodes), (other, _, others) = groups[k], groups[1 - k]
-                texts = tuple(f"side {name}, {key} node {nodes[i]}: no partner\nnearest {other} node {others[j]}, "
-                              f"{distance(d)} µm away" for i, j, d in lonely)
-                yield Points(MM * place[k][[i for i, *_ in lonely]], f"side '{name}': {key} nodes without a partner",
-                             ("#b00000", "#D55E00")[k], 7.0, "square", hover=texts)
+                texts = tuple(
+                    f"side {name}, {key} node {nodes[i]}: no partner\nnearest {other} node "
+                    f"{others[j]}, {distance(d)} µm away"
+                    for i, j, d in lonely
+                )
+                yield Points(
+                    MM * place[k][[i for i, *_ in lonely]],
+                    f"side '{name}': {key} nodes without a partner",
+                    ("#b00000", "#D55E00")[k],
+                    7.0,
+                    "square",
+                    hover=texts,
+                )

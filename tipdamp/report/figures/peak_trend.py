@@ -22,7 +22,7 @@ from tipdamp.report.figures.amplitudes import peakless
 from tipdamp.report.results import Results
 from tipdamp.report.text import MICRO, hertz, number
 
-COLORS = (VERMILION, BLUE, GREEN, ORANGE)       # from the largest H down
+COLORS = (VERMILION, BLUE, GREEN, ORANGE)  # from the largest H down
 SYMBOLS = ("circle", "square", "diamond")
 LEVEL = "excitation Fe (N)"
 
@@ -35,22 +35,36 @@ def figures(results: Results) -> Iterator[Figure]:
     place: list[Item] = []
     for k, H in enumerate(results.orders):
         cases = [c for c in results.of_order(H) if c.has_peak]
-        Fe, hz, peak = np.array([(c.Fe, c.facts.peak_hz, c.peak_per_newton) for c in cases]).reshape(-1, 3).T
+        Fe, hz, peak = (
+            np.array([(c.Fe, c.facts.peak_hz, c.peak_per_newton) for c in cases]).reshape(-1, 3).T
+        )
         rank = (len(results.orders) - 1 - k) % 4
         for items, y in ((height, MICRO * peak), (place, hz)):
-            items += [Curve(Fe, y, "", COLORS[rank], DASHES[rank]),
-                      Marks(Fe, y, f"H = {H}", COLORS[rank], SYMBOLS[k % 3])]
+            items += [
+                Curve(Fe, y, "", COLORS[rank], DASHES[rank]),
+                Marks(Fe, y, f"H = {H}", COLORS[rank], SYMBOLS[k % 3]),
+            ]
     if results.tune:
         stuck = results.tune.stuck_hz.tuned
         place.append(_limit(stuck, f"stuck {hertz(stuck)} Hz", place))
     if results.stuck:
         top = MICRO * float(results.stuck.m_per_N.max())
         height.append(_limit(top, f"linear, stuck {number(top, 3)} µm/N", height))
-    caption = ("Peak of blade 1 over the excitation level: amplitude per newton, and frequency. "
-               + peakless(results.cases) + results.beside_paper("Corresponds to the trend of figure 7"))
-    yield Figure("peaks", "Peak over the excitation level", caption, (
-        Panel("", LEVEL, "peak per force (µm/N)", tuple(height)),
-        Panel("", LEVEL, "peak frequency (Hz)", tuple(place))), row_height=300)
+    caption = (
+        "Peak of blade 1 over the excitation level: amplitude per newton, and frequency. "
+        + peakless(results.cases)
+        + results.beside_paper("Corresponds to the trend of figure 7")
+    )
+    yield Figure(
+        "peaks",
+        "Peak over the excitation level",
+        caption,
+        (
+            Panel("", LEVEL, "peak per force (µm/N)", tuple(height)),
+            Panel("", LEVEL, "peak frequency (Hz)", tuple(place)),
+        ),
+        row_height=300,
+    )
 
 
 def _limit(value: float, label: str, items: list[Item]) -> Line:

@@ -1,4 +1,5 @@
-"""Figure: preload and contact pressure on the damper in three dimensions, at rest and in each load case."""
+"""Figure: preload and contact pressure on the damper in three dimensions, at rest and in each load
+case."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -10,7 +11,14 @@ from tipdamp.fields.pressure import PressurePatch, patches
 from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import Item, Points, Scale, Scene, Segments, Solid
-from tipdamp.report.figures.surroundings import NO_SURFACE, box_of, node_numbers, pair_name, surroundings, view_of
+from tipdamp.report.figures.surroundings import (
+    NO_SURFACE,
+    box_of,
+    node_numbers,
+    pair_name,
+    surroundings,
+    view_of,
+)
 from tipdamp.report.results import Results
 from tipdamp.report.text import MM, listing, number
 
@@ -23,13 +31,19 @@ def figures(results: Results) -> Iterator[Scene]:
     if results.whole is not None:
         rest = results.study.preload.case or PULL
         tables = {rest: results.whole, **results.loads}
-        yield pressure_map(tables, results.surfaces, results.axis, results.study.contact.normal == "hard")
+        yield pressure_map(
+            tables, results.surfaces, results.axis, results.study.contact.normal == "hard"
+        )
 
 
-def pressure_map(tables: Mapping[str, ContactTable], surfaces: Mapping[str, OuterSurface], axis: ArrayLike,
-                 hard: bool = False) -> Scene:
-    """Preload of {load case: ContactTable} on the damper: colour is pressure (or force per length), stems are pairs;
-    hard - it is that of pairs without springs."""
+def pressure_map(
+    tables: Mapping[str, ContactTable],
+    surfaces: Mapping[str, OuterSurface],
+    axis: ArrayLike,
+    hard: bool = False,
+) -> Scene:
+    """Preload of {load case: ContactTable} on the damper: colour is pressure (or force per length),
+    stems are pairs; hard - it is that of pairs without springs."""
     first = next(iter(tables.values()))
     sides = patches(first, hard)
     top = max(float(table.preload.max()) for table in tables.values())
@@ -38,33 +52,57 @@ def pressure_map(tables: Mapping[str, ContactTable], surfaces: Mapping[str, Oute
     box = box_of(first, surfaces, length)
     items: list[Item] = [*surroundings(surfaces, box)]
     for case, table in tables.items():
-        shown: list[Item] = [item for patch in sides for item in _loaded(table, patch, scales[patch.unit])]
+        shown: list[Item] = [
+            item for patch in sides for item in _loaded(table, patch, scales[patch.unit])
+        ]
         shown += _stems(table, length / top if top > 0 else 0.0)
         items += [replace(item, case=case) for item in shown] if len(tables) > 1 else shown
-    caption = ("Colour: " + listing(_meaning(patch) for patch in sides) + ". Each stem stands on a pair along the "
-               "contact normal, its length proportional to the preload; pairs without a stem are open. Point at a pair "
-               f"for its values. {_totals(sides, tables)} Click a name to switch it on or off, drag to turn."
-               + (NO_SURFACE if not surfaces else ""))
-    return Scene("preload_on_damper", "Preload and contact pressure on the damper", caption, tuple(items), box,
-                 *view_of(first, axis))
+    caption = (
+        "Colour: "
+        + listing(_meaning(patch) for patch in sides)
+        + (
+            ". Each stem stands on a pair along the contact normal, its length proportional to "
+            "the preload; pairs without a stem are open. Point at a pair for its values. "
+            f"{_totals(sides, tables)} Click a name to switch it on or off, drag to turn."
+        )
+        + (NO_SURFACE if not surfaces else "")
+    )
+    return Scene(
+        "preload_on_damper",
+        "Preload and contact pressure on the damper",
+        caption,
+        tuple(items),
+        box,
+        *view_of(first, axis),
+    )
 
 
 def _scales(sides, tables) -> dict[str, Scale]:
     """One scale for each unit, common to all sides and load cases."""
-    high = {unit: max(float(np.nanmax(patch.load(table.preload))) for patch in sides if patch.unit == unit
-                      for table in tables.values()) for unit in {patch.unit for patch in sides}}
+    high = {
+        unit: max(
+            float(np.nanmax(patch.load(table.preload)))
+            for patch in sides
+            if patch.unit == unit
+            for table in tables.values()
+        )
+        for unit in {patch.unit for patch in sides}
+    }
     return {unit: Scale(TITLES[unit], value or 1.0) for unit, value in high.items()}
 
 
 def _loaded(table: ContactTable, patch: PressurePatch, scale: Scale) -> Iterator[Solid | Points]:
-    """The patch in colour, a hair above the damper's surface; pieces of a line take the mean of their ends."""
+    """The patch in colour, a hair above the damper's surface; pieces of a line take the mean of
+    their ends."""
     values, texts = patch.load(table.preload), tuple(_texts(table, patch))
     lift = 0.002 * np.ptp(table.position[patch.rows], axis=0).max()
     place = MM * (table.position + lift * table.normal)[patch.rows]
     name = f"side '{patch.side}'"
     if patch.is_area:
         yield Solid(place, patch.cells, name, values=values, scale=scale, hover=texts)
-    yield Points(place, name, size=3.0 if patch.is_area else 6.0, values=values, scale=scale, hover=texts)
+    yield Points(
+        place, name, size=3.0 if patch.is_area else 6.0, values=values, scale=scale, hover=texts
+    )
 
 
 def _stems(table: ContactTable, mm_per_newton: float) -> Iterator[Segments | Points]:
@@ -79,20 +117,29 @@ def _stems(table: ContactTable, mm_per_newton: float) -> Iterator[Segments | Poi
 
 def _texts(table: ContactTable, patch: PressurePatch) -> Iterator[str]:
     for i, value in zip(patch.rows, patch.load(table.preload), strict=True):
-        yield (f"{pair_name(table, i)}\npreload {number(table.preload[i])} N, {number(value)} {patch.unit}\n"
-               f"{node_numbers(table, i)}")
+        yield (
+            f"{pair_name(table, i)}\npreload {number(table.preload[i])} N, {number(value)} "
+            f"{patch.unit}\n{node_numbers(table, i)}"
+        )
 
 
 def _meaning(patch: PressurePatch) -> str:
     what = "preload over area" if patch.is_area else "preload over length, as the pairs form a line"
-    by = "tributary" if np.allclose(patch.loaded, patch.tributary) else "in the ratio of the nodal stiffness"
+    by = (
+        "tributary"
+        if np.allclose(patch.loaded, patch.tributary)
+        else "in the ratio of the nodal stiffness"
+    )
     return f"side '{patch.side}' {patch.unit} ({what}, {by})"
 
 
 def _totals(sides, tables) -> str:
     parts = []
     for case, table in tables.items():
-        sums = listing(f"{number(np.maximum(table.preload[p.rows], 0).sum())} N on side '{p.side}'" for p in sides)
+        sums = listing(
+            f"{number(np.maximum(table.preload[p.rows], 0).sum())} N on side '{p.side}'"
+            for p in sides
+        )
         most = listing(f"{number(float(np.nanmax(p.load(table.preload))))} {p.unit}" for p in sides)
         under = case if case == PULL else f"'{case}'"
         parts.append(f"Under {under}: {sums}, at most {most}.")

@@ -23,15 +23,33 @@ def figures(results: Results) -> Iterator[Figure]:
             per_force += _curve(results, case, color, dash, MICRO / case.Fe)
             absolute += _curve(results, case, color, dash, MICRO)
         if results.stuck:
-            per_force.append(Curve(results.stuck.hz, MICRO * results.stuck.m_per_N.max(axis=1), "linear, stuck", INK,
-                                   "dot", 1.8))
-        caption = (f"Response of blade 1 at {levels_of(cases)} with H = {H}, half of peak-to-peak: left per newton of "
-                   "force, right absolute. Lines are the largest amplitude over the response patch, shaded down to "
-                   f"the smallest; circles mark the peaks. {_trend(cases)}{peakless(cases)}"
-                   + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14"))
-        yield Figure(f"family_H{H}", f"Forced response, H = {H}", caption, (
-            amplitude_panel(results, "per newton", "amplitude per force (µm/N)", per_force),
-            amplitude_panel(results, "absolute", "amplitude (µm)", absolute)), row_height=400)
+            per_force.append(
+                Curve(
+                    results.stuck.hz,
+                    MICRO * results.stuck.m_per_N.max(axis=1),
+                    "linear, stuck",
+                    INK,
+                    "dot",
+                    1.8,
+                )
+            )
+        caption = (
+            f"Response of blade 1 at {levels_of(cases)} with H = {H}, half of peak-to-peak: left "
+            "per newton of force, right absolute. Lines are the largest amplitude over the "
+            "response patch, shaded down to the smallest; circles mark the peaks. "
+            f"{_trend(cases)}{peakless(cases)}"
+            + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14")
+        )
+        yield Figure(
+            f"family_H{H}",
+            f"Forced response, H = {H}",
+            caption,
+            (
+                amplitude_panel(results, "per newton", "amplitude per force (µm/N)", per_force),
+                amplitude_panel(results, "absolute", "amplitude (µm)", absolute),
+            ),
+            row_height=400,
+        )
 
 
 def _curve(results, case: ReportedCurve, color, dash, factor) -> Iterator[Item]:
@@ -41,7 +59,9 @@ def _curve(results, case: ReportedCurve, color, dash, factor) -> Iterator[Item]:
     yield Band(hz, low, top, "", color, 0.13)
     yield Curve(hz, top, f"Fe = {case.Fe:g} N", color, dash)
     if case.has_peak:
-        yield Marks(np.array([facts.peak_hz]), np.array([factor * facts.peak_m]), "", color, filled=False)
+        yield Marks(
+            np.array([facts.peak_hz]), np.array([factor * facts.peak_m]), "", color, filled=False
+        )
     yield from failures(case, top)
 
 
@@ -50,6 +70,8 @@ def _trend(cases) -> str:
     if len(good) < 2:
         return ""
     first, last = good[0], good[-1]
-    return (f"From {first.Fe:g} to {last.Fe:g} N the peak moves from {hertz(first.facts.peak_hz)} to "
-            f"{hertz(last.facts.peak_hz)} Hz and from {micro(first.peak_per_newton)} to "
-            f"{micro(last.peak_per_newton)} µm/N.")
+    return (
+        f"From {first.Fe:g} to {last.Fe:g} N the peak moves from {hertz(first.facts.peak_hz)} to "
+        f"{hertz(last.facts.peak_hz)} Hz and from {micro(first.peak_per_newton)} to "
+        f"{micro(last.peak_per_newton)} µm/N."
+    )

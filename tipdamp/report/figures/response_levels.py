@@ -13,15 +13,27 @@ def figures(results: Results) -> Iterator[Figure]:
     if not results.cases:
         return
     most, others = results.orders[-1], results.orders[:-1]
-    panels = [amplitude_panel(results, panel_title(case), "amplitude (µm)", list(_items(results, case)))
-              for case in reversed(results.of_order(most))]
+    panels = [
+        amplitude_panel(results, panel_title(case), "amplitude (µm)", list(_items(results, case)))
+        for case in reversed(results.of_order(most))
+    ]
+    unsolved = [c for c in results.of_order(most) if c.facts.solved_nothing]
     beside = f", beside the largest at H = {listing(others)}" if others else ""
-    caption = ("Each level from the largest force down: the largest and the smallest amplitude over the nodes of the "
-               f"patch of blade 1 at H = {most}{beside}, and the linear response with all kept pairs stuck. "
-               f"{_orders_apart(results)}{peakless([c for c in results.of_order(most) if c.facts.solved_nothing])}"
-               + results.beside_paper("Corresponds to figures 10 to 14, without their measured curves,"))
-    yield Figure("levels", "Each level with its band over the response patch", caption, tuple(panels),
-                 columns=min(3, len(panels)), row_height=290)
+    caption = (
+        "Each level from the largest force down: the largest and the smallest amplitude over the "
+        f"nodes of the patch of blade 1 at H = {most}{beside}, and the linear response with all "
+        "kept pairs stuck. "
+        f"{_orders_apart(results)}{peakless(unsolved)}"
+        + results.beside_paper("Corresponds to figures 10 to 14, without their measured curves,")
+    )
+    yield Figure(
+        "levels",
+        "Each level with its band over the response patch",
+        caption,
+        tuple(panels),
+        columns=min(3, len(panels)),
+        row_height=290,
+    )
 
 
 def _items(results, case: ReportedCurve) -> Iterator[Item]:
@@ -32,19 +44,33 @@ def _items(results, case: ReportedCurve) -> Iterator[Item]:
     yield Curve(hz, low, "", VERMILION, width=1.0)
     same_level = (c for H in results.orders[:-1] for c in results.of_order(H) if c.Fe == case.Fe)
     for k, other in enumerate(same_level):
-        yield Curve(other.curve.frequency, MICRO * other.patch(results.first_patch).max(axis=1),
-                    f"H = {other.H}, largest", BLUE, DASHES[1 + k % 2])
+        yield Curve(
+            other.curve.frequency,
+            MICRO * other.patch(results.first_patch).max(axis=1),
+            f"H = {other.H}, largest",
+            BLUE,
+            DASHES[1 + k % 2],
+        )
     if results.stuck:
-        yield Curve(results.stuck.hz, MICRO * case.Fe * results.stuck.m_per_N.max(axis=1), "linear, stuck", GREY,
-                    "dot")
+        yield Curve(
+            results.stuck.hz,
+            MICRO * case.Fe * results.stuck.m_per_N.max(axis=1),
+            "linear, stuck",
+            GREY,
+            "dot",
+        )
     yield from failures(case, top)
 
 
 def _orders_apart(results) -> str:
     """Where the smallest H misses the peak of the largest most."""
     few, most = results.orders[0], results.orders[-1]
-    peaks = [(a, b) for a in results.of_order(few) for b in results.of_order(most)
-             if a.Fe == b.Fe and a.has_peak and b.has_peak]
+    peaks = [
+        (a, b)
+        for a in results.of_order(few)
+        for b in results.of_order(most)
+        if a.Fe == b.Fe and a.has_peak and b.has_peak
+    ]
     if few == most or not peaks:
         return ""
     a, b = max(peaks, key=lambda p: abs(p[0].facts.peak_m / p[1].facts.peak_m - 1))

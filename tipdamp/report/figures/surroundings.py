@@ -1,4 +1,5 @@
-"""What the pictures in three dimensions share: the bodies around the contact, the box and the direction of view."""
+"""What the pictures in three dimensions share: the bodies around the contact, the box and the
+direction of view."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -10,32 +11,50 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import BLADE, BODY, Segments, Solid, Viewpoint, inside, view
 from tipdamp.report.text import MM
 
-NO_SURFACE = (" The study starts from matrices: there is no mesh whose surface or mode shapes could be shown, only the "
-              "pairs.")
+NO_SURFACE = (
+    " The study starts from matrices: there is no mesh whose surface or mode shapes could be "
+    "shown, only the pairs."
+)
 
 
-def surroundings(surfaces: Mapping[str, OuterSurface], box: np.ndarray) -> Iterator[Solid | Segments]:
+def surroundings(
+    surfaces: Mapping[str, OuterSurface], box: np.ndarray
+) -> Iterator[Solid | Segments]:
     """The damper, and of the blades what is near it, light and translucent."""
     for body, surface in surfaces.items():
         place = MM * surface.position
-        triangles, edges = inside(place, surface.triangles, box), inside(place, surface.edges, box)
+        triangles = inside(place, surface.triangles, box)
+        edges = inside(place, surface.edges, box)
         if not len(triangles):
             continue
         near = body == "damper"
         used, triangles = np.unique(triangles, return_inverse=True)
-        yield Solid(place[used], triangles.reshape(-1, 3), body, BODY if near else BLADE, 1.0 if near else 0.15)
+        yield Solid(
+            place[used],
+            triangles.reshape(-1, 3),
+            body,
+            BODY if near else BLADE,
+            1.0 if near else 0.15,
+        )
         if len(edges):
-            yield Segments(place[edges[:, 0]], place[edges[:, 1]], body, "#8d97a1" if near else "#a9c3d8", 1.5)
+            yield Segments(
+                place[edges[:, 0]], place[edges[:, 1]], body, "#8d97a1" if near else "#a9c3d8", 1.5
+            )
 
 
 def view_of(pairs: ContactTable, axis: ArrayLike) -> Viewpoint:
     """Onto both sides; each side counts once, however many pairs it has."""
-    return view(np.sum([pairs.normal[pairs.side == s].mean(axis=0) for s in pairs.sides], axis=0), axis)
+    return view(
+        np.sum([pairs.normal[pairs.side == s].mean(axis=0) for s in pairs.sides], axis=0), axis
+    )
 
 
 def box_of(pairs: ContactTable, surfaces: Mapping[str, OuterSurface], margin: float) -> np.ndarray:
     """(2, 3) mm around the damper and its pairs."""
-    return box_around([MM * pairs.position, *(MM * surfaces[b].position for b in surfaces if b == "damper")], margin)
+    return box_around(
+        [MM * pairs.position, *(MM * surfaces[b].position for b in surfaces if b == "damper")],
+        margin,
+    )
 
 
 def box_around(places: Sequence[np.ndarray], margin: float | None = None) -> np.ndarray:

@@ -10,13 +10,22 @@ from tipdamp.report.results import Results
 from tipdamp.report.text import amount, force_along, listing, micro, moment, number
 from tipdamp.results.static_results import SideStiffness
 
-MANY = 12                # load points beyond which a table names their ends alone
-PER_MM3 = 1e9            # N/m3 in a N/mm3
-LINE = {"edge": "represented by the lower edge line in the line model", "all": "all in the line model"}
-THEORY = {"halfspace_3d": "smooth half-spaces", "plane_depth": "plane strain",
-          "rough_series": "half-spaces in series with a rough interface"}
+MANY = 12  # load points beyond which a table names their ends alone
+PER_MM3 = 1e9  # N/m3 in a N/mm3
+LINE = {
+    "edge": "represented by the lower edge line in the line model",
+    "all": "all in the line model",
+}
+THEORY = {
+    "halfspace_3d": "smooth half-spaces",
+    "plane_depth": "plane strain",
+    "rough_series": "half-spaces in series with a rough interface",
+}
 ORIGIN = {"preloaded": "the preloaded state", "unloaded": "the unloaded state"}
-START = {"zero_slider": "unstrained in the preloaded state", "zero_force": "without force at the first instant"}
+START = {
+    "zero_slider": "unstrained in the preloaded state",
+    "zero_force": "without force at the first instant",
+}
 
 
 def tables(results: Results) -> Iterator[Table]:
@@ -28,7 +37,9 @@ def tables(results: Results) -> Iterator[Table]:
         rows += _kept(results)
     if "respond" in results.study:
         rows += _response(results)
-    yield Table("Declared in the study, or fixed by the method.", ("", "value"), tuple(rows), left=(0, 1))
+    yield Table(
+        "Declared in the study, or fixed by the method.", ("", "value"), tuple(rows), left=(0, 1)
+    )
 
 
 def _load(results):
@@ -37,27 +48,44 @@ def _load(results):
     places = results.reduce.pull_positions_m if results.reduce is not None else ()
     if places:
         shares = ", ".join(f"{s:g}" for s in drive.shares) if drive.shares else "in equal parts"
-        yield "pull acts at", f"{load_points(1e3 * np.array(places), drive.shares)} mm along the axis, {shares}"
+        yield (
+            "pull acts at",
+            f"{load_points(1e3 * np.array(places), drive.shares)} mm along the axis, {shares}",
+        )
     for hold in drive.hold:
         name, unit, _ = parse_motion(hold.motion)
-        spring = "1e-5 of what sticking pairs resist it with" if hold.stiffness is None else \
-            f"{hold.stiffness:g} {unit}/{'m' if unit == 'N' else 'rad'}"
-        yield f"held: {name} of the damper", ("its mean, rigidly; the vibration along it is free" if hold.mean else
-                                              f"by a spring of {spring}")
+        spring = (
+            "1e-5 of what sticking pairs resist it with"
+            if hold.stiffness is None
+            else f"{hold.stiffness:g} {unit}/{'m' if unit == 'N' else 'rad'}"
+        )
+        yield (
+            f"held: {name} of the damper",
+            (
+                "its mean, rigidly; the vibration along it is free"
+                if hold.mean
+                else f"by a spring of {spring}"
+            ),
+        )
     if "material" in study:
         m = study.material
         yield "material", f"E = {m.E / 1e9:g} GPa, nu = {m.nu:g}, density {m.density:g} kg/m³"
 
 
 def load_points(along: np.ndarray, shares: Sequence[float] | None) -> str:
-    """Coordinates of load points: each where they are few or have shares, else their number and span."""
+    """Coordinates of load points: each where they are few or have shares, else their number and
+    span."""
     texts = [f"{v:.1f}" for v in np.round(along, 1) + 0.0]
     if shares:
         return listing(texts)
     texts = list(dict.fromkeys(texts))
     if len(texts) > MANY:
         return f"{len(along)} load points from {min(texts, key=float)} to {max(texts, key=float)}"
-    return listing(texts) if len(texts) == len(along) else f"{len(along)} load points at {listing(texts)}"
+    return (
+        listing(texts)
+        if len(texts) == len(along)
+        else f"{len(along)} load points at {listing(texts)}"
+    )
 
 
 def _contact(results):
@@ -69,13 +97,18 @@ def _contact(results):
         made = results.preload.stiffness.get(name)
         where = _stiffness(made) if made else f"from {results.study.contact.pairs}"
         mine = results.whole.select(results.whole.side == name)
-        yield (f"side '{name}'", f"{side.shape if side else 'given pairs'}; {_amounts(side, mine, kn, kt)}, {where}; "
-               + _places(mine, rows) + (f", {LINE[side.rows]}" if rows > 1 and side and lines else "")
-               + ("; initial gap given along the axis" if side and side.gap else ""))
+        yield (
+            f"side '{name}'",
+            f"{side.shape if side else 'given pairs'}; {_amounts(side, mine, kn, kt)}, {where}; "
+            + _places(mine, rows)
+            + (f", {LINE[side.rows]}" if rows > 1 and side and lines else "")
+            + ("; initial gap given along the axis" if side and side.gap else ""),
+        )
 
 
 def _amounts(side, mine, kn, kt) -> str:
-    """kn and kt as the side has them: per area on surfaces and where it is given so, else per node."""
+    """kn and kt as the side has them: per area on surfaces and where it is given so, else per
+    node."""
     if mine.on_surface.all():
         kn, kt = mine.kn.sum() / mine.area.sum(), mine.kt.sum() / mine.area.sum()
     elif side is not None and side.kn_per_area:
@@ -87,8 +120,10 @@ def _amounts(side, mine, kn, kt) -> str:
 
 def _places(mine, rows) -> str:
     if mine.on_surface.all():
-        return (f"surfaces of unlike meshes, {len(mine)} contact points on {number(1e6 * mine.area.sum())} mm² in "
-                f"{rows} row{'s' * (rows > 1)}")
+        return (
+            f"surfaces of unlike meshes, {len(mine)} contact points on "
+            f"{number(1e6 * mine.area.sum())} mm² in {rows} row{'s' * (rows > 1)}"
+        )
     return f"{rows} row{'s' * (rows > 1)} in the patch"
 
 
@@ -96,10 +131,14 @@ def _stiffness(made: SideStiffness) -> str:
     """Given, or the model with what it was made from."""
     if made.model == "given":
         return "given" + (", shared by tributary area (mean)" if made.shares == "tributary" else "")
-    parts = [f"{THEORY[made.model]} ({made.model})",
-             f"{made.kind} at {number(made.load_N)} N on {1e3 * made.length_m:g} mm",
-             f"half-width of contact {micro(made.half_width_m)} µm", f"E* = {number(made.E_star_Pa, scale=1e-9)} GPa",
-             f"kt along {made.kt_along_N_per_m / 1e6:.3g}, across {made.kt_across_N_per_m / 1e6:.3g} N/µm"]
+    parts = [
+        f"{THEORY[made.model]} ({made.model})",
+        f"{made.kind} at {number(made.load_N)} N on {1e3 * made.length_m:g} mm",
+        f"half-width of contact {micro(made.half_width_m)} µm",
+        f"E* = {number(made.E_star_Pa, scale=1e-9)} GPa",
+        f"kt along {made.kt_along_N_per_m / 1e6:.3g}, across {made.kt_across_N_per_m / 1e6:.3g} "
+        "N/µm",
+    ]
     if made.depth_m:
         parts.append(f"depths {listing(f'{1e3 * d:g}' for d in made.depth_m)} mm")
     if made.h_rms_m:
@@ -114,23 +153,39 @@ def _stiffness(made: SideStiffness) -> str:
 def _kept(results):
     tune = results.tune
     if tune.roll_stiffness_Nm_per_rad or not tune.line_is_whole:
-        yield ("roll stiffness of the kept edge lines",
-               f"{amount(tune.roll_stiffness_Nm_per_rad, 'N m/rad')}, for the rows that the line model leaves out")
+        yield (
+            "roll stiffness of the kept edge lines",
+            f"{amount(tune.roll_stiffness_Nm_per_rad, 'N m/rad')}, for the rows that the line "
+            "model leaves out",
+        )
     for mirror in tune.area.mirrors if tune.area else ():
-        yield ("parts that mirror each other are detached together", f"about the plane across "
-               f"({listing(f'{v:.3g}' for v in mirror.normal)}): preloads of mirrored places differ by "
-               f"{number(100 * mirror.noise, 2)} % of the whole")
+        yield (
+            "parts that mirror each other are detached together",
+            f"about the plane across ({listing(f'{v:.3g}' for v in mirror.normal)}): preloads of "
+            f"mirrored places differ by {number(100 * mirror.noise, 2)} % of the whole",
+        )
     done = tune.redistribution
     if done.scale:
         scale = ", ".join(f"{k:.3f} on side '{s}'" for s, k in done.scale.items())
         yield "preload of what is kept", f"scaled to the whole load: {scale}"
-        yield ("moment balanced by a constraint in the static solution",
-               f"{moment(done, results.axis)}: " + (
-                   "a part of the area is detached" if tune.area else "stations are detached" if tune.line_is_whole else
-                   "the force of each station is moved to its kept row"))
+        yield (
+            "moment balanced by a constraint in the static solution",
+            f"{moment(done, results.axis)}: "
+            + (
+                "a part of the area is detached"
+                if tune.area
+                else "stations are detached"
+                if tune.line_is_whole
+                else "the force of each station is moved to its kept row"
+            ),
+        )
     else:
-        yield ("preload of what is kept", f"as {tune.table} states it" if results.study.tune.preload == "table"
-               else "static contact solved again on them")
+        yield (
+            "preload of what is kept",
+            f"as {tune.table} states it"
+            if results.study.tune.preload == "table"
+            else "static contact solved again on them",
+        )
     for motion, load in done.reactions.items():
         yield "load balanced by a constraint in the static solution", force_along(motion, load)
 
@@ -138,8 +193,11 @@ def _kept(results):
 def _response(results):
     settings, free = results.study.respond, results.study.free
     zetas = settings.damping_ratio
-    yield ("damping ratio of the stuck modes", listing(f"{z:g}" for z in zetas)
-           + (" (one value for all)" if len(zetas) == 1 else " (from the lowest mode)"))
+    yield (
+        "damping ratio of the stuck modes",
+        listing(f"{z:g}" for z in zetas)
+        + (" (one value for all)" if len(zetas) == 1 else " (from the lowest mode)"),
+    )
     yield "damping ratio without damper", listing(f"{z:g}" for z in free.damping_ratio)
     if results.cases:
         first = results.cases[0].facts

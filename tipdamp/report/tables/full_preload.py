@@ -13,9 +13,19 @@ def tables(results: Results) -> Iterator[Table]:
     if full is None:
         return
     where = f", on {full.ranks} ranks" if full.ranks > 1 else ""
-    yield Table(f"Preload by Newton's method on the unreduced bodies ({full.dofs} dofs{where}; residual "
-                f"{full.residual:.1e} of the load) beside that of preload.csv: largest difference of a pair "
-                f"{full.difference:.1e} of the largest force.",
-                ("side", "full model (N)", "preload.csv (N)", "open pairs", "largest difference (N)"),
-                tuple((side, number(s.sum_N, 6), number(s.condensed_N, 6), f"{s.open}", f"{s.largest_difference_N:.1e}")
-                      for side, s in full.sides.items()))
+    yield Table(
+        f"Preload by Newton's method on the unreduced bodies ({full.dofs} dofs{where}; residual "
+        f"{full.residual:.1e} of the load) beside that of preload.csv: largest difference of a "
+        f"pair {full.difference:.1e} of the largest force.",
+        ("side", "full model (N)", "preload.csv (N)", "open pairs", "largest difference (N)"),
+        tuple(
+            (
+                side,
+                number(s.sum_N, 6),
+                number(s.condensed_N, 6),
+                f"{s.open}",
+                f"{s.largest_difference_N:.1e}",
+            )
+            for side, s in full.sides.items()
+        ),
+    )

@@ -7,35 +7,71 @@ from tipdamp.report.figures.amplitudes import reason
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import NOTHING, hertz, micro, names_of_pairs, number
 
-CLOSE = 1e-6             # difference of two peaks below which they are equal
+CLOSE = 1e-6  # difference of two peaks below which they are equal
 
 
 def tables(results: Results) -> Iterator[Table]:
     """One row for each curve."""
     if not results.cases:
         return
-    kept = f"; {int(results.kept.carrying.sum())} pairs are kept." if results.kept is not None else "."
-    caption = ("Peaks of blade 1, half of peak-to-peak along the force: largest and smallest over the nodes of the "
-               "patch. Other way: relative change of the peak when the band is followed from its other end. "
-               "Energy: largest error of input = damping + friction over a period, relative to the input, of all "
-               "points. Lift off: pairs that are closed at rest and open in a part of some cycle. Pairs are "
-               "named by side and station, with the row where a side has several" + kept)
+    kept = (
+        f"; {int(results.kept.carrying.sum())} pairs are kept." if results.kept is not None else "."
+    )
+    caption = (
+        "Peaks of blade 1, half of peak-to-peak along the force: largest and smallest over the "
+        "nodes of the patch. Other way: relative change of the peak when the band is followed "
+        "from its other end. Energy: largest error of input = damping + friction over a period, "
+        "relative to the input, of all points. Lift off: pairs that are closed at rest and open "
+        "in a part of some cycle. Pairs are named by side and station, with the row where a side "
+        "has several" + kept
+    )
     if not all(case.has_peak for case in results.cases):
-        caption += (" A curve that stopped before the end of the band, or whose highest point borders a gap, has no "
-                    "peak; it is at least the largest amplitude that was solved.")
-    yield Table(caption, ("H", "Fe (N)", "peak (Hz)", "largest (µm)", "smallest (µm)", "largest per force (µm/N)",
-                          "points", "curve", "other way", "energy", "lift off", "pairs that slip or open"),
-                tuple(_row(case) for case in results.cases), left=(7, 11))
+        caption += (
+            " A curve that stopped before the end of the band, or whose highest point borders a "
+            "gap, has no peak; it is at least the largest amplitude that was solved."
+        )
+    yield Table(
+        caption,
+        (
+            "H",
+            "Fe (N)",
+            "peak (Hz)",
+            "largest (µm)",
+            "smallest (µm)",
+            "largest per force (µm/N)",
+            "points",
+            "curve",
+            "other way",
+            "energy",
+            "lift off",
+            "pairs that slip or open",
+        ),
+        tuple(_row(case) for case in results.cases),
+        left=(7, 11),
+    )
 
 
 def _row(case: ReportedCurve):
     facts = case.facts
-    largest, per_newton = ((micro(facts.peak_m), micro(case.peak_per_newton)) if case.has_peak else
-                           (_at_least(facts.at_least_m), _at_least(case.at_least_per_newton)))
-    return (f"{case.H}", f"{case.Fe:g}", hertz(facts.peak_hz), largest, micro(facts.min_peak_m), per_newton,
-            f"{facts.points}", _state(case), _other_way(facts), number(facts.energy_error, 1),
-            f"{len(facts.lift_off_pairs)}" if case.curve.converged.any() else NOTHING,
-            names_of_pairs(facts.slipping_pairs) if case.curve.converged.any() else NOTHING)
+    largest, per_newton = (
+        (micro(facts.peak_m), micro(case.peak_per_newton))
+        if case.has_peak
+        else (_at_least(facts.at_least_m), _at_least(case.at_least_per_newton))
+    )
+    return (
+        f"{case.H}",
+        f"{case.Fe:g}",
+        hertz(facts.peak_hz),
+        largest,
+        micro(facts.min_peak_m),
+        per_newton,
+        f"{facts.points}",
+        _state(case),
+        _other_way(facts),
+        number(facts.energy_error, 1),
+        f"{len(facts.lift_off_pairs)}" if case.curve.converged.any() else NOTHING,
+        names_of_pairs(facts.slipping_pairs) if case.curve.converged.any() else NOTHING,
+    )
 
 
 def _at_least(value: float | None) -> str:
@@ -43,7 +79,8 @@ def _at_least(value: float | None) -> str:
 
 
 def _state(case: ReportedCurve) -> str:
-    facts, failed = case.facts, f"{case.facts.failed_points} points failed" if case.facts.failed_points else ""
+    facts = case.facts
+    failed = f"{case.facts.failed_points} points failed" if case.facts.failed_points else ""
     if facts.solved_nothing:
         return f"no solved point: {reason(case)}"
     if facts.complete:
@@ -56,7 +93,11 @@ def _other_way(facts) -> str:
     if facts.back is None:
         return "not followed"
     if facts.back.peak_m is None:
-        return "no peak" if facts.back.at_least_m is None else f"no peak, {_at_least(facts.back.at_least_m)} µm"
+        return (
+            "no peak"
+            if facts.back.at_least_m is None
+            else f"no peak, {_at_least(facts.back.at_least_m)} µm"
+        )
     if facts.peak_m is None:
         return f"peak of {micro(facts.back.peak_m)} µm at {hertz(facts.back.peak_hz)} Hz"
     off = abs(facts.back.peak_m / facts.peak_m - 1)
