@@ -51,13 +51,15 @@ class ContactTable:
 
     side : (P,) str - name of the contact side, e.g. 'left'
     station, row : (P,) int - index along the axis from 0; index across the side, 0 = lower edge
-    line blade_body, damper_body : (P,) str - 'ground' is a fixed counterpart
+    line
+    blade_body, damper_body : (P,) str - 'ground' is a fixed counterpart
     blade_node, damper_node : (P,) int - node numbers of the user's meshes
     position : (P, 3) m
     frame : (P, 3, 3) - rows t1, t2, n, orthonormal and right-handed
     gap : (P,) m - initial gap g0 (crown, wear); 0 where the surfaces touch
     kn, kt : (P,) N/m - nodal normal and tangential stiffness [Zucca 2016, sec. 7.1]; inf: hard
-    contact (statics alone) mu : (P,) - friction coefficient
+    contact (statics alone)
+    mu : (P,) - friction coefficient
     preload : (P,) N - signed static normal force; negative = open by -preload/kn
     weight : (P,) in [0, 1] - 1 carries, 0 is detached; multiplies kn and kt
     area : (P,) m2 - of the surface that a contact point stands for; 0 for pairs of nodes, which

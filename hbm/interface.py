@@ -62,9 +62,10 @@ SETTINGS = InterfaceSettings()
 class InterfaceReduction:
     """model - of modal dofs alone, with a contact point for each node of the pairs; basis : (r, m)
     - q = basis q_m held - what is held, on these dofs: `dataclasses.replace(problem, held=...)` of
-    a ContactProblem of the model followed : (P,) bool; response_error - estimate of the error of
-    the response to forces and followed pairs, of its energy; frequency_error - largest possible
-    error of the stuck frequencies up to the end of the band."""
+    a ContactProblem of the model
+    followed : (P,) bool; response_error - estimate of the error of the response to forces and
+    followed pairs, of its energy; frequency_error - largest possible error of the stuck frequencies
+    up to the end of the band."""
 
     model: ReducedModel
     basis: np.ndarray

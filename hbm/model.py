@@ -46,7 +46,8 @@ class ReducedModel:
     position : (r, 3) m - of the node; NaN for modal dofs
     groups : {"body/group": (n,) int node numbers}
     loads : {name: (r,) N} - static loads, for example "pull": the pull of 1 N on the damper,
-    condensed provenance : {str: str} - where the matrices came from
+    condensed
+    provenance : {str: str} - where the matrices came from
     points : {body: ContactPoints} - where the meshes of a contact differ
     rigid : {body: (dofs of the body, 6)} - motions of a body that floats, exactly K rigid = 0: unit
     slides along and rotations about x, y, z; (dofs, 0) for one that is supported; a body that is

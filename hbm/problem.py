@@ -48,7 +48,8 @@ class Problem:
     and `force`.
 
     M, C, K : (r, r) kg, N s/m, N/m, dense or nested lists; C may be left out where damping_ratio is
-    given damping_ratio : of the modes of the system in which every contact sticks
+    given
+    damping_ratio : of the modes of the system in which every contact sticks
     static : (r,) N - constant force
     preloaded : whether q = 0 is the state at rest (see `ContactProblem`)
     attached, forces : what `add` and `force` have collected

@@ -79,8 +79,8 @@ def forced_response(
     """Curve of periodic responses over a frequency band.
 
     model : ReducedModel; pairs : ContactTable (pairs of weight 0 are left out); law : a law of
-    `hbm.laws` forcing : (r,) real or complex amplitude F of Re F exp(i w t) in N, or {harmonic:
-    (r,)}
+    `hbm.laws`
+    forcing : (r,) real or complex amplitude F of Re F exp(i w t) in N, or {harmonic: (r,)}
     band : (from, to) Hz; from > to runs downwards
     damping_ratio : of the modes of the stuck system, a number or one per mode; None takes the
     model's C

@@ -35,8 +35,9 @@ class ForcedResponse(ArrayRecord):
     frequency : (n,) Hz, in the order of the branch (not monotone where it folds)
     output_names : (m,) str
     harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point
-    failed parameter_name, parameter : what varies along the branch, and its (n,) values:
-    'frequency' in Hz, or another
+    failed
+    parameter_name, parameter : what varies along the branch, and its (n,) values: 'frequency' in
+    Hz, or another
         parameter at one frequency (see `hbm.balance.parameter`)
     share_stick, share_slip, share_open : (n, P) share of the cycle; of a law without sliders a
     contact that loses
@@ -68,8 +69,9 @@ class ForcedResponse(ArrayRecord):
         asked for
     held : (h,) str, the rigid motions that are held
     reaction : (n, h, H+1) complex, N or N m - force on what holds them, beside the one of the
-    preload held_change : largest relative change of the peak and the mean reactions at it when the
-    springs that hold are ten
+    preload
+    held_change : largest relative change of the peak and the mean reactions at it when the springs
+    that hold are ten
         times as stiff, these as a share of the excitation where that is larger; 0 without such
         springs, NaN where that was not solved
     held_reaction_change : of mean reactions that follow the stiffness, as a share of themselves:
@@ -81,12 +83,13 @@ class ForcedResponse(ArrayRecord):
     What the functions of a curve and its problem need (`solutions_at`, `find_peaks`, `compare`):
 
     unknowns : (n, N) m - real coefficients of the relative motion of the carrying contacts, contact
-    by contact carrying : (P,) bool, the contacts that take part
+    by contact
+    carrying : (P,) bool, the contacts that take part
     force_orders, forces : (k,) int and (k, r) complex, N - the forcing; output_rows : (m, r)
     orientation : (n,) of the branch at each point (see `hbm.continuation.point`)
     jumps : (n,) bool, points to which the branch does not lead from the point before: taken up
-    after it was left slider_start : (P', nt) m, where the sliders start, if 'given'; samples : of a
-    cycle
+    after it was left
+    slider_start : (P', nt) m, where the sliders start, if 'given'; samples : of a cycle
     """
 
     frequency: np.ndarray
@@ -346,9 +349,10 @@ class PeriodicSolution(ArrayRecord):
     The arrays are copies that cannot be written to; two solutions are equal where all fields are.
 
     harmonics : (m, H+1) complex, m; contact_force, contact_motion : (P, nd, H+1) complex, N and m,
-    as in ForcedResponse held : names of the motions that are held; reaction : (h, H+1) complex, N
-    or N m, as in ForcedResponse share_stick, share_slip, share_open : (P,) share of the cycle;
-    dissipated : (P,) J per cycle
+    as in ForcedResponse
+    held : names of the motions that are held; reaction : (h, H+1) complex, N or N m, as in
+    ForcedResponse
+    share_stick, share_slip, share_open : (P,) share of the cycle; dissipated : (P,) J per cycle
     converged : whether it was found; iterations : evaluations of the residual
     unknowns : (N,) m, a `guess` for another call; force_orders : of the forcing
     force_residual : as in ForcedResponse

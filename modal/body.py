@@ -27,9 +27,11 @@ class Body:
     dof_node : (d,) int - index into `node` of each free dof; dof_direction : (d,) int - 0, 1, 2 for
     x, y, z
     K, M : (d, d) CSR, N/m and kg - symmetric; groups : {name: node numbers}; free : declared to
-    float freely loads : {name: (d,) N}; provenance : {str: str}
+    float freely
+    loads : {name: (d,) N}; provenance : {str: str}
     M_clamped : (d, c) CSR kg or None - coupling to the clamped dofs (node by node, x, y, z): body
-    forces near a clamp points : ContactPoints or None - where a contact meets an unlike mesh
+    forces near a clamp
+    points : ContactPoints or None - where a contact meets an unlike mesh
     piece_of_node : (n,) int or None - connected piece of each node; None: a whole K tells (`parts`)
     """
 

@@ -38,7 +38,8 @@ class Linearisation:
     `hbm.continuation.point.Linearised`.
 
     x, residual, by_parameter : (n,), n = P nd nh, contact by contact; by_parameter : derivative of
-    the residual forces : of the contacts; w : rad/s; balance : the HarmonicBalance
+    the residual
+    forces : of the contacts; w : rad/s; balance : the HarmonicBalance
     modal : (m, H+1) coordinates, q_k = shapes @ modal[:, k]; factors : (m, H+1) of the receptance
     modal_rate : (m, H+1) derivative of modal by the parameter at a given motion
     """

@@ -44,7 +44,8 @@ class ContactProblem:
 
     M, C, K : (r, r) kg, N s/m, N/m, symmetric; C is None where damping_ratio is given
     B : (P nd, r) dense or sparse - relative motion, the components of each contact in turn, in the
-    order of the law contacts : P of them, with their settings
+    order of the law
+    contacts : P of them, with their settings
     static : (r,) N or None - constant force beside the one that balances the preload
     preloaded : True when q = 0 is the preloaded state (the static loads that hold the preloads are
     implied: open
@@ -52,9 +53,11 @@ class ContactProblem:
         `static` carries all static loads
     damping_ratio : of the modes of the stuck system, where C is None
     describe : motion (r,) -> NamedMotion for messages (see
-    `hbm.hold.named_motion.describe_motion`), or None held : rigid motions that springs hold, beside
-    K, or whose mean is held rigidly (see `hbm.hold.spring.held_motions`) Raises InputError where
-    shapes disagree, a matrix is not symmetric, a mass is negative or damping feeds energy in."""
+    `hbm.hold.named_motion.describe_motion`), or None
+    held : rigid motions that springs hold, beside K, or whose mean is held rigidly (see
+    `hbm.hold.spring.held_motions`)
+    Raises InputError where shapes disagree, a matrix is not symmetric, a mass is negative or
+    damping feeds energy in."""
 
     M: np.ndarray
     C: np.ndarray | None

@@ -49,7 +49,8 @@ class Receptance:
 
     shapes : (r, m), real with damping ratios, complex with a general damping matrix
     stiffness, mass, ratio : (m,) modal k_r and m_r, and damping ratios; empty with a general
-    damping matrix poles : (m,) 1/s with a general damping matrix, else empty
+    damping matrix
+    poles : (m,) 1/s with a general damping matrix, else empty
     free_mass, free_damping : (e,) m and c of the shapes behind the modes that are free motions
     constraint_forces : (h, h) of the h constraints of order 0, the last shapes: takes their
     coordinates to the forces
@@ -133,7 +134,8 @@ def stuck_receptance(
     damping_ratio : a number, or one per mode from the lowest; the last one holds for all modes
     above.
     describe : function of a motion (r,) that names it; remedy : what to do. Both for the error
-    about a free motion. free : motions of `floating_motions`, which K need not restrain
+    about a free motion.
+    free : motions of `floating_motions`, which K need not restrain
     Raises InputError when K leaves another motion free, or when no damping or both kinds are given.
     """
     r = K.shape[0]

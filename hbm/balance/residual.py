@@ -65,8 +65,9 @@ class HarmonicBalance:
     """Residual of a ContactProblem under forces {harmonic: (r,) complex N} for harmonics 0..H.
 
     x (P nd nh,) are the real coefficients of the relative motion, contact by contact, component by
-    component. start, samples : as in `hbm.curve.options.CurveOptions`. Raises InputError where
-    these do not fit, or memory is
+    component.
+    start, samples : as in `hbm.curve.options.CurveOptions`. Raises InputError where these do not
+    fit, or memory is
         short.
     """
 

@@ -75,8 +75,9 @@ class Branch:
         between them there are solutions found in small steps of the parameter, or none: then not
         far, or marked failed
     outside : the parameter furthest out of the band where it starts that the branch went through,
-    or None beyond : the parameter furthest beyond the end of the band from which the branch came
-    back, or None
+    or None
+    beyond : the parameter furthest beyond the end of the band from which the branch came back, or
+    None
     count : points when it ended
     """
 
@@ -109,12 +110,14 @@ class BranchTracer:
     branch.
 
     lost : no step from the last point is short enough; shortened : whether the step was, since the
-    last point begin, way, sense : of the parameter; settled : the last point at which it had moved
-    noticeably
+    last point
+    begin, way, sense : of the parameter; settled : the last point at which it had moved noticeably
     sign : of the bordered determinant, forward along the branch; largest : weighted size of the
-    unknowns so far stale, turns : points and folds since the last progress; gaps, attempts : gaps
-    bridged and restarts tried fruitless : restarts tried since the last progress; beyond : from
-    where points ahead were looked for, and these"""
+    unknowns so far
+    stale, turns : points and folds since the last progress; gaps, attempts : gaps bridged and
+    restarts tried
+    fruitless : restarts tried since the last progress; beyond : from where points ahead were looked
+    for, and these"""
 
     def __init__(
         self,

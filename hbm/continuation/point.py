@@ -59,7 +59,8 @@ class Point:
     detail : Linearised of the last evaluation; where the corrector failed, of the first
     tangent : (dx, dp) along the branch, of any length, or None
     orientation : sign of the bordered determinant with that tangent, the same all along a branch; 0
-    where unknown jump : whether the branch does not lead here from the point before
+    where unknown
+    jump : whether the branch does not lead here from the point before
     """
 
     x: np.ndarray

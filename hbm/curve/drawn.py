@@ -25,8 +25,8 @@ def refine_drawn(
     `drawn_error`.
 
     Where the branch may fold between two points nothing is drawn by one function of the parameter:
-    it stays as it is. marks : (n, m) bool of the points. Returns the marks of the branch as it is
-    afterwards.
+    it stays as it is.
+    marks : (n, m) bool of the points. Returns the marks of the branch as it is afterwards.
     """
     points, kept = branch.points, list(marks)
     values, rates = _drawn(outputs, points)

@@ -155,7 +155,8 @@ class KeptPoints:
     the contact forces of Newton's method.
 
     w : (n,) rad/s; forces : {harmonic: (r,)} of each; contacts : settings of each, those of the
-    problem or others h (n, P, nd, nh) N : the contact forces, less those at rest
+    problem or others
+    h (n, P, nd, nh) N : the contact forces, less those at rest
     """
 
     def __init__(self, equation: Equation, points: list[Point]):

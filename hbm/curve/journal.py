@@ -36,8 +36,8 @@ class Journal:
     StaleJournal where they are those of another curve: then the curve is to be made without them.
 
     blocks : of the interrupted curve; keep(block) : is called with each further one; clock :
-    returns seconds every : s between two blocks: with the time of a step, less than 10 s of work
-    can be lost
+    returns seconds
+    every : s between two blocks: with the time of a step, less than 10 s of work can be lost
     """
 
     every: float = 5.0

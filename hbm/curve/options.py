@@ -59,8 +59,8 @@ class CurveOptions:
     took, and at
         every 20 calls between points with step 0 and the calls since
     settings : of the continuation: steps, points, budget; None takes
-    `hbm.continuation.settings.DEFAULT` journal : of a curve that may be interrupted, to continue it
-    later (`hbm.curve.journal`)
+    `hbm.continuation.settings.DEFAULT`
+    journal : of a curve that may be interrupted, to continue it later (`hbm.curve.journal`)
     """
 
     outputs: dict

@@ -31,7 +31,8 @@ def refine_largest(
     these are.
 
     groups : columns of outputs: of each group the largest and the smallest of their largest maxima
-    are solved Returns (n, m) bool, for the branch as it is afterwards.
+    are solved
+    Returns (n, m) bool, for the branch as it is afterwards.
     """
     output = Output(equation, branch, outputs, settings)
     least = outputs.noise(branch.points)
@@ -74,12 +75,13 @@ def find_peaks(
     solved to 1e-8.
 
     problem : the ContactProblem that the curve was made with; kind, order : as in
-    ForcedResponse.amplitude parameter : as given to `follow_parameter`, where that was no name;
-    then its values stand in place of Hz Ripples are left out: what is less than a thousandth of its
-    height above the saddles beside it. Where a maximum could not be solved the highest point found
-    stands for it, and of an incomplete curve the maxima between solved points are given, each with
-    a warning. Raises InputError for an unknown output, kind or order, and where the problem does
-    not fit the curve.
+    ForcedResponse.amplitude
+    parameter : as given to `follow_parameter`, where that was no name; then its values stand in
+    place of Hz
+    Ripples are left out: what is less than a thousandth of its height above the saddles beside it.
+    Where a maximum could not be solved the highest point found stands for it, and of an incomplete
+    curve the maxima between solved points are given, each with a warning. Raises InputError for an
+    unknown output, kind or order, and where the problem does not fit the curve.
     """
     j = curve.column(name)
     if not curve.complete:

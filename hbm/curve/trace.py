@@ -38,8 +38,9 @@ def trace(
 
     beyond : up to where it is followed past `last`, for what comes back; None ends it at `last`
     note(point) : called for every point with its tangent, before the next one, or None: a journal
-    knows these alone Of the branches from several solutions at `first`, the first one that does not
-    leave the band for good.
+    knows these alone
+    Of the branches from several solutions at `first`, the first one that does not leave the band
+    for good.
     """
     budget = Budget(settings, progress, first / equation.parameter.scale, len(equation.weights))
     equation.balance.on_call = budget.call
@@ -121,8 +122,8 @@ def record(
     seconds: float,
 ) -> ForcedResponse:
     """ForcedResponse of a branch; named : (names, outputs); contact : whether to keep the contact
-    forces; checked : peak_points, and what stiffer holds change: (held_change,
-    held_reaction_change)."""
+    forces;
+    checked : peak_points, and what stiffer holds change: (held_change, held_reaction_change)."""
     balance, parameter, (names, outputs) = equation.balance, equation.parameter, named
     n, P = len(branch.points), len(balance.problem.contacts)
     shares, work = np.full((n, P, 3), np.nan), np.full((n, P), np.nan)

@@ -26,7 +26,8 @@ def body_motions(model: Any, body: str) -> np.ndarray:
     body's nodes.
 
     A rotation about an axis on which all nodes lie, and all three where positions are unknown, are
-    columns of zeros. model : a ReducedModel
+    columns of zeros.
+    model : a ReducedModel
     """
     mine, motions = model.body == body, np.zeros((len(model.body), 6))
     rows = np.flatnonzero(mine & model.moves)
@@ -87,8 +88,8 @@ def rigid_coordinate(
 
     The row is that of the centre of mass: row' q = 1 for the motion itself, 0 for the other rigid
     motions and for every elastic mode. As a force it is the pure force, or couple, along the
-    motion, spread as inertia is. coefficients : (6,) in `body_motions`, rotations about the centre
-    of mass
+    motion, spread as inertia is.
+    coefficients : (6,) in `body_motions`, rotations about the centre of mass
     """
     mine = model.body == body
     R = body_motions(model, body)

@@ -27,8 +27,9 @@ class Hold:
     """A rigid motion of a body that is to be held.
 
     motion : direction (3,), 'x', 'y', 'z', or 'about x', 'about y', 'about z' (through the centre
-    of mass) stiffness : N/m, of rotations N m/rad; None: 1e-5 of what the sticking pairs resist the
-    motion with
+    of mass)
+    stiffness : N/m, of rotations N m/rad; None: 1e-5 of what the sticking pairs resist the motion
+    with
     mean : only the mean of the motion is held, and rigidly: the vibration along it is free
     """
 
@@ -44,8 +45,9 @@ class HeldMotion:
 
     name : 'damper: slide along y'; unit : of its force, 'N' or 'N m'
     row, motion : (r,) amount of the motion in q, and the motion itself; stiffness : N/m or N m/rad,
-    of the amount mean : order 0 alone is held, rigidly; doubt : a sentence where contact normals
-    resist the motion too
+    of the amount
+    mean : order 0 alone is held, rigidly; doubt : a sentence where contact normals resist the
+    motion too
     small : m or rad, up to which displacements along it count as small
     extent : largest displacement of a dof in the motion, which makes of a force on the dofs one
     along the motion"""

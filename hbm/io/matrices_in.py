@@ -43,7 +43,8 @@ def read_model(
     """Keywords of ReducedModel.from_matrices from one file per matrix and a dof table.
 
     body : its name where the table has none; groups, loads : as in ReducedModel, beside those of
-    the table Raises InputError where a file cannot be read, or the files do not fit each other.
+    the table
+    Raises InputError where a file cannot be read, or the files do not fit each other.
     """
     labels = None
     matrices: dict = {}

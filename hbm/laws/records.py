@@ -120,7 +120,8 @@ class ContactForces:
     D : (a, nd, nh, nd, nh) N/m, dg/du of the active contacts
     by_preload : (P, nd, nh) dg/dpreload, None where the law does not provide it
     by_omega : (P, nd, nh) N s, dg/domega at given harmonics of u, None for a law that does not
-    depend on the rate shares : (P, 3) share of the cycle in stick, slip, open
+    depend on the rate
+    shares : (P, 3) share of the cycle in stick, slip, open
     work : (P,) J per cycle that the contacts take, of friction along the paths of the sliders;
     None: by the harmonics"""
 

@@ -18,27 +18,32 @@ class IntegrationSettings:
     steps : longest step as a part of the period; 64 resolves 10 harmonics where nothing happens
     halvings : of the longest step; 2^-16 of it is below any transient of a mode that keeps its mass
     curvature : cubic part of the motion in a step, relative to the motion; above 0.02 two events
-    may hide in one step tiny : closeness to which an event is located, relative to the motion; the
-    rounding of a guard is some 1e-16 max_steps : per period; chatter takes more, a regular motion
-    some hundred
+    may hide in one step
+    tiny : closeness to which an event is located, relative to the motion; the rounding of a guard
+    is some 1e-16
+    max_steps : per period; chatter takes more, a regular motion some hundred
     orbit_samples : of a period, in which sliders settle on a motion of the balance; places them to
-    (pi/512)^2/2 of it Sampled integrator
+    (pi/512)^2/2 of it
+    Sampled integrator
     samples : steps per period; second order, 1024 hold friction to 1e-4
     newton_steps : of the force at the end of a step; more than 40 never converge
     newton_residual : change of the motion at which that ends, relative to it; near rounding
     short : step in which the force at the begin of a period is found, relative to the others; no
-    state moves in it settling_periods : in which the state of a law settles on a motion of the
-    balance; sliders need two
+    state moves in it
+    settling_periods : in which the state of a law settles on a motion of the balance; sliders need
+    two
     Stuck system
     massless_above : modes above this many times the excitation follow statically; at 50 their
-    inertia counts 4e-4 foreign_share : share of the contact stiffness that other springs must add
-    in these modes; below, their mass stays Shooting
+    inertia counts 4e-4
+    foreign_share : share of the contact stiffness that other springs must add in these modes;
+    below, their mass stays
+    Shooting
     repeats : change of the state over a period, relative to the motion, that counts as periodic
     max_periods : integrated until the state repeats
     newton_on_map : steps of Newton on the period map; on a piecewise-linear map it ends after a few
     periods_after_newton : integrated after Newton until the state repeats; where it converged one
-    is enough max_columns : unknowns up to which the derivative of the map is computed column by
-    column
+    is enough
+    max_columns : unknowns up to which the derivative of the map is computed column by column
     difference : of the differences of the map, relative to the motion; the root of the rounding of
     a period. Larger
         ones reach past events that change their order: on the rig Newton stalls with 1e-6
@@ -49,13 +54,17 @@ class IntegrationSettings:
     the more the smaller
         it is, events that change their order the larger it is: 1e-5 makes 4.6 of 0.88
     resting : motion of a slider over a disturbed period, relative to the disturbance, that counts
-    as none multipliers : leading ones sought by Arnoldi's method; more than a complex pair, or the
-    first found may not lead arnoldi : vectors of the Krylov space; a third of a hundred multipliers
-    of similar modulus is enough arnoldi_restarts : of it; where more are needed every column is
-    computed
+    as none
+    multipliers : leading ones sought by Arnoldi's method; more than a complex pair, or the first
+    found may not lead
+    arnoldi : vectors of the Krylov space; a third of a hundred multipliers of similar modulus is
+    enough
+    arnoldi_restarts : of it; where more are needed every column is computed
     multiplier_error : relative residual at which Arnoldi's method ends; below the error of the
-    differences marginal : modulus above 1 up to which a multiplier counts as 1, that of a motion
-    that nothing holds or drives Comparison
+    differences
+    marginal : modulus above 1 up to which a multiplier counts as 1, that of a motion that nothing
+    holds or drives
+    Comparison
     patience : periods integrated from the orbit before Newton helps to find where they lead
     almost : change over a period below which an event-driven integration that does not repeat is
     tried again, at a

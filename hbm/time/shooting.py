@@ -24,8 +24,8 @@ class Steady:
     """Steady state by time integration.
 
     harmonics : (m, H+1) complex of the outputs; motion : (P nd, H+1) complex of the relative motion
-    at the contacts, m period_change : change of the state over the last period, relative to the
-    vibration
+    at the contacts, m
+    period_change : change of the state over the last period, relative to the vibration
     periodic : whether that is below the tolerance; periods : how many were integrated
     dissipated : (P,) J per cycle that each contact takes out of the motion
     state : at the begin of a period, of the kind that the integrator takes

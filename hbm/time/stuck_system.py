@@ -22,7 +22,8 @@ class StuckSystem:
     """The stuck system of a balance at angular frequency w, rad/s.
 
     system : its matrices for the kernels (`events.System`); motion (m), force (N) : size of its
-    vibration weight : (2n,) m, poles counted by the motion that they make
+    vibration
+    weight : (2n,) m, poles counted by the motion that they make
     """
 
     balance: HarmonicBalance

@@ -102,10 +102,12 @@ class Cell:
     """One type of cell.
 
     reference : (n, 3) - places of the nodes; corners - how many of them are corners; edges - corner
-    pairs powers : (n, 3) - exponents of the monomials that the shape functions span
+    pairs
+    powers : (n, 3) - exponents of the monomials that the shape functions span
     points, weights : (q, 3), (q,) - integration, full in the sense of the hexahedra's 2x2x2 and
-    3x3x3 Gauss points faces : node numbers of each face: corners counter-clockwise from outside,
-    then edges, then the centre
+    3x3x3 Gauss points
+    faces : node numbers of each face: corners counter-clockwise from outside, then edges, then the
+    centre
     """
 
     name: str

@@ -35,7 +35,8 @@ class Loose:
     """rigid : (r, 6 b) - unit rigid motions; floats : (6 b, m) coefficients of those that K does
     not resist free - of them, those that no pair and no spring resists either
     Z : (r, h) orthonormal - those that pairs, springs or weak stiffness hold; idle : (r, i) - the
-    free ones resisted : (r, h) - K Z, zero of what floats
+    free ones
+    resisted : (r, h) - K Z, zero of what floats
     """
 
     rigid: np.ndarray

@@ -25,9 +25,9 @@ class StaticForces:
     """pairs - the table with its preload: the contact force of closed pairs, -kn times the opening
     of open ones (0 where kn = inf); force : (P,) N, the contact forces; opening : (P,) m - how far
     a pair stands open, 0 where closed motions - free ones and the load along each; held : {name: N
-    or N m} - force on what holds a motion reactions : {name: N or N m} - of loads and contact
-    forces along free motions, taken up in the reference state; empty where that is no more than
-    1e-10 of it
+    or N m} - force on what holds a motion
+    reactions : {name: N or N m} - of loads and contact forces along free motions, taken up in the
+    reference state; empty where that is no more than 1e-10 of it
     balance - |sum of contact forces, loads and constraint reactions| / |sum of loads| on the
     floating dampers, None where none floats
     iterations - sets tried; method - 'newton', 'pivoting' after cycling, 'proximal' after a

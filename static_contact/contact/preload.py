@@ -63,7 +63,8 @@ class StaticContact:
         compliance: Callable[..., Compliance] = Compliance,
     ):
         """settings.rigid.facing : may be lowered when coordinates are exact; held : rigid motions
-        on springs; compliance : how the bodies are factored, `sparse_bodies.SparseCompliance` for a
+        on springs;
+        compliance : how the bodies are factored, `sparse_bodies.SparseCompliance` for a
         `sparse_bodies.SparseBodies`. Raises InputError without pairs, and where a motion that is
         not known to be rigid meets no stiffness."""
         check_pairs(pairs)

@@ -51,8 +51,9 @@ SETTINGS = FullSettings()
 class FullPreload:
     """pairs - with the preload, the same on every rank (hard pairs: the contact force, 0 = open);
     force : (P,) N iterations - Newton steps, or matrices factored where these did not end; residual
-    - of the equations, of |f| reactions : {name: N or N m} - of loads and contact forces along
-    motions that no contact resists, as
+    - of the equations, of |f|
+    reactions : {name: N or N m} - of loads and contact forces along motions that no contact
+    resists, as
     inexact coordinates leave them; as in `preload.Preload`."""
 
     pairs: ContactTable

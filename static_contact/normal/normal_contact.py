@@ -38,7 +38,8 @@ SETTINGS = SetSettings()
 
 class Loading(NamedTuple):
     """What the load does without contact: u0 : (P,) m motion of the pairs; work : (h,) along the
-    loose motions near : what was solved for it, which `Compliance.displacement` goes on from
+    loose motions
+    near : what was solved for it, which `Compliance.displacement` goes on from
     """
 
     u0: np.ndarray

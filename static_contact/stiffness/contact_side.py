@@ -29,7 +29,8 @@ class ContactSide:
     """Shape and materials of one side.
 
     shape : 'cylinder' (radius), 'flat' (width) or 'rounded' (width of the flat part, radius of its
-    edges) length : m, along the axis of the damper
+    edges)
+    length : m, along the axis of the damper
     pair : materials of the two bodies
     radius : m, relative radius of curvature, 1/R = 1/R1 + 1/R2 (the cylinder's own against a plane)
     width : m, full width of the flat part

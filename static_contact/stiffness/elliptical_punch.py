@@ -1,8 +1,8 @@
 """Flat elliptical (or circular) punch on a pair of half-spaces, closed form.
 
     S0 = int dt/sqrt(b^2 cos^2 t + a^2 sin^2 t),  S_a with cos^2 t and S_b with sin^2 t above the
-    line, t = 0..pi/2 Kn = pi E*/S0,      1/Kt(dir) = sum over both bodies of [ (1 - nu) S0 + nu
-    S_dir ] / (2 pi G)
+    line, t = 0..pi/2
+    Kn = pi E*/S0,      1/Kt(dir) = sum over both bodies of [ (1 - nu) S0 + nu S_dir ] / (2 pi G)
 
 Circle: Kn = 2 a E*, Kt/Kn = 2 (1 - nu)/(2 - nu) for equal nu. Source: Johnson, Contact Mechanics
 (1985), sections 3.3, 4.2 and 7.4; Mindlin, J. Appl. Mech. 16 (1949) 259. The integrals in Carlson's

@@ -40,7 +40,8 @@ class StiffnessModel:
     (halfspace_3d in
         series with `roughness`)
     kind : 'tangent' (for small motions about the static state) or 'secant' (from zero load); a flat
-    has both equal depth : (d1, d2) m in the two bodies
+    has both equal
+    depth : (d1, d2) m in the two bodies
     scale : one factor on all of it, e.g. from `calibrate_scale`
     """
 
@@ -93,8 +94,8 @@ class NodalStiffness:
     n_nodes : nodes of the full patch; the side's total is n_nodes times the nodal value
     model : one of MODELS, or 'given'; kind : 'tangent' or 'secant' at `load`
     load : N, normal force on the side; size : m, half-width of contact under it, None where given;
-    length : m depth : (d1, d2) m for 'plane_depth', else None; roughness : for 'rough_series', else
-    None
+    length : m
+    depth : (d1, d2) m for 'plane_depth', else None; roughness : for 'rough_series', else None
     scale : factor already contained in the stiffness, 1 where given; pair : materials, may be None
     where given"""
 

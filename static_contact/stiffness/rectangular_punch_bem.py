@@ -112,7 +112,8 @@ def mesh_compliance(aspect: float, nu: float, n: int) -> np.ndarray:
     >= 1, on one mesh.
 
     c = L / (pi Q), Q the total of the traction that displaces the punch by 1: the normal stiffness
-    of a pair is Kn = E* L / c(nu=0), the tangential one Kt = 2 L / (c(nu) (1/G1 + 1/G2)).
+    of a pair is
+    Kn = E* L / c(nu=0), the tangential one Kt = 2 L / (c(nu) (1/G1 + 1/G2)).
     """
     along, across, area = _quarter(float(aspect), n)
     ones = np.ones(area.size)

@@ -30,7 +30,8 @@ class _Sheet(NamedTuple):
     """s nodes of faces; those on a crease are there once for each side of it.
 
     of : (i,) int - the one of each node of each face in turn; place : (s, 3) m; mean : (s, 3) unit
-    normals of the faces known : (s,) bool - inside of a plane part, where the mean is exact
+    normals of the faces
+    known : (s,) bool - inside of a plane part, where the mean is exact
     """
 
     of: np.ndarray

@@ -19,8 +19,9 @@ class FacePick:
     """Boundary faces that fulfil all that is stated.
 
     plane : normal of a plane through `point`; cylinder : axis of a cylinder through `point` with
-    `radius` m tolerance : m - how far nodes may be off plane or cylinder; None: a hundredth of the
-    size of the face
+    `radius` m
+    tolerance : m - how far nodes may be off plane or cylinder; None: a hundredth of the size of the
+    face
     within : m - no farther from the other body, and facing it; box : two corners, all nodes between
     them
     group : faces of this group only

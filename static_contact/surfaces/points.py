@@ -29,7 +29,8 @@ class MeshPoints:
     """n contact points on one mesh.
 
     number : (n,) int; position : (n, 3) m - weighted means of the nodes'; node : (u,) int - the
-    mesh's numbers weight : (n, u) CSR - of these nodes, rows of sum 1
+    mesh's numbers
+    weight : (n, u) CSR - of these nodes, rows of sum 1
     """
 
     number: np.ndarray

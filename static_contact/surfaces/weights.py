@@ -33,9 +33,11 @@ class Overlap:
     vertex : (n,) int - node index in the damper's mesh; area : (n,) m2
     damper, blade : (n, nodes) CSR - weights of the nodes of either mesh, rows of sum 1
     normal : (n, 3) - from the damper into the blade, read where the motions are: of the smooth
-    surface (normals.py) gap : (n,) m - mean between the smooth surfaces, negative: overlapping
+    surface (normals.py)
+    gap : (n,) m - mean between the smooth surfaces, negative: overlapping
     opposed : (n,) degrees - mean normals of damper and blade off opposition; least : (n,) m -
-    smallest gap covered : share of the damper's facets that the blade covers
+    smallest gap
+    covered : share of the damper's facets that the blade covers
     doubled : (c, 3) m - centres of facets that lie opposite to two blade faces at once
     layers : (c, 2) m - smallest and largest gap there
     """
@@ -58,7 +60,8 @@ class QuadraturePoints:
     """m quadrature points; shapes (m, nodes) of the corners and of the nodes of both meshes.
 
     normal, opposite : (m, 3) - of the faces of damper and blade; smooth : (m, 3) - of the damper's
-    smooth surface gap : (m,) m - between the smooth surfaces
+    smooth surface
+    gap : (m,) m - between the smooth surfaces
     """
 
     weight: np.ndarray
@@ -76,7 +79,8 @@ class Corners:
     """The n corners of every face for themselves.
 
     first : (kinds + 1,) - where those of each kind of faces begin, and n; width - corners of a face
-    of each kind vertex : (n,) - node index of each
+    of each kind
+    vertex : (n,) - node index of each
     """
 
     first: np.ndarray

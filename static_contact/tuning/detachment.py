@@ -72,9 +72,10 @@ class Detachment:
 class DetachmentOptions:
     """springs(pairs) -> RollSpring records that go with the carrying pairs, or None
     load : (P,) N - static normal force that each pair stands for; pairs without one do not stick.
-    None: all do order : "from_middle": every number of stations at the two ends; "least_loaded": by
-    the load of the stations graded : the last station keeps the part of its area with which the
-    target is met
+    None: all do
+    order : "from_middle": every number of stations at the two ends; "least_loaded": by the load of
+    the stations
+    graded : the last station keeps the part of its area with which the target is met
     scatter_hz : sets whose frequency is as near to the target fit equally well
     at_least - stations that stay on each side; conserve - see `keep_ends`
     allowed(weight (P,)) -> whether a set may be chosen, or None: any; asked of the sets that fit
@@ -119,8 +120,8 @@ def detach_until(
 
     follow (r,): mass-normalised shape of the tracked mode; progress(step, part done). All sets of
     the order are tried: where two modes come close the tracked frequency may rise as stations go.
-    Raises InputError "not reachable: a..b Hz" when the target lies outside what they give, and
-    where no set is allowed.
+    Raises InputError "not reachable: a..b
+    Hz" when the target lies outside what they give, and where no set is allowed.
     """
     search = search_of(assembly, pairs, follow, options)
     sets = list(

@@ -27,9 +27,10 @@ MOMENT = MomentSettings()
 @dataclass(frozen=True)
 class Redistribution:
     """pairs - the kept pairs with the preload that they carry; scale : {side: factor on their part
-    of the whole map} moment : (3,) N m on the damper about x, y, z by which what is kept differs
-    from the whole map, since each station's force moves to its kept row or a part is detached (in
-    the reference state, taken up there and reported)."""
+    of the whole map}
+    moment : (3,) N m on the damper about x, y, z by which what is kept differs from the whole map,
+    since each station's force moves to its kept row or a part is detached (in the reference state,
+    taken up there and reported)."""
 
     pairs: ContactTable
     scale: dict[str, float]

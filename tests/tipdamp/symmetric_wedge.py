@@ -68,7 +68,8 @@ harmonics = 1
 
 def damper(along=10, across=3, shift=0.0) -> Mesh:
     """A trapezoid of hexahedra, 12 mm wide below and 4 mm above, 4 mm high; pulled along the middle
-    of its lower face; shift : m - of its middle along y."""
+    of its lower face;
+    shift : m - of its middle along y."""
     mesh = block(
         np.linspace(-1, 1, 7),
         LENGTH * (np.linspace(-0.5, 0.5, along + 1)) + shift,

@@ -27,8 +27,8 @@ class Found(NamedTuple):
     difference : of the two peaks, relative; named : why one of them is no solved peak, in words;
     apart : whether the two lie on branches of their own
     folds : of both curves; lost : those beside which the curve lacks a solution that its own points
-    enclose; one_sided : those beside which the curve from the other end has another number of
-    solutions
+    enclose;
+    one_sided : those beside which the curve from the other end has another number of solutions
     """
 
     difference: float

@@ -60,7 +60,8 @@ class Curves:
     """What the curves of a study have in common, and where they are kept.
 
     force (r,) N for a level of 1 N; rows {name: (r,)} of the outputs; start : of the sliders, and
-    samples of a cycle, None for the default; peaks : as in `hbm.curve.options.CurveOptions`
+    samples of a cycle,
+    None for the default; peaks : as in `hbm.curve.options.CurveOptions`
     """
 
     problem: ContactProblem

@@ -33,9 +33,9 @@ _TRIANGLES = {
 @dataclass(frozen=True)
 class OuterSurface:
     """node : (n,) int - the user's numbers; position : (n, 3) m; triangles : (t, 3) int, outward
-    counter-clockwise edges : (e, 2) int - sharp edges; recovery : (3n, r) float32 or None - x, y, z
-    of each node from the body's r reduced dofs; thinned - not every node of the outside is
-    there."""
+    counter-clockwise
+    edges : (e, 2) int - sharp edges; recovery : (3n, r) float32 or None - x, y, z of each node from
+    the body's r reduced dofs; thinned - not every node of the outside is there."""
 
     body: str
     node: np.ndarray

@@ -21,7 +21,8 @@ def from_universal(
     one)].
 
     records - positions from 1 among the datasets 58; default: all, which must be of one response
-    and reference Raises InputError with what the file holds.
+    and reference
+    Raises InputError with what the file holds.
     """
     found = _datasets(path)
     for k in records:

@@ -38,8 +38,9 @@ SETTINGS = ProposalSettings()
 @dataclass(frozen=True)
 class Patch:
     """A candidate. damper, blades : (f, 4) keys of the faces, as `faces.face_keys` of the user's
-    node numbers normal : (3,) mean, out of the damper; spread - degrees of a face from it; box :
-    (2, 3) of its nodes, and area, in the units of the mesh"""
+    node numbers
+    normal : (3,) mean, out of the damper; spread - degrees of a face from it; box : (2, 3) of its
+    nodes, and area, in the units of the mesh"""
 
     damper: np.ndarray
     blades: np.ndarray

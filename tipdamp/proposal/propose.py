@@ -53,8 +53,8 @@ class ProposedSide:
 class Proposal:
     """files, meshes {body: ...} in the unit of the files; together - whether one file holds both
     bodies, cells - the damper's group of cells in it, or ''; length - unit that fits the size;
-    reach - within which faces are candidates; axis, pull : (3,); groups {purpose: names that
-    fit}."""
+    reach - within which faces are candidates;
+    axis, pull : (3,); groups {purpose: names that fit}."""
 
     files: dict[str, Path]
     meshes: dict[str, Mesh]

@@ -221,8 +221,9 @@ def periodic(u, N, ratio, breaks, start, space, pieces):
     """Fill the pieces of the second of two periods of one slider, and return how many there are.
 
     u, N : series of the motion and of preload + kn u_n; ratio : mu/kt; start : slider at t = 0, and
-    whether at u(0) space : first (most, 7) and past (2, m), pieces of the first period, and the
-    state at each break point with the
+    whether at u(0)
+    space : first (most, 7) and past (2, m), pieces of the first period, and the state at each break
+    point with the
         piece it belongs to
     Where both periods slip alike, or are open, the second repeats the first from there on: a moving
     slider has no memory.

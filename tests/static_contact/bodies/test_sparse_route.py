@@ -42,7 +42,8 @@ CLOSE = FrictionSettings(tolerance=1e-12)
 
 def plates(kind="hexahedron", unit=1.0, points=0):
     """A clamped plate, a free one on it, and their pairs: nodes that face each other, or `points`
-    means of such nodes; unit : lengths in a metre (1e3: mm, N, t)."""
+    means of such nodes;
+    unit : lengths in a metre (1e3: mm, N, t)."""
     steel = Material(E=207e9 / unit**2, nu=0.3, density=7850.0 / unit**4)
     meshes = (block(kind), block(kind))
     low = replace(meshes[0], position=unit * (meshes[0].position - [0, 0, HEIGHT]))
