@@ -28,11 +28,10 @@ class Comparison:
     difference : of the amplitude of harmonic 1, the largest over the outputs and relative to the
     largest output
     steady : Steady state of the integration; left : whether that is another orbit, told by where
-    the balance leads from
-        it
+        the balance leads from it
     multiplier : largest modulus of the Floquet multipliers of the orbit of the solution, not of
-    another one to which
-        the integration left (see `floquet`); NaN where a period of the integration does not finish
+        another one to which the integration left (see `floquet`); NaN where a period of the
+        integration does not finish
     stable : whether it is at most 1, within `settings.marginal`; None where it is NaN
     said : one sentence; hz : frequency; H : harmonics of the balance; origin, start : as in
     ForcedResponse

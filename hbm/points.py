@@ -18,8 +18,7 @@ class ContactPoints:
     """n contact points of one body.
 
     number : (n,) int - above every node number of the body's mesh, or of a node that is a contact
-    point itself, so that
-        a contact table can name either
+        point itself, so that a contact table can name either
     position : (n, 3) m
     motion : (3n, size) CSR - x, y, z of each point in turn, from the dofs of the Body or the
     ReducedModel

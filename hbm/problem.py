@@ -103,8 +103,7 @@ class Problem:
             for a law of several components a list of that many of these, in the order
             `law.components`
         kn, kt, mu, preload : N/m, N/m, -, N - of a contact (negative preload: open at rest by
-        -preload / kn);
-            laws that are no contact need none
+            -preload / kn); laws that are no contact need none
         Raises InputError where the law or the place cannot be used.
         """
         check_law(law)

@@ -85,15 +85,15 @@ def forced_response(
     damping_ratio : of the modes of the stuck system, a number or one per mode; None takes the
     model's C
     origin : 'preloaded' - q = 0 is the preloaded state, N = max(0, preload + kn u_n); 'unloaded' -
-    q = 0 is the
-        unloaded state, N = max(0, kn (u_n - gap)), and `static` (r,) N carries the static loads
+        q = 0 is the unloaded state, N = max(0, kn (u_n - gap)), and `static` (r,) N carries the
+        static loads
     hold : rigid motions that no contact resists and that are held, such as Hold("y") of the damper;
-    the peak and the
-        mean force that this takes are solved again with ten times the stiffness, and a change of
-        more than 1e-4 is warned of (`ForcedResponse.held_change`)
+        the peak and the mean force that this takes are solved again with ten times the stiffness,
+        and a change of more than 1e-4 is warned of (`ForcedResponse.held_change`)
     options : of CurveOptions; `outputs` must be given
     Raises InputError on unusable input, before anything heavy. A point that does not converge stays
-    in the result."""
+    in the result.
+    """
     if origin == "preloaded" and static is not None:
         raise InputError(
             "static: the preloaded state holds the static loads already; use origin = 'unloaded'"
@@ -137,8 +137,7 @@ def follow_parameter(
     """Branch of periodic responses at one frequency over another parameter.
 
     parameter : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt' as a factor on all contacts,
-    or a Parameter of
-        `hbm.balance.parameter`
+        or a Parameter of `hbm.balance.parameter`
     between : (from, to) of the parameter; both positive
     options : of CurveOptions. Raises InputError as forced_response.
     """
@@ -164,14 +163,14 @@ def solve_at(
     """The periodic response of a ContactProblem at one frequency in Hz.
 
     guess : (N,) unknowns of a PeriodicSolution that is near; None starts from the stuck response,
-    then raises the force
-        from zero, then integrates in time, then comes from other frequencies. Where several
-        solutions exist it is one of them: the crossings of a curve are all (`forced_response`,
-        `solutions_at`).
+        then raises the force from zero, then integrates in time, then comes from other frequencies.
+        Where several solutions exist it is one of them: the crossings of a curve are all
+        (`forced_response`, `solutions_at`).
     options : outputs, harmonics, start, samples, settings of CurveOptions
     Raises InputError on unusable input; where no solution is found, `converged` is False. Warns
     where rounding, as of static forces 1e12 times the excitation, leaves a residual that is more
-    than that of the points of a curve."""
+    than that of the points of a curve.
+    """
     chosen = curve_options(options)
     case = _CheckedInput.checked(problem, forcing, chosen)
     hz = positive("hz", hz, " Hz")

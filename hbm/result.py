@@ -37,46 +37,37 @@ class ForcedResponse(ArrayRecord):
     harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point
     failed
     parameter_name, parameter : what varies along the branch, and its (n,) values: 'frequency' in
-    Hz, or another
-        parameter at one frequency (see `hbm.balance.parameter`)
+        Hz, or another parameter at one frequency (see `hbm.balance.parameter`)
     share_stick, share_slip, share_open : (n, P) share of the cycle; of a law without sliders a
-    contact that loses
-        energy slips wherever it is closed
+        contact that loses energy slips wherever it is closed
     dissipated : (n, P) J per cycle, over all components of the law
     converged : (n,) bool; iterations : (n,) evaluations of the residual
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed
     point
     further : what is known of solutions at the end of the band that the branch does not reach
-    inside
-        it, in words; empty where none was found (see `hbm.curve.band_end`)
+        inside it, in words; empty where none was found (see `hbm.curve.band_end`)
     reached_end : the end of the band, perhaps past failed points; a curve that did not has no peak
     H, origin, start : harmonics; 'preloaded' or 'unloaded'; 'zero_slider', 'zero_force' or 'given'
     force_residual : (n,) residual of the equation of motion with the contact law on the motion of
-    each point, over the
-        force scale (see `hbm.curve.equilibrium`); at most 5e-9, or with the rounding of stiff
-        contacts 1e-8, or that of the given matrices (more, said by `ended` with what the vibration
-        is known to), NaN where a point failed
+        each point, over the force scale (see `hbm.curve.equilibrium`); at most 5e-9, or with the
+        rounding of stiff contacts 1e-8, or that of the given matrices (more, said by `ended` with
+        what the vibration is known to), NaN where a point failed
     energy_error : (n,) of the energies of a period, input = damping + friction, relative to the
-    input; friction by the
-        slip of the contacts; NaN where a point failed
+        input; friction by the slip of the contacts; NaN where a point failed
     seconds, residual_calls : cost; the calls are those of the continuation
     restarts : (k, 2) parameters at which a branch that folds without progress was left, and at
-    which a solution further
-        ahead was taken up; between them there may be points solved one from the other, or none;
-        empty for one branch
+        which a solution further ahead was taken up; between them there may be points solved one
+        from the other, or none; empty for one branch
     contact_force : (n, P, nd, H+1) complex, N - force of the damper on the blade in the order of
-    the law; empty unless
-        asked for
+        the law; empty unless asked for
     held : (h,) str, the rigid motions that are held
     reaction : (n, h, H+1) complex, N or N m - force on what holds them, beside the one of the
     preload
     held_change : largest relative change of the peak and the mean reactions at it when the springs
-    that hold are ten
-        times as stiff, these as a share of the excitation where that is larger; 0 without such
-        springs, NaN where that was not solved
+        that hold are ten times as stiff, these as a share of the excitation where that is larger; 0
+        without such springs, NaN where that was not solved
     held_reaction_change : of mean reactions that follow the stiffness, as a share of themselves:
-    near 0.9 where
-        sticking contacts carry them, else 0
+        near 0.9 where sticking contacts carry them, else 0
     peak_points : (n, m) bool, the points solved at the largest half peak to peak of an output;
     empty in other curves
 
@@ -155,10 +146,10 @@ class ForcedResponse(ArrayRecord):
         'harmonic'.
 
         order : of the harmonic |X_k|; None takes that of the force, and of a force of several
-        orders the root of the
-            sum of the squares |X_k|^2
+            orders the root of the sum of the squares |X_k|^2
         Raises InputError for another kind, and for an order that is not one of 1..H or is given for
-        another kind."""
+        another kind.
+        """
         return amplitude(self.harmonics, kind, orders_of(kind, order, self.H, self.force_orders))
 
     def column(self, name: str) -> int:

@@ -40,8 +40,7 @@ def check_law(
     """Raise AssertionError with the first point in which a law breaks the contract of `ContactLaw`.
 
     contacts : those of the law; by default 12, or one for each entry of its array parameters, with
-    kn, kt around
-        1 N/m, mu around 0.5, and preloads from -0.3 to 1 N
+        kn, kt around 1 N/m, mu around 0.5, and preloads from -0.3 to 1 N
     amplitude : m, of the random motions that are tried; it should make contacts stick, slip and
     open
     omega : rad/s, of the cycles

@@ -81,14 +81,12 @@ def extruded_tetrahedra(
     3), straight 10-node tetrahedra (m, 10) and the 6-node triangles of its surface (f, 6).
 
     loop : (p, 2) m - places along the section's border; sharp : (n,) int - which of them are
-    corners; the border
-        between two corners is a spline through the places there
+        corners; the border between two corners is a spline through the places there
     edge : (n,) m - of the tetrahedra at the corners
     pieces : (n,) int - equal ones of the line along y through each corner; 0: as many as `edge`
     asks for
     ruled : (n,) bool - sides of the section, each from its corner to the next, that are cut into
-    one row of rectangles,
-        and these into two triangles each
+        one row of rectangles, and these into two triangles each
     """
     with _gmsh() as (model, gmsh):
         base = _section(model.geo, loop, sharp, edge)

@@ -115,8 +115,7 @@ class ContactSetting(Parameter):
     """A factor on kn, kt, mu or the preload of every contact, or of some.
 
     setting : 'kn', 'kt', 'mu' or 'preload'; contacts : index or indices of these contacts of the
-    problem, None takes
-        all
+        problem, None takes all
     """
 
     setting: str
@@ -302,9 +301,8 @@ class ForceParameter(Rebuilt):
     it acts.
 
     of_value : function value -> forcing, as in `forced_response`, in the place of that of the call,
-    which gives the
-        orders and must not be zero. It must be defined a little beyond the ends of the branch too;
-        these are above zero: an angle may be counted from 360 degrees
+        which gives the orders and must not be zero. It must be defined a little beyond the ends of
+        the branch too; these are above zero: an angle may be counted from 360 degrees
 
         ForceParameter("angle", lambda a: 5.0 * (np.cos(a) * along + np.sin(a) * across))
     """

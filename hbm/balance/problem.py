@@ -48,16 +48,16 @@ class ContactProblem:
     contacts : P of them, with their settings
     static : (r,) N or None - constant force beside the one that balances the preload
     preloaded : True when q = 0 is the preloaded state (the static loads that hold the preloads are
-    implied: open
-        contacts, of negative preload, carry nothing), False when q = 0 is the unloaded one and
-        `static` carries all static loads
+        implied: open contacts, of negative preload, carry nothing), False when q = 0 is the
+        unloaded one and `static` carries all static loads
     damping_ratio : of the modes of the stuck system, where C is None
     describe : motion (r,) -> NamedMotion for messages (see
     `hbm.hold.named_motion.describe_motion`), or None
     held : rigid motions that springs hold, beside K, or whose mean is held rigidly (see
     `hbm.hold.spring.held_motions`)
     Raises InputError where shapes disagree, a matrix is not symmetric, a mass is negative or
-    damping feeds energy in."""
+    damping feeds energy in.
+    """
 
     M: np.ndarray
     C: np.ndarray | None

@@ -53,8 +53,7 @@ class Receptance:
     poles : (m,) 1/s with a general damping matrix, else empty
     free_mass, free_damping : (e,) m and c of the shapes behind the modes that are free motions
     constraint_forces : (h, h) of the h constraints of order 0, the last shapes: takes their
-    coordinates to the forces
-        on what holds
+        coordinates to the forces on what holds
     """
 
     shapes: np.ndarray

@@ -67,8 +67,7 @@ class HarmonicBalance:
     x (P nd nh,) are the real coefficients of the relative motion, contact by contact, component by
     component.
     start, samples : as in `hbm.curve.options.CurveOptions`. Raises InputError where these do not
-    fit, or memory is
-        short.
+        fit, or memory is short.
     """
 
     def __init__(
@@ -149,9 +148,8 @@ class HarmonicBalance:
         """This balance with modes that suffice for forces on some contacts up to some frequency.
 
         cover (1 + P,) : the frequency of the highest harmonic, rad/s, and 1 for each of these
-        contacts, else 0;
-            infinite for all modes. It tells the modes: made again, they are the same to the last
-            digit.
+            contacts, else 0; infinite for all modes. It tells the modes: made again, they are the
+            same to the last digit.
         """
         if np.array_equal(cover, self._covering.cover):
             return self._covering

@@ -24,8 +24,7 @@ class FloatingMotions(NamedTuple):
 
     shapes : (r, e) of unit modal mass
     unsure : share of a motion, in units of the dofs, that may be another one: rounding of the
-    stiffness mixes the
-        softest elastic motions with the rigid ones
+        stiffness mixes the softest elastic motions with the rigid ones
     """
 
     shapes: np.ndarray

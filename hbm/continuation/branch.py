@@ -71,9 +71,8 @@ class Branch:
     end : a key of ENDS, empty while the branch is followed; at : the parameter there
     calls : evaluations of the residual
     restarts : (from, to) parameters: a branch that folds without progress was left there and a
-    solution taken up here;
-        between them there are solutions found in small steps of the parameter, or none: then not
-        far, or marked failed
+        solution taken up here; between them there are solutions found in small steps of the
+        parameter, or none: then not far, or marked failed
     outside : the parameter furthest out of the band where it starts that the branch went through,
     or None
     beyond : the parameter furthest beyond the end of the band from which the branch came back, or

@@ -30,8 +30,7 @@ def follow(
     weights (n,) : how much each unknown counts in the arc length
     on_point(point, step) : called for each accepted point
     restart(parameter) -> Point : a costlier way to a solution at a fixed parameter, used where
-    Newton from the last
-        point fails
+        Newton from the last point fails
     A failed corrector is tried again with smaller steps and lower predictors, then across the gap
     at fixed parameters; points that are not found stay in the branch as failed. A branch that folds
     again and again without progress is left for solutions ahead; the restart is recorded. A branch

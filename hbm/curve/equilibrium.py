@@ -77,9 +77,8 @@ def _limit(equation, point, springs=0.0):
     elements are small.
 
     springs : share of the rounding of the motion of stiff contacts that comes on top as well, once
-    further steps are of
-        no help; none of it where it exceeds the limit, as there the stiffness is said to be too
-        large
+        further steps are of no help; none of it where it exceeds the limit, as there the stiffness
+        is said to be too large
     """
     kept = KeptPoints(equation, [point])
     terms, motion = (

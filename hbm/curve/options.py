@@ -38,26 +38,22 @@ class CurveOptions:
     outputs : {name: (r,) row that takes the output out of q}
     harmonics : H, orders 0..H are kept
     start : where the sliders start, before the first of two periods: 'zero_slider', the default (T
-    = 0
-        at q = 0), 'zero_force' (T = 0 at the position of t = 0: means then depend on the phase of
-        the
-        force) or positions (P, nt) in m
+        = 0 at q = 0), 'zero_force' (T = 0 at the position of t = 0: means then depend on the phase
+        of the force) or positions (P, nt) in m
     at : frequencies in Hz, or values of the parameter, at which every crossing of the curve is
     solved
     beyond : frequency in Hz, or value of the parameter, past the end of the band, up to which the
-    branch
-        is followed: to a fold there and back, to what of it lies inside; None ends it with the band
+        branch is followed: to a fold there and back, to what of it lies inside; None ends it with
+        the band
     samples : of a cycle, at least 8 and 4 H; None takes the number of the law. They separate the
-    events of an
-        event-driven law and do not change its result; a law of sampled forces is as accurate as its
-        samples
+        events of an event-driven law and do not change its result; a law of sampled forces is as
+        accurate as its samples
     contact : whether to keep the harmonics of the force of every contact too
     peaks : groups of names of outputs, of each of which the largest and the smallest peak is
-    solved, as of the nodes of
-        a patch; None solves the peak of every output. `find_peaks` solves any other afterwards
+        solved, as of the nodes of a patch; None solves the peak of every output. `find_peaks`
+        solves any other afterwards
     progress : function (value, step, calls), called at each point with the residual calls that it
-    took, and at
-        every 20 calls between points with step 0 and the calls since
+        took, and at every 20 calls between points with step 0 and the calls since
     settings : of the continuation: steps, points, budget; None takes
     `hbm.continuation.settings.DEFAULT`
     journal : of a curve that may be interrupted, to continue it later (`hbm.curve.journal`)

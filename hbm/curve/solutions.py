@@ -28,14 +28,13 @@ def solutions_at(
 
     problem : the ContactProblem that the curve was made with
     value : in a curve over another parameter, a value of that; parameter : as given to
-    `follow_parameter`, where that
-        was no name
+        `follow_parameter`, where that was no name
     Every solution is solved to the tolerance: those that the curve holds there (`at` of
     forced_response), and by Newton from the points around each other crossing. A crossing that
     could not be solved is left out, with a warning. Warns where there may be others: the curve is
-    incomplete, or does not lead to all solutions that
-    are known at the end of its band (`ForcedResponse.further`).
-    Raises InputError outside the curve, and where the problem does not fit.
+    incomplete, or does not lead to all solutions that are known at the end of its band
+    (`ForcedResponse.further`). Raises InputError outside the curve, and where the problem does not
+    fit.
     """
     doubt = curve.further if curve.complete else f"it is incomplete, {curve.ended}"
     if doubt:

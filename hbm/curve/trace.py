@@ -39,6 +39,7 @@ def trace(
     beyond : up to where it is followed past `last`, for what comes back; None ends it at `last`
     note(point) : called for every point with its tangent, before the next one, or None: a journal
     knows these alone
+
     Of the branches from several solutions at `first`, the first one that does not leave the band
     for good.
     """
@@ -56,9 +57,9 @@ def trace(
         found.append(Branch([failed(len(equation.weights), first)]))
         found[0].finish("no start", first)
     best = found[-1] if found[-1].end not in LEFT else found[0]
+    best.calls = budget.calls
     if beyond is not None:
         cut_at_end(equation.evaluate, best, last, equation.weights, settings)
-    best.calls = budget.calls
     return best
 
 

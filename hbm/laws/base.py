@@ -46,11 +46,9 @@ class ContactLaw:
 
     components : of the relative motion, a subset of ('t1', 't2', 'n') in this order
     states : length of the state of a contact; sliders : its leading entries that are slider
-    positions in m, from which
-        slip is told; a law without sliders slips where it dissipates
+        positions in m, from which slip is told; a law without sliders slips where it dissipates
     coupled : whether mu N limits the resultant of the tangents instead of each: the static solution
-    that a response
-        starts from has the same limit
+        that a response starts from has the same limit
     """
 
     components: ClassVar[tuple] = ("t1", "t2", "n")

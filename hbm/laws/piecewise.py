@@ -49,8 +49,7 @@ class PiecewiseLinear:
     follows : (S, m) bool, entries of the memory that the motion carries along in a state; the
     others rest follow_u (P, S, m, n), follow_0 (P, S, m) : where the motion carries them
     state, next_state : (G,) int, state that a guard ends and the one that comes next; of guards
-    that reach
-        zero together the one listed first acts
+        that reach zero together the one listed first acts
     of_rate : (G,) bool, the guard is guard_u u', not guard_u u + guard_memory m + guard_0 (in m)
     entry : (G,) bool, guards of the next state that stand at zero and rise end it at once
     guard_u (P, G, n), guard_memory (P, G, m), guard_0 (P, G)

@@ -13,8 +13,7 @@ class IntegrationSettings:
 
     Event-driven integrator
     tolerance : error of the contact force within a step, relative to the largest; 1e-7 holds the
-    harmonics to 1e-8.
-        0 takes equal steps, shorter only up to an event
+        harmonics to 1e-8. 0 takes equal steps, shorter only up to an event
     steps : longest step as a part of the period; 64 resolves 10 harmonics where nothing happens
     halvings : of the longest step; 2^-16 of it is below any transient of a mode that keeps its mass
     curvature : cubic part of the motion in a step, relative to the motion; above 0.02 two events
@@ -45,14 +44,14 @@ class IntegrationSettings:
     is enough
     max_columns : unknowns up to which the derivative of the map is computed column by column
     difference : of the differences of the map, relative to the motion; the root of the rounding of
-    a period. Larger
-        ones reach past events that change their order: on the rig Newton stalls with 1e-6
+        a period. Larger ones reach past events that change their order: on the rig Newton stalls
+        with 1e-6
     krylov : residual of Newton's step by GMRES; the map is known to `difference` only
     fractions : of Newton's step that are tried, the largest first
     Stability
     disturbance : of the differences for the multipliers, relative to the motion; rounding counts
-    the more the smaller
-        it is, events that change their order the larger it is: 1e-5 makes 4.6 of 0.88
+        the more the smaller it is, events that change their order the larger it is: 1e-5 makes 4.6
+        of 0.88
     resting : motion of a slider over a disturbed period, relative to the disturbance, that counts
     as none
     multipliers : leading ones sought by Arnoldi's method; more than a complex pair, or the first
@@ -67,17 +66,17 @@ class IntegrationSettings:
     Comparison
     patience : periods integrated from the orbit before Newton helps to find where they lead
     almost : change over a period below which an event-driven integration that does not repeat is
-    tried again, at a
-        hundredth of its tolerance; a damping ratio of 1e-5 makes 3e-3 of the errors of the steps
+        tried again, at a hundredth of its tolerance; a damping ratio of 1e-5 makes 3e-3 of the
+        errors of the steps
     elsewhere : relative difference from which on two solutions are not compared, but said to be two
     small : relative difference above which more harmonics, or samples, are advised; fewer : share
-    of it that twice the
-        samples must leave at most, where samples lack
+        of it that twice the samples must leave at most, where samples lack
     same : relative distance of two solutions of the balance that count as one
     unsolved : relative difference of another orbit where the balance has no solution to tell them
     by
     Raises InputError where a number is not positive (tolerance, foreign_share, max_columns and
-    patience may be zero)."""
+    patience may be zero).
+    """
 
     tolerance: float = 1e-7
     steps: int = 64

@@ -16,9 +16,8 @@ def stiffness_and_mass(
     linear elasticity.
 
     position (n, 3) m; cells (c, k) indices into it; lame and shear are Lame's moduli in Pa, density
-    in kg/m3.
-        K_ai,bj = integral of lame dN_a/dx_i dN_b/dx_j + shear (dN_a/dx_j dN_b/dx_i + delta_ij grad
-        N_a . grad N_b)
+        in kg/m3. K_ai,bj = integral of lame dN_a/dx_i dN_b/dx_j + shear (dN_a/dx_j dN_b/dx_i +
+        delta_ij grad N_a . grad N_b)
     """
     n = len(position)
     indptr, indices, slot = _pattern(cells, n)

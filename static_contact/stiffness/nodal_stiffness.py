@@ -37,8 +37,7 @@ class StiffnessModel:
     """How the stiffness of a side is computed.
 
     name : 'halfspace_3d' (finite line or rectangle), 'plane_depth' (needs depth), 'rough_series'
-    (halfspace_3d in
-        series with `roughness`)
+        (halfspace_3d in series with `roughness`)
     kind : 'tangent' (for small motions about the static state) or 'secant' (from zero load); a flat
     has both equal
     depth : (d1, d2) m in the two bodies

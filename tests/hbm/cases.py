@@ -142,8 +142,7 @@ def with_damping_matrix(problem, dashpot=0.1):
     """A problem with damping ratios, its damping as a matrix: the same, and a dashpot at a pair.
 
     dashpot : at the first tangent of the first pair, its largest entry in units of that of the
-    matrix; with 0 the
-        matrix is diagonal in the modes and no pencil is needed
+        matrix; with 0 the matrix is diagonal in the modes and no pencil is needed
     """
     R = problem.receptance()
     inverse = np.linalg.inv(R.shapes)

@@ -36,8 +36,7 @@ class Case:
     repeats.
 
     friction : 'together' or 'each' - |T| of the tangents stays within mu N; 'creep' - it does, but
-    there is no slider;
-        '' - there is no friction
+        there is no slider; '' - there is no friction
     order : None where the result does not depend on the samples, else the order in which it
     converges
     """

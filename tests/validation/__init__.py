@@ -38,8 +38,7 @@ class Subject:
     title, text : what is compared, in which quantity, and the source of the reference
     rows : function without arguments that yields its rows
     limits : {against: largest error}, as asked; a key may be the beginning of an `against`. What
-    has no limit is
-        reported.
+        has no limit is reported.
     misses : {against: Miss}, the kinds of reference against which the limit is not met
     long : its rows and more that take minutes, for the command with --long
     """

@@ -688,8 +688,7 @@ def cycle(c, waves, kt, start, opened, found):
     opened : pieces (P, k, 7) in which a contact is open (`uncoupled.events`), and their numbers
     (P,)
     found : filled with the harmonics of -r (P, 2, nh) and of their derivatives by c (P, 2, nh, 3,
-    nh), work (P,); in
-        active (P, 3) and shares (P, 3) slip is added
+        nh), work (P,); in active (P, 3) and shares (P, 3) slip is added
     """
     (wave, rate, tau), (g, D, active, shares, works) = waves, found
     P, _, nh = c.shape

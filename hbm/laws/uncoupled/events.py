@@ -223,8 +223,7 @@ def periodic(u, N, ratio, breaks, start, space, pieces):
     u, N : series of the motion and of preload + kn u_n; ratio : mu/kt; start : slider at t = 0, and
     whether at u(0)
     space : first (most, 7) and past (2, m), pieces of the first period, and the state at each break
-    point with the
-        piece it belongs to
+        point with the piece it belongs to
     Where both periods slip alike, or are open, the second repeats the first from there on: a moving
     slider has no memory.
     """
@@ -419,10 +418,9 @@ def find_pieces(x, samples, law, start, found):
     x (P, nd, nh) : harmonics of the relative motion; samples : instants (n + 1,), and the motion
     and its rate by tau (P, nd, n) at all but the last; law : Sliders; start : SliderStart
     found : pieces (P, tangents + 1, most, 7) and counts (P, tangents + 1) of the slider of each
-    tangent, and last the
-        times in which the contact is open; active (P, nd); shares (P, 3) of stick, slip, open. A
-        piece is its state, begin, end, the place w of a resting slider, and how w came about: the
-        instant, and the weights of u and of preload + kn u_n there.
+        tangent, and last the times in which the contact is open; active (P, nd); shares (P, 3) of
+        stick, slip, open. A piece is its state, begin, end, the place w of a resting slider, and
+        how w came about: the instant, and the weights of u and of preload + kn u_n there.
     """
     tau, wave, rate = samples
     pieces, counts, active, shares = found
