@@ -10,7 +10,6 @@ import os
 import shutil
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -42,12 +41,17 @@ def run(*command, cwd):
     return done.stdout
 
 
+def is_link(path):
+    return path.is_symlink() and path.is_dir()
+
+
 def source_of_the_project(folder):
-    """A copy of what a build reads, so that it leaves nothing behind in the tree."""
-    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    """A copy of what a build reads, links as links, so that it leaves nothing behind in the
+    tree."""
     folder.mkdir()
-    for name in {p.split(".")[0] for p in settings["tool"]["setuptools"]["packages"]}:
-        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for name in ("tipdamp", *(link.name for link in (ROOT / "tipdamp").iterdir() if is_link(link))):
+        ignore = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / name, folder / name, symlinks=True, ignore=ignore)
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, folder)
     return folder
@@ -133,6 +137,41 @@ def test_the_example_runs_from_its_files_alone(python, tmp_path):
     assert {p.name for p in tmp_path.glob("curve_*.npz")} == {
         f"curve_{level}N.npz" for level in (5, 40, 60)
     }
+
+
+def test_beside_a_package_called_modal(python, tmp_path):
+    """The package index has a `modal`, an `hbm` and a `meshes` of others: both stay whole."""
+    other = tmp_path / "other"
+    (other / "modal").mkdir(parents=True)
+    (other / "modal" / "__init__.py").write_text('OWNER = "others"\n')
+    (other / "modal" / "mesh.py").write_text("CELLS = 7\n")
+    (other / "pyproject.toml").write_text(
+        '[build-system]\nrequires = ["setuptools"]\nbuild-backend = "setuptools.build_meta"\n'
+        '[project]\nname = "modal"\nversion = "1.0"\n[tool.setuptools]\npackages = ["modal"]\n'
+    )
+    site = tmp_path / "site"
+    sources = (source_of_the_project(tmp_path / "source"), other)
+    for source in (*sources, *sources):  # whichever comes last overwrites nothing of the other
+        options = ("--no-deps", "--no-build-isolation", "--upgrade", "--target", site)
+        run(python, "-m", "pip", "install", "-q", *options, source, cwd=tmp_path)
+    owned = [
+        set(line.split(",")[0] for line in record.read_text().splitlines())
+        for record in site.glob("*.dist-info/RECORD")
+    ]
+    assert len(owned) == 2 and not owned[0] & owned[1]
+    assert all((site / name).is_file() for name in owned[0] | owned[1] if ".." not in name)
+    tops = {name.split("/")[0] for name in owned[0] | owned[1] if ".." not in name}
+    assert {top for top in tops if not top.endswith(".dist-info")} == {"tipdamp", "modal"}
+    said = run(
+        python,
+        "-c",
+        f"import sys; sys.path.insert(0, {str(site)!r})\n"
+        "import modal, modal.mesh, tipdamp.modal.mesh, tipdamp.hbm.response, importlib.util\n"
+        "print(modal.OWNER, modal.mesh.CELLS, tipdamp.modal.mesh.__name__,"
+        " importlib.util.find_spec('hbm'))",
+        cwd=tmp_path,
+    )
+    assert said.split() == ["others", "7", "tipdamp.modal.mesh", "None"]
 
 
 def test_the_command_line_starts(python, tmp_path):
