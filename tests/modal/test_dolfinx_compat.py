@@ -157,9 +157,9 @@ def test_ctrl_c_still_interrupts():
     """In a fresh process: dolfinx 0.5.2 imports gmsh, which would have Ctrl-C end it without a
     word."""
     program = (
-        "import signal; from tipdamp.modal.elements.dolfinx_compat import Block\n"
+        "import signal; from tipdamp.modal.elements.dolfinx_compat import CellBlock\n"
         "from tests.modal.blocks import block\n"
-        "made = block('tetra'); Block.of(made.position, 'tetra', made.cells['tetra'])\n"
+        "made = block('tetra'); CellBlock.of(made.position, 'tetra', made.cells['tetra'])\n"
         "import sys, dolfinx; assert ('gmsh' in sys.modules) is (dolfinx.__version__ == '0.5.2')\n"
         "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler"
     )
