@@ -123,6 +123,12 @@ class Problem:
 
     def row(self, where: Where) -> np.ndarray:
         """(r,) row that takes a motion out of q. Raises InputError where it is none."""
+        row = self._row(where)
+        if not row.any():
+            raise _nothing_moves(where)
+        return row
+
+    def _row(self, where):
         r = self.size
         if isinstance(where, int | np.integer) and not isinstance(where, bool):
             return self._unit(int(where))
@@ -202,7 +208,10 @@ class Problem:
                 f"where = {brief(where)}: law {law.name} moves along {wanted}: a list of "
                 f"{len(law.components)} dofs, pairs of dofs, or rows"
             )
-        return np.array([self.row(one) for one in where])
+        rows = np.array([self._row(one) for one in where])
+        if not rows.any():
+            raise _nothing_moves(where)
+        return rows
 
     def _forcing(self) -> dict[int, np.ndarray]:
         if not self.forces:
@@ -216,6 +225,13 @@ class Problem:
             return options
         rows = {name: self.row(cast(Where, where)) for name, where in outputs.items()}
         return cast(CurveKeywords, {**options, "outputs": rows})
+
+
+def _nothing_moves(where):
+    return InputError(
+        f"where = {brief(where)}: a row of zeros takes no motion out of q; a dof is given as its "
+        "number alone, 0 for the first"
+    )
 
 
 def _all_components(one: Attached) -> np.ndarray:

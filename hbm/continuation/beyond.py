@@ -88,3 +88,26 @@ def fold_ahead(
             return furthest, furthest, tracer.branch.calls
         tracer.accept(new, None)
     return None, limit if tracer.branch.end == "end" else furthest, tracer.branch.calls
+
+
+def return_ahead(
+    evaluate: Evaluate,
+    start: Point,
+    limit: float,
+    weights: np.ndarray,
+    settings: Settings,
+    most: int,
+) -> tuple[float | None, float, int]:
+    """As `fold_ahead`, of the furthest fold over which the branch comes back to where it starts;
+    None where it does not."""
+    tracer = BranchTracer(evaluate, start, limit, weights, settings, None)
+    furthest = start.parameter
+    while not (tracer.branch.end or tracer.lost) and tracer.branch.calls < most:
+        new = tracer.next_point()
+        if new is None:
+            continue
+        if tracer.outside(new.parameter) > 0:
+            return furthest, furthest, tracer.branch.calls
+        furthest = max(furthest, new.parameter, key=lambda value: tracer.sense * value)
+        tracer.accept(new, None)
+    return None, furthest, tracer.branch.calls

@@ -1,9 +1,14 @@
-"""At the end of a band: solutions there that the branch does not reach inside it.
+"""At the ends of a band: solutions there that the branch does not reach inside it.
 
 A hardening resonance may lie beyond the end, with its fold. The branch then ends at its upper
 solution as if that were the only one, while the lower one lies inside the band too, and between the
 two an unstable one that leaves through the same end. Newton's method from the linear response leads
 to the lower one in three or four evaluations. Where it does, the branch is followed to its fold.
+
+Where the band begins or ends between two folds the branch may be on the lower solution there, to
+which the linear response leads, too. Followed outwards it comes to the fold over which it returns
+into the band.
+
 What is not found so stays unknown: a curve knows its own branch alone.
 """
 
@@ -12,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tipdamp.hbm.balance.parameter import Equation
-from tipdamp.hbm.continuation.beyond import fold_ahead
+from tipdamp.hbm.continuation.beyond import fold_ahead, return_ahead
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.point import Point, size
@@ -21,12 +26,14 @@ from tipdamp.hbm.continuation.settings import Settings
 
 @dataclass(frozen=True)
 class EndSettings:
-    """How far is looked for what lies beyond the end of a band."""
+    """How far is looked for what lies beyond the ends of a band."""
 
     calls: int = 40  # of the residual, for another solution there, which takes four
     differs: float = 1e-2  # of the motion; nearer ones may differ in an undetermined mean alone
     fold_calls: int = 1000  # of the residual, up to the fold: a lightly damped one takes some 200
     reach: float = 2.0  # times the parameter at the end, or divided by it: limit for the fold
+    outside_calls: int = 200  # of the residual, to a fold outside and back: a Duffing takes 130
+    linear: float = 1e-9  # of the motion: a point so near the linear response has no fold
 
 
 SETTINGS = EndSettings()
@@ -35,19 +42,59 @@ SETTINGS = EndSettings()
 def further_solutions(
     equation: Equation, branch: Branch, last: float, beyond: float | None, settings: Settings
 ) -> str:
-    """What is known of solutions at the end of the band that the branch does not reach inside it,
+    """What is known of solutions at the ends of the band that the branch does not reach inside it,
     in words; empty where none was found.
 
     beyond : up to which value the branch was followed past its end; None looks for its fold here
     """
     if branch.end != "end" or not branch.points[-1].converged:
         return ""
+    first, end = branch.points[0], branch.points[-1]
+    onwards = np.sign(last - first.parameter)
+    found = (
+        _folds_outside(equation, branch, first, -onwards, settings),
+        _at_the_end(equation, branch, last, onwards, beyond, settings)
+        or _folds_outside(equation, branch, end, onwards, settings),
+    )
+    return "; ".join(words for words in found if words)
+
+
+def _folds_outside(equation, branch, point, outwards, settings):
+    """Words on the fold over which the branch comes back into the band, followed outwards from one
+    of its ends; empty where that is not found with few calls."""
+    if not point.converged or _linear(equation, point):
+        return ""
+    most = SETTINGS.outside_calls
+    fold, _ = _followed(equation, branch, point, outwards, (return_ahead, most), settings)
+    if fold is None:
+        return ""
+    name, scale = equation.parameter.named, equation.parameter.scale
+    return (
+        f"the branch folds outside the band, near {name(fold / scale)}, and comes back to "
+        f"{name(point.parameter / scale)}: more solutions may lie inside, and a larger resonance "
+        "among them; a band that reaches past the fold holds them"
+    )
+
+
+def _linear(equation, point):
+    """Whether a point is the response of the system in which all contacts stick."""
+    balance, w = equation.balance_at(point.parameter)
+    apart = size(equation.weights * (balance.linear(w) - point.x))
+    return apart <= SETTINGS.linear * size(equation.weights * point.x)
+
+
+def _at_the_end(equation, branch, last, onwards, beyond, settings):
+    """Words on the solution at the end of the band to which Newton's method leads from the linear
+    response; empty where the branch has it."""
     known = [point for point in branch.points if point.converged and point.parameter == last]
     other = _from_linear_response(equation, last, settings)
     branch.calls += other.iterations
     if not other.converged or any(_alike(other, point, equation.weights) for point in known):
         return ""
-    fold, looked = (None, beyond) if beyond is not None else _fold(equation, branch, settings)
+    fold, looked = None, beyond
+    if beyond is None:
+        end, most = branch.points[-1], SETTINGS.fold_calls
+        fold, looked = _followed(equation, branch, end, onwards, (fold_ahead, most), settings)
     parameter = equation.parameter
     return _in_words(
         *(
@@ -88,19 +135,22 @@ def _alike(a: Point, b: Point, weights) -> bool:
     return apart <= SETTINGS.differs * max(size(weights * a.x), size(weights * b.x))
 
 
-def _fold(equation, branch, settings):
-    """(where the branch folds beyond its end or None, how far it was followed or None); over the
-    frequency alone: other parameters may have no meaning there."""
+def _followed(equation, branch, point, sense, to, settings):
+    """(where the branch folds on from a point in a sense of the parameter or None, how far it was
+    followed or None); over the frequency alone: other parameters may have no meaning there.
+
+    to : how it is followed, and with how many residual calls
+    """
     if not np.isnan(equation.hz):
         return None, None
-    first, end = branch.points[0].parameter, branch.points[-1].parameter
-    limit, most = end * SETTINGS.reach ** np.sign(end - first), SETTINGS.fold_calls
-    start = solve_fixed(equation.evaluate, branch.points[-1].x, end, equation.weights, settings)
+    limit = point.parameter * SETTINGS.reach**sense
+    start = solve_fixed(equation.evaluate, point.x, point.parameter, equation.weights, settings)
+    branch.calls += start.iterations
     if not start.converged:
-        branch.calls += start.iterations
         return None, None
-    fold, looked, calls = fold_ahead(
+    ahead, most = to
+    fold, looked, calls = ahead(
         equation.evaluate, start, limit, equation.weights, replace(settings, max_points=most), most
     )
-    branch.calls += start.iterations + calls
+    branch.calls += calls
     return fold, looked

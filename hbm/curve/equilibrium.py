@@ -37,6 +37,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
 
 TINY = float(np.finfo(float).tiny)
+BLOCK = 20_000  # rows of a sparse matrix that are multiplied at once in extended precision
 
 
 def settle(
@@ -89,14 +90,15 @@ def _limit(equation, point, springs=0.0):
 
 
 def doubt(equation: Equation, point: Point) -> float:
-    """Share of the vibration of a point by which rounding of the terms moves its branch: forces of
-    that size and of random phase, answered by the linearised equations."""
+    """Share of the vibration of a point by which it is off its branch: what is left of the equation
+    of motion in extended precision, where the rounding of its large terms does not hide it, and
+    what the mean contact forces may be off by, answered by the linearised equations."""
     kept = KeptPoints(equation, [point])
     detail = point.detail
     balance = point.detail.balance
     shapes, orders = balance.receptance.shapes, np.arange(balance.H + 1)
-    forces = kept.rounding_forces()[0]
-    forces = forces * np.exp(2j * np.pi * np.random.default_rng(0).random(forces.shape))
+    phase = np.exp(2j * np.pi * np.random.default_rng(0).random((len(shapes), len(orders))))
+    forces = kept.defect() + phase * kept.rounding_of_mean()[0]
     moved = balance.receptance.factors(kept.w[0] * orders)[0] * (shapes.T @ forces)
     row, corner = _across(point)
     step = detail.solve(row, corner, 0.0, -fourier.to_real(balance.shapes @ moved).ravel())
@@ -229,17 +231,29 @@ class KeptPoints:
     def response_error(self) -> np.ndarray:
         """(n, 2) size of the residual of the equation of motion under the forces of Newton's
         method."""
-        problem, kw, q = self.problem, self._orders(), self.motion()
-        inner = (
-            _times(problem.stiffness, q)
-            - _times(problem.M, q * kw**2)
-            + 1j * kw * self.damping_force(q)
-        )
+        problem, q = self.problem, self.motion()
+        stiff = _times(problem.stiffness, q)
+        heavy = _times(problem.M, q * self._orders() ** 2)
+        return self._size(stiff - heavy + self._other_forces(q))
+
+    def defect(self) -> np.ndarray:
+        """(r, H+1) N, the residual of the first point under the forces of the law, its largest
+        terms summed in extended precision."""
+        problem, q = self.problem, self.motion()[:1]
+        stiff = _extended(problem.stiffness, q[0])
+        heavy = _extended(problem.M, q[0]) * (self._orders()[0].astype(np.longdouble) ** 2)
+        changed = self._at_dofs(self.of_law[0][:1] - self.g[:1])[0]
+        return (stiff - heavy + self._other_forces(q)[0] + changed).astype(complex)
+
+    def _other_forces(self, q):
+        """(n, r, H+1) of damping, holds and contacts, less what is applied."""
+        problem = self.problem
+        inner = 1j * self._orders() * self.damping_force(q)
         reactions = self.modal[:, :, 0].real @ self.balance.reaction_rows.T
         for one, reaction in zip(problem.held, reactions.T, strict=True):
             if one.mean:
                 inner[:, :, 0] += reaction[:, None] * one.row
-        return self._size(inner + self._at_dofs(self.h) - self.applied())
+        return inner + self._at_dofs(self.h) - self.applied()
 
     def rounding_forces(self) -> np.ndarray:
         """(n, r, H+1) N, what K q and M q may be off by rounding alone, and orders k > 0 by that of
@@ -248,11 +262,14 @@ class KeptPoints:
         terms = _times(abs(self.problem.stiffness), q) + _times(
             abs(self.problem.M), q * self._orders() ** 2
         )
-        at = self._at_dofs(self.h)
-        terms[:, :, 1:] = np.hypot(
-            terms[:, :, 1:], np.abs(at[:, :, :1]) / np.sqrt(max(at.shape[2] - 1, 1))
-        )
-        return DEFAULT.terms * np.finfo(float).eps * terms
+        return np.hypot(DEFAULT.terms * np.finfo(float).eps * terms, self.rounding_of_mean())
+
+    def rounding_of_mean(self) -> np.ndarray:
+        """(n, r, H+1) N, what orders k > 0 may be off by that of the mean contact forces."""
+        at = np.abs(self._at_dofs(self.h))
+        share = np.full(at.shape[2], 1 / np.sqrt(max(at.shape[2] - 1, 1)))
+        share[0] = 0.0
+        return DEFAULT.terms * np.finfo(float).eps * at[:, :, :1] * share
 
     def rounding(self) -> np.ndarray:
         """(n, 2) size of it."""
@@ -342,6 +359,21 @@ def _times(A, X):
     n, m, orders = X.shape
     product = real_times(A, X.transpose(1, 0, 2).reshape(m, n * orders))
     return product.reshape(A.shape[0], n, orders).transpose(1, 0, 2)
+
+
+def _extended(A, X):
+    """(k, o) product of a dense or sparse matrix (k, m) with X (m, o) in the longest floats of the
+    machine, in blocks of rows."""
+    X = X.astype(np.clongdouble)
+    if not sp.issparse(A):
+        return np.asarray(A).astype(np.longdouble) @ X
+    A = A.tocsr()
+    found = np.zeros((A.shape[0], X.shape[1]), dtype=np.clongdouble)
+    for first in range(0, A.shape[0], BLOCK):
+        block = A[first : first + BLOCK].tocoo()
+        terms = block.data.astype(np.longdouble)[:, None] * X[block.col]
+        np.add.at(found, first + block.row, terms)
+    return found
 
 
 def _units(problem, w):

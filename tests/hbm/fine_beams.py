@@ -22,31 +22,39 @@ def clamped(n=160, unit=1.0):
     return K[2:, 2:], M[2:, 2:], np.eye(len(K) - 2)[-2]
 
 
-def two_free(n, unit=1.0, preload=100.0):
-    """Two free beams side by side, of n nodes 4 mm apart, joined at both ends by springs that may
-    open."""
+def two_free(n, unit=1.0, preload=100.0, middle=False):
+    """Two free beams side by side, of n nodes 4 mm apart, joined at both ends, and in the middle if
+    wanted, by springs that may open."""
     one = beam_elements.bending(
         0.004 * np.arange(n), 200e9 * 0.0254 * 0.0127**3 / 12, 7850 * 0.0254 * 0.0127
     )
     K, M = (la.block_diag(A, A) for A in in_angles(one, unit))
-    B = np.zeros((2, 4 * n))
-    B[[0, 1], [0, 2 * n - 2]], B[[0, 1], [2 * n, 4 * n - 2]] = 1.0, -1.0
+    nodes = [0, n // 2, n - 1] if middle else [0, n - 1]
+    rows, at = np.arange(len(nodes)), 2 * np.array(nodes)
+    B = np.zeros((len(nodes), 4 * n))
+    B[rows, at], B[rows, 2 * n + at] = 1.0, -1.0
     return ContactProblem(
         M,
         None,
         K,
         B,
         UnilateralSpring(),
-        Contacts([1e7] * 2, [0] * 2, [0] * 2, [preload] * 2),
+        Contacts(*np.outer([1e7, 0, 0, preload], np.ones(len(nodes)))),
         damping_ratio=0.001,
     )
 
 
-def in_modes(problem, force, rigid=0):
-    """(problem, force) in the coordinates of the modes of K and M, the first `rigid` of frequency 0
-    exactly."""
+def in_modes(problem, force, rigid=None):
+    """(problem, force) in the coordinates of the modes of K and M.
+
+    rigid : (r, k) motions without stiffness, in place of the first k modes, to the last digit
+    """
     stiffness, shapes = la.eigh(problem.K, problem.M)
-    stiffness[:rigid] = 0.0
+    if rigid is not None:
+        k = rigid.shape[1]
+        rigid = rigid @ la.inv(la.cholesky(rigid.T @ problem.M @ rigid))
+        shapes = np.hstack([rigid, shapes[:, k:] - rigid @ (rigid.T @ problem.M @ shapes[:, k:])])
+        stiffness[:k] = 0.0
     return ContactProblem(
         np.eye(len(stiffness)),
         None,
@@ -56,3 +64,11 @@ def in_modes(problem, force, rigid=0):
         problem.contacts,
         damping_ratio=problem.damping_ratio,
     ), shapes
+
+
+def rigid_motions(n, unit=1.0):
+    """(4 n, 4) of `two_free`: translation and rotation of each beam."""
+    along = 0.004 * (np.arange(n) - 0.5 * (n - 1))
+    one = np.zeros((2 * n, 2))
+    one[::2, 0], one[::2, 1], one[1::2, 1] = 1.0, along, 1.0 / unit
+    return la.block_diag(one, one)

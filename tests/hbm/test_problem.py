@@ -67,11 +67,18 @@ def test_forces_are_added_and_have_orders():
         (lambda p: p.add(CubicSpring(1.0), "tip"), "must be a dof 0..0, two dofs"),
         (lambda p: p.add(DryFriction2T(), 0), "moves along t1, t2, n: a list of 3 dofs"),
         (lambda p: p.add("CubicSpring", 0), "CubicSpring"),
+        (lambda p: p.add(CubicSpring(1.0), [0]), "a row of zeros .* its number alone, 0"),
+        (lambda p: p.add(DryFriction2T(), [(0, 0), [0], [0.0]]), "a row of zeros"),
+        (lambda p: p.force([0]), "a row of zeros"),
         (lambda p: p.force([1.0, 2.0]), "or a row of 1 numbers"),
         (lambda p: p.follow_band(BAND, outputs={"x": 0}), "no nonlinear force: add"),
         (
             lambda p: p.add(CubicSpring(1.0), 0).follow_band(BAND, outputs={"x": 0}),
             "no excitation: force",
+        ),
+        (
+            lambda p: p.add(CubicSpring(1.0), 0).force(0).follow_band(BAND, outputs={"x": [0]}),
+            "a row of zeros",
         ),
         (lambda p: Problem([[1.0]]), "K is missing"),
     ],

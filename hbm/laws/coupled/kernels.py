@@ -681,6 +681,23 @@ def one_contact(contact, given, panel, light, sums, D):
 
 
 @njit(cache=True)
+def largest_limit(c, at_samples, opened, e):
+    """Of a contact at the samples, and half way through each time in which it is closed, which may
+    lie between two of them."""
+    largest = at_samples.max()
+    at = np.empty(6)
+    closed = 0.0
+    for k in range(len(opened) + 1):
+        opens = opened[k, 0] if k < len(opened) else TWO_PI
+        if opens > closed:
+            motion(c, 0.5 * (closed + opens), e, at)
+            largest = max(largest, at[LIMIT])
+        if k < len(opened):
+            closed = opened[k, 1]
+    return largest
+
+
+@njit(cache=True)
 def cycle(c, waves, kt, start, opened, found):
     """Sliders of the periodic cycle at the motion c (P, 3, nh), in forces: kt u1, kt u2 and mu N.
 
@@ -711,17 +728,12 @@ def cycle(c, waves, kt, start, opened, found):
     light = Sums(sums.g, sums.D, np.empty((2, 2)), np.empty(2), sums.e)
     raw = np.empty((nh, 2, 3 * nh))
     for p in range(P):
-        scale = wave[p, 2].max()
+        apart = opened[0][p, : opened[1][p], 1:3]
+        scale = largest_limit(c[p], wave[p, 2], apart, sums.e)
         if kt[p] == 0 or scale <= 0:
             continue
         contact = Contact(
-            c[p],
-            wave[p],
-            rate[p],
-            tau,
-            opened[0][p, : opened[1][p], 1:3],
-            np.abs(wave[p, :2]).max() + 1e-300,
-            scale,
+            c[p], wave[p], rate[p], tau, apart, np.abs(wave[p, :2]).max() + 1e-300, scale
         )
         given = start.positions[p, 0], start.positions[p, 1], start.from_position
         slid, work, moves = one_contact(contact, given, panel, light, sums, raw)

@@ -200,3 +200,24 @@ def test_the_solutions_by_time_integration():
 def test_beyond_must_lie_past_the_end(beyond, words):
     with pytest.raises(InputError, match=words):
         follow_band(duffing(0.02), np.array([0.2]), (1.0, 2.0), outputs=X, beyond=beyond)
+
+
+BETWEEN_FOLDS = {
+    "to the end past the upper fold": (1.9, 4.0),
+    "wholly between": (1.7, 2.0),
+    "downwards": (4.0, 1.9),
+}
+
+
+@pytest.mark.parametrize("band", BETWEEN_FOLDS.values(), ids=BETWEEN_FOLDS)
+def test_a_band_that_begins_or_ends_between_folds(band):
+    """On the lower solution, to which the linear response leads: the fold over which the branch
+    comes back is told, and solutions there warn."""
+    c, F, cubic = 0.02, 0.2, 1.0
+    curve, w = curve_of(c, F, cubic, band), 1.95
+    assert curve.complete and len(amplitudes(c, F, cubic, w)) == 3
+    found, said = solutions(curve, duffing(c, cubic), w)
+    assert len(found) == 1 and len(said) == 1
+    assert "the branch folds outside the band, near " in curve.further
+    near = 2 * np.pi * float(curve.further.split("near ")[1].split(" Hz")[0])
+    assert near == pytest.approx(fold(c, F, cubic, 1.9, 1.0), rel=5e-3)
