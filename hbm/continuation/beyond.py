@@ -79,14 +79,10 @@ def fold_ahead(
     """
     tracer = BranchTracer(evaluate, start, limit, weights, settings, None)
     furthest = start.parameter
-    while not (tracer.branch.end or tracer.lost) and tracer.branch.calls < most:
-        new = tracer.next_point()
-        if new is None:
-            continue
+    for new in _onwards(tracer, most):
         furthest = max(furthest, new.parameter, key=lambda value: tracer.sense * value)
         if tracer.sense * new.tangent[1] < 0:
             return furthest, furthest, tracer.branch.calls
-        tracer.accept(new, None)
     return None, limit if tracer.branch.end == "end" else furthest, tracer.branch.calls
 
 
@@ -102,12 +98,21 @@ def return_ahead(
     None where it does not."""
     tracer = BranchTracer(evaluate, start, limit, weights, settings, None)
     furthest = start.parameter
+    for new in _onwards(tracer, most):
+        if tracer.outside(new.parameter) > 0:
+            return furthest, furthest, tracer.branch.calls
+        furthest = max(furthest, new.parameter, key=lambda value: tracer.sense * value)
+    return None, furthest, tracer.branch.calls
+
+
+def _onwards(tracer, most):
+    """Points of a branch, for so many residual calls; of those behind only the place is kept."""
+    points = tracer.branch.points
     while not (tracer.branch.end or tracer.lost) and tracer.branch.calls < most:
         new = tracer.next_point()
         if new is None:
             continue
-        if tracer.outside(new.parameter) > 0:
-            return furthest, furthest, tracer.branch.calls
-        furthest = max(furthest, new.parameter, key=lambda value: tracer.sense * value)
+        yield new
         tracer.accept(new, None)
-    return None, furthest, tracer.branch.calls
+        if len(points) > 2:
+            points[-3] = replace(points[-3], detail=None)

@@ -33,7 +33,6 @@ class EndSettings:
     fold_calls: int = 1000  # of the residual, up to the fold: a lightly damped one takes some 200
     reach: float = 2.0  # times the parameter at the end, or divided by it: limit for the fold
     outside_calls: int = 200  # of the residual, to a fold outside and back: a Duffing takes 130
-    linear: float = 1e-9  # of the motion: a point so near the linear response has no fold
 
 
 SETTINGS = EndSettings()
@@ -62,7 +61,7 @@ def further_solutions(
 def _folds_outside(equation, branch, point, outwards, settings):
     """Words on the fold over which the branch comes back into the band, followed outwards from one
     of its ends; empty where that is not found with few calls."""
-    if not point.converged or _linear(equation, point):
+    if not (point.converged and _elastic(point)):
         return ""
     most = SETTINGS.outside_calls
     fold, _ = _followed(equation, branch, point, outwards, (return_ahead, most), settings)
@@ -76,11 +75,11 @@ def _folds_outside(equation, branch, point, outwards, settings):
     )
 
 
-def _linear(equation, point):
-    """Whether a point is the response of the system in which all contacts stick."""
-    balance, w = equation.balance_at(point.parameter)
-    apart = size(equation.weights * (balance.linear(w) - point.x))
-    return apart <= SETTINGS.linear * size(equation.weights * point.x)
+def _elastic(point):
+    """Whether forces without memory act. Friction is left out: it folds a branch through lift-off
+    alone, and its curves would take twice as long."""
+    detail = point.detail
+    return detail.balance.problem.law.states == 0 and bool(detail.forces.active.any())
 
 
 def _at_the_end(equation, branch, last, onwards, beyond, settings):

@@ -1,9 +1,14 @@
 """A contact that is closed for less than the time between two samples."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tipdamp import IsotropicFriction, Problem
+from tests.hbm.conformance import random_case
+from tipdamp import DryFriction2T, IsotropicFriction, Problem, UnilateralSpring
+from tipdamp.hbm import fourier
+from tipdamp.hbm.testing import forces
 
 W, KN, MU = 1000.0, 1e5, 0.5
 FORCE = 40.0  # N, along the normal
@@ -30,3 +35,21 @@ def test_friction_is_that_of_many_samples(gap):
         abs(found.contact_force[0, :2]), friction, atol=1e-6 * friction.max()
     )
     assert 0 < friction.max() <= 2 * MU * normal.max()
+
+
+@pytest.mark.parametrize("H", [1, 3, 7])
+@pytest.mark.parametrize(
+    "law", [IsotropicFriction(), DryFriction2T(), UnilateralSpring()], ids=lambda law: law.name
+)
+def test_forces_do_not_hang_on_samples(law, H):
+    """Random motions whose crest closes the contact by a share of 1e-6 to 1e-1 of its way: with the
+    default samples, and with 4096, to rounding."""
+    x, contacts, rng = random_case(law, P=60, H=H)
+    waves = (x[:, -1] @ fourier.basis(np.linspace(0, 2 * np.pi, 100_001), H).T).T
+    closes = 10 ** rng.uniform(-6, -1, 60) * np.ptp(waves, axis=0)
+    contacts = replace(contacts, preload=contacts.kn * (closes - waves.max(axis=0)))
+    few, many = (forces(law, contacts, x, samples=samples) for samples in (None, 4096))
+    assert np.abs(many.g).max(axis=(1, 2)).min() > 0
+    np.testing.assert_array_equal(few.active, many.active)
+    np.testing.assert_allclose(few.g, many.g, atol=1e-13)
+    np.testing.assert_allclose(few.D, many.D, atol=1e-10)
