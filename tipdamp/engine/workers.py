@@ -206,11 +206,20 @@ class _Forwarded(logging.Handler):
         self.pipe.send(("said", record.name, record.levelno, record.getMessage()))
 
 
+def _unraisable(error):
+    """A signal while compiled code calls back cannot be raised through it, and would be lost with
+    a traceback: the process ends there."""
+    if issubclass(error.exc_type, SystemExit):
+        os._exit(128 + signal.SIGTERM)
+    sys.__unraisablehook__(error)
+
+
 def _serve(pipe):
     """What a process does until its pipe is closed: one task after the other."""
     # of the terminal: the process that uses this one decides
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+    sys.unraisablehook = _unraisable
     threading.Thread(target=_end_with, args=(parent_process(),), daemon=True).start()
     logging.captureWarnings(True)
     logging.getLogger().handlers = [_Forwarded(pipe)]

@@ -141,7 +141,7 @@ def _slips_from(T, d, L0, dL):
         if square.real <= 0:
             return 2 + 0 * a
         return -c / (b + np.sqrt(square)) if b.real >= 0 else (np.sqrt(square) - b) / a
-    if b.real >= -ROUNDING * ((T @ T * (d @ d)).real ** 0.5 + abs((L0 * dL).real)):
+    if b.real >= -ROUNDING * (abs(T @ T * (d @ d)) ** 0.5 + abs((L0 * dL).real)):
         return 0 * a
     return -2 * b / a if a.real > -b.real else 2 + 0 * a  # leaves the limit and comes back to it
 

@@ -138,3 +138,22 @@ def test_number_of_jobs(monkeypatch, capsys, matrices_study):
     monkeypatch.setenv("TIPDAMP_JOBS", "many")
     assert main(["respond", str(matrices_study)]) == 2
     assert "TIPDAMP_JOBS = 'many': must be a whole number" in capsys.readouterr().err
+
+
+def test_a_signal_within_a_callback_of_compiled_code_ends_the_process():
+    """Python cannot raise there: it would say so and go on."""
+    program = (
+        "import ctypes, os, signal, sys\n"
+        "from tipdamp.engine.workers import _serve\n"
+        "class Pipe:\n"
+        "    def recv(self):\n"
+        "        ctypes.CFUNCTYPE(None)(lambda: os.kill(os.getpid(), signal.SIGTERM))()\n"
+        "        print('went on')\n"
+        "        raise EOFError\n"
+        "import tipdamp.engine.workers as workers\n"
+        "workers.parent_process = lambda: None\n"
+        "workers._end_with = lambda parent: None\n"
+        "_serve(Pipe())\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (143, "", "")
