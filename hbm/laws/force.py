@@ -11,7 +11,9 @@ class PlainForce(ContactLaw):
     preload.
 
     A subclass states its components, its parameters and `force`. It may prefer a direction, as u^2
-    does; the settings kn, kt, mu and preload of its contacts are not used.
+    does; the settings kn, kt, mu and preload of its contacts are not used. What it gives at rest is
+    balanced by the static loads that a problem with `preloaded=True` implies; with
+    `preloaded=False` it acts.
     `hbm.testing.check_force` is its conformance.
     """
 

@@ -134,3 +134,22 @@ def test_response_beside_time_integration(law, F):
     harmonics = np.fft.rfft(x)[:, :3] * np.r_[1, 2, 2] / n
     assert found.converged and np.abs(harmonics[:, 0]).max() > 1e-4
     assert found.harmonics[:, :3] == pytest.approx(harmonics, rel=1e-4, abs=1e-6)
+
+
+class Pull(PlainForce):
+    """A constant pull."""
+
+    components: ClassVar[tuple] = ("t1",)
+
+    def force(self, u, v):
+        return 0.5 + 0 * u
+
+
+@pytest.mark.parametrize("preloaded, mean", [(True, 0.0), (False, -0.25)])
+def test_a_force_at_rest_acts_where_no_static_load_is_implied(preloaded, mean):
+    """On a spring of 2 N/m."""
+    problem = ContactProblem(
+        [[1.0]], [[0.1]], [[2.0]], [[1.0]], Pull(), Contacts([0], [0], [0], [0]), None, preloaded
+    )
+    found = solve_at(problem, np.array([0.3]), 0.1, outputs={"x": [1.0]}, harmonics=1)
+    assert found.harmonics[0, 0].real == pytest.approx(mean, abs=1e-12)
