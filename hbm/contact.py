@@ -210,7 +210,7 @@ class ContactTable:
     @classmethod
     def load(cls, path: str | Path) -> "ContactTable":
         """Read a CSV with a header line; gap, preload, row, weight and area may be left out.
-        Columns are separated by commas, or by semicolons, then also with decimal commas. Raises
+        Columns are separated by commas or tabs, or by semicolons with decimal commas. Raises
         InputError with line and column where a row does not fit the header, a column is there twice
         or a value is none."""
         path = Path(path)

@@ -1,9 +1,9 @@
 """Tables in CSV that a person may have edited: every row as long as its header, no column twice,
 nothing guessed.
 
-Columns are separated by commas; where spreadsheets write decimal commas, by semicolons, and both
-are read. A decimal comma in a row separated by commas is one field too many, which would move all
-that follow.
+Columns are separated by commas or tabs; where spreadsheets write decimal commas, by semicolons, and
+both are read. A decimal comma in a row separated by commas is one field too many, which would move
+all that follow.
 """
 
 import csv

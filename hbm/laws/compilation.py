@@ -24,7 +24,7 @@ def announce(kernel):
         path.is_file() and (path.stat().st_mtime >= newest or _holds(path, mark)) for path in stored
     ):
         logging.getLogger("hbm").warning(
-            "compiling the contact kernels (once per machine, half a minute at most)"
+            "compiling the contact kernels (once per machine, about a minute)"
         )
 
 

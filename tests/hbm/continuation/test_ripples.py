@@ -9,7 +9,7 @@ from tests.hbm.continuation.equations import Dense
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.corrector import heading
 from tipdamp.hbm.continuation.point import Metric, Point
-from tipdamp.hbm.continuation.ripples import TooManyRipples, resolve
+from tipdamp.hbm.continuation.ripples import TooManyRipples, _crest, resolve
 from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 METRIC = Metric(np.ones(1), 1.0, 1.0)
@@ -59,3 +59,21 @@ def test_the_highest_ripple_is_found(ends):
 def test_too_many_ripples_are_said():
     with pytest.raises(TooManyRipples):
         resolve(evaluate, measured(-0.5, 0.6), measure, METRIC, Settings(max_ripple_points=5))
+
+
+def test_crest_bounds_the_cubic_and_no_more():
+    """Of Hermite cubics between points 2 apart; from equal ends with one slope it is reached."""
+    rng, s = np.random.default_rng(0), np.linspace(0, 1, 3001)
+    points = [Point(np.zeros(1), p, True, 1, None) for p in (0.0, 2.0)]
+    assert arc.distance(*points, METRIC) == 2.0
+    shapes = np.array(
+        [(1 + 2 * s) * (1 - s) ** 2, s**2 * (3 - 2 * s), 2 * s * (1 - s) ** 2, -2 * s**2 * (1 - s)]
+    )
+    for values in [[1.0, 1.0, 3.0, 0.0], *rng.normal(size=(200, 4))]:
+        ends = (
+            arc.MeasuredPoint(point, values[i], values[2 + i]) for i, point in enumerate(points)
+        )
+        top, crest = (values @ shapes).max(), _crest(*ends, METRIC)
+        assert top <= crest + 1e-12
+        if values[0] == values[1]:
+            assert top == pytest.approx(crest, rel=1e-6)

@@ -13,6 +13,9 @@ from tipdamp.hbm.continuation.step_size import next_step, shorter_step
         ([DEFAULT.aim] * 2, 2, False, (1, 0.1)),  # erred as aimed: the same step, the lower order
         # an eighth at third order would double it: at most 1.8
         ([1.0, 2**-3 * DEFAULT.aim], 2, False, (2, 0.18)),
+        # the error goes with the power order + 1 of the step
+        ([DEFAULT.aim / 2, DEFAULT.aim], 2, False, (1, 0.1 * 2 ** (1 / 2))),
+        ([1.0, DEFAULT.aim / 4], 2, False, (2, 0.1 * 4 ** (1 / 3))),
         ([1.0, 2**-3 * DEFAULT.aim], 2, True, (2, 0.1)),  # not before what stopped a longer one
         ([1.0, 2**-3 * DEFAULT.aim], 5, False, (2, 0.06)),  # shorter where the corrector took long
         ([1.0], 2, False, (1, 0.05)),
