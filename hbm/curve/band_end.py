@@ -79,7 +79,8 @@ def _elastic(point):
     """Whether forces without memory act. Friction is left out: it folds a branch through lift-off
     alone, and its curves would take twice as long."""
     detail = point.detail
-    return detail.balance.problem.law.states == 0 and bool(detail.forces.active.any())
+    alternating = detail.forces.g[:, :, 1:]  # of stuck springs none; a resumed curve knows g alone
+    return detail.balance.problem.law.states == 0 and bool(alternating.any())
 
 
 def _at_the_end(equation, branch, last, onwards, beyond, settings):
