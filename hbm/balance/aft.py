@@ -109,7 +109,7 @@ class Cycle:
             contacts=Contacts(*settings),
             rest=np.concatenate(rest),
             springs=np.tile(self.springs, (n, 1)),
-            start=SliderStart(positions, self.start.from_position),
+            start=self.start._replace(positions=positions),
         )
 
 
@@ -130,7 +130,7 @@ def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: floa
     if moves.all():
         return law.harmonics(contacts, x, start, grid, omega)
     some = law.select(moves).harmonics(
-        contacts.select(moves), x[moves], SliderStart(start.positions[moves], False), grid, omega
+        contacts.select(moves), x[moves], start._replace(positions=start.positions[moves]), grid, omega
     )
     sticks = np.tile([1.0, 0.0, 0.0], (P, 1))
     sticks[moves] = some.shares

@@ -82,7 +82,7 @@ class HarmonicBalance:
         self.forces, self.given_start = forces, start
         self.problem, self.H, self.nh, self.nd = problem, H, fourier.n_real(H), len(law.components)
         self.n_components = P * self.nd
-        self.start = aft.slider_start(start, P, law.sliders)
+        self.start = aft.slider_start(start, P, law.sliders)._replace(nearest=True)
         self.grid = aft.sample_grid(H, check_samples(samples, H) or law.default_samples(H))
         check_harmonics_fit(P, self.nd, H)
         self.springs = law.stuck_stiffness(problem.contacts)

@@ -96,17 +96,21 @@ def _cycles(kept: KeptPoints, n: int) -> ContactCycles:
     tau = 2 * np.pi * np.arange(n + 1) / n
     u = np.einsum("th,pdh->tpd", fourier.basis(tau, balance.H), kept.u[0])
     v = w * np.einsum("th,pdh->tpd", fourier.basis_rate(tau, balance.H), kept.u[0])
-    force, states = _periodic(balance, contacts, u, v, w)
+    start = law.start_at_rest(
+        kept.sticks[0], kept.u[0, :, :, 0], kept.h[0, :, :, 0], balance.start, contacts
+    )
+    force, states = _periodic(law, law.initial_state(u[0], start, contacts), contacts, (u, v, w))
     return ContactCycles(
         tau / w, u, force, states[:, :, : law.sliders], law.components, kept.energies()[0]
     )
 
 
-def _periodic(balance: HarmonicBalance, contacts, u, v, w) -> tuple[np.ndarray, np.ndarray]:
-    """(n+1, P, nd) forces and (n+1, P, ns) states of the law over the first period at whose end the
-    states are those of its beginning."""
-    law, n = balance.problem.law, len(u) - 1
-    dt, state = 2 * np.pi / (w * n), law.initial_state(u[0], balance.start, contacts)
+def _periodic(law, state, contacts, motion) -> tuple[np.ndarray, np.ndarray]:
+    """(n+1, P, nd) forces and (n+1, P, ns) states of the law from a state, over the first period at
+    whose end the states are those of its beginning; motion : u, v (n+1, P, nd) and rad/s."""
+    u, v, w = motion
+    n = len(u) - 1
+    dt = 2 * np.pi / (w * n)
     for _ in range(MAX_PERIODS):
         forces, states = [], [state]
         for i in range(1, n + 1):

@@ -158,6 +158,7 @@ class KeptPoints:
     w : (n,) rad/s; forces : {harmonic: (r,)} of each; contacts : settings of each, those of the
     problem or others
     h (n, P, nd, nh) N : the contact forces, less those at rest
+    sticks (n, P) : whether a contact sticks throughout the cycle
     """
 
     def __init__(self, equation: Equation, points: list[Point]):
@@ -171,6 +172,7 @@ class KeptPoints:
         )
         self.modal = np.array([point.detail.modal for point in points])
         self.g = np.array([point.detail.forces.g for point in points])
+        self.sticks = np.array([point.detail.forces.shares[:, 0] == 1 for point in points])
         self.w = np.array(
             [
                 parameter.angular_frequency(2 * np.pi * equation.hz, point.parameter)

@@ -85,6 +85,21 @@ class ContactLaw:
         """(P, ns) state at t = 0, where the motion is u (P, nd), perhaps complex; default zero."""
         return np.zeros((len(u), self.states), dtype=u.dtype)
 
+    def start_at_rest(
+        self,
+        sticks: np.ndarray,
+        u: np.ndarray,
+        force: np.ndarray,
+        start: SliderStart,
+        contacts: Contacts,
+    ) -> SliderStart:
+        """Where steps in time start sliders, so that those at rest stay where a cycle has them.
+
+        sticks : (P,) bool, throughout the cycle; u, force : (P, nd) m and N, their means over it
+        The default is `start`.
+        """
+        return start
+
     def state_at(self, u: np.ndarray, state: np.ndarray, contacts: Contacts) -> np.ndarray:
         """(P, ns) the state moved to a nearby motion u (P, nd), where shooting varies it and the
         motion separately.

@@ -11,7 +11,7 @@ from tipdamp.hbm import fourier
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.piecewise import merged_table
-from tipdamp.hbm.laws.records import ContactForces, SliderStart
+from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.laws.shipped import check_law
 
 
@@ -83,6 +83,16 @@ class MixedLaw(ContactLaw):
                 u[np.ix_(at, columns)], _own(law, start, at), contacts.select(at)
             )
         return state
+
+    def start_at_rest(self, sticks, u, force, start, contacts):
+        """As in each law."""
+        positions = start.positions.copy()
+        for law, at, columns in self._parts(len(contacts)):
+            own = np.ix_(at, columns)
+            positions[at, : law.sliders] = law.start_at_rest(
+                sticks[at], u[own], force[own], _own(law, start, at), contacts.select(at)
+            ).positions
+        return start._replace(positions=positions)
 
     def step(self, motion, state, contacts):
         """Force (P, 3) N and state (P, ns) of each law."""
@@ -184,6 +194,4 @@ class MixedLaw(ContactLaw):
 
 def _own(law, start, at):
     """Start of the contacts of a law."""
-    return SliderStart(
-        np.ascontiguousarray(start.positions[at, : law.sliders]), start.from_position
-    )
+    return start._replace(positions=np.ascontiguousarray(start.positions[at, : law.sliders]))

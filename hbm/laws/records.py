@@ -68,10 +68,15 @@ class Contacts:
 
 class SliderStart(NamedTuple):
     """Sliders at t = 0: positions (P, sliders) in m, or from_position: at the motion there (no
-    tangential force)."""
+    tangential force).
+
+    nearest : a slider that comes to rest does so at the nearest place at which the limit holds it
+        through the cycle, which no instant decides; else where it is dragged to in time
+    """
 
     positions: np.ndarray
     from_position: bool
+    nearest: bool = False
 
 
 class Motion(NamedTuple):

@@ -80,9 +80,10 @@ class SampledIntegrator:
 
     def at_rest(self) -> SampledState:
         """As in `Integrator`."""
-        return self._begin(
-            self.stuck.resting(), self._initial(self.known[0, 0].reshape(self.stuck.shape))
-        )
+        stuck = self.stuck
+        u = self.known[0, 0].reshape(stuck.shape)
+        memory = stuck.law.initial_state(u, stuck.balance.start, stuck.contacts)
+        return self._begin(stuck.resting(), memory)
 
     def on_orbit(self, point) -> SampledState:
         """The state of the law settles on the motion of the point over some periods."""
@@ -94,7 +95,12 @@ class SampledIntegrator:
         x = point.x.reshape(*self.stuck.shape, -1)
         u = x @ fourier.basis(tau, b.H).T
         v = self.stuck.w * x @ fourier.basis_rate(tau, b.H).T
-        memory = self._initial(u[:, :, 0])
+        forces = point.detail.forces
+        mean_force = forces.g[:, :, 0] + b.springs * x[:, :, 0]
+        start = law.start_at_rest(
+            forces.shares[:, 0] == 1, x[:, :, 0], mean_force, b.start, contacts
+        )
+        memory = law.initial_state(u[:, :, 0], start, contacts)
         for _ in range(0 if self.smooth else self.settings.settling_periods):
             before = memory
             for i in range(1, n + 1):
@@ -102,9 +108,6 @@ class SampledIntegrator:
             if np.abs(memory - before).max() <= 1e-10 * np.abs(u).max():
                 break
         return self._begin(self.stuck.on_orbit(point), memory)
-
-    def _initial(self, u):
-        return self.stuck.law.initial_state(u, self.stuck.balance.start, self.stuck.contacts)
 
     def _begin(self, z, memory) -> SampledState:
         """The state at the poles z with a memory (P, ns); the force is that of a step without

@@ -804,10 +804,10 @@ def carry_to_corner(contact, r, t1, t2, start, e):
 
 
 @njit(cache=True)
-def resting_place(contact, r, start, e):
+def resting_place(contact, r, missed, start, e):
     """Take the slider of a contact that never opens to the nearest place where the limit holds it
-    throughout the period, or nearly, and its derivative by the series, `start` (2, 3 nh), with it;
-    returns whether there is one.
+    throughout the period, or is missed by no more than that, and its derivative by the series,
+    `start` (2, 3 nh), with it; returns whether there is one.
 
     A slider that a period drags less and less creeps towards such a place as one over the root of
     the periods. The places are common to all discs of centre p(t) and radius L(t), of which those
@@ -825,7 +825,7 @@ def resting_place(contact, r, start, e):
         times[k], discs[k, 0], discs[k, 1], discs[k, 2] = t, at[P1], at[P2], at[LIMIT]
         discs[k, 2] += slack
         i, j = nearest_common(first, discs[: k + 1], room, r)
-        while i < 0 and slack < SETTINGS.nearly * contact.scale:
+        while i < 0 and slack < missed:
             wider = max(9 * slack, room)
             slack += wider
             discs[: k + 1, 2] += wider
@@ -851,12 +851,12 @@ def one_contact(contact, given, panel, light, sums, D):
 
     The derivative is that of a fixed point of the map of a period. Where a contact has come to
     rest, and where it creeps to a rest that Newton would miss, the derivative is carried through
-    all periods from the start.
+    all periods from the start, or the place of rest that is nearest to the start is taken.
     """
     nh = sums.g.shape[1]
     r = np.array([given[0], given[1]])
     start = np.zeros((2, 3 * nh))
-    from_position = given[2]
+    from_position, nearest = given[2], given[3] and not given[2]
     if from_position:
         motion(contact.c, 0.0, sums.e, np.empty(6))
         for d in range(2):
@@ -877,9 +877,13 @@ def one_contact(contact, given, panel, light, sums, D):
             r[:] = first
         slip, work = from_start(contact, r, periods, panel, sums, start, room)
         repeated[:] = start
-        if not (repeats or len(contact.opened)):
-            carry(sums, start, room)
-            if resting_place(contact, r, start, sums.e):
+        if (nearest or not repeats) and not len(contact.opened):
+            if nearest:
+                r[0], r[1], start[:] = given[0], given[1], 0.0
+            else:
+                carry(sums, start, room)
+            missed = 0.0 if repeats else SETTINGS.nearly * contact.scale
+            if resting_place(contact, r, missed, start, sums.e):
                 sums.g[:], sums.g[:, 0] = 0.0, TWO_PI * r
                 D[:], D[0] = 0.0, TWO_PI * start
                 return 0.0, 0.0, True
@@ -946,7 +950,12 @@ def cycle(c, waves, kt, start, opened, found):
         contact = Contact(
             c[p], wave[p], rate[p], tau, apart, np.abs(wave[p, :2]).max() + 1e-300, scale
         )
-        given = start.positions[p, 0], start.positions[p, 1], start.from_position
+        given = (
+            start.positions[p, 0],
+            start.positions[p, 1],
+            start.from_position,
+            start.nearest,
+        )
         slid, work, moves = one_contact(contact, given, panel, light, sums, raw)
         shares[p, 1], works[p] = slid / TWO_PI, work / kt[p]
         shares[p, 0] = max(0.0, 1 - shares[p, 1] - shares[p, 2])

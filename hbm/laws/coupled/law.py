@@ -8,7 +8,6 @@ import numpy as np
 
 from tipdamp.hbm.laws import compilation
 from tipdamp.hbm.laws.coupled.kernels import cycle
-from tipdamp.hbm.laws.records import SliderStart
 from tipdamp.hbm.laws.uncoupled.events import OPEN, TWO_PI, Sliders
 from tipdamp.hbm.laws.uncoupled.law import CoulombFriction, integrated, located
 
@@ -76,7 +75,7 @@ class IsotropicFriction(CoulombFriction):
         c = scale[:, :, None] * x
         c[:, 2, 0] += law.mu * law.preload
         g, D, work = np.zeros((P, 2, nh)), np.zeros((P, 2, nh, nd, nh)), np.zeros(P)
-        begin = SliderStart(law.kt[:, None] * start.positions, start.from_position)
+        begin = start._replace(positions=law.kt[:, None] * start.positions)
         cycle(
             c,
             (c @ E.T, c @ E_rate.T, tau),

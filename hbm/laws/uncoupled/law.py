@@ -60,6 +60,14 @@ class CoulombFriction(ContactLaw):
         w = np.where(np.abs(T.real) > limit.real, u[:, :nt] - np.sign(T.real) * reach, w)
         return np.concatenate([w, u], axis=1)[:, : self.states]
 
+    def start_at_rest(self, sticks, u, force, start, contacts):
+        """Of contacts that stick, where the mean force has the sliders."""
+        if start.from_position:
+            return start
+        positions, rests, nt = start.positions.copy(), sticks & (contacts.kt > 0), self.sliders
+        positions[rests] = u[rests, :nt] - force[rests, :nt] / contacts.kt[rests, None]
+        return start._replace(positions=positions)
+
     def step(self, motion, state, contacts):
         """Force (P, nd) N and state (P, ns): elastic trial force, returned to the friction
         limit."""
