@@ -202,14 +202,7 @@ class ForcedResponse(ArrayRecord):
             return ""
         i = int(np.nanargmax(a))
         if self.at_border(name, kind, order):
-            return (
-                ""
-                if self.parameter_name != "frequency"
-                else (
-                    f"its largest amplitude lies at the border of the band, {self.parameter[i]:g} "
-                    "Hz; the resonance may be outside, widen the band"
-                )
-            )
+            return self._why_at_border(a, i) if self.parameter_name == "frequency" else ""
         if self.jumps[i : i + 2].any():
             return (
                 "its largest amplitude lies where the branch was left and taken up again: it is "
@@ -224,6 +217,19 @@ class ForcedResponse(ArrayRecord):
             ""
             if self.peak_points[i, j]
             else "the maximum is not solved, the highest point found stands for it"
+        )
+
+    def _why_at_border(self, a, i):
+        said = (
+            f"its largest amplitude lies at the border of the band, {self.parameter[i]:g} Hz; the "
+            "resonance may be outside, widen the band"
+        )
+        inside = local_maxima(a, self.jumps)
+        if not inside:
+            return said
+        top = inside[np.argmax(a[inside])]
+        return (
+            f"{said} (inside, the highest maximum is {a[top]:.4g} at {self.parameter[top]:.6g} Hz)"
         )
 
     def at_least(

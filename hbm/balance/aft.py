@@ -130,7 +130,11 @@ def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: floa
     if moves.all():
         return law.harmonics(contacts, x, start, grid, omega)
     some = law.select(moves).harmonics(
-        contacts.select(moves), x[moves], start._replace(positions=start.positions[moves]), grid, omega
+        contacts.select(moves),
+        x[moves],
+        start._replace(positions=start.positions[moves]),
+        grid,
+        omega,
     )
     sticks = np.tile([1.0, 0.0, 0.0], (P, 1))
     sticks[moves] = some.shares

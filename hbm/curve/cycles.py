@@ -8,7 +8,6 @@ import numpy as np
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import ContactProblem
-from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.curve.energy import EnergyBalance
 from tipdamp.hbm.curve.equilibrium import KeptPoints
 from tipdamp.hbm.curve.solutions import restored

@@ -158,5 +158,9 @@ def _steady(integrator, rows, cycle, change, n, by_newton=False):
         bool(cycle.finished),
         integrator.method,
         "preloaded" if stuck.balance.problem.preloaded else "unloaded",
-        "zero_force" if start.from_position else "given" if start.positions.any() else "zero_slider",
+        "zero_force"
+        if start.from_position
+        else "given"
+        if start.positions.any()
+        else "zero_slider",
     )

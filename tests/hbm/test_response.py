@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.hbm.small_rig import small_rig
+from tipdamp import Problem
 from tipdamp.hbm import laws
 from tipdamp.hbm.balance.parameter import Frequency
 from tipdamp.hbm.balance.problem import contact_problem
@@ -218,6 +219,15 @@ def test_peak_at_the_border_of_the_band(rig, recwarn):
     recwarn.clear()
     whole = run(rig, 1.0, (1000.0, 1500.0))
     assert not whole.at_border("tip") and 1340 < whole.peak("tip")[0] < 1355 and not len(recwarn)
+
+
+def test_a_border_above_the_peak_inside():
+    """A weak mode of 0.159 Hz in the band, a strong one of 0.318 Hz beyond its end."""
+    problem = Problem(M=np.eye(2), C=0.02 * np.eye(2), K=np.diag([1.0, 4.0]))
+    problem = problem.add(laws.Jenkins1D(), 1, kt=1e-3, mu=1.0, preload=1e9).force(0).force(1, 30.0)
+    curve = problem.follow_band((0.12, 0.31), outputs={"both": [1.0, 1.0]})
+    with pytest.warns(UserWarning, match=r"inside, the highest maximum is 5\d\.\d+ at 0\.1589"):
+        assert curve.peak("both")[0] == 0.31
 
 
 def test_curve_over_the_level(rig, recwarn):
