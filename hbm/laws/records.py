@@ -78,6 +78,13 @@ class SliderStart(NamedTuple):
     from_position: bool
     nearest: bool = False
 
+    @property
+    def name(self) -> str:
+        """As a result names it."""
+        if self.from_position:
+            return "zero_force"
+        return "given" if self.positions.any() else "zero_slider"
+
 
 class Motion(NamedTuple):
     """Relative motion at the end of a step of length dt: u (P, nd) m, v (P, nd) m/s, dt s; complex

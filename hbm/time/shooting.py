@@ -145,7 +145,6 @@ def _until_periodic(integrator, state, max_periods):
 
 def _steady(integrator, rows, cycle, change, n, by_newton=False):
     stuck, repeats = integrator.stuck, integrator.settings.repeats
-    start = stuck.balance.start
     return Steady(
         stuck.harmonics(rows, cycle.force),
         stuck.relative_motion(cycle.force),
@@ -158,9 +157,5 @@ def _steady(integrator, rows, cycle, change, n, by_newton=False):
         bool(cycle.finished),
         integrator.method,
         "preloaded" if stuck.balance.problem.preloaded else "unloaded",
-        "zero_force"
-        if start.from_position
-        else "given"
-        if start.positions.any()
-        else "zero_slider",
+        stuck.balance.start.name,
     )
