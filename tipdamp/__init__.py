@@ -76,7 +76,7 @@ if TYPE_CHECKING:
     )
     from tipdamp.hbm.laws.base import ContactLaw as ContactLaw
     from tipdamp.hbm.laws.coupled.law import IsotropicFriction as IsotropicFriction
-    from tipdamp.hbm.laws.cubic import CubicSpring as CubicSpring
+    from tipdamp.hbm.laws.force import CubicSpring as CubicSpring
     from tipdamp.hbm.laws.force import PlainForce as PlainForce
     from tipdamp.hbm.laws.mixed import MixedLaw as MixedLaw
     from tipdamp.hbm.laws.records import (
@@ -143,7 +143,7 @@ else:  # a module __getattr__ would let type checkers accept any name
         "detach_until": "static_contact.tuning.detachment",
         "ContactLaw": "hbm.laws.base",
         **dict.fromkeys(("Contacts", "ContactState"), "hbm.laws.records"),
-        "CubicSpring": "hbm.laws.cubic",
+        "CubicSpring": "hbm.laws.force",
         "PlainForce": "hbm.laws.force",
         **dict.fromkeys(
             ("DryFriction1T", "DryFriction2T", "Jenkins1D", "UnilateralSpring"),

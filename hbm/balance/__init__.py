@@ -1,2 +1,1 @@
-"""The equations of harmonic balance at one point: alternating frequency-time, receptance, residual,
-Newton system."""
+"""The equations of harmonic balance at one point."""

@@ -1,4 +1,4 @@
-"""One point of a branch after the other: steps, kinks, and why the branch ended."""
+"""One point of a branch after the other: steps and their size, kinks, and why the branch ended."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -15,7 +15,6 @@ from tipdamp.hbm.continuation.predictor import (
     tangent,
 )
 from tipdamp.hbm.continuation.settings import Settings
-from tipdamp.hbm.continuation.step_size import next_step, shorter_step
 
 ENDS = {  # why a branch ended, and the remedy
     "end": "reached the end of the band",
@@ -348,3 +347,27 @@ class BranchTracer:
         new = self.solve_between(self.run[-1], beyond, self.end)
         self._append(new, on_point)
         self.branch.finish("end" if new.converged else "last", self.end)
+
+
+def next_step(
+    step: float, errors: np.ndarray, iterations: int, shortened: bool, settings: Settings
+) -> tuple[int, float]:
+    """(order, arc length) of the step after an accepted point: those whose predicted error equals
+    the target.
+
+    step : that led to the point; errors : of the predictions of order 1, 2, ... of the point;
+    iterations : of its corrector; shortened : whether a longer step had failed before
+    """
+    order = 1 + int(np.argmin(errors * 1.5 ** np.arange(len(errors))))
+    error = max(errors[order - 1], 1e-12)
+    growth = min(max((settings.aim / error) ** (1 / (order + 1)), 0.5), 1.8)
+    if iterations > 4:
+        growth = min(growth, 0.6)
+    elif shortened:
+        growth = min(growth, 1.0)  # what stopped the longer step still lies ahead
+    return order, min(step * growth, settings.largest_step)
+
+
+def shorter_step(step: float, order: int) -> tuple[int, float]:
+    """(order, arc length) of the step after one that failed."""
+    return min(order, 1 if step < 1e-2 else 2), 0.4 * step

@@ -1,7 +1,8 @@
 """Follows a branch of R(x, p) = 0 by arc length.
 
 One point: `corrector`; where it is expected: `predictor`; one after the other: `branch`; past
-places without a solution, or where the branch folds without progress: `restart`.
+places without a solution, or where the branch folds without progress: `restart`. A budget limits
+the residual evaluations.
 """
 
 from collections.abc import Callable
@@ -10,10 +11,42 @@ import numpy as np
 
 from tipdamp.hbm.continuation.beyond import cut
 from tipdamp.hbm.continuation.branch import Branch, BranchTracer
-from tipdamp.hbm.continuation.budget import BudgetExceeded
 from tipdamp.hbm.continuation.point import Evaluate, OnPoint, Point
 from tipdamp.hbm.continuation.restart import bridge_gap, restart_ahead
 from tipdamp.hbm.continuation.settings import DEFAULT, Settings
+
+
+class BudgetExceeded(Exception):
+    """A branch has cost more residual calls than its settings allow."""
+
+
+class Budget:
+    """Counts residual calls and points; `progress(value, step, calls)` or None is called for both.
+
+    Between points progress comes with the value of the last one, step 0 and the calls since.
+    """
+
+    def __init__(self, settings: Settings, progress: Callable | None, first: float, unknowns: int):
+        # a call costs about the cube of the unknowns: small problems may make more
+        self.most = settings.max_calls * max(1.0, settings.large / unknowns) ** 2
+        self.settings, self.progress, self.value = settings, progress, first
+        self.calls, self.points, self.since = 0, 0, 0
+
+    def point(self, value: float, step: float, calls: int) -> None:
+        """A point is taken into the branch."""
+        self.points, self.value, self.since = self.points + 1, value, 0
+        if self.progress:
+            self.progress(value, step, calls)
+
+    def call(self) -> None:
+        """The residual is evaluated once more; raises BudgetExceeded above the limit, then and from
+        then on."""
+        self.calls, self.since = self.calls + 1, self.since + 1
+        if self.progress and self.since % self.settings.progress_interval == 0:
+            self.progress(self.value, 0.0, self.since)
+        most = self.most if self.points else min(self.most, self.settings.max_first_calls)
+        if self.calls > most + self.settings.calls_per_point * self.points:
+            raise BudgetExceeded
 
 
 def follow(

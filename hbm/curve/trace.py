@@ -10,8 +10,7 @@ from tipdamp.hbm.balance.parameter import Equation, Parameter
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.continuation.beyond import cut_at_end
 from tipdamp.hbm.continuation.branch import Branch
-from tipdamp.hbm.continuation.budget import Budget, BudgetExceeded
-from tipdamp.hbm.continuation.follow import follow
+from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
 from tipdamp.hbm.continuation.point import failed, size
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.outputs import Outputs

@@ -8,7 +8,7 @@ LAWS = {  # those that are chosen by name, and the module of each: a new law is 
     "DryFriction2T": "uncoupled.law",
     "UnilateralSpring": "uncoupled.law",
     "IsotropicFriction": "coupled.law",
-    "CubicSpring": "cubic",
+    "CubicSpring": "force",
 }
 _HOME = {
     **dict.fromkeys(

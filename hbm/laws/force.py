@@ -1,5 +1,8 @@
 """Plain forces: nonlinear springs and dashpots of one or several components that are no contact."""
 
+from dataclasses import dataclass
+from typing import ClassVar
+
 import numpy as np
 
 from tipdamp.hbm.errors import InputError
@@ -28,3 +31,26 @@ class PlainForce(ContactLaw):
     def step(self, motion, state, contacts):
         """The force of the end of the step."""
         return self.force(motion.u, motion.v), state
+
+
+@dataclass(frozen=True)
+class CubicSpring(PlainForce):
+    """f = cubic u_n^3, the restoring force of Duffing's oscillator. Exact with more than 4 H
+    samples.
+
+    cubic : N/m^3, one number or one per contact; negative: softening
+    Raises InputError where cubic is not finite.
+    """
+
+    components: ClassVar[tuple] = ("n",)
+
+    cubic: float | np.ndarray
+
+    def force(self, u, v):
+        """(P, 1) N."""
+        return np.reshape(self.cubic, (-1, 1)) * u**3
+
+    def check(self, contacts):
+        """InputError where cubic is not finite or does not fit the contacts."""
+        self.check_range("cubic")
+        super().check(contacts)

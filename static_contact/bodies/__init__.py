@@ -1,2 +1,1 @@
-"""The two bodies behind the contact, condensed or sparse, and the rigid motions that they are free
-to make."""
+"""The two bodies behind the contact, condensed or sparse, and their rigid motions."""

@@ -5,6 +5,8 @@ Each body has one sparse Cholesky factor. One that floats is held at six dofs of
 statically determinate: a load that is balanced, as every load with its contact forces is, puts no
 force on them, whatever they are.
 
+`AssembledBodies` is what `hbm.contact.relative_motion` asks of a model.
+
     bodies = SparseBodies.of([blades, damper])
     StaticContact(bodies, pairs, compliance=SparseCompliance).solve(load)
 """
@@ -17,7 +19,7 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.hbm.io.dof_table import DIRECTIONS
 from tipdamp.modal.body import Body, check_support, parts
 from tipdamp.modal.contact_shapes import holding_nodes
@@ -26,10 +28,32 @@ from tipdamp.modal.definite import negative_stiffness
 from tipdamp.modal.solvers.cholesky import SingularStiffness
 from tipdamp.modal.solvers.dissection import dissection
 from tipdamp.modal.solvers.multifrontal import CarryingFactor
-from tipdamp.static_contact.bodies.assembled import AssembledBodies
 from tipdamp.static_contact.bodies.compliance import Compliance
 from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies
 from tipdamp.static_contact.normal.normal_contact import Loading
+
+
+class AssembledBodies:
+    """size - dofs of all bodies, one behind the other."""
+
+    def __init__(self, bodies: list[Body]):
+        ends = np.cumsum([body.dofs for body in bodies])
+        self.size = int(ends[-1])
+        self._bodies = {
+            body.name: (body, int(end) - body.dofs) for body, end in zip(bodies, ends, strict=True)
+        }
+
+    def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
+        """(3n, size): x, y, z of nodes and contact points in turn, as `Body.motion_of`."""
+        if body not in self._bodies:
+            raise InputError(
+                f"there is no body '{shown(str(body))}'; {nearest(str(body), list(self._bodies))}"
+            )
+        one, start = self._bodies[str(body)]
+        own = one.motion_of(str(body), numbers)
+        return sp.csr_matrix(
+            (own.data, own.indices + start, own.indptr), shape=(own.shape[0], self.size)
+        )
 
 
 @dataclass(frozen=True)

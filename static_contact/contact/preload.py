@@ -31,9 +31,9 @@ from tipdamp.static_contact.normal.complementarity import (
     ContactSolution,
     NoEquilibrium,
     solve_complementarity,
+    unstressed,
 )
 from tipdamp.static_contact.normal.normal_contact import NormalContact
-from tipdamp.static_contact.normal.unloaded import unstressed
 
 
 @dataclass(frozen=True)

@@ -24,12 +24,12 @@ from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.body import Body
 from tipdamp.modal.solvers import petsc
-from tipdamp.static_contact.bodies.assembled import AssembledBodies
 from tipdamp.static_contact.bodies.free_motions import unresisted
 from tipdamp.static_contact.bodies.rigid_motions import moving
+from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.static_contact.full.closed_sets import FullSets
 from tipdamp.static_contact.full.ranks import own_rows
-from tipdamp.static_contact.normal.unloaded import unstressed
+from tipdamp.static_contact.normal.complementarity import unstressed
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from tipdamp.modal.body import Body
 from tipdamp.modal.eigen import Factor
 from tipdamp.modal.solvers import petsc
 from tipdamp.modal.solvers.inertia import mumps_inertia
-from tipdamp.static_contact.bodies.assembled import AssembledBodies
+from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.static_contact.full.ranks import own_rows
 from tipdamp.static_contact.tuning.roll_springs import RollSpring
 from tipdamp.static_contact.tuning.stuck_assembly import stuck_springs

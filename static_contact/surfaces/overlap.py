@@ -4,13 +4,14 @@ points on them.
 Each facet of the damper is a plane onto which the blade's facets are projected and clipped [Puso
 and Laursen 2004]; at the quadrature points of the pieces both faces are met along the facet's
 normal, so that the forces and moments of both sides are in balance, whatever is integrated
-(weights.py).
+(weights.py). Which facets may overlap, near each other and facing each other, is found by trees.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.spatial import cKDTree
 
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.faces import face_corners, face_shapes, triangle_rule
@@ -24,9 +25,32 @@ from tipdamp.static_contact.surfaces.facets import (
     vertex_shapes,
 )
 from tipdamp.static_contact.surfaces.normals import bulge, smooth_normals, tangents
-from tipdamp.static_contact.surfaces.search import candidates
 from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 from tipdamp.static_contact.surfaces.weights import Corners, Overlap, QuadraturePoints, Sums
+
+
+def candidates(
+    one: Facets, other: Facets, reach: float, settings: SurfaceSettings
+) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of facets of both, pair by pair: their spheres meet along the gap, which is at most
+    `reach` m, and their normals oppose each other. The facets of the other surface are sorted by
+    size, so that one large face among small ones does not make all of them neighbours."""
+    gap = np.minimum(cKDTree(other.centre).query(one.centre)[0], reach)
+    octave = np.floor(np.log2(other.radius)).astype(int)
+    mine, theirs = [], []
+    for level in np.unique(octave):
+        group = np.flatnonzero(octave == level)
+        tree = cKDTree(other.centre[group])
+        found = tree.query_ball_point(one.centre, one.radius + other.radius[group].max() + gap)
+        length = np.array([len(f) for f in found])
+        mine.append(np.repeat(np.arange(len(one.centre)), length))
+        theirs.append(group[np.concatenate([np.asarray(f, dtype=np.int64) for f in found])])
+    i, j = np.concatenate(mine), np.concatenate(theirs)
+    opposed = np.einsum("ij,ij->i", one.normal[i], other.normal[j]) < -np.cos(
+        np.radians(settings.facing)
+    )
+    order = np.lexsort((j[opposed], i[opposed]))
+    return i[opposed][order], j[opposed][order]
 
 
 def reach_of(damper: Mesh, settings: SurfaceSettings = DEFAULT) -> float:

@@ -1,2 +1,1 @@
-"""Which pairs are kept: detachment until the stuck frequency meets its target, and how the rest
-carries the pull."""
+"""Which pairs are kept, and how the rest carries the pull."""

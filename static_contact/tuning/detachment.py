@@ -16,7 +16,6 @@ from scipy.optimize import brentq
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.ties import SAME
-from tipdamp.static_contact.tuning.kept_pairs import conserve_total, ends_of
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 from tipdamp.static_contact.tuning.stuck_search import StuckSearch
 
@@ -362,3 +361,33 @@ def _worth(search, pairs, weight) -> tuple[StationWorth, ...]:
 
 def _stations(pairs, weight) -> tuple[int, ...]:
     return tuple(np.unique(pairs.station[weight > 0]).tolist())
+
+
+def conserve_total(pairs: ContactTable, whole: ContactTable) -> ContactTable:
+    """The pairs with the stiffness of all pairs of their side that carry in `whole`, in the same
+    proportions."""
+    kn, kt = pairs.kn.copy(), pairs.kt.copy()
+    for side in pairs.sides:
+        mine = (pairs.side == side) & pairs.carrying
+        full = (whole.side == side) & whole.carrying
+        for own, of_all in ((kn, whole.kn), (kt, whole.kt)):
+            if mine.any() and own[mine].any():
+                own[mine] *= of_all[full].sum() / own[mine].sum()
+    return pairs.replace(kn=kn, kt=kt)
+
+
+def keep_ends(
+    pairs: ContactTable, front: int, back: int, *, conserve: bool = False
+) -> ContactTable:
+    """Detach all but the first `front` and the last `back` stations of every side.
+
+    conserve=False: the others keep their stiffness [Zucca 2016, sec. 7.1]; True: they take over
+    that of all."""
+    detached = pairs.replace(weight=np.where(ends_of(pairs, front, back), pairs.weight, 0.0))
+    return conserve_total(detached, pairs) if conserve else detached
+
+
+def ends_of(pairs: ContactTable, front: int, back: int) -> np.ndarray:
+    """(P,) bool: the first `front` and the last `back` stations of every side."""
+    last = np.array([pairs.station[pairs.side == s].max() for s in pairs.side])
+    return (pairs.station < front) | (pairs.station > last - back)

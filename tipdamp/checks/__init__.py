@@ -1,2 +1,1 @@
-"""Is it plausible: pairs, tables and figures of a study held against its model, and what a run will
-take."""
+"""Is it plausible: a study held against its model, and what a run will take."""

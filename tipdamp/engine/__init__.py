@@ -1,2 +1,1 @@
-"""What runs a study and keeps it: the store of results, its curves, worker processes, progress,
-compiled kernels."""
+"""What runs a study and keeps it: store, curves, workers, progress, compiled kernels."""

@@ -1,2 +1,1 @@
-"""Measured response curves: read, averaged over repeats, their damping, and their agreement with
-computed curves."""
+"""Measured response curves, their damping, and their agreement with computed ones."""

@@ -1,2 +1,1 @@
-"""What meshes alone tell of a study: bodies, contact sides, directions; written as a study that a
-person completes."""
+"""What meshes alone tell of a study, written as one that a person completes."""

@@ -1,2 +1,1 @@
-"""Mesh files of pre-processors to `modal.mesh.Mesh`, with the user's node numbers, element numbers
-and sets."""
+"""Mesh files of pre-processors to `modal.mesh.Mesh`, with the numbers and sets of the user."""

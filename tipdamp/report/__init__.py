@@ -1,2 +1,1 @@
-"""report.html and inspect.html: the results as figures and tables with numbers and captions, and
-summary.json."""
+"""report.html, inspect.html and summary.json: results as figures and tables."""

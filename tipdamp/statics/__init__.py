@@ -1,2 +1,1 @@
-"""From a study to its state at rest: inputs of the model, cases of load, friction at rest,
-stress."""
+"""From a study to its state at rest: model, load cases, friction at rest, stress."""

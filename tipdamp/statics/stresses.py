@@ -23,7 +23,7 @@ from tipdamp.modal.elasticity import Material
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.reduction import Reduction
 from tipdamp.modal.stress import alternating_stress, half_range, nodal_stress, von_mises
-from tipdamp.static_contact.bodies.assembled import AssembledBodies
+from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.study.view import Study
 
 EQUAL = 1e-6  # relative distance of frequencies whose modes may be mixed

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from tipdamp.hbm.continuation.budget import Budget, BudgetExceeded
+from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded
 from tipdamp.hbm.continuation.settings import DEFAULT
 
 TICK = DEFAULT.progress_interval

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tipdamp.hbm.continuation.branch import next_step, shorter_step
 from tipdamp.hbm.continuation.settings import DEFAULT
-from tipdamp.hbm.continuation.step_size import next_step, shorter_step
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from tipdamp.hbm.contact import relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.body import Body
 from tipdamp.modal.faces import boundary_faces, face_rule, triangle_rule
-from tipdamp.static_contact.bodies.assembled import AssembledBodies
+from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.static_contact.surfaces import overlap as overlap_module
 from tipdamp.static_contact.surfaces.clip import areas, intersections
 from tipdamp.static_contact.surfaces.facets import Surface

@@ -10,8 +10,7 @@ import pytest
 from tests.contact_tables import contact_table
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.static_contact.tuning.detachment import DetachmentOptions, detach_until
-from tipdamp.static_contact.tuning.kept_pairs import keep_ends
+from tipdamp.static_contact.tuning.detachment import DetachmentOptions, detach_until, keep_ends
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
 H1 = json.loads(

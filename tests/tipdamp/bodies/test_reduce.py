@@ -18,7 +18,7 @@ from tipdamp.cli import main
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.stages.run import results_folder
-from tipdamp.static_contact.bodies.assembled import AssembledBodies
+from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.static_contact.tuning.reduction_error import stuck_error_bound
 from tipdamp.static_contact.tuning.stuck_assembly import stuck_rows
 from tipdamp.study.study import load_study

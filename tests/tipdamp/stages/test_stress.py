@@ -17,7 +17,7 @@ from tipdamp.modal.elasticity import Material, elastic_body
 from tipdamp.modal.stress import nodal_stress, von_mises
 from tipdamp.results.response_results import StressResult
 from tipdamp.stages.run import results_folder
-from tipdamp.static_contact.bodies.assembled import AssembledBodies
+from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.statics.stresses import WholeBody, with_modes_of
 from tipdamp.study.study import load_study
 

@@ -9,7 +9,7 @@ from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.modal.elasticity import Material, elastic_body
 from tipdamp.modal.stress import nodal_stress, von_mises
 from tipdamp.stages.run import results_folder, run_stage
-from tipdamp.static_contact.bodies.assembled import AssembledBodies
+from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.study.study import load_study
 
 meshio = pytest.importorskip("meshio")

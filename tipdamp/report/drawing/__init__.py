@@ -1,2 +1,1 @@
-"""Plain data of figures, scenes, mode shapes and tables, and what draws them (plotly,
-matplotlib)."""
+"""Plain data of figures, scenes, mode shapes and tables, and what draws them."""
