@@ -452,7 +452,7 @@ def _check_swapped(M, K):
 
 def _check_table(model):
     """No dof twice; groups name nodes that have dofs, not clamped or eliminated ones."""
-    seen = {}
+    seen: dict[tuple[str, int, str], int] = {}
     for i in np.flatnonzero(model.direction != "mode"):
         key = str(model.body[i]), int(model.node[i]), str(model.direction[i])
         if key in seen:

@@ -60,7 +60,7 @@ class Factor:
     def __init__(self, K: sp.csr_matrix, settings: EigenSettings = SETTINGS, solver: Any = None):
         self.K, self.settings = sp.csr_matrix(K), settings
         # all nodes may be masters: a matrix of no rows has nothing to factorise
-        self._solver = (solver or sparse_factor(self.K)) if self.K.shape[0] else None
+        self._solver: Any = (solver or sparse_factor(self.K)) if self.K.shape[0] else None
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """K^-1 right for (d,) or (d, m). Raises SingularStiffness when a residual exceeds 1e-8 of

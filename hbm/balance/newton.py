@@ -212,7 +212,7 @@ def _longest(apply, n):
     for _ in range(DEFAULT.power_iterations):
         v = v / np.linalg.norm(v)
         v = apply(v)
-        before, size = size, np.linalg.norm(v)
+        before, size = size, float(np.linalg.norm(v))
         if abs(size - before) <= 1e-6 * size:
             break
     return size, v / size

@@ -135,8 +135,9 @@ class ContactSetting(Parameter):
             )
             if chosen.ndim > 1 or not chosen.size or (chosen % 1).any():
                 raise InputError(f"contacts = {brief(self.contacts)}: must be indices of contacts")
-            object.__setattr__(self, "contacts", tuple(map(int, chosen)))
-            some = f" of contacts {', '.join(map(str, self.contacts))}"
+            contacts = tuple(map(int, chosen))
+            object.__setattr__(self, "contacts", contacts)
+            some = f" of contacts {', '.join(map(str, contacts))}"
         object.__setattr__(self, "name", self.setting + some)
 
     def check(self, problem: ContactProblem) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from tipdamp.hbm.continuation.branch import BranchTracer
 from tipdamp.hbm.continuation.corrector import heading, reverse, solve_fixed
-from tipdamp.hbm.continuation.point import failed
+from tipdamp.hbm.continuation.point import Point, failed
 
 # places tried ahead of a lost branch, in unit steps of the parameter
 AHEAD = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
@@ -68,7 +68,8 @@ def _in_steps(tracer, begin, goal):
     beside = [
         p.x for p in sorted(tracer.run, key=lambda point: -tracer.sense * point.parameter)[4:64:12]
     ]
-    at, passed, step = begin, [], AHEAD[0]
+    at, step = begin, AHEAD[0]
+    passed: list[Point] = []
     while (
         at.parameter != tracer.end
         and tracer.ahead(at.parameter, begin.parameter) < goal * tracer.length
@@ -131,7 +132,7 @@ def _back(tracer, left, passed):
 
 def _solution_ahead(tracer, parameter, guesses, aheads=AHEAD, max_calls=60):
     """(point at a fixed parameter ahead or None, parameters at which none was found)."""
-    tried = []
+    tried: list[float] = []
     for ahead in aheads:
         p = parameter + tracer.sense * ahead * tracer.length
         p = tracer.end if tracer.ahead(p, tracer.end) > 0 else p

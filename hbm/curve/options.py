@@ -1,7 +1,7 @@
 """What may be asked of a curve: the keywords of the functions of `hbm.response`, typed, and their
 checked record."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Required, TypedDict
 
@@ -17,7 +17,7 @@ class CurveKeywords(TypedDict, total=False):
     """The fields of CurveOptions as keywords, which editors and type checkers know by name;
     `outputs` must be given."""
 
-    outputs: Required[dict[str, ArrayLike]]
+    outputs: Required[Mapping[str, ArrayLike]]
     harmonics: int
     start: str | np.ndarray | None
     at: tuple | list | np.ndarray
@@ -59,7 +59,7 @@ class CurveOptions:
     journal : of a curve that may be interrupted, to continue it later (`hbm.curve.journal`)
     """
 
-    outputs: dict
+    outputs: Mapping[str, ArrayLike]
     harmonics: int = 5
     start: str | np.ndarray | None = None
     at: tuple | list | np.ndarray = ()

@@ -11,7 +11,7 @@ from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.continuation.beyond import cut_at_end
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
-from tipdamp.hbm.continuation.point import failed, size
+from tipdamp.hbm.continuation.point import Point, failed, size
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.starts import first_of, starts
@@ -65,7 +65,8 @@ def trace(
 def _first_staying(equation, first, last, settings, budget, found, note):
     """Fill `found` with branches from `first`, up to the first one that does not leave the band for
     good."""
-    passed, known = [], []
+    passed: list[Point] = []
+    known: list[Point] = []
 
     def report(point, step):
         for before in passed:

@@ -6,6 +6,7 @@ import zipfile
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -113,7 +114,7 @@ def read_npz(path: str | Path) -> dict:
 
 
 def _points(path, found):
-    columns = {}
+    columns: dict[str, Any] = {}
     for key in found:
         if key.startswith("points/"):
             body, name = key.removeprefix("points/").rsplit("/", 1)

@@ -167,7 +167,7 @@ def _proximal(problem, u0, gap, settings):
         found = found._replace(sets=total, method="proximal")
         exact = _without_anchors(problem, found.closed, u0, gap)
         if exact is not None:
-            return ContactSolution(*exact, found.closed, total, "proximal")
+            return ContactSolution(exact.u, exact.N, exact.amount, found.closed, total, "proximal")
         drift = found.u - at
         anchored = anchor * problem.k0 * drift
         if np.abs(anchored).max() <= settings.anchor_force * np.abs(found.N).max():
@@ -197,7 +197,7 @@ def _pivot(problem, u0, gap, settings, anchor=0.0, at=0.0, start=None):
         wrong = problem.wrong(closed, found.u, found.N, gap)
         count = int(wrong.sum())
         if not count:
-            return ContactSolution(*found, closed, step, method)
+            return ContactSolution(found.u, found.N, found.amount, closed, step, method)
         if count < fewest:
             fewest, patience = count, settings.patience
         else:

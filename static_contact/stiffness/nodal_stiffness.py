@@ -13,6 +13,7 @@ formulas and what the values are worth."""
 
 from dataclasses import dataclass
 from numbers import Integral
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -55,16 +56,17 @@ class StiffnessModel:
             if value not in allowed:
                 raise InputError(f"{name} = {value!r}: {nearest(value, allowed)}")
         require("scale", self.scale, 0, open_low=True)
-        for name, value, its in (
+        of_one_model: tuple[tuple[str, Any, str], ...] = (
             ("depth", self.depth, "plane_depth"),
             ("roughness", self.roughness, "rough_series"),
-        ):
-            if value is not None and self.name != its:
+        )
+        for name, given, its in of_one_model:
+            if given is not None and self.name != its:
                 raise InputError(
-                    f"{name} = {value!r} has no meaning for model = '{self.name}': leave it out, "
+                    f"{name} = {given!r} has no meaning for model = '{self.name}': leave it out, "
                     f"or set model = '{its}'"
                 )
-        if self.name == "plane_depth" and np.shape(self.depth) != (2,):
+        if self.name == "plane_depth" and np.shape(np.array(self.depth)) != (2,):
             raise InputError(
                 f"depth = {self.depth!r}: model = 'plane_depth' needs depth = (d1, d2), m > 0, "
                 "one for each body; a line on a half-plane has no stiffness without it"

@@ -78,14 +78,14 @@ def _cut(position, faces, settings):
     straight = np.einsum("kc,fcx->fkx", face_shapes(corners, face_places(k))[0], place[:, :corners])
     size = np.linalg.norm(place - place[:, :1], axis=2).max(axis=1)
     curved = np.linalg.norm(place - straight, axis=2).max(axis=1) > settings.straight * size
-    face, reference = [], []
+    faces_of, references = [], []
     for mine, cut in (
         (np.flatnonzero(~curved), _cuts(corners, False)),
         (np.flatnonzero(curved), _cuts(corners, True)),
     ):
-        face.append(np.repeat(mine, len(cut)))
-        reference.append(np.tile(cut, (len(mine), 1, 1)))
-    face, reference = np.concatenate(face), np.concatenate(reference)
+        faces_of.append(np.repeat(mine, len(cut)))
+        references.append(np.tile(cut, (len(mine), 1, 1)))
+    face, reference = np.concatenate(faces_of), np.concatenate(references)
     shape = face_shapes(k, reference.reshape(-1, 2))[0].reshape(len(face), 3, k)
     corner = np.einsum("tck,tkx->tcx", shape, place[face])
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])

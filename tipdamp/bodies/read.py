@@ -78,7 +78,7 @@ def _read(study):
         BLADES: Wanted("[blades]", study.blades.cells),
         DAMPER: Wanted("[damper]", study.damper.cells, holds=study.damper.load_points),
     }
-    found = {}
+    found: dict[str, Mesh] = {}
     for body, name in files.items():
         if body == DAMPER and study.file(name).resolve() == study.file(files[BLADES]).resolve():
             found[DAMPER] = found[BLADES]

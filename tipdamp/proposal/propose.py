@@ -214,8 +214,8 @@ def _sides(patches, meshes, axis, pull):
         ["left", "right"] if len(order) == 2 else [f"side_{i}" for i in range(1, len(order) + 1)]
     )
     return tuple(
-        ProposedSide(name, *one, _match(meshes, one[0]))
-        for name, one in zip(names, order, strict=True)
+        ProposedSide(name, patch, blade, damper, _match(meshes, patch))
+        for name, (patch, blade, damper) in zip(names, order, strict=True)
     )
 
 

@@ -176,7 +176,8 @@ def _elements(f, options, data, where):
     kind = _name(options, "TYPE", where).upper()
     solid = re.fullmatch(r"C3D(\d+)([A-Z]*)", kind)
     flat, line = _SHEET.fullmatch(kind), _LINE.fullmatch(kind)
-    if not (solid or flat or line):
+    element = solid or flat or line
+    if element is None:
         f.content.unused.append(f"{len(data)} lines of elements of type {shown(kind)}")
         return
     if solid and int(solid[1]) not in SOLID:
@@ -186,7 +187,7 @@ def _elements(f, options, data, where):
         )
     if solid and solid[2]:
         f.integration.add(kind)
-    per = int((solid or flat or line)[1])
+    per = int(element[1])
     found = numbers(" ".join(data), where)
     if len(found) % (per + 1):
         raise InputError(
@@ -229,7 +230,8 @@ def _generated(line, where, known):
     limits = whole(numbers(line, where), where)
     if len(limits) not in (2, 3) or (len(limits) == 3 and limits[2] < 1):
         raise InputError(f"{where}: '{shown(line)}' must be first, last and step")
-    return span(*limits[:2], limits[2] if len(limits) == 3 else 1, known, where)
+    first, last, step = limits if len(limits) == 3 else (*limits, 1)
+    return span(first, last, step, known, where)
 
 
 def _surface(f, options, data, where):

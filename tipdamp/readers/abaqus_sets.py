@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ _TET_FACES = [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]
 _WEDGE_FACES = [(0, 1, 2), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)]
 # nodes of C3D...: our type, the order of the nodes between corners, the corners of faces S1, S2,
 # ...
-SOLID = {
+SOLID: dict[int, tuple[str, Any, Any]] = {
     4: ("tetra", None, _TET_FACES),
     10: ("tetra10", TET10, _TET_FACES),
     8: ("hexahedron", None, _HEX_FACES),
@@ -141,11 +142,13 @@ def _nodes_of(f, key, dimension):
     nodes, kinds = [np.empty(0, dtype=np.int64)], set()
     for item in f.model.sets[key]:
         kinds.add(item[0])
-        found = item[1] if isinstance(item[1], np.ndarray) else _members(f, *_key(f, item[1]))
-        faces = _faces(f, found, item[2], f.model.names[key]) if item[0] == "FACE" else []
-        for block in faces:
+        members = item[1] if isinstance(item[1], np.ndarray) else _members(f, *_key(f, item[1]))
+        if item[0] != "FACE":
+            nodes.append(members)
+            continue
+        for block in _faces(f, members, item[2], f.model.names[key]):
             f.content.add_faces(f.model.names[key], block)
-        nodes += [block.ravel() for block in faces] if item[0] == "FACE" else [found]
+            nodes.append(block.ravel())
     return np.concatenate(nodes), 2 if "FACE" in kinds else 0
 
 
@@ -175,7 +178,8 @@ def _members(f, kind, name, within=()):
         if isinstance(item, np.ndarray):
             found.append(item)
         else:
-            numbers_ = _members(f, *_key(f, item), within=(*within, key))
+            item_kind, item_name = _key(f, item)
+            numbers_ = _members(f, item_kind, item_name, within=(*within, key))
             found.append(
                 _element_nodes(f, numbers_) if kind == "NSET" and item[0] == "ELSET" else numbers_
             )

@@ -7,6 +7,7 @@ such.
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -252,7 +253,8 @@ def _cmblock(path, lines, place, words, content, elements):
     name, kind = words[1], words[2].upper()[:4]
     count = _counted(path, place, words, 3)
     _, width, _ = _format(path, lines, place, "CMBLOCK")
-    place, values = place + 1, []
+    values: list[int] = []
+    place += 1
     while place < len(lines) and (count is None or len(values) < count):
         if not re.match(r"[\s\d-]", lines[place]):
             break
@@ -263,7 +265,8 @@ def _cmblock(path, lines, place, words, content, elements):
             f"{path}: component '{shown(name)}' has {len(values)} of its {count} entries: cut off "
             "or damaged"
         )
-    members, known = [], content.node_numbers() if kind == "NODE" else elements
+    members: list[int] = []
+    known = content.node_numbers() if kind == "NODE" else elements
     for value in values:
         found = (
             span(members[-1] + 1, -value, 1, known, f"{path}, line {place}")
@@ -280,7 +283,9 @@ def _cmblock(path, lines, place, words, content, elements):
 
 def _elements(path, content, elements, routines):
     """Sort the elements by what they are and add them as blocks of cells."""
-    found, other, without = {}, {}, 0
+    found: dict[Any, Any] = {}
+    other: dict[Any, Any] = {}
+    without = 0
     for number, kind, material, nodes in elements:
         routine = routines.get(kind)
         if routine in BRICKS or routine in TETRAHEDRA:

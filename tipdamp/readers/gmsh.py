@@ -4,6 +4,7 @@ stays in all of them."""
 import re
 import warnings
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -68,7 +69,7 @@ def read(path: Path, data: bytes) -> Content:
 
 def _sections(path, data, start, binary):
     """{name: bytes between $Name and $EndName}; every section must be closed."""
-    found = {}
+    found: dict[str, Any] = {}
     place = start
     opening = re.compile(rb"\$([A-Za-z]\w*)[ \t]*\r?\n")
     while match := opening.search(data, place):
@@ -305,7 +306,8 @@ def _read_2(path, sections, binary, names, content):
             "all' loses the groups; save as 4.1, or without 'save all'"
         )
     blocks = {key: np.concatenate(rows) for key, rows in blocks.items()}
-    first = {}  # an element in two groups is written twice in this version, under two numbers
+    # an element in two groups is written twice in this version, under two numbers
+    first: dict[Any, Any] = {}
     for (kind, physical), rows in blocks.items():
         groups = [_group_name(names, _known(path, kind)[1], abs(physical))] if physical else []
         kept = np.array([first.setdefault(tuple(r[1:]), r[0]) for r in rows.tolist()])
@@ -314,7 +316,8 @@ def _read_2(path, sections, binary, names, content):
 
 
 def _binary_elements(path, s, count):
-    blocks, seen = {}, 0
+    blocks: dict[Any, Any] = {}
+    seen = 0
     while seen < count:
         kind, follow, tags = (int(v) for v in s.take(3))
         per = _known(path, kind)[2]
@@ -333,7 +336,8 @@ def _binary_elements(path, s, count):
 
 def _text_elements(path, s, count):
     flat = s.take(len(s.data) - s.place).tolist()
-    starts, place = {}, 0
+    starts: dict[Any, Any] = {}
+    place = 0
     for _ in range(count):
         if place + 3 > len(flat):
             raise InputError(
@@ -348,11 +352,12 @@ def _text_elements(path, s, count):
             f"{s.where}: holds {len(flat)} numbers where {count} elements have {place}: cut off or "
             "damaged"
         )
-    flat, blocks = np.array(flat), {}
-    for (kind, tags, physical), first in starts.items():
-        first = np.array(first)
-        nodes = flat[first[:, None] + 3 + tags + np.arange(ELEMENTS[kind][2])]
-        blocks.setdefault((kind, physical), []).append(np.column_stack([flat[first], nodes]))
+    numbers = np.array(flat)
+    blocks: dict[Any, Any] = {}
+    for (kind, tags, physical), places in starts.items():
+        first = np.array(places)
+        nodes = numbers[first[:, None] + 3 + tags + np.arange(ELEMENTS[kind][2])]
+        blocks.setdefault((kind, physical), []).append(np.column_stack([numbers[first], nodes]))
     return blocks
 
 

@@ -3,6 +3,7 @@ and free fields."""
 
 import re
 from pathlib import Path
+from typing import Any
 
 from tipdamp.hbm.errors import InputError, shown
 from tipdamp.modal.elements.cells import CELLS
@@ -191,9 +192,10 @@ def _nodes(fields, where):
 
 
 def _solids(content, path, cards):
-    groups, cell_nodes = {}, {}
+    groups: dict[str, Any] = {}
+    cell_nodes: dict[str, Any] = {}
     for card, sizes in SOLID.items():
-        blocks = {}
+        blocks: dict[int, Any] = {}
         for fields, where in cards.pop(card, []):
             nodes = _nodes(fields, where)
             if len(nodes) not in sizes or 0 in nodes:
@@ -237,7 +239,8 @@ def _sheets(content, cards):
 
 def _ranged(words, where, known):
     """1, 2, 5, THRU, 9 -> 1 2 5 6 7 8 9; known - numbers of the grid points."""
-    out, k = [], 0
+    out: list[int] = []
+    k = 0
     words = [w for w in words if w]
     while k < len(words):
         if words[k].upper() == "THRU":

@@ -55,7 +55,7 @@ def _matrices(study, store):
     )
     warnings += pair_checks.axis_warnings(pairs, study.driver.axis)
     bodies = {b: InspectedBody(dofs=int((model.body == b).sum())) for b in (BLADES, DAMPER)}
-    return _with_page(study, store, InspectResult(bodies=bodies, warnings=warnings), shown)
+    return _with_page(study, store, InspectResult(bodies=bodies, warnings=tuple(warnings)), shown)
 
 
 def _meshes(study, store, tick):
@@ -77,7 +77,7 @@ def _meshes(study, store, tick):
         found = _with_page(
             study,
             store,
-            InspectResult(bodies=bodies, warnings=warnings),
+            InspectResult(bodies=bodies, warnings=tuple(warnings)),
             _refused(study, meshes, str(error)),
         )
         for name in found.pictures:
@@ -98,7 +98,10 @@ def _meshes(study, store, tick):
         study,
         store,
         InspectResult(
-            bodies=bodies, warnings=warnings, side_moduli=moduli, **_counted(study, meshes, pairs)
+            bodies=bodies,
+            warnings=tuple(warnings),
+            side_moduli=moduli,
+            **_counted(study, meshes, pairs),
         ),
         Inspected(meshes, pairs, places_on(meshes, pairs), angles),
         damper_areas(study, meshes),
@@ -127,7 +130,7 @@ def _of_mesh(mesh, file):
         nodes=len(mesh.node),
         pieces=parts(mesh)[0],
         cells={k: len(c) for k, c in mesh.cells.items()},
-        box_m=[mesh.position.min(axis=0), mesh.position.max(axis=0)],
+        box_m=tuple(tuple(map(float, end(mesh.position, axis=0))) for end in (np.min, np.max)),
         groups={k: len(v) for k, v in sorted(mesh.groups.items())},
         groups_are={k: DIMENSION[mesh.dimension.get(k, 0)] for k in sorted(mesh.groups)},
         cell_groups={k: len(v) for k, v in sorted(mesh.cell_groups.items())},

@@ -110,7 +110,8 @@ def _with_stiffness(study, store, model, bodies, materials):
     warnings of a fit."""
     pairs = ContactTable.load(store.path("pairs.csv"))
     pull = loads.force_at_rest(study, model)
-    fitted, said = 1.0, []
+    fitted = 1.0
+    said: list[str] = []
     if study.contact.fit_hz is not None:
         fitted, said = fit_factor(
             study, model, bodies, lambda f: stiffness.with_values(study, pairs, materials, pull, f)

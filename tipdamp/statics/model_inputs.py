@@ -16,6 +16,7 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
 from tipdamp.static_contact.contact.contact_forces import Preload
 from tipdamp.static_contact.contact.equilibrium import beside, side_forces, side_normals
+from tipdamp.static_contact.contact.friction import FrictionState
 from tipdamp.static_contact.tuning.detachment import conserve_total
 from tipdamp.static_contact.tuning.roll_springs import RollSpring, roll_springs
 from tipdamp.study.schema import Respond
@@ -227,7 +228,7 @@ def side_sums(pairs: ContactTable) -> dict[str, float]:
     return {s: float(np.maximum(pairs.preload, 0)[pairs.side == s].sum()) for s in pairs.sides}
 
 
-def preload_map(result: Preload, pairs: ContactTable) -> ContactTable:
+def preload_map(result: Preload | FrictionState, pairs: ContactTable) -> ContactTable:
     """The table with its own springs again: hard pairs that are open stand open by -preload / kn as
     well."""
     return pairs.replace(

@@ -87,7 +87,8 @@ class IsotropicFriction(CoulombFriction):
         forces = integrated(law, x, pieces, counts, active, shares)
         forces.g[:, :2] += g
         forces.D[:, :2] += (D * scale[:, None, None, :, None])[forces.contacts]
-        forces.by_preload[:, :2] += law.mu[:, None, None] * D[:, :, :, 2, 0]
+        by_preload = np.asarray(forces.by_preload)
+        by_preload[:, :2] += law.mu[:, None, None] * D[:, :, :, 2, 0]
         return replace(forces, work=work)
 
     def piecewise_linear(self, contacts):

@@ -29,7 +29,7 @@ class CoulombFriction(ContactLaw):
     """
 
     @property
-    def states(self):
+    def states(self) -> int:  # type: ignore[override]  # a number in most laws
         """Sliders and, where there is a normal component, the motion before."""
         return self.sliders + len(self.components) * (self.sliders > 0 and self._normal)
 
