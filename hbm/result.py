@@ -39,7 +39,7 @@ class ForcedResponse(ArrayRecord):
     parameter_name, parameter : what varies along the branch, and its (n,) values: 'frequency' in
         Hz, or another parameter at one frequency (see `hbm.balance.parameter`)
     share_stick, share_slip, share_open : (n, P) share of the cycle; of a law without sliders a
-        contact that loses energy slips wherever it is closed
+        contact that loses energy slips wherever it is closed; all 0 of a force that is no contact
     dissipated : (n, P) J per cycle, over all components of the law
     converged : (n,) bool; iterations : (n,) evaluations of the residual
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed
@@ -135,10 +135,12 @@ class ForcedResponse(ArrayRecord):
             if self.parameter_name == "frequency"
             else f"{self.parameter_name} {f.min():g} to {f.max():g} at {self.frequency[0]:g} Hz"
         )
+        shares = self.share_stick + self.share_slip + self.share_open
+        pairs = int((shares != 0).any(axis=0).sum())
+        contacts = f"{pairs} pairs, {len(self.slipping_pairs)} slip, " if pairs else ""
         return (
             f"<ForcedResponse: {over}, {len(f)} points ({failed} failed), outputs "
-            f"{', '.join(self.output_names)}; {self.share_slip.shape[1]} pairs, "
-            f"{len(self.slipping_pairs)} slip, H = {self.H}; {self.ended}>"
+            f"{', '.join(self.output_names)}; {contacts}H = {self.H}; {self.ended}>"
         )
 
     def amplitude(self, kind: str = "half_peak_to_peak", order: int | None = None) -> np.ndarray:

@@ -281,7 +281,7 @@ def _cycle(law, contacts, x, omega):
             law,
             "the shares of stick, slip and open are not each at least 0, with the sum 1",
             np.abs(f.shares).sum(axis=1),
-            np.ones(len(x)),
+            f.shares.any(axis=1).astype(float),  # none where the force is no contact
             1e-5,
         )
         resting = np.abs(full_derivative(f, x)[~f.active]).max(initial=0.0)

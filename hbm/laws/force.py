@@ -1,6 +1,6 @@
 """Plain forces: nonlinear springs and dashpots of one or several components that are no contact."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -31,6 +31,11 @@ class PlainForce(ContactLaw):
     def step(self, motion, state, contacts):
         """The force of the end of the step."""
         return self.force(motion.u, motion.v), state
+
+    def harmonics(self, contacts, x, start, grid, omega):
+        """Forces of the cycle; what is no contact neither sticks nor slips nor opens."""
+        forces = super().harmonics(contacts, x, start, grid, omega)
+        return replace(forces, shares=np.zeros((len(x), 3)))
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,7 @@ class ContactForces:
     by_preload : (P, nd, nh) dg/dpreload, None where the law does not provide it
     by_omega : (P, nd, nh) N s, dg/domega at given harmonics of u, None for a law that does not
     depend on the rate
-    shares : (P, 3) share of the cycle in stick, slip, open
+    shares : (P, 3) share of the cycle in stick, slip, open; 0 where the force is no contact
     work : (P,) J per cycle that the contacts take, of friction along the paths of the sliders;
     None: by the harmonics"""
 

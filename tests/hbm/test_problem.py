@@ -86,3 +86,12 @@ def test_forces_are_added_and_have_orders():
 def test_wrong_use_is_told(wrong, said):
     with pytest.raises(InputError, match=said):
         wrong(Problem([[1.0]], [[0.02]], [[1.0]]))
+
+
+def test_pairs_are_named_where_there_are_contacts():
+    """A Duffing oscillator has none; a Jenkins element beside the cubic spring is one."""
+    duffing = Problem(M=np.eye(1), C=0.1 * np.eye(1), K=np.eye(1)).add(CubicSpring(1.0), 0).force(0)
+    alone = duffing.follow_band((0.05, 0.1), outputs={"x": 0})
+    assert "pair" not in repr(alone) and "slip" not in repr(alone)
+    both = duffing.add(Jenkins1D(), 0, kt=0.5, mu=0.3, preload=1.0)
+    assert "1 pairs, 1 slip" in repr(both.follow_band((0.05, 0.1), outputs={"x": 0}))
