@@ -427,12 +427,12 @@ def _sums_of_derivatives(law, contacts, x, omega):
     # to sum
     tolerance = 5e-3 if law.piecewise_linear(contacts) is None else 2e-3
     what = "the force jumps where its derivative does not tell"
-    found, expected = _summed(law, contacts, x, omega, 600)
-    try:
-        _agree(law, what, found, expected, tolerance)
-    except AssertionError:
-        found, expected = _summed(law, contacts, x, omega, 6000)
-        _agree(law, what, found, expected, tolerance)
+    for steps in (100, 600):  # more only where the derivative changes fast
+        change, expected = _summed(law, contacts, x, omega, steps)
+        if np.abs(change - expected).max() <= tolerance * np.abs(expected).max():
+            return
+    change, expected = _summed(law, contacts, x, omega, 6000)
+    _agree(law, what, change, expected, tolerance)
 
 
 def _summed(law, contacts, x, omega, n):
