@@ -330,10 +330,10 @@ def _refuse_twice(where, keys, pairs, named, remedy):
         )
 
 
-def without_normal_motion(B: sp.spmatrix, pairs: ContactTable) -> str:
-    """A sentence on the pairs along whose normal the model has no dof; empty where there are none.
-    B (3P, r)."""
-    fixed = np.flatnonzero(abs(B[2::3]).sum(axis=1).A1 == 0)
+def without_normal_motion(B: sp.spmatrix, pairs: ContactTable, springs: np.ndarray) -> str:
+    """A sentence on the pairs along whose normal the model has no dof, but the law a spring; empty
+    where there are none. B (3P, r); springs (P,) N/m, of the law along the normal."""
+    fixed = np.flatnonzero((abs(B[2::3]).sum(axis=1).A1 == 0) & (springs > 0))
     if not len(fixed):
         return ""
     p, more = fixed[0], f" and {len(fixed) - 1} more" * (len(fixed) > 1)

@@ -4,6 +4,7 @@ duffing = Problem(M=[[1.0]], C=[[0.02]], K=[[1.0]]).add(CubicSpring(1.0), 0).for
 curve = duffing.follow_band((0.05, 0.3), outputs={"x": 0}, harmonics=5)
 """
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Unpack, cast
@@ -110,6 +111,8 @@ class Problem:
         rows = self._rows_of(law, where)
         settings = Contacts(*(np.array([value]) for value in (kn, kt, mu, preload)))
         law.check(settings)
+        if doubt := law.doubt(settings):
+            warnings.warn(doubt, stacklevel=2)
         return replace(self, attached=(*self.attached, Attached(law, rows, settings)))
 
     def force(self, where: Where, amplitude: complex = 1.0, *, harmonic: int = 1) -> "Problem":

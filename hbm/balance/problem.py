@@ -336,7 +336,10 @@ def doubted_problem(
     B = relative_motion(model, used)
     held = held_motions(model, used, hold)
     doubts = [
-        without_normal_motion(B, used) if "n" in law.components else "",
+        without_normal_motion(B, used, law.stuck_stiffness(settings)[:, -1])
+        if "n" in law.components
+        else "",
+        law.doubt(settings),
         *(one.doubt for one in held),
         mixed_partners(used, *node_places(model, used)),
         opposed_normals(used),

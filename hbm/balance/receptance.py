@@ -42,6 +42,9 @@ from tipdamp.hbm.hold.settings import HOLD
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.validation import brief, check_forcing, check_outputs
 
+# each to a quarter: from 800 points over a band to 1e-5 of their distance
+ZOOMS = 8
+
 
 @dataclass(frozen=True)
 class Receptance:
@@ -258,19 +261,54 @@ def linear_response(
     """
     rows = check_outputs(outputs, model.size)[1]
     force = check_forcing(forcing, model.size, 1)[1]
+    receptance = _linear_receptance(model, pairs, force, frequencies, damping_ratio)
+    return receptance.respond(rows, force, 2 * np.pi * np.asarray(frequencies, dtype=float))
+
+
+def linear_response_with_peaks(
+    model: ReducedModel,
+    pairs: ContactTable | None,
+    forcing: ArrayLike,
+    frequencies: ArrayLike,
+    damping_ratio: ArrayLike | None = None,
+    outputs: dict | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """(frequencies (n',) Hz ascending, `linear_response` there): those given, the resonances in
+    between, and for each output the one of its largest amplitude, to 1e-9 of that amplitude."""
+    rows = check_outputs(outputs, model.size)[1]
+    force = check_forcing(forcing, model.size, 1)[1]
+    hz = np.asarray(frequencies, dtype=float)
+    receptance = _linear_receptance(model, pairs, force, hz, damping_ratio)
+
+    def amplitude(at):
+        return np.abs(receptance.respond(rows, force, 2 * np.pi * at.ravel()))
+
+    own = natural_frequencies(model, pairs)
+    hz = np.union1d(hz, own[(hz.min() < own) & (own < hz.max())])
+    top = amplitude(hz).argmax(axis=0)
+    low, high = hz[np.maximum(top - 1, 0)], hz[np.minimum(top + 1, len(hz) - 1)]
+    each = np.arange(len(rows))
+    for _ in range(ZOOMS):
+        at = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, 9)
+        mine = amplitude(at).reshape(*at.shape, len(rows))[each, :, each]
+        best = mine.argmax(axis=1)
+        low, high = at[each, np.maximum(best - 1, 0)], at[each, np.minimum(best + 1, 8)]
+    hz = np.union1d(hz, at[each, best])
+    return hz, receptance.respond(rows, force, 2 * np.pi * hz)
+
+
+def _linear_receptance(model, pairs, force, frequencies, damping_ratio):
     K = assembled(model, pairs)
     if damping_ratio is not None:
-        receptance = free_receptance(model.M, K, damping_ratio)
-    else:
-        receptance = stuck_receptance(
-            model.M,
-            model.C,
-            K,
-            None,
-            lambda v: describe_motion(model, v),
-            free=_checked_free(model, K, force, frequencies),
-        )
-    return receptance.respond(rows, force, 2 * np.pi * np.asarray(frequencies, dtype=float))
+        return free_receptance(model.M, K, damping_ratio)
+    return stuck_receptance(
+        model.M,
+        model.C,
+        K,
+        None,
+        lambda v: describe_motion(model, v),
+        free=_checked_free(model, K, force, frequencies),
+    )
 
 
 def _checked_free(model, K, force, frequencies):

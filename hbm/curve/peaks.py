@@ -63,6 +63,9 @@ def _solve_extremes(output, group, found):
             first = choose(known, key=known.__getitem__)
 
 
+SAME = 1e-7  # of value and height: two maxima are one
+
+
 def find_peaks(
     curve: ForcedResponse,
     problem: ContactProblem,
@@ -112,7 +115,13 @@ def find_peaks(
                 stacklevel=2,
             )
     table = np.reshape(found, (-1, 2))
-    return table[np.argsort(-table[:, 1], kind="stable")]
+    table = table[np.argsort(-table[:, 1], kind="stable")]
+    return table[[not _among(one, table[:i]) for i, one in enumerate(table)]]
+
+
+def _among(one, others):
+    """Whether a maximum is one of the others: two points beside it may lead to the same."""
+    return bool((np.abs(others - one) <= SAME * np.abs(one)).all(axis=1).any())
 
 
 def _ripple(heights, i):

@@ -66,6 +66,10 @@ class ContactLaw:
         """Name in messages and results."""
         return type(self).__name__
 
+    def doubt(self, contacts: Contacts) -> str:
+        """What is probably not meant in settings that can be used, in words; empty by default."""
+        return ""
+
     def step(
         self, motion: Motion, state: np.ndarray, contacts: Contacts
     ) -> tuple[np.ndarray, np.ndarray]:

@@ -84,6 +84,11 @@ class MixedLaw(ContactLaw):
             )
         return state
 
+    def doubt(self, contacts):
+        """Of the first law that has one."""
+        doubts = (law.doubt(contacts.select(at)) for law, at, _ in self._parts(len(contacts)))
+        return next(filter(None, doubts), "")
+
     def start_at_rest(self, sticks, u, force, start, contacts):
         """As in each law."""
         positions = start.positions.copy()

@@ -95,3 +95,8 @@ def test_pairs_are_named_where_there_are_contacts():
     assert "pair" not in repr(alone) and "slip" not in repr(alone)
     both = duffing.add(Jenkins1D(), 0, kt=0.5, mu=0.3, preload=1.0)
     assert "1 pairs, 1 slip" in repr(both.follow_band((0.05, 0.1), outputs={"x": 0}))
+
+
+def test_a_constant_load_that_never_closes_is_told():
+    with pytest.warns(UserWarning, match="-4 N at contact 0: 1 of 1 are open for good"):
+        duffing().add(Jenkins1D(), 0, kt=1.0, mu=0.3, preload=-4.0)

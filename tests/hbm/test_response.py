@@ -3,7 +3,7 @@ bad input."""
 
 import re
 import warnings
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -13,7 +13,12 @@ from tipdamp import Problem
 from tipdamp.hbm import laws
 from tipdamp.hbm.balance.parameter import Frequency
 from tipdamp.hbm.balance.problem import contact_problem
-from tipdamp.hbm.balance.receptance import linear_response, natural_frequencies, stuck_receptance
+from tipdamp.hbm.balance.receptance import (
+    linear_response,
+    linear_response_with_peaks,
+    natural_frequencies,
+    stuck_receptance,
+)
 from tipdamp.hbm.comparison import compare
 from tipdamp.hbm.contact import relative_motion
 from tipdamp.hbm.continuation.branch import Branch
@@ -276,6 +281,42 @@ def test_model_without_normal_motion(rig):
         warnings.simplefilter("error")
         contact_problem(only_x, pairs, laws.Jenkins1D(), damping_ratio=0.02)
         contact_problem(model, pairs, LAW, damping_ratio=0.02)
+        some = laws.MixedLaw((laws.Jenkins1D(), laws.UnilateralSpring()), np.arange(18) % 2)
+        contact_problem(model, pairs, some, damping_ratio=0.02)
+    mixed = laws.MixedLaw((laws.Jenkins1D(), laws.UnilateralSpring()), np.r_[[0] * 17, 1])
+    with pytest.warns(UserWarning, match=r"pair 18 \(\w+, station \d+\): the model has no dof"):
+        contact_problem(only_x, pairs, mixed, damping_ratio=0.02)
+
+
+def test_linear_response_is_drawn_with_its_peaks(rig):
+    """From 11 points over 400 Hz: as of 20001, and the resonance lies between them."""
+    model, pairs, tip = rig
+    outputs = {"tip": tip, "other": np.roll(tip, 30)}
+    hz, x = linear_response_with_peaks(
+        model, pairs, tip, np.linspace(1150, 1550, 11), 2e-3, outputs
+    )
+    fine = np.linspace(1340, 1355, 20001)
+    there = np.abs(linear_response(model, pairs, tip, fine, 2e-3, outputs)).max(axis=0)
+    assert np.abs(x).max(axis=0) == pytest.approx(there, rel=1e-6)
+    assert (np.abs(x).max(axis=0) >= there * (1 - 1e-9)).all() and (np.diff(hz) > 0).all()
+
+
+def test_two_solved_points_on_one_peak(rig):
+    """The highest is one of them by rounding: the peak is solved, and told once."""
+    curve = run(rig, 1.0)
+    at = int(np.flatnonzero(curve.peak_points[:, 0])[0])
+    twice = {
+        f.name: np.insert(getattr(curve, f.name), at, getattr(curve, f.name)[at], axis=0)
+        for f in fields(curve)
+        if np.shape(getattr(curve, f.name))[:1] == curve.frequency.shape
+    }
+    twice["peak_points"][at] = False
+    twice["harmonics"] = twice["harmonics"].copy()
+    twice["harmonics"][at] *= 1 + 1e-10
+    both = replace(curve, **twice)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert both.peak("tip")[1] == pytest.approx(curve.peak("tip")[1], rel=1e-9)
 
 
 def test_a_body_that_is_not_there_is_named(rig):

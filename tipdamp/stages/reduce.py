@@ -13,7 +13,7 @@ from tipdamp.bodies.reduce import reduced_model, wants_error
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import keep_bodies
-from tipdamp.hbm.balance.receptance import linear_response
+from tipdamp.hbm.balance.receptance import linear_response_with_peaks
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.results.static_results import FreeResponse, ReduceResult
 from tipdamp.stages.stage import Stage
@@ -85,16 +85,13 @@ def free_modes(study: Study, blades: ReducedModel) -> FreeModes:
 def free_response(study: Study, blades: ReducedModel, limits: tuple[float, float]) -> FreeResponse:
     """Linear response without damper, per newton: largest over each patch.          [Zucca 2016,
     figure 2]"""
-    hz = np.linspace(*limits, 801)
-    rows = outputs(study, blades)
-    x = np.abs(
-        linear_response(
-            blades, None, excitation(study, blades), hz, ratio(study.free.damping_ratio), rows
-        )
+    rows, force = outputs(study, blades), excitation(study, blades)
+    hz, x = linear_response_with_peaks(
+        blades, None, force, np.linspace(*limits, 801), ratio(study.free.damping_ratio), rows
     )
     return FreeResponse(
         hz=tuple(hz),
-        m_per_N={p: x[:, in_patch(rows, p)].max(axis=1) for p in study.respond.patches},
+        m_per_N={p: np.abs(x[:, in_patch(rows, p)]).max(axis=1) for p in study.respond.patches},
     )
 
 

@@ -24,7 +24,7 @@ from tipdamp.engine.progress import Ticker
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
 from tipdamp.hbm.balance.problem import contact_problem
-from tipdamp.hbm.balance.receptance import linear_response
+from tipdamp.hbm.balance.receptance import linear_response, linear_response_with_peaks
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.curve.trace import SLIDES
 from tipdamp.hbm.hold import spring
@@ -94,17 +94,11 @@ class Assembly:
             else _on_springs(self.interface.model, self.interface.held)
         )
 
-    def linear(self, settings: Respond, hz: np.ndarray, level: float) -> np.ndarray:
-        """(n, outputs) m: response with all kept pairs stuck that are in contact at rest."""
+    def linear(self, settings: Respond, hz: np.ndarray, level: float) -> tuple:
+        """Arguments of `linear_response`: all kept pairs stuck that are in contact at rest."""
         closed = self.kept.select(self.kept.preload > 0)
-        return linear_response(
-            self.vibrating,
-            closed,
-            level * self.curves.force,
-            hz,
-            ratio(settings.damping_ratio),
-            self.curves.rows,
-        )
+        force, zeta = level * self.curves.force, ratio(settings.damping_ratio)
+        return self.vibrating, closed, force, hz, zeta, self.curves.rows
 
 
 def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[str]:
@@ -139,11 +133,12 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         if not found[-1].slipping_pairs and alike and curve.converged.any():
             difference[there.file] = stuck_difference(settings, assembly, curve, there.Fe_N)
     with store.writing("stuck.npz") as path:
-        hz = np.linspace(*settings.band, LIMITS.points)
+        drawn = np.linspace(*settings.band, LIMITS.points)
+        hz, response = linear_response_with_peaks(*assembly.linear(settings, drawn, 1.0))
         np.savez(
             path,
             frequency=hz,
-            response=assembly.linear(settings, hz, 1.0),
+            response=response,
             output_names=np.array(list(assembly.curves.rows)),
         )
     RespondResult(
@@ -269,7 +264,7 @@ def stuck_difference(
 ) -> float:
     """Largest |curve - linear stuck response| over the largest response."""
     good = curve.converged
-    x = assembly.linear(settings, curve.frequency[good], level)
+    x = linear_response(*assembly.linear(settings, curve.frequency[good], level))
     return float(np.abs(curve.harmonics[good, :, 1] - x).max() / np.abs(x).max())
 
 

@@ -37,6 +37,17 @@ class CoulombFriction(ContactLaw):
     def _normal(self) -> bool:
         return self.components[-1:] == ("n",)
 
+    def doubt(self, contacts):
+        """Of a constant normal load: negative ones never close."""
+        open_ = np.flatnonzero(contacts.preload < 0)
+        if self._normal or not len(open_):
+            return ""
+        return (
+            f"law {self.name}: the normal load is constant, and {contacts.preload[open_[0]]:g} N "
+            f"at contact {open_[0]}: {len(open_)} of {len(contacts)} are open for good and give no "
+            "friction; a preload that presses is positive"
+        )
+
     def stuck_stiffness(self, contacts):
         """(P, nd) N/m: kt of the tangents, kn of the normal."""
         return np.stack([contacts.kt] * self.sliders + [contacts.kn] * self._normal, axis=1)
