@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.static_contact.contact.contact_cells import Fade
-from tipdamp.static_contact.tuning.detachment import DetachmentOptions, search_of
+from tipdamp.static_contact.tuning.detachment import DetachmentOptions, NotReachable, search_of
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
 
@@ -146,7 +146,7 @@ def _crossing(history, target_hz, whole) -> int:
         return int(over.argmax())
     reach = np.abs(np.diff(hz)).max() / 2 if whole else 0.0
     if not hz.min() - reach <= target_hz <= hz.max() + reach:
-        raise InputError(
+        raise NotReachable(
             f"target {target_hz:g} Hz is not reachable: {hz.min():.0f}..{hz.max():.0f} Hz with "
             f"{100 * history[-1].share:.3g}..100 % of the closed area kept"
         )

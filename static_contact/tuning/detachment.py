@@ -20,6 +20,10 @@ from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 from tipdamp.static_contact.tuning.stuck_search import StuckSearch
 
 
+class NotReachable(InputError):
+    """No set of contacts has the target frequency."""
+
+
 @dataclass(frozen=True)
 class Step:
     """One set of kept stations and its stuck frequency; front counts the stations with the smaller
@@ -292,7 +296,7 @@ def _check_reach(history: Sequence[Step], target_hz, options, stations):
     # than the sets
     reach = 0.0 if options.graded or len(found) < 2 else np.diff(found).max() / 2
     if not found[0] - reach <= target_hz <= found[-1] + reach:
-        raise InputError(
+        raise NotReachable(
             f"target {target_hz:g} Hz is not reachable: {found[0]:.0f}..{found[-1]:.0f} Hz with "
             f"{options.at_least}..{stations} stations kept"
         )

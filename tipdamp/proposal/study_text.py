@@ -147,7 +147,8 @@ def _response(found):
         + _of(found, BLADES, "the node that is excited", not excitation),
         f"direction = {_vector(np.cross(found.axis, found.pull))}     # of force and response: "
         "across both",
-        f"patches = {_names(patches[:2])}     # two groups of response nodes, blade 1 first",
+        f"patches = {_names(patches[:2])}"
+        + _of(found, BLADES, "two groups of response nodes, blade 1 first", not patches),
         'levels = "?"                # N, amplitudes of the excitation, such as [1, 5]',
         'band = "?"                  # Hz, such as [700, 900]',
         "damping_ratio = 0.005",

@@ -30,6 +30,7 @@ from tipdamp.static_contact.full.stuck_modes import StuckSet
 from tipdamp.static_contact.tuning.detachment import (
     Detachment,
     DetachmentOptions,
+    NotReachable,
     detach_until,
     keep_stations,
     keep_weights,
@@ -197,8 +198,8 @@ def _keep(study, assembly, line, follow, goal, options, tick) -> tuple[ContactTa
                 keep_stations(assembly, line, inputs.ends_kept(study, line), follow, options), along
             )
         return _by_station(detach_until(assembly, line, goal.hz, follow, options, report), along)
-    except InputError as error:
-        raise InputError(f"{error}{inputs.softer(study) if goal else ''}") from None
+    except NotReachable as error:
+        raise InputError(f"[tune] {error}{inputs.softer(study)}") from None
 
 
 def _by_station(found: Detachment, along: np.ndarray) -> tuple[ContactTable, dict]:

@@ -110,10 +110,12 @@ def declared_springs(
 
 
 def softer(study: Study) -> str:
-    """What can be done where the contact of half-space theory is too stiff for a target; empty
-    where it was given."""
-    if study.contact.pairs or all(side.given for side in study.sides.values()):
-        return ""
+    """What can be done where no contact set meets a target: the stiffness that was given, or that
+    of half-space theory, which is often too stiff."""
+    if study.contact.pairs:
+        return "; kn and kt of the table of pairs and the mode ([tune] follow) set the range"
+    if all(side.given for side in study.sides.values()):
+        return "; kn and kt of the sides and the mode ([tune] follow) set the range"
     return (
         f"; the stiffness is that of [contact] stiffness = '{study.contact.stiffness}': a rough "
         "interface in series ('rough_series'), a declared factor (scale) or a fit to a "

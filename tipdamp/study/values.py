@@ -98,7 +98,10 @@ def number(value: Any, key: Key, factor: float = 1.0) -> float:
         raise ValueError(f"must be {bound}{upper}")
     found, (least, most) = factor * value, key.sizes
     if found and not least <= abs(found) <= most:
-        raise ValueError(f"is {found:.3g} in SI units, must be between {least:g} and {most:g}")
+        raise ValueError(
+            f"is {found:.3g} in SI units, must be between {least:g} and {most:g}; numbers are in "
+            "the units of [units]"
+        )
     return found
 
 
