@@ -94,6 +94,16 @@ def _panel(axes, panel: Panel, handles):
         axes.set_xlim(*panel.x_range)
     if panel.y_range is not None:
         axes.set_ylim(*panel.y_range)
+    elif not panel.log_y:
+        _room_above_labels(axes, panel)
+
+
+def _room_above_labels(axes, panel):
+    """Labels of level lines stand above them, inside the frame."""
+    low, high = axes.get_ylim()
+    for item in panel.items:
+        if isinstance(item, Line) and item.axis == "y" and item.label and item.end == "high":
+            axes.set_ylim(top=max(axes.get_ylim()[1], item.value + 0.09 * (high - low)))
 
 
 def _curve(axes, item: Curve):
