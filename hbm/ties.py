@@ -17,7 +17,7 @@ def first_largest(values: ArrayLike, same: float = SAME) -> int:
     being equal."""
     values = np.asarray(values, dtype=float)
     finite = np.abs(values[np.isfinite(values)]).max(initial=0.0)
-    return int((values >= np.nanmax(values) - same * finite).argmax())
+    return int((values >= np.nanmax(values, initial=-np.inf) - same * finite).argmax())
 
 
 def levels(values: ArrayLike, same: float = SAME) -> np.ndarray:

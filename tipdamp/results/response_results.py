@@ -6,6 +6,8 @@ from typing import ClassVar
 from tipdamp.results.record import Number, Numbers, Record, Result, Texts
 from tipdamp.study.law import LawChoice
 
+SAME_MODE = 0.5  # MAC of two peaks, below which they are not of one mode
+
 # ---- respond -------------------------------------------------------------------------------------
 
 
@@ -88,6 +90,11 @@ class CurveResult(Peak):
     held_change: Number = 0.0
     held_reaction_change: Number = 0.0
     hold_doubts: Texts = ()
+
+    @property
+    def of_another_mode(self) -> bool:
+        """Whether the peak is not of the mode of that at the next lower level."""
+        return self.mac is not None and self.mac < SAME_MODE
 
 
 class InterfaceFacts(Record):

@@ -65,7 +65,6 @@ ALL_SPRINGS = ("t1", "t2", "n")
 class ResponseLimits:
     """What is warned of, and how finely the linear response is drawn."""
 
-    same_mode: float = 0.5  # MAC of two peaks, below which they are not of one mode
     balanced: float = 1e-6  # of the input: larger errors of the energy balance
     points: int = 801  # of the linear stuck response
 
@@ -399,7 +398,7 @@ def _unsolved(case):
 
 def _another_mode(found):
     for one in found:
-        if one.mac is not None and one.mac < LIMITS.same_mode:
+        if one.of_another_mode:
             below = max(
                 (c for c in found if c.H == one.H and c.Fe_N < one.Fe_N), key=lambda c: c.Fe_N
             )

@@ -291,6 +291,18 @@ def test_cut_curve_in_the_figures(tmp_path):
     )
 
 
+def test_peaks_of_two_modes_are_no_trend(tmp_path):
+    """The largest peak of 20 N at H = 3 is that of another mode: no line joins the two, and no
+    sentence makes a trend of them."""
+    results = results_of(*artefacts(tmp_path, damage=damage("responses", 3, "mac", value=0.1)))
+    trend = next(peak_trend.figures(results))
+    lines = [len(i.x) for i in trend.panels[0].items if isinstance(i, figure.Curve)]
+    assert sorted(lines) == [1, 1, 2]
+    family, other = list(response_family.figures(results))[:2]
+    assert "At 20 N the largest peak is that of another mode, at" in family.caption
+    assert "peak moves" not in family.caption and "peak moves" in other.caption
+
+
 def test_a_curve_that_never_began(tmp_path):
     """The first point fails: one point, no peak, and nothing that looks like a number; why stands
     there."""

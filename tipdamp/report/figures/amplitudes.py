@@ -83,3 +83,13 @@ def reason(case: ReportedCurve) -> str:
 def panel_title(case: ReportedCurve) -> str:
     """Of a panel for one level."""
     return f"Fe = {case.Fe:g} N" + ": no point solved" * case.facts.solved_nothing
+
+
+def of_one_mode(cases: Sequence[ReportedCurve]) -> list[list[ReportedCurve]]:
+    """The curves (with a peak, by level) in runs whose largest peaks are of one mode."""
+    runs: list[list[ReportedCurve]] = []
+    for case in cases:
+        if not runs or case.facts.of_another_mode:
+            runs.append([])
+        runs[-1].append(case)
+    return runs

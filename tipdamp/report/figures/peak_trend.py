@@ -1,6 +1,6 @@
 """Figure: height and frequency of the peak over the excitation level."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from tipdamp.report.drawing.figure import (
     Marks,
     Panel,
 )
-from tipdamp.report.figures.amplitudes import peakless
-from tipdamp.report.results import Results
+from tipdamp.report.figures.amplitudes import of_one_mode, peakless
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import MICRO, hertz, number
 
 COLORS = (VERMILION, BLUE, GREEN, ORANGE)  # from the largest H down
@@ -34,16 +34,15 @@ def figures(results: Results) -> Iterator[Figure]:
     height: list[Item] = []
     place: list[Item] = []
     for k, H in enumerate(results.orders):
-        cases = [c for c in results.of_order(H) if c.has_peak]
-        Fe, hz, peak = (
-            np.array([(c.Fe, c.facts.peak_hz, c.peak_per_newton) for c in cases]).reshape(-1, 3).T
-        )
         rank = (len(results.orders) - 1 - k) % 4
-        for items, y in ((height, MICRO * peak), (place, hz)):
-            items += [
-                Curve(Fe, y, "", COLORS[rank], DASHES[rank]),
-                Marks(Fe, y, f"H = {H}", COLORS[rank], SYMBOLS[k % 3]),
-            ]
+        cases = [c for c in results.of_order(H) if c.has_peak]
+        for run in of_one_mode(cases):
+            Fe, hz, peak = _peaks(run)
+            for items, y in ((height, peak), (place, hz)):
+                items.append(Curve(Fe, y, "", COLORS[rank], DASHES[rank]))
+        Fe, hz, peak = _peaks(cases)
+        for items, y in ((height, peak), (place, hz)):
+            items.append(Marks(Fe, y, f"H = {H}", COLORS[rank], SYMBOLS[k % 3]))
     if results.tune:
         stuck = results.tune.stuck_hz.tuned
         place.append(_limit(stuck, f"stuck {hertz(stuck)} Hz", place))
@@ -51,7 +50,8 @@ def figures(results: Results) -> Iterator[Figure]:
         top = MICRO * float(results.stuck.m_per_N.max())
         height.append(_limit(top, f"linear, stuck {number(top, 3)} µm/N", height))
     caption = (
-        "Peak of blade 1 over the excitation level: amplitude per newton, and frequency. "
+        "Largest peak of blade 1 over the excitation level: amplitude per newton, and frequency; "
+        "lines join levels at which it is of one mode. "
         + peakless(results.cases)
         + results.beside_paper("Corresponds to the trend of figure 7")
     )
@@ -65,6 +65,12 @@ def figures(results: Results) -> Iterator[Figure]:
         ),
         row_height=300,
     )
+
+
+def _peaks(cases: Sequence[ReportedCurve]) -> np.ndarray:
+    """(3, n): level N, Hz and micrometres per newton."""
+    found = [(c.Fe, c.facts.peak_hz, MICRO * (c.peak_per_newton or 0.0)) for c in cases]
+    return np.array(found, dtype=float).reshape(-1, 3).T
 
 
 def _limit(value: float, label: str, items: list[Item]) -> Line:

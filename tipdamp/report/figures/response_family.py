@@ -5,7 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from tipdamp.report.drawing.figure import INK, Band, Curve, Figure, Item, Marks, level_colors
-from tipdamp.report.figures.amplitudes import amplitude_panel, failures, levels_of, peakless
+from tipdamp.report.figures.amplitudes import (
+    amplitude_panel,
+    failures,
+    levels_of,
+    of_one_mode,
+    peakless,
+)
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import MICRO, hertz, micro
 
@@ -66,12 +72,20 @@ def _curve(results, case: ReportedCurve, color, dash, factor) -> Iterator[Item]:
 
 
 def _trend(cases) -> str:
-    good = [c for c in cases if c.has_peak]
-    if len(good) < 2:
-        return ""
-    first, last = good[0], good[-1]
-    return (
-        f"From {first.Fe:g} to {last.Fe:g} N the peak moves from {hertz(first.facts.peak_hz)} to "
-        f"{hertz(last.facts.peak_hz)} Hz and from {micro(first.peak_per_newton)} to "
-        f"{micro(last.peak_per_newton)} µm/N."
-    )
+    """Of each run of levels whose largest peaks are of one mode."""
+    said = []
+    for i, run in enumerate(of_one_mode([c for c in cases if c.has_peak])):
+        first, last = run[0], run[-1]
+        other = f"At {first.Fe:g} N the largest peak is that of another mode" * (i > 0)
+        if len(run) > 1:
+            said += [f"{other}."] * (i > 0) + [
+                f"From {first.Fe:g} to {last.Fe:g} N the peak moves from "
+                f"{hertz(first.facts.peak_hz)} to {hertz(last.facts.peak_hz)} Hz and from "
+                f"{micro(first.peak_per_newton)} to {micro(last.peak_per_newton)} µm/N."
+            ]
+        elif i > 0:
+            said.append(
+                f"{other}, at {hertz(first.facts.peak_hz)} Hz with "
+                f"{micro(first.peak_per_newton)} µm/N."
+            )
+    return " ".join(said)
