@@ -825,10 +825,21 @@ def resting_place(contact, r, missed, start, e):
         times[k], discs[k, 0], discs[k, 1], discs[k, 2] = t, at[P1], at[P2], at[LIMIT]
         discs[k, 2] += slack
         i, j = nearest_common(first, discs[: k + 1], room, r)
+        low = slack
         while i < 0 and slack < missed:
-            wider = max(9 * slack, room)
+            low, wider = slack, max(9 * slack, room)
             slack += wider
             discs[: k + 1, 2] += wider
+            i, j = nearest_common(first, discs[: k + 1], room, r)
+        while i >= 0 and slack - low > 1e-3 * slack + room:  # no more than they miss
+            less = 0.5 * (slack - low)
+            discs[: k + 1, 2] -= less
+            i, j = nearest_common(first, discs[: k + 1], room, r)
+            if i >= 0:
+                slack -= less
+                continue
+            low += less
+            discs[: k + 1, 2] += less
             i, j = nearest_common(first, discs[: k + 1], room, r)
         if i < 0:
             break
@@ -845,18 +856,29 @@ def resting_place(contact, r, missed, start, e):
 
 
 @njit(cache=True)
+def at_rest(r, start, sums, D):
+    """As `one_contact`, of a slider that stays at r with the derivative `start` (2, 3 nh)."""
+    sums.g[:], sums.g[:, 0] = 0.0, TWO_PI * r
+    D[:], D[0] = 0.0, TWO_PI * start
+    return 0.0, 0.0, start.any()
+
+
+@njit(cache=True)
 def one_contact(contact, given, panel, light, sums, D):
     """(slipped, work times kt, whether D is not zero) of the periodic cycle of a contact; sums.g is
     filled, and D (nh, 2, 3 nh) with the integrals of the derivatives of r.
 
     The derivative is that of a fixed point of the map of a period. Where a contact has come to
     rest, and where it creeps to a rest that Newton would miss, the derivative is carried through
-    all periods from the start, or the place of rest that is nearest to the start is taken.
+    all periods from the start. With `nearest` whether it rests at all is decided by whether there
+    is a place, and not by the slip of a period, which may be rounding.
     """
     nh = sums.g.shape[1]
     r = np.array([given[0], given[1]])
     start = np.zeros((2, 3 * nh))
-    from_position, nearest = given[2], given[3] and not given[2]
+    from_position, nearest = given[2], given[3] and not given[2] and not len(contact.opened)
+    if nearest and resting_place(contact, r, 0.0, start, sums.e):
+        return at_rest(r, start, sums, D)
     if from_position:
         motion(contact.c, 0.0, sums.e, np.empty(6))
         for d in range(2):
@@ -865,8 +887,7 @@ def one_contact(contact, given, panel, light, sums, D):
     first, repeated, room = r.copy(), start.copy(), np.empty((2, 3 * nh))
     periods, repeats, alone, slid = settle(contact, r, True, panel, light, room)
     if not slid and not pulled and not from_position:
-        sums.g[:], sums.g[:, 0] = 0.0, TWO_PI * r
-        return 0.0, 0.0, False
+        return at_rest(r, start, sums, D)
     slip, work, inverted = 0.0, 0.0, False
     if alone and repeats:
         slip, work, inverted = fixed_point(contact, r, panel, sums, repeated)
@@ -877,16 +898,10 @@ def one_contact(contact, given, panel, light, sums, D):
             r[:] = first
         slip, work = from_start(contact, r, periods, panel, sums, start, room)
         repeated[:] = start
-        if (nearest or not repeats) and not len(contact.opened):
-            if nearest:
-                r[0], r[1], start[:] = given[0], given[1], 0.0
-            else:
-                carry(sums, start, room)
-            missed = 0.0 if repeats else SETTINGS.nearly * contact.scale
-            if resting_place(contact, r, missed, start, sums.e):
-                sums.g[:], sums.g[:, 0] = 0.0, TWO_PI * r
-                D[:], D[0] = 0.0, TWO_PI * start
-                return 0.0, 0.0, True
+        if not (repeats or len(contact.opened)):
+            carry(sums, start, room)
+            if resting_place(contact, r, SETTINGS.nearly * contact.scale, start, sums.e):
+                return at_rest(r, start, sums, D)
     for j in range(nh):
         for d in range(2):
             D[j, d] = (

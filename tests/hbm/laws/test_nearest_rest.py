@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import minimize
 
 from tests.hbm.laws.test_creep import LAW, never_open
-from tipdamp import IsotropicFriction, Problem, compare
+from tipdamp import Contacts, IsotropicFriction, Problem, compare
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance import aft
 from tipdamp.hbm.curve.cycles import contact_cycles
@@ -70,6 +70,42 @@ def test_the_derivative_follows_the_place():
     there, back = (forces(contacts, x + s * along).g for s in (1e-7, -1e-7))
     error = np.abs((there - back) / 2e-7 - slope).max(axis=(1, 2))
     assert np.quantile(error / np.abs(slope).max(), 0.95) < 1e-6
+
+
+def test_no_jump_where_slip_begins():
+    """Along 40 growing motions the force at the onset, which bisection finds, beside that a
+    billionth before and after: no last digit decides, nor a limit that is missed by 1e-6."""
+    rng = np.random.default_rng(1)
+    contacts = Contacts([2.0], [10.0], [0.5], [1.5])
+    jumps = []
+    for i in range(40):
+        x = rng.normal(size=(1, 3, 5)) / (1 + np.r_[0, 1, 1, 2, 2]) ** 3
+        x[:, 2] *= 0.3
+        x[:, :, 0] *= i % 2
+        rests, slips = 0.0, 5.0
+        for _ in range(60):
+            middle = 0.5 * (rests + slips)
+            if forces(contacts, middle * x).shares[0, 0] == 1:
+                rests = middle
+            else:
+                slips = middle
+        along = slips * (1 + np.r_[-1e-9, 10.0 ** np.arange(-12, -8)])
+        g = np.array([forces(contacts, s * x).g[0] for s in along])
+        jumps.append(np.abs(np.diff(g, axis=0)).max() / (0.5 * 1.5))
+    assert np.mean(np.array(jumps) < 1e-3) >= 0.95, jumps
+
+
+def test_points_where_slip_begins_are_solved():
+    """At 0.4616 Hz none was found, and at 0.4613 Hz each number of orders had another mean."""
+    problem = Problem(M=np.eye(3), C=0.02 * np.eye(3), K=np.diag([1.0, 0.74, 1.04]))
+    problem = problem.add(IsotropicFriction(), [0, 1, 2], kn=2.217, kt=11.2, mu=0.5, preload=1.576)
+    for i, force in enumerate([0.238 + 0.06j, -0.0228 + 0.23j, -0.0495 - 0.0761j]):
+        problem = problem.force(i, force)
+    for hz in (0.4613, 0.4616, 0.462):
+        found = [problem.solve_at(hz, outputs={"x": 0}, harmonics=H) for H in (1, 3, 9)]
+        assert all(one.converged for one in found)
+        assert np.ptp([one.harmonics[0, 0].real for one in found]) < 1e-8
+    assert problem.follow_band((0.4, 0.5), outputs={"x": 0}, harmonics=5).complete
 
 
 def unloaded(turn):
