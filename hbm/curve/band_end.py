@@ -51,8 +51,9 @@ def further_solutions(
     first, end = branch.points[0], branch.points[-1]
     onwards = np.sign(last - first.parameter)
     found = (
-        _folds_outside(equation, branch, first, -onwards, settings),
-        _at_the_end(equation, branch, last, onwards, beyond, settings)
+        _at_an_end(equation, branch, first, -onwards, None, settings)
+        or _folds_outside(equation, branch, first, -onwards, settings),
+        _at_an_end(equation, branch, end, onwards, beyond, settings)
         or _folds_outside(equation, branch, end, onwards, settings),
     )
     return "; ".join(words for words in found if words)
@@ -83,30 +84,30 @@ def _elastic(point):
     return detail.balance.problem.law.states == 0 and bool(alternating.any())
 
 
-def _at_the_end(equation, branch, last, onwards, beyond, settings):
-    """Words on the solution at the end of the band to which Newton's method leads from the linear
+def _at_an_end(equation, branch, end, outwards, beyond, settings):
+    """Words on the solution at an end of the branch to which Newton's method leads from the linear
     response; empty where the branch has it."""
-    known = [point for point in branch.points if point.converged and point.parameter == last]
-    other = _from_linear_response(equation, last, settings)
+    value = end.parameter
+    known = [point for point in branch.points if point.converged and point.parameter == value]
+    other = _from_linear_response(equation, value, settings)
     branch.calls += other.iterations
     if not other.converged or any(_alike(other, point, equation.weights) for point in known):
         return ""
     fold, looked = None, beyond
     if beyond is None:
-        end, most = branch.points[-1], SETTINGS.fold_calls
-        fold, looked = _followed(equation, branch, end, onwards, (fold_ahead, most), settings)
+        most = SETTINGS.fold_calls
+        fold, looked = _followed(equation, branch, end, outwards, (fold_ahead, most), settings)
     parameter = equation.parameter
-    return _in_words(
-        *(
-            None if value is None else parameter.named(value / parameter.scale)
-            for value in (last, fold, looked)
-        )
+    named = (
+        None if one is None else parameter.named(one / parameter.scale)
+        for one in (value, fold, looked)
     )
+    return (_at_the_begin if end is branch.points[0] else _at_the_end)(*named)
 
 
-def _in_words(last, fold, looked):
+def _at_the_end(value, fold, looked):
     """fold, looked : where the branch folds beyond the end, how far it was followed, or None."""
-    found = f"another solution at {last}, where the band ends"
+    found = f"another solution at {value}, where the band ends"
     if fold is not None:
         return (
             f"the branch leaves the band before its fold, near {fold}: there is {found}, and "
@@ -117,6 +118,21 @@ def _in_words(last, fold, looked):
     return (
         f"there is {found}, to which the branch does not lead inside the band{where}: more may "
         "lie inside; another end of the band, or the other direction, may hold them"
+    )
+
+
+def _at_the_begin(value, fold, looked):
+    """As `_at_the_end`, where the branch begins."""
+    found = f"another solution at {value}, where the band begins"
+    if fold is not None:
+        return (
+            f"the branch begins past a fold, near {fold}: there is {found}, and more may lie "
+            "inside; a band that begins beyond the fold, or the other direction, holds them"
+        )
+    where = f", and no fold was found back to {looked}" if looked is not None else ""
+    return (
+        f"there is {found}, to which the branch does not lead inside the band{where}: more may "
+        "lie inside; another begin of the band, or the other direction, may hold them"
     )
 
 

@@ -221,3 +221,26 @@ def test_a_band_that_begins_or_ends_between_folds(band):
     assert "the branch folds outside the band, near " in curve.further
     near = 2 * np.pi * float(curve.further.split("near ")[1].split(" Hz")[0])
     assert near == pytest.approx(fold(c, F, cubic, 1.9, 1.0), rel=5e-3)
+
+
+BEGINS = {
+    "hardening, downwards": (0.02, 0.2, 1.0, (1.4, 0.4)),
+    "a large force": (0.05, 4.0, 1.0, (3.0, 0.3)),
+    "nearly a fold": (0.0035, 0.026, 2.4, (1.14, 0.5)),
+    "softening, upwards": (0.0115, 0.025, -0.2556, (0.86, 2.68)),
+}
+
+
+@pytest.mark.parametrize("c,F,cubic,band", BEGINS.values(), ids=BEGINS)
+def test_another_solution_where_the_band_begins(c, F, cubic, band):
+    """The branch of the resonance begins inside its band, the lower solution beside it."""
+    curve = curve_of(c, F, cubic, band)
+    inside = band[0] + 0.02 * (band[1] - band[0])
+    assert curve.complete and len(amplitudes(c, F, cubic, inside)) == 3
+    found, said = solutions(curve, duffing(c, cubic), inside)
+    assert len(found) == 3 or "where the band begins" in curve.further and said
+
+
+def test_where_the_band_begins_with_one_solution_nothing_is_told():
+    curve = curve_of(0.1, 1.0, 1.0, (0.4, 5.0))
+    assert curve.complete and not curve.further
