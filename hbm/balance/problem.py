@@ -333,20 +333,12 @@ def doubted_problem(
     preload = used.preload if origin == "preloaded" else -used.kn * used.weight * used.gap
     settings = Contacts(used.kn * used.weight, used.kt * used.weight, used.mu, preload)
     law = law.select(kept)
-    B = relative_motion(model, used)
+    motion = relative_motion(model, used)
     held = held_motions(model, used, hold)
-    doubts = [
-        without_normal_motion(B, used, law.stuck_stiffness(settings)[:, -1])
-        if "n" in law.components
-        else "",
-        law.doubt(settings),
-        *(one.doubt for one in held),
-        mixed_partners(used, *node_places(model, used)),
-        opposed_normals(used),
-    ]
+    B = motion
     if law.components != ("t1", "t2", "n"):
         rows = ["t1", "t2", "n"]
-        B = B[
+        B = motion[
             np.concatenate(
                 [[3 * i + rows.index(c) for c in law.components] for i in range(len(used))]
             )
@@ -364,4 +356,13 @@ def doubted_problem(
         partial(describe_motion, model),
         held,
     )
+    has_normal = law.components[-1:] == ("n",)
+    normal = law.stuck_stiffness(settings)[:, -1] * has_normal
+    doubts = [
+        without_normal_motion(motion, used, normal),
+        law.doubt(settings),
+        *(one.doubt for one in held),
+        mixed_partners(used, *node_places(model, used)),
+        opposed_normals(used),
+    ]
     return problem, kept, [doubt for doubt in doubts if doubt]

@@ -34,6 +34,8 @@ LARGE_DAMPING = 0.2
 SOFT = 2e-3
 # of the size of a cell: more is no small motion, and other nodes would face each other
 CLOSURE = 0.05
+# kt over kn: 0.66 to 1 of half-spaces, some tenths of rough surfaces; 1000 is a unit
+TANGENTIAL = (1e-2, 1e2)
 COVERED = 0.95  # of a side of the damper: less of it opposite to the blade is said
 # percent by which a bar with one and two layers of linear cells is too stiff in bending; quadratic
 # ones: 3 and 2 [tests/modal/test_bending.py]
@@ -346,6 +348,21 @@ def closure_warnings(pairs: ContactTable, smooth: dict[str, float]) -> Iterator[
                 f"{mine.damper_node[i]}: {mine.preload[i]:.3g} N on kn = {kn:.3g} N/m is "
                 f"{1e3 * closure[i]:.2g} mm, and cells are {1e3 * size[i]:.2g} mm{estimate}: is "
                 "kn too small by a factor of 1000 or more (N/mm for N/m)?"
+            )
+
+
+def tangential_warnings(pairs: ContactTable) -> Iterator[str]:
+    """Sides whose kt is far from their kn; without friction, kt = 0, or hard along the normal there
+    is nothing to compare."""
+    for name in pairs.sides:
+        mine = pairs.select((pairs.side == name) & pairs.carrying & (pairs.kn > 0) & (pairs.kt > 0))
+        mine = mine.select(np.isfinite(mine.kn) & np.isfinite(mine.kt))
+        ratio = mine.kt / np.where(mine.kn > 0, mine.kn, 1.0)
+        low, high = TANGENTIAL
+        if len(mine) and not low <= np.median(ratio) <= high:
+            yield (
+                f"side '{name}': kt is {np.median(ratio):.2g} of kn; elastic half-spaces have 0.66 "
+                "to 1, and rough surfaces some tenths: are both in the same unit (N/mm for N/m?)"
             )
 
 

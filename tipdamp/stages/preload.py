@@ -11,7 +11,7 @@ from tipdamp.bodies.pieces import check_loaded
 from tipdamp.bodies.read import BODY_READS
 from tipdamp.checks import only_friction
 from tipdamp.checks.pairs import jamming
-from tipdamp.checks.plausibility import closure_warnings
+from tipdamp.checks.plausibility import closure_warnings, tangential_warnings
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import keep_preload
@@ -124,16 +124,17 @@ def _with_stiffness(study, store, model, bodies, materials):
 
 
 def _closure(study, pulled, made):
-    """Warnings of springs that are far too soft for the preload."""
+    """Warnings of springs that are far too soft for the preload, or for one another."""
     if study.contact.normal == "hard":
         return []
+    doubts = tangential_warnings(pulled)
     smooth = {
         name: one.nodes * way.kn_N_per_m
         for name, one in made.items()
         for way in one.ways
         if way.way == "smooth half-spaces"
     }
-    return list(closure_warnings(pulled, smooth))
+    return [*closure_warnings(pulled, smooth), *doubts]
 
 
 def _frictionless(study, contact):

@@ -8,9 +8,10 @@ import pytest
 from tests.static_contact.beams import supports
 from tests.tipdamp import corner_study
 from tests.tipdamp.bad_meshes import inspect
+from tests.tipdamp.report.files import table
 from tipdamp.bodies.read import read_meshes
 from tipdamp.checks.pairs import axis_warnings
-from tipdamp.checks.plausibility import mesh_warnings
+from tipdamp.checks.plausibility import mesh_warnings, tangential_warnings
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
 from tipdamp.results.static_results import PreloadResult
@@ -300,3 +301,15 @@ def test_two_pieces(tmp_path, capsys):
         and "6 rigid motions are free" in error
         and "consists of 2 pieces that share no node" in error
     )
+
+
+@pytest.mark.parametrize("share, said", [(0.7, 0), (1e-3, 1), (1e3, 1), (0.0, 0)])
+def test_tangential_stiffness_of_another_unit(share, said):
+    pairs = table()
+    found = list(
+        tangential_warnings(
+            pairs.replace(kn=np.full(len(pairs), 1e6), kt=share * 1e6 + 0 * pairs.kn)
+        )
+    )
+    assert len(found) == said * len(pairs.sides)
+    assert all("kt is" in one and "unit" in one for one in found)
