@@ -1,0 +1,110 @@
+"""The estimated error of the points of a curve, beside solutions with many more orders."""
+
+import numpy as np
+import pytest
+
+from tests.hbm.cases import rig
+from tests.hbm.conformance import own_law
+from tipdamp import (
+    CubicSpring,
+    DryFriction1T,
+    IsotropicFriction,
+    Jenkins1D,
+    Problem,
+    UnilateralSpring,
+    follow_band,
+    truncation_error,
+)
+
+FRICTION = {"kn": 2.0, "kt": 2.0, "mu": 0.4, "preload": 0.5}
+CASES = {
+    "cubic": (CubicSpring(0.3), 0, {}),
+    "Jenkins": (Jenkins1D(), 0, {"kt": 2.0, "mu": 0.4, "preload": 0.5}),
+    "one tangent": (DryFriction1T(), [0, 2], FRICTION),
+    "two tangents": (IsotropicFriction(), [0, 1, 2], FRICTION),
+    "unilateral": (UnilateralSpring(), 2, {"kn": 4.0, "preload": 0.1}),
+}
+BAND = (0.08, 0.5)
+OUTPUTS = {"x": 0, "y": 1, "z": 2}
+
+
+def chain(law, where, settings, seed=0):
+    """Three dofs with a law, under forces of three phases."""
+    A = np.random.default_rng(seed).normal(size=(3, 3))
+    K = np.diag(np.linspace(1, 6, 3)) + 0.1 * (A + A.T)
+    problem = Problem(M=np.eye(3), C=0.02 * K, K=K).add(law, where, **settings)
+    return problem.force(0).force(1, 0.6j).force(2, 0.3)
+
+
+def true_errors(problem, curve, at, orders, samples=None):
+    """Largest over the outputs, of the largest vibration, as root mean square."""
+    found = []
+    for i in at:
+        hz = curve.frequency[i]
+        few, many = 2 * curve.H + 1, 2 * orders + 1
+        guess = np.zeros((len(curve.unknowns[i]) // few, many))
+        guess[:, :few] = curve.unknowns[i].reshape(-1, few)
+        exact = problem.solve_at(
+            hz, outputs=OUTPUTS, harmonics=orders, guess=guess.ravel(), samples=samples
+        )
+        assert exact.converged
+        change = exact.harmonics.copy()
+        change[:, : curve.H + 1] -= curve.harmonics[i]
+        size = [np.linalg.norm(part[:, 1:], axis=1).max() for part in (change, exact.harmonics)]
+        found.append(size[0] / size[1])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("H", [3, 5])
+@pytest.mark.parametrize("case", CASES)
+def test_beside_the_true_error(case, H):
+    problem = chain(*CASES[case])
+    curve = problem.follow_band(BAND, outputs=OUTPUTS, harmonics=H)
+    estimate = truncation_error(curve, problem.contact_problem)
+    at = np.linspace(0, len(curve.frequency) - 1, 25).astype(int)
+    true = true_errors(problem, curve, at, 30)
+    seen = (true > 1e-5) & ~estimate.doubtful[at]
+    ratio = estimate.relative[at][seen] / true[seen]
+    assert seen.sum() >= 6
+    assert np.mean((ratio > 0.2) & (ratio < 5)) >= 0.9 and ratio.min() > 0.2
+    assert 0.7 < np.median(ratio) < 1.4
+
+
+def test_of_one_order():
+    """Nothing above order 1 is known of the curve, and the third order is seen all the same."""
+    problem = chain(*CASES["cubic"])
+    curve = problem.follow_band(BAND, outputs=OUTPUTS, harmonics=1)
+    estimate = truncation_error(curve, problem.contact_problem)
+    at = np.linspace(0, len(curve.frequency) - 1, 12).astype(int)
+    ratio = estimate.relative[at] / true_errors(problem, curve, at, 20)
+    assert np.mean((ratio > 0.2) & (ratio < 5)) >= 0.9
+
+
+def test_a_contact_that_sticks_has_no_error():
+    problem = chain(Jenkins1D(), 0, {"kt": 2.0, "mu": 0.4, "preload": 1e6})
+    curve = problem.follow_band(BAND, outputs=OUTPUTS, harmonics=3)
+    estimate = truncation_error(curve, problem.contact_problem)
+    assert not estimate.relative.any() and not estimate.doubtful.any()
+    assert estimate.outputs.shape == (len(curve.frequency), 3)
+
+
+def test_samples_of_a_sampled_law_are_in_it():
+    """With many orders and few samples what is missing are the samples."""
+    problem = chain(own_law("dahl").Dahl(), 0, {"kt": 2.0, "mu": 0.4, "preload": 0.5})
+    curve = problem.follow_band((0.15, 0.2), outputs=OUTPUTS, harmonics=9, samples=40)
+    estimate = truncation_error(curve, problem.contact_problem)
+    at = np.linspace(0, len(curve.frequency) - 1, 5).astype(int)
+    true = true_errors(problem, curve, at, 19, samples=1024)
+    ratio = estimate.relative[at] / true
+    assert (true > 1e-5).all() and ((ratio > 0.2) & (ratio < 5)).all()
+
+
+def test_rig():
+    """At 2780 Hz under 20 N with 5 orders it is 3.8e-3, by solutions with many orders."""
+    problem, force, outputs = rig()
+    curve = follow_band(problem, 20 * force, (2770.0, 2790.0), harmonics=5, outputs=outputs)
+    estimate = truncation_error(curve, problem)
+    assert estimate.relative[np.argmin(np.abs(curve.frequency - 2780))] == pytest.approx(
+        3.8e-3, rel=0.5
+    )
+    assert not estimate.doubtful.any()
