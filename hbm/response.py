@@ -39,7 +39,7 @@ from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.recorded import RecordedBalance
 from tipdamp.hbm.curve.starts import first_of, starts
-from tipdamp.hbm.curve.trace import record, trace
+from tipdamp.hbm.curve.trace import record, slides, trace
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.spring import Hold
 from tipdamp.hbm.laws.base import ContactLaw
@@ -187,6 +187,12 @@ def solve_at(
     points = [point]
     (residual,), (energy,), (bad,) = settle(Equation(balance, Frequency()), points, [w])
     found = points[0].converged and not bad
+    if not found and (why := slides(problem)):
+        warnings.warn(
+            f"solve_at: no solution was found at {hz:g} Hz; {why}give a `guess` that is near, or "
+            "less force",
+            stacklevel=2,
+        )
     if found and residual > DEFAULT.equilibrium:
         warnings.warn(
             f"solve_at: the forces balance to {residual:.0e} of their scale only, by the rounding "

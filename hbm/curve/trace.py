@@ -201,7 +201,7 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
         [p for p in branch.points if p.converged == wanted] for wanted in (True, False)
     )
     if not good:
-        return ended if problem is None else _slides(problem) + ended
+        return ended if problem is None else slides(problem) + ended
     if branch.outside is not None and branch.complete:
         ended += (
             "; it left the band where it starts and was followed outside, to "
@@ -235,7 +235,7 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
     return ended if branch.complete else ended + _unrestrained(good[-1], problem)
 
 
-def _slides(problem):
+def slides(problem):
     """The motions that nothing but friction restrains, and what holds them, in words, before what
     else may be tried; empty where there are none."""
     motions = problem.held_by_friction()

@@ -550,6 +550,10 @@ def test_a_block_that_slides_away_is_named_before_the_general_advice():
         lost.ended,
     )
     assert forced_response(model, pairs, hold=Hold("x", mean=True), **given).complete
+    problem, _ = contact_problem(model, pairs, DryFriction2T())
+    with pytest.warns(UserWarning, match="at 40 Hz; nothing but friction restrains a motion .body"):
+        options = {key: given[key] for key in ("harmonics", "outputs", "settings")}
+        assert not solve_at(problem, given["forcing"], 40.0, **options).converged
 
 
 def test_motions_that_friction_alone_restrains():
