@@ -93,8 +93,16 @@ class Assembly:
             else _on_springs(self.interface.model, self.interface.held)
         )
 
-    def linear(self, settings: Respond, hz: np.ndarray, level: float) -> tuple:
-        """Arguments of `linear_response`: all kept pairs stuck that are in contact at rest."""
+    def linear(self, settings: Respond, hz: np.ndarray, level: float) -> np.ndarray:
+        """(n, outputs) m: response with all kept pairs stuck that are in contact at rest."""
+        return linear_response(*self._stuck(settings, hz, level))
+
+    def drawn(self, settings: Respond) -> tuple[np.ndarray, np.ndarray]:
+        """(Hz (n,), (n, outputs) m per newton): `linear` over the band, with its peaks."""
+        hz = np.linspace(*settings.band, LIMITS.points)
+        return linear_response_with_peaks(*self._stuck(settings, hz, 1.0))
+
+    def _stuck(self, settings, hz, level):
         closed = self.kept.select(self.kept.preload > 0)
         force, zeta = level * self.curves.force, ratio(settings.damping_ratio)
         return self.vibrating, closed, force, hz, zeta, self.curves.rows
@@ -132,8 +140,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         if not found[-1].slipping_pairs and alike and curve.converged.any():
             difference[there.file] = stuck_difference(settings, assembly, curve, there.Fe_N)
     with store.writing("stuck.npz") as path:
-        drawn = np.linspace(*settings.band, LIMITS.points)
-        hz, response = linear_response_with_peaks(*assembly.linear(settings, drawn, 1.0))
+        hz, response = assembly.drawn(settings)
         np.savez(
             path,
             frequency=hz,
@@ -263,7 +270,7 @@ def stuck_difference(
 ) -> float:
     """Largest |curve - linear stuck response| over the largest response."""
     good = curve.converged
-    x = linear_response(*assembly.linear(settings, curve.frequency[good], level))
+    x = assembly.linear(settings, curve.frequency[good], level)
     return float(np.abs(curve.harmonics[good, :, 1] - x).max() / np.abs(x).max())
 
 
