@@ -4,6 +4,8 @@ duffing = Problem(M=[[1.0]], C=[[0.02]], K=[[1.0]]).add(CubicSpring(1.0), 0).for
 curve = duffing.follow_band((0.05, 0.3), outputs={"x": 0}, harmonics=5)
 """
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from tipdamp.hbm import response
 from tipdamp.hbm.balance.problem import ContactProblem
-from tipdamp.hbm.curve.options import CurveKeywords
+from tipdamp.hbm.curve.options import CurveKeywords, with_options_named
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.mixed import MixedLaw
@@ -97,7 +99,7 @@ class Problem:
         kt: float = 0.0,
         mu: float = 0.0,
         preload: float = 0.0,
-    ) -> "Problem":
+    ) -> Problem:
         """With a law that acts on a motion.
 
         where : for a law of one component a dof, two dofs (a, b) for q_a - q_b, or a row (r,);
@@ -115,7 +117,7 @@ class Problem:
             warnings.warn(doubt, stacklevel=2)
         return replace(self, attached=(*self.attached, Attached(law, rows, settings)))
 
-    def force(self, where: Where, amplitude: complex = 1.0, *, harmonic: int = 1) -> "Problem":
+    def force(self, where: Where, amplitude: complex = 1.0, *, harmonic: int = 1) -> Problem:
         """With Re amplitude exp(i harmonic w t), N, on a motion; added to what acts there already.
 
         where : a dof, two dofs (a, b), or a row (r,); a row is the pattern of the force
@@ -176,6 +178,7 @@ class Problem:
             self.damping_ratio,
         )
 
+    @with_options_named
     def follow_band(
         self, band: Sequence[float], **options: Unpack[CurveKeywords]
     ) -> ForcedResponse:
@@ -186,6 +189,7 @@ class Problem:
         problem, options = self.contact_problem, self._with_rows(options)
         return response.follow_band(problem, self._forcing(), band, **options)
 
+    @with_options_named
     def solve_at(
         self, hz: float, *, guess: np.ndarray | None = None, **options: Unpack[CurveKeywords]
     ) -> PeriodicSolution:

@@ -10,6 +10,8 @@ them (`hbm.balance.parameter`), a first solution (`hbm.curve.starts`), the branc
 the curve (`hbm.result`).
 """
 
+from __future__ import annotations
+
 import time
 import warnings
 from collections.abc import Mapping, Sequence
@@ -34,7 +36,7 @@ from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
 from tipdamp.hbm.curve.hold_check import hold_in_words, stiffer_change
 from tipdamp.hbm.curve.journal import Journal
-from tipdamp.hbm.curve.options import CurveKeywords, CurveOptions, curve_options
+from tipdamp.hbm.curve.options import CurveKeywords, CurveOptions, curve_options, with_options_named
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.recorded import RecordedBalance
@@ -63,6 +65,7 @@ from tipdamp.hbm.validation import (
 Forcing = np.ndarray | Mapping[int, np.ndarray]  # (r,) N of order 1, or {order: (r,)}
 
 
+@with_options_named
 def forced_response(
     model: ReducedModel,
     pairs: ContactTable,
@@ -115,6 +118,7 @@ def forced_response(
     return _with_all_pairs(curve, kept)
 
 
+@with_options_named
 def follow_band(
     problem: ContactProblem,
     forcing: Forcing,
@@ -126,6 +130,7 @@ def follow_band(
     return _curve(problem, forcing, (Frequency(), np.nan), ("band", band), curve_options(options))
 
 
+@with_options_named
 def follow_parameter(
     problem: ContactProblem,
     forcing: Forcing,
@@ -152,6 +157,7 @@ def follow_parameter(
     )
 
 
+@with_options_named
 def solve_at(
     problem: ContactProblem,
     forcing: Forcing,

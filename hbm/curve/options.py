@@ -2,8 +2,9 @@
 checked record."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import Required, TypedDict
+from dataclasses import MISSING, dataclass, fields
+from inspect import Parameter, signature
+from typing import Required, TypedDict, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,8 @@ from numpy.typing import ArrayLike
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.journal import Journal
 from tipdamp.hbm.errors import InputError, nearest
+
+Function = TypeVar("Function", bound=Callable)
 
 
 class CurveKeywords(TypedDict, total=False):
@@ -59,7 +62,7 @@ class CurveOptions:
     journal : of a curve that may be interrupted, to continue it later (`hbm.curve.journal`)
     """
 
-    outputs: Mapping[str, ArrayLike]
+    outputs: "Mapping[str, ArrayLike]"
     harmonics: int = 5
     start: str | np.ndarray | None = None
     at: tuple | list | np.ndarray = ()
@@ -84,3 +87,21 @@ def curve_options(given: CurveKeywords) -> CurveOptions:
             "{'tip': model.displacement_row('blades', 2, [0, 1, 0])}"
         )
     return CurveOptions(**given)
+
+
+def with_options_named(function: Function) -> Function:
+    """The function whose `**options` are CurveKeywords; its signature, as `help` and editors show
+    it, names each of them with its type and default."""
+    own = signature(function)
+    named = [p for p in own.parameters.values() if p.kind is not Parameter.VAR_KEYWORD]
+    options = [
+        Parameter(
+            f.name,
+            Parameter.KEYWORD_ONLY,
+            default=Parameter.empty if f.default is MISSING else f.default,
+            annotation=f.type,
+        )
+        for f in fields(CurveOptions)
+    ]
+    vars(function)["__signature__"] = own.replace(parameters=[*named, *options])
+    return function

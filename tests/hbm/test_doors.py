@@ -2,7 +2,7 @@
 what is allowed."""
 
 from dataclasses import dataclass, fields
-from inspect import signature
+from inspect import Parameter, signature
 from typing import ClassVar, get_args, get_type_hints
 
 import numpy as np
@@ -23,6 +23,7 @@ from tipdamp import (
 from tipdamp.hbm.curve.options import CurveKeywords, CurveOptions
 from tipdamp.hbm.curve.solutions import time_history
 from tipdamp.hbm.laws import ContactLaw, Jenkins1D, MixedLaw
+from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import forced_response, solve_at
 from tipdamp.hbm.testing import check_law
 
@@ -184,16 +185,18 @@ def test_whole_numbers_of_a_time_history(named):
 
 
 def test_keywords_of_a_curve_are_typed():
-    """Editors and type checkers know them by name at every function: they are the fields of the
-    record."""
+    """Editors, type checkers and `help` know them by name at every function: they are the fields of
+    the record."""
     names = {field.name for field in fields(CurveOptions)}
     assert CurveKeywords.__annotations__.keys() == names and CurveKeywords.__required_keys__ == {
         "outputs"
     }
-    for function in (forced_response, follow_band, follow_parameter, solve_at):
-        taken = list(signature(function).parameters.values())[-1]
-        assert taken.kind is taken.VAR_KEYWORD
-        assert get_args(get_type_hints(function)[taken.name]) == (CurveKeywords,)
+    curves = (forced_response, follow_band, follow_parameter, solve_at)
+    for function in (*curves, Problem.follow_band, Problem.solve_at):
+        assert get_args(get_type_hints(function)["options"]) == (CurveKeywords,)
+        shown = signature(function).parameters
+        assert names < shown.keys() and shown["harmonics"].default == CurveOptions.harmonics
+        assert shown["outputs"].default is Parameter.empty and "options" not in shown
 
 
 @pytest.mark.parametrize(
