@@ -1,5 +1,5 @@
-"""Normals of the smooth surface that the nodes of faces lie on, exact on planes, spheres and
-circular cylinders.
+"""Normals of the smooth surface that the nodes of faces lie on, exact on planes, and on spheres
+and circular cylinders of faces that meet at less than `SurfaceSettings.crease` degrees.
 
 The normals at two points of a circle make the same angle with the chord between them, on either
 side of it:

@@ -9,6 +9,8 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.follow import follow
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.starts import first_point
+from tipdamp.hbm.laws import Jenkins1D
+from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band
 
 
@@ -61,3 +63,21 @@ def test_rolling_damper_is_named(H):
         "the damper rolls (body 'damper' rotates about (0.00, 1.00, 0.00) through (" in free.ended
     )
     assert "no periodic state exists there" in free.ended
+
+
+def test_a_mean_that_wanders_in_slip_costs_no_points():
+    """Where a contact slips far its mean position is nearly indeterminate: with 'zero_force' it
+    moves along the band, with 'zero_slider' it stays at zero, and the branch is no longer by it."""
+    absorber = (
+        Problem(M=np.eye(2), C=0.01 * np.eye(2), K=np.diag([1.0, 1.5]))
+        .add(Jenkins1D(), (0, 1), kt=5.0, mu=0.1, preload=1.0)
+        .force(0, 1.0)
+    )
+    wanders, stays = (
+        absorber.follow_band((0.05, 0.4), harmonics=1, outputs={"x": (0, 1)}, start=start)
+        for start in ("zero_force", "zero_slider")
+    )
+    slips_at = 0.1 / 5.0  # m, mu preload / kt
+    assert np.ptp(wanders.harmonics[:, 0, 0].real) > slips_at
+    assert np.abs(stays.harmonics[:, 0, 0]).max() < 1e-6 * slips_at
+    assert wanders.complete and len(wanders.frequency) <= 1.1 * len(stays.frequency)
