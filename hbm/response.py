@@ -42,6 +42,7 @@ from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.recorded import RecordedBalance
 from tipdamp.hbm.curve.starts import first_of, starts
 from tipdamp.hbm.curve.trace import record, slides, trace
+from tipdamp.hbm.curve.truncation import TruncationEstimate
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.spring import Hold
 from tipdamp.hbm.laws.base import ContactLaw
@@ -269,9 +270,14 @@ def _curve(
     outputs = Outputs(case.rows)
     past = check_beyond(options.beyond, argument, (first, last), parameter.unit)
     past = None if past is None else scale * past
-    branch = trace(
-        equation, scale * first, scale * last, settings, options.progress, outputs.along, past
-    )
+    truncation = TruncationEstimate(equation, case.rows) if options.truncation else None
+
+    def note(point):
+        outputs.along(point)
+        if truncation:
+            truncation.of(point)
+
+    branch = trace(equation, scale * first, scale * last, settings, options.progress, note, past)
     further = further_solutions(equation, branch, scale * last, past, settings)
     for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
         warnings.warn(
@@ -292,8 +298,10 @@ def _curve(
         (peak_points, change),
         time.perf_counter() - began,
     )
+    errors = [truncation.of(point) for point in branch.points] if truncation else []
     curve = replace(
         curve,
+        truncation=np.reshape(errors, (-1, len(case.names))),
         energy_error=energies,
         further=further,
         ended=f"{curve.ended}; {further}" if further else curve.ended,

@@ -18,6 +18,7 @@ from tipdamp.hbm.validation import brief
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 SOLVED = 1e-8  # of the amplitude: to what peaks are solved
+DOUBTFUL = 0.1  # of the vibration: a larger estimate of the truncation is no estimate
 RIPPLE = 1e-3  # a local maximum that stands out less, relative to its height, is none
 
 
@@ -55,6 +56,10 @@ class ForcedResponse(ArrayRecord):
         what the vibration is known to), NaN where a point failed
     energy_error : (n,) of the energies of a period, input = damping + friction, relative to the
         input; friction by the slip of the contacts; NaN where a point failed
+    truncation : (n, m) m, estimate of what the orders above H (and more samples) would change in
+        the vibration of an output, as root mean square over a cycle (see `hbm.curve.truncation`);
+        NaN where a point failed, infinite where its Jacobian is singular, empty where it was not
+        asked for
     seconds, residual_calls : cost; the calls are those of the continuation
     restarts : (k, 2) parameters at which a branch that folds without progress was left, and at
         which a solution further ahead was taken up; between them there may be points solved one
@@ -122,6 +127,7 @@ class ForcedResponse(ArrayRecord):
     further: str = ""
     force_residual: np.ndarray = _none(0)
     energy_error: np.ndarray = _none(0)
+    truncation: np.ndarray = _none(0, 0)
 
     def __post_init__(self):
         object.__setattr__(self, "reached_end", self.reached_end or self.complete)
@@ -275,6 +281,27 @@ class ForcedResponse(ArrayRecord):
         a = self.amplitude(kind, order)[:, self.column(name)]
         good = np.flatnonzero(np.isfinite(a))
         return bool(len(good) and a[good].max() > 0 and a[good].argmax() in (0, len(good) - 1))
+
+    @property
+    def relative_truncation(self) -> np.ndarray:
+        """(n,) largest `truncation` over the outputs, of the largest vibration of an output at that
+        point, both as root mean square; empty where there is none. Above `DOUBTFUL` it is large,
+        how large is not known: the correction is then none of first order, as beside a fold."""
+        if not self.truncation.size:
+            return np.empty(0)
+        largest = self.amplitude("rms").max(axis=1, initial=0.0)
+        change = self.truncation.max(axis=1, initial=0.0)
+        return np.divide(change, largest, out=np.zeros_like(change), where=change > 0)
+
+    def peak_truncation(self, name: str) -> float:
+        """Estimated `truncation` of an output where its half peak to peak is largest, of its
+        vibration there, both as root mean square; NaN where there is none."""
+        j = self.column(name)
+        a = self.amplitude()[:, j]
+        if not self.truncation.size or not np.nanmax(a, initial=0.0) > 0:
+            return float("nan")
+        i = int(np.nanargmax(a))
+        return float(self.truncation[i, j] / self.amplitude("rms")[i, j])
 
     @property
     def contact_motion(self) -> np.ndarray:

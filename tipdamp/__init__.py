@@ -64,8 +64,6 @@ if TYPE_CHECKING:
     from tipdamp.hbm.curve.solutions import (
         time_history as time_history,
     )
-    from tipdamp.hbm.curve.truncation import TruncationError as TruncationError
-    from tipdamp.hbm.curve.truncation import truncation_error as truncation_error
     from tipdamp.hbm.errors import InputError as InputError
     from tipdamp.hbm.hold.spring import (
         HeldMotion as HeldMotion,
@@ -178,7 +176,6 @@ else:  # a module __getattr__ would let type checkers accept any name
         "Settings": "hbm.continuation.settings",
         **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "hbm.result"),
         "find_peaks": "hbm.curve.peaks",
-        **dict.fromkeys(("truncation_error", "TruncationError"), "hbm.curve.truncation"),
         **dict.fromkeys(("solutions_at", "time_history"), "hbm.curve.solutions"),
         **dict.fromkeys(("contact_cycles", "energy_balance", "whole_motion"), "hbm.curve.cycles"),
         "compare": "hbm.comparison",

@@ -6,6 +6,7 @@ The derivative D of the contact forces g vanishes for contacts that stick throug
 components only.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -64,6 +65,21 @@ class Linearisation:
         return self._bordered(self.residual if residual is None else residual, row, corner, value)[
             :2
         ]
+
+    def solve_held(
+        self, residual: np.ndarray, tangent: tuple[np.ndarray, float] | None
+    ) -> np.ndarray:
+        """dx (n,) of J dx = -residual at a fixed parameter; tangent : along the branch, through the
+        system that it was solved with, None where there is none."""
+        if not self.border or tangent is None:
+            return self._bordered(residual, np.zeros_like(residual), 1.0, 0.0)[0]
+        row, corner = self.border[:2]
+        dx, dp, _ = self._bordered(residual, row, corner, 0.0)
+        return dx - dp / tangent[1] * tangent[0]
+
+    def further(self, compute: Callable[["Linearisation"], np.ndarray]) -> np.ndarray:
+        """compute(this), which a journal keeps."""
+        return compute(self)
 
     def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
         """tx, tp, sign: the tangent with row' tx + corner tp = 1, and the sign of the bordered

@@ -25,7 +25,8 @@ class ContactReceptance:
         # that the series is known for
         self._rows = np.arange(len(shapes)) if few else np.empty(0, dtype=int)
         self._kept: dict[float, tuple] = {}  # by reach: low modes, matrices
-        self._last: tuple = ()  # components, reach, low modes and the weights of `between`
+        # low modes and weights of `between`, by components and reach
+        self._between: dict[tuple, tuple] = {}
         self._acting: dict[bytes, np.ndarray] = {}  # by components: their rows of the shapes
         # border of a system, and the modal forces that it stands for
         self._border: tuple = (None, None)
@@ -47,28 +48,38 @@ class ContactReceptance:
             self._border = row, real_times(self.shapes.T, harmonics)
         return self._border[1]
 
-    def between(self, to: np.ndarray, at: np.ndarray, factors: np.ndarray, w: float) -> np.ndarray:
-        """(len(to), len(at), H+1) complex between components; factors (m, H+1) : of the modes at
-        the orders of w.
+    def between(
+        self,
+        to: np.ndarray,
+        at: np.ndarray,
+        factors: np.ndarray,
+        w: float,
+        orders: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """(len(to), len(at), k) complex between components, at k orders of w, None for all; factors
+        (m, H+1) : of the modes at the orders of w.
 
         From one point of a branch to the next the same contacts act: what does not depend on w is
         kept.
         """
-        orders = factors.shape[1]
+        highest = factors.shape[1] - 1
         # a power of two, whatever came before: a curve that is continued later has the same series
-        reach = 2.0 ** np.ceil(np.log2(max(abs(w) * max(orders - 1, 1), TINY)))
-        known = to.tobytes(), at.tobytes(), reach
-        if not self._last or self._last[0] != known:
+        reach = 2.0 ** np.ceil(np.log2(max(abs(w) * max(highest, 1), TINY)))
+        asked = to.tobytes(), at.tobytes(), reach
+        if asked not in self._between:
+            if len(self._between) > DEFAULT.few_reaches or len(to) * len(at) > DEFAULT.few_between:
+                self._between.clear()
             low, powers = self.terms(reach, np.union1d(to, at))
-            self._last = known, low, self._weights(to, at, low, powers)
-        _, low, weights = self._last
-        x = (1j * w * np.arange(orders)) ** np.arange(DEFAULT.series_terms)[:, None]
-        factors = (
-            np.concatenate([factors[low], x])
-            if weights.shape[1] > len(factors[low])
-            else factors[low]
-        )
-        return real_times(weights, factors).reshape(len(to), len(at), orders)
+            self._between[asked] = low, self._weights(to, at, low, powers)
+        low, weights = self._between[asked]
+        own = factors[low]
+        if orders is None:
+            orders = np.arange(highest + 1)
+        else:
+            own = own[:, orders]
+        x = (1j * w * orders) ** np.arange(DEFAULT.series_terms)[:, None]
+        terms = np.concatenate([own, x]) if weights.shape[1] > len(own) else own
+        return real_times(weights, terms).reshape(len(to), len(at), len(orders))
 
     def _weights(self, to, at, low, powers):
         """(len(to) len(at), low modes and terms of the series): products of shapes, and entries of

@@ -26,6 +26,10 @@ class BalanceSettings:
     few_components: int = 300
     # sets of components whose rows of the shapes are kept, from one point to the next
     few_rows: int = 8
+    # weights of receptances between contacts that are kept beside the last ones, up to so many
+    # pairs of components: those of the higher orders of an estimated truncation among them
+    few_reaches: int = 3
+    few_between: int = 1 << 14
     # dofs up to which all poles of a damping matrix are computed ...
     few_modes_of_matrix: int = 400
     few_modes_of_ratio: int = 1000  # ... and all modes of damping ratios

@@ -27,6 +27,7 @@ class CurveKeywords(TypedDict, total=False):
     beyond: float | None
     samples: int | None
     contact: bool
+    truncation: bool
     peaks: Sequence[Sequence[str]] | None
     progress: Callable[[float, float, int], None] | None
     settings: Settings | None
@@ -52,6 +53,8 @@ class CurveOptions:
         events of an event-driven law and do not change its result; a law of sampled forces is as
         accurate as its samples
     contact : whether to keep the harmonics of the force of every contact too
+    truncation : whether to estimate what the orders above H would change at every point
+    (`ForcedResponse.truncation`)
     peaks : groups of names of outputs, of each of which the largest and the smallest peak is
         solved, as of the nodes of a patch; None solves the peak of every output. `find_peaks`
         solves any other afterwards
@@ -69,6 +72,7 @@ class CurveOptions:
     beyond: float | None = None
     samples: int | None = None
     contact: bool = False
+    truncation: bool = True
     peaks: Sequence[Sequence[str]] | None = None
     progress: Callable | None = None
     settings: Settings | None = None

@@ -13,26 +13,34 @@ from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.result import KINDS, amplitude_along
 
 
+class ModalRows:
+    """rows (m, r) of outputs as rows (m, modes) of the modes of a balance, made once a balance."""
+
+    def __init__(self, rows: np.ndarray):
+        self.rows, self._made = rows, rows
+        self._balance: HarmonicBalance | None = None
+
+    def of(self, balance: HarmonicBalance) -> np.ndarray:
+        """(m, modes) of a balance; those of the last one are kept."""
+        if balance is not self._balance:
+            self._balance, self._made = balance, self.rows @ balance.receptance.shapes
+        return self._made
+
+
 class Outputs:
     """Outputs, rows (m, r), in one kind of amplitude; orders : that count in 'harmonic'. Made once
     for each point."""
 
     def __init__(self, rows: np.ndarray, kind: str = KINDS[0], orders: Sequence[int] = ()):
         self.rows, self.kind, self.orders = rows, kind, list(orders)
-        self._modal_rows = rows
-        self._balance: HarmonicBalance | None = None
+        self._modal_rows = ModalRows(rows)
         # X and its change along the tangent (2, m, H+1)
         self._known: dict[int, tuple[Point, np.ndarray]] = {}
         self._measured: dict[int, np.ndarray] = {}  # amplitude and its slope (2, m)
 
     def at(self, detail: Any) -> np.ndarray:
         """(m, H+1) complex, m, of a linearisation."""
-        if detail.balance is not self._balance:  # modal rows are made once a balance
-            self._balance, self._modal_rows = (
-                detail.balance,
-                self.rows @ detail.balance.receptance.shapes,
-            )
-        return real_times(self._modal_rows, detail.modal)
+        return real_times(self._modal_rows.of(detail.balance), detail.modal)
 
     def along(self, point: Point) -> np.ndarray:
         """(2, m, H+1) harmonics at a solved point and their change along its tangent, NaN where

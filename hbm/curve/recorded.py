@@ -14,7 +14,7 @@ from tipdamp.hbm.curve.journal import Journal
 from tipdamp.hbm.laws.records import Contacts
 
 # marks of the steps; those of evaluations are negative
-SOLVE, DIRECTION, MOVED, RESTORING = range(4)
+SOLVE, DIRECTION, MOVED, RESTORING, FURTHER = range(5)
 
 
 class RecordedBalance(HarmonicBalance):
@@ -74,6 +74,7 @@ class Recorded:
     def __init__(self, balance: RecordedBalance, x: np.ndarray, residual: np.ndarray, real: Once):
         self.balance, self.x, self.residual, self.real = balance, x, residual, real
         self.known: tuple = ()  # modal, forces
+        self.border: tuple = ()  # row and corner of the last system for a direction
 
     @property
     def modal(self) -> np.ndarray:
@@ -96,6 +97,7 @@ class Recorded:
 
     def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
         """As that of Linearisation."""
+        self.border = row, corner
         step, *kept = self._result(
             DIRECTION,
             lambda: (
@@ -117,6 +119,10 @@ class Recorded:
         """As that of Linearisation."""
         return self._result(RESTORING, lambda: (self.real().restoring(away),))[0]
 
+    def further(self, compute: Callable[[Linearisation], np.ndarray]) -> np.ndarray:
+        """As that of Linearisation."""
+        return self._result(FURTHER, lambda: (compute(self._factorised()),))[0]
+
     def forget(self) -> None:
         """As that of Linearisation."""
         for made in self.real.made:
@@ -137,6 +143,13 @@ class Recorded:
     def smallest_motion(self) -> tuple[float, np.ndarray | None]:
         """As that of Linearisation."""
         return self.real().smallest_motion()
+
+    def _factorised(self):
+        """The real one with the system of its direction factorised, as it is without a journal."""
+        real = self.real()
+        if self.border and not real.border:
+            real.direction(*self.border)
+        return real
 
     def _keep(self, modal=None, *forces):
         if modal is not None:

@@ -2,84 +2,79 @@
 
 The motion of a point with the orders 0..H gives its contact forces at the orders above H, too. They
 move the contacts at these orders, against the receptance and the tangents that the contacts show
-there; an order at a time: what couples the orders is second to that. On the motion with these
-orders the law gives other forces at the orders up to H, and the Jacobian of the point says what
-that changes. A law of sampled forces is evaluated with the samples of the higher orders, so that
-the error of the samples is in the estimate.
+there, an order at a time: what couples the orders is second to that. This changes the forces at the
+orders up to H, by the derivative of the law, and the Jacobian of the point says what that does. A
+law of sampled forces is evaluated with the samples of the higher orders, so that the error of the
+samples is in the estimate.
 
 Krack, Gross, Harmonic Balance for Nonlinear Vibration Problems (2019), sec. 2.3 and 4.3, for the
-truncation; the correction is the first step of Newton's method with more orders, by parts.
+truncation; the correction is a step of Newton's method with more orders, by parts.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.newton import Linearisation
-from tipdamp.hbm.balance.parameter import Equation, Parameter
-from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.parameter import Equation
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.continuation.point import Point
-from tipdamp.hbm.curve.solutions import restored
-from tipdamp.hbm.result import ForcedResponse
-
-DOUBTFUL = 0.1  # of the vibration: a larger correction is none of first order
+from tipdamp.hbm.curve.outputs import ModalRows
 
 
-@dataclass(frozen=True)
-class TruncationError:
-    """Estimates for the n points and m outputs of a curve, at the value of its parameter.
+class _High(NamedTuple):
+    """What the higher orders H+1..H' are, k of them.
 
-    outputs : (n, m) m, root mean square over a cycle of what further orders change in the vibration
-        of an output; NaN where a point failed
-    relative : (n,) the largest over the outputs, of the largest vibration of an output at that
-        point, both as root mean square
-    doubtful : (n,) bool, the correction is too large to be linear, as beside a fold: the error is
-        large, how large is not known
+    modal : (modes, k); motion : (a, nd, 2k) m, real coefficients of the contacts that act
     """
 
-    outputs: np.ndarray
-    relative: np.ndarray
-    doubtful: np.ndarray
+    modal: np.ndarray
+    motion: np.ndarray
 
 
-def truncation_error(
-    curve: ForcedResponse, problem: ContactProblem, parameter: Parameter | None = None
-) -> TruncationError:
-    """The error of every point of a curve by the orders that it leaves out.
+class TruncationEstimate:
+    """What further orders change in outputs, rows (m, r), at the points of an equation. Made once
+    for each point, at best while its matrices are there."""
 
-    problem : the ContactProblem that the curve was made with; parameter : as in `find_peaks`
-    Raises InputError where the problem does not fit the curve.
+    def __init__(self, equation: Equation, rows: np.ndarray):
+        balance = equation.balance
+        self.rows = rows
+        self._low, self._high = ModalRows(rows), ModalRows(rows)
+        self._wide = replace(equation, balance=_wider(balance))
+        self._known: dict[int, tuple[Point, np.ndarray]] = {}
 
-        error = truncation_error(curve, problem)
-        print(error.relative.max(), error.doubtful.any())
-    """
-    equation, points = restored(curve, problem, parameter)
-    wide = replace(equation, balance=_wider(equation.balance))
-    outputs = np.full((len(points), len(curve.output_rows)), np.nan)
-    size = np.full(len(points), np.nan)
-    for i, point in enumerate(points):
-        if point.converged:
-            change = correction(equation, wide, point, curve.output_rows)
-            outputs[i] = _root_mean_square(change)
-            size[i] = _root_mean_square(curve.harmonics[i]).max(initial=0.0)
-    relative = outputs.max(axis=1, initial=0.0) / np.maximum(size, np.finfo(float).tiny)
-    with np.errstate(invalid="ignore"):
-        return TruncationError(outputs, relative, relative > DOUBTFUL)
+    def of(self, point: Point) -> np.ndarray:
+        """(m,) m, root mean square over a cycle of the change of the vibration; NaN where the point
+        failed, infinite where its Jacobian is singular."""
+        if not point.converged:
+            return np.full(len(self.rows), np.nan)
+        if id(point) not in self._known:
+            size = point.detail.further(lambda here: self._size(here, point))
+            self._known[id(point)] = point, size
+        return self._known[id(point)][1]
 
+    def _size(self, here: Linearisation, point: Point) -> np.ndarray:
+        with np.errstate(all="ignore"):
+            change = self.change(here, point)
+            size = np.sqrt(0.5 * (np.abs(change[:, 1:]) ** 2).sum(axis=1))
+        return np.where(np.isfinite(size), size, np.inf)
 
-def correction(equation: Equation, wide: Equation, point: Point, rows: np.ndarray) -> np.ndarray:
-    """(m, H'+1) complex, m: what further orders change in the outputs, rows (m, r), of a solved
-    point; wide : the equation with orders up to H' > H."""
-    more = wide.evaluate(_padded(point.x, equation.balance, wide.balance), point.parameter)
-    high, x_high = _higher_orders(more, equation.balance.H)
-    there = wide.evaluate(more.x + x_high, point.parameter)
-    here = equation.evaluate(point.x, point.parameter)
-    low = _lower_orders(here, there.forces.g - more.forces.g + _of_samples(here, more))
-    found = rows @ (more.balance.receptance.shapes @ high)
-    found[:, : equation.balance.H + 1] += rows @ (here.balance.receptance.shapes @ low)
-    return found
+    def change(self, here: Linearisation, point: Point) -> np.ndarray:
+        """(m, H'+1) complex, m: the estimated change of the outputs at a solved point, linearised
+        `here`."""
+        H = here.balance.H
+        more = self._wide.evaluate(_padded(here.x, here.balance, H), point.parameter)
+        high = _higher_orders(more, H)
+        dg = _of_samples(more, here)
+        _add_coupled(dg, more, high.motion)
+        low = _lower_orders(here, dg, point.tangent)
+        found = np.zeros((len(self.rows), more.balance.H + 1), dtype=complex)
+        found[:, : H + 1] = real_times(self._low.of(here.balance), low)
+        found[:, H + 1 :] = real_times(self._high.of(more.balance), high.modal)
+        return found
 
 
 def _wider(balance: HarmonicBalance) -> HarmonicBalance:
@@ -89,79 +84,94 @@ def _wider(balance: HarmonicBalance) -> HarmonicBalance:
     )
 
 
-def _padded(x, balance, wide):
-    found = np.zeros((balance.n_components, wide.nh))
+def _padded(x, balance, H):
+    """x with zeros at the orders up to 2 H + 1."""
+    found = np.zeros((balance.n_components, fourier.n_real(2 * H + 1)))
     found[:, : balance.nh] = x.reshape(-1, balance.nh)
     return found.ravel()
 
 
-def _higher_orders(more: Linearisation, H: int) -> tuple[np.ndarray, np.ndarray]:
-    """(modal (m, H'+1), x (n',)) of the orders above H, each by itself: u = -G (g + D u)."""
+def _higher_orders(more: Linearisation, H: int) -> _High:
+    """The orders above H, each by itself: u = -G (g + D u)."""
     hb, b = more.balance, more.forces
+    shapes, factors = hb.contact_receptance.rows_of, more.factors[:, H + 1 :]
+    g = fourier.to_complex(b.g.reshape(-1, hb.nh))[:, H + 1 :]
+    rows = np.flatnonzero(g.any(axis=1))
+    modal = -factors * real_times(shapes(rows).T, g[rows])
+    if not len(b.contacts):
+        return _High(modal, np.zeros((0, hb.nd, 2 * factors.shape[1])))
     components = (b.contacts[:, None] * hb.nd + np.arange(hb.nd)).ravel()
-    shapes = hb.shapes[components]
-    g = fourier.to_complex(b.g.reshape(-1, hb.nh))
-    modal = np.zeros_like(more.modal)
-    for k in range(H + 1, hb.H + 1):
-        push = g[:, k].copy()
-        if len(components):
-            G = _real_blocks((shapes * more.factors[:, k]) @ shapes.T)
-            D = _of_order(b.D, k)
-            free = -(shapes * more.factors[:, k]) @ (hb.shapes.T @ push)
-            u = np.linalg.solve(np.eye(len(G)) + G @ D, _parts(free))
-            push[components] += _complex(D @ u)
-        modal[:, k] = -more.factors[:, k] * (hb.shapes.T @ push)
-    return modal, fourier.to_real(hb.shapes @ modal).ravel()
+    active = np.flatnonzero(b.active[b.contacts].ravel())
+    G = hb.contact_receptance.between(
+        components, components[active], more.factors, more.w, np.arange(H + 1, hb.H + 1)
+    )
+    u = real_times(shapes(components), modal)
+    push = np.empty((len(active), factors.shape[1]), dtype=complex)
+    for i, k in enumerate(range(H + 1, hb.H + 1)):
+        push[:, i] = _answer(_of_order(b.D, k), G[:, :, i], u[:, i], active)
+        u[:, i] -= G[:, :, i] @ push[:, i]
+    modal -= factors * real_times(shapes(components[active]).T, push)
+    real = np.stack([u.real, u.imag], axis=2).reshape(len(b.contacts), hb.nd, -1)
+    return _High(modal, real)
 
 
-def _lower_orders(here: Linearisation, dg: np.ndarray) -> np.ndarray:
+def _answer(D, G, u, active):
+    """(n,) complex f = D (u - G f) on the active of the components of contacts; D (a, 2nd, 2nd),
+    G (a nd, n), u (a nd,)."""
+    a, n = len(D), len(active)
+    rows = (2 * active[:, None] + np.arange(2)).ravel()
+    right = (D @ _parts(u).reshape(a, -1, 1)).ravel()[rows]
+    system = (D @ _real_blocks(G).reshape(a, -1, 2 * n)).reshape(-1, 2 * n)[rows]
+    system[np.arange(2 * n), np.arange(2 * n)] += 1.0
+    parts = np.linalg.solve(system, right)
+    return parts[::2] + 1j * parts[1::2]
+
+
+def _add_coupled(dg, more, motion):
+    """Add to dg (P, nd, nh') what the motion (a, nd, 2k) of the higher orders changes in the forces
+    of the lower ones."""
+    b, low = more.forces, more.balance.nh - motion.shape[2]
+    dg[b.contacts, :, :low] += np.einsum("adjek,aek->adj", b.D[:, :, :low, :, low:], motion)
+
+
+def _lower_orders(here: Linearisation, dg: np.ndarray, tangent) -> np.ndarray:
     """(m, H+1) modal: the change of the orders up to H under a change of the contact forces (P, nd,
-    nh'), with the derivative of the law."""
+    nh'), with the derivative of the law; tangent : of the point, or None."""
     hb = here.balance
     g = dg.reshape(-1, dg.shape[2])[:, : hb.nh]
-    direct = -here.factors * (hb.shapes.T @ fourier.to_complex(g))
-    R = -fourier.to_real(hb.shapes @ direct).ravel()
-    dx, _ = here.solve(np.zeros_like(here.x), 1.0, 0.0, R)
-    return direct + here.moved(dx, 0.0).modal - here.modal
+    rows = np.flatnonzero(g.any(axis=1))
+    shapes = hb.contact_receptance.rows_of(rows)
+    direct = -here.factors * real_times(shapes.T, fourier.to_complex(g[rows]))
+    R = -fourier.to_real(real_times(hb.shapes, direct)).ravel()
+    return direct + here.moved(here.solve_held(R, tangent), 0.0).modal - here.modal
 
 
-def _of_samples(here, more):
-    """What the samples of the higher orders change in the forces up to H: nothing for a law whose
-    events are located."""
+def _of_samples(more, here):
+    """(P, nd, nh') N: what the samples of the higher orders change in the forces up to H: nothing
+    for a law whose events are located."""
     change = np.zeros_like(more.forces.g)
-    change[:, :, : here.balance.nh] = more.forces.g[:, :, : here.balance.nh] - here.forces.g
+    low = slice(here.balance.nh)
+    change[:, :, low] = more.forces.g[:, :, low] - here.forces.g
     return change
 
 
 def _of_order(D, k):
-    """(2 a nd, 2 a nd) derivative of the order k of the forces by that of the motion, block by
-    block; D (a, nd, nh, nd, nh)."""
-    a, nd = D.shape[:2]
-    blocks = D[:, :, 2 * k - 1 : 2 * k + 1, :, 2 * k - 1 : 2 * k + 1]
-    found = np.zeros((a, 2 * nd, a, 2 * nd))
-    found[np.arange(a), :, np.arange(a), :] = blocks.reshape(a, 2 * nd, 2 * nd)
-    return found.reshape(2 * a * nd, -1)
+    """(a, 2nd, 2nd) derivative of the order k of the forces by that of the motion; D (a, nd, nh,
+    nd, nh)."""
+    own = slice(2 * k - 1, 2 * k + 1)
+    return D[:, :, own, :, own].reshape(len(D), 2 * D.shape[1], -1)
 
 
 def _real_blocks(G):
-    """(2n, 2n) real form of a complex matrix (n, n), real and imaginary part of each side by
+    """(2n, 2m) real form of a complex matrix (n, m), real and imaginary part of each side by
     side."""
-    n = len(G)
-    found = np.empty((n, 2, n, 2))
+    n, m = G.shape
+    found = np.empty((n, 2, m, 2))
     found[:, 0, :, 0] = found[:, 1, :, 1] = G.real
     found[:, 1, :, 0] = G.imag
     found[:, 0, :, 1] = -G.imag
-    return found.reshape(2 * n, 2 * n)
+    return found.reshape(2 * n, 2 * m)
 
 
 def _parts(v):
     return np.column_stack([v.real, v.imag]).ravel()
-
-
-def _complex(parts):
-    return parts[::2] + 1j * parts[1::2]
-
-
-def _root_mean_square(harmonics):
-    """(m,) of the vibration with harmonics (m, H+1)."""
-    return np.sqrt(0.5 * (np.abs(harmonics[:, 1:]) ** 2).sum(axis=1))

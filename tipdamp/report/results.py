@@ -72,6 +72,13 @@ class ReportedCurve:
         """m/N, largest amplitude that was solved of a curve without a peak."""
         return None if self.facts.at_least_m is None else self.facts.at_least_m / self.Fe
 
+    def truncation(self, name: str) -> np.ndarray | None:
+        """(n, k) m, estimated error of `patch` by the orders left out, as that of one harmonic;
+        None where the curve holds none."""
+        if not self.curve.truncation.size:
+            return None
+        return np.sqrt(2) * self.curve.truncation[:, in_patch(self.curve.output_names, name)]
+
     def patch(self, name: str) -> np.ndarray:
         """(n, k) m, half of peak-to-peak of the k nodes of a patch; NaN where a point failed."""
         return self.curve.amplitude()[:, in_patch(self.curve.output_names, name)]

@@ -16,7 +16,8 @@ class Peak(Record):
     its smallest node. Where the curve stopped, or its highest point borders a gap or is an end of
     the band, these are None, and at_least_m is the largest amplitude that was solved; None where
     there is a peak. inside_m - the largest local maximum inside the band of a curve whose highest
-    point is an end of it. unsolved - why a peak in the band is no solved maximum."""
+    point is an end of it. truncation - estimated error of the largest amplitude by the harmonics
+    left out, of itself. unsolved - why a peak in the band is no solved maximum."""
 
     peak_hz: Number
     peak_m: Number
@@ -25,6 +26,7 @@ class Peak(Record):
     at_least_m: Number = None
     inside_hz: Number = None
     inside_m: Number = None
+    truncation: Number = None
     unsolved: str = ""
 
     @property
@@ -64,7 +66,8 @@ class CurveResult(Peak):
     closed at rest;
     further - see ForcedResponse; mac - of the outputs at the peak with those at the peak of the
     next lower level; energy_error - of input = damping + friction over a period, relative to the
-    input, the largest of its points; back - None where the band was followed one way; held {motion:
+    input, the largest of its points; worst_truncation - the largest `relative_truncation` of its
+    points; back - None where the band was followed one way; held {motion:
     ...}; held_change, held_reaction_change -
     see ForcedResponse; hold_doubts - sentences of `hold_in_words`."""
 
@@ -84,6 +87,7 @@ class CurveResult(Peak):
     origin: str
     start: str
     energy_error: Number = None
+    worst_truncation: Number = None
     mac: Number = None
     back: BackCurve | None = None
     held: dict[str, HeldForce] = {}

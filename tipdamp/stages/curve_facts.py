@@ -77,6 +77,7 @@ def curve_result(
         held_reaction_change=curve.held_reaction_change,
         hold_doubts=tuple(hold_in_words(curve, problem)),
         energy_error=worst(curve.energy_error),
+        worst_truncation=worst(curve.relative_truncation),
     )
 
 
@@ -158,6 +159,7 @@ def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
                 peak_hz=hz,
                 peak_m=top,
                 min_peak_m=peaks[:, 1].min(),
+                truncation=curve.peak_truncation(largest),
                 unsolved=curve.why_unsolved(largest),
             )
     reached = [curve.at_least(n) for n in names]
@@ -169,6 +171,7 @@ def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
         min_peak_m=None,
         at_least_hz=hz,
         at_least_m=least,
+        truncation=curve.peak_truncation(names[first_largest([a for _, a in reached])]),
         inside_hz=inside[0],
         inside_m=inside[1],
     )

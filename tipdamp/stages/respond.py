@@ -30,7 +30,7 @@ from tipdamp.hbm.curve.trace import SLIDES
 from tipdamp.hbm.hold import spring
 from tipdamp.hbm.interface import InterfaceReduction
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.result import DOUBTFUL, ForcedResponse
 from tipdamp.results.response_results import CurveResult, Peak, RespondResult
 from tipdamp.results.static_results import PreloadResult, TuneResult
 from tipdamp.stages.adrift import adrift, held_in
@@ -66,6 +66,7 @@ class ResponseLimits:
     """What is warned of, and how finely the linear response is drawn."""
 
     balanced: float = 1e-6  # of the input: larger errors of the energy balance
+    truncated: float = 1e-2  # of the amplitude: larger estimates of what more harmonics change
     points: int = 801  # of the linear stuck response
 
 
@@ -327,6 +328,7 @@ def warnings(study: Study, store: Store) -> list[str]:
         *(text for kind in (_unsolved, _further, _hold) for c in found for text in kind(c)),
         *doubts(whole.interface),
         *_unbalanced(found),
+        *_truncated(found),
         *_another_mode(found),
         *(text for c in found for text in _without_resonance(c, stuck)),
     ]
@@ -360,6 +362,19 @@ def _unbalanced(found: Sequence[CurveResult]) -> Iterator[str]:
             f"{sum(e > LIMITS.balanced for e, _ in errors)} of {len(errors)} curves): the contact "
             "law takes more or less along its slip than its harmonics say; give [respond] "
             "samples, or more of them, where the law is sampled"
+        )
+
+
+def _truncated(found: Sequence[CurveResult]) -> Iterator[str]:
+    """Where the most harmonics are too few."""
+    most = max(case.H for case in found)
+    errors = [(case.truncation or 0.0, case.Fe_N) for case in found if case.H == most]
+    worst, level = max(errors)
+    if worst > LIMITS.truncated:
+        size = f"{100 * worst:.1f} % of" if worst < DOUBTFUL else "more than can be estimated of"
+        yield (
+            f"what harmonics above H = {most} would change is {size} the largest amplitude at Fe = "
+            f"{level:g} N (above {100 * LIMITS.truncated:g} %): give [respond] harmonics more"
         )
 
 

@@ -116,7 +116,7 @@ class CoulombFriction(ContactLaw):
             self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload
         )
         x = np.ascontiguousarray(x)
-        pieces, counts, active, shares = located(law, x, start, grid)
+        pieces, counts, active, shares = located(law, *_moving_orders(x, start, grid))
         return integrated(law, x, pieces, counts, active, shares)
 
     def by_friction(self, contacts, x, forces):
@@ -156,6 +156,17 @@ class CoulombFriction(ContactLaw):
     def default_samples(self, H):
         """Samples separate the events, which are located."""
         return max(64, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
+
+
+def _moving_orders(x, start, grid):
+    """x, start and grid without the orders above the highest one that moves: where the events are
+    does not depend on them."""
+    (tau, E, E_rate), nh = grid, x.shape[2]
+    moving = x.any(axis=(0, 1)).nonzero()[0]
+    used = min(nh, 1 + 2 * ((moving[-1] + 1) // 2)) if len(moving) else 1
+    if used == nh:
+        return x, start, grid
+    return np.ascontiguousarray(x[:, :, :used]), start, (tau, E[:, :used], E_rate[:, :used])
 
 
 def located(law: events.Sliders, x, start, grid):

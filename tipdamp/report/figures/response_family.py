@@ -13,7 +13,7 @@ from tipdamp.report.figures.amplitudes import (
     peakless,
 )
 from tipdamp.report.results import ReportedCurve, Results
-from tipdamp.report.text import MICRO, hertz, micro
+from tipdamp.report.text import MICRO, hertz, micro, number
 
 DASHES = ("solid", "dash", "dashdot")
 
@@ -43,6 +43,7 @@ def figures(results: Results) -> Iterator[Figure]:
             f"Response of blade 1 at {levels_of(cases)} with H = {H}, half of peak-to-peak: left "
             "per newton of force, right absolute. Lines are the largest amplitude over the "
             "response patch, shaded down to the smallest; circles mark the peaks. "
+            f"{_truncated(cases)}"
             f"{_trend(cases)}{peakless(cases)}"
             + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14")
         )
@@ -63,12 +64,27 @@ def _curve(results, case: ReportedCurve, color, dash, factor) -> Iterator[Item]:
     top, low = amplitude.max(axis=1), amplitude.min(axis=1)
     hz, facts = case.curve.frequency, case.facts
     yield Band(hz, low, top, "", color, 0.13)
+    error = case.truncation(results.first_patch)
+    if error is not None:
+        of_top = factor * np.take_along_axis(error, amplitude.argmax(axis=1)[:, None], axis=1)[:, 0]
+        yield Band(hz, top - of_top, top + of_top, "", color, 0.4)
     yield Curve(hz, top, f"Fe = {case.Fe:g} N", color, dash)
     if case.has_peak:
         yield Marks(
             np.array([facts.peak_hz]), np.array([factor * facts.peak_m]), "", color, filled=False
         )
     yield from failures(case, top)
+
+
+def _truncated(cases) -> str:
+    """What the harmonics left out would change at the peaks, in words."""
+    known = [c.facts.truncation for c in cases if c.facts.truncation is not None]
+    if not known:
+        return ""
+    return (
+        "Darker bands, where they are wider than the line: what more harmonics would change by "
+        f"estimate, at the peaks {number(max(known), 2, 100)} % at most. "
+    )
 
 
 def _trend(cases) -> str:

@@ -20,8 +20,9 @@ def tables(results: Results) -> Iterator[Table]:
     caption = (
         "Peaks of blade 1, half of peak-to-peak along the force: largest and smallest over the "
         "nodes of the patch. Other way: relative change of the peak when the band is followed "
-        "from its other end. Energy: largest error of input = damping + friction over a period, "
-        "relative to the input, of all points. Lift off: pairs that are closed at rest and open "
+        "from its other end. Truncation: estimated error of the largest peak by the harmonics "
+        "above H. Energy: largest error of input = damping + friction over a period, relative to "
+        "the input, of all points. Lift off: pairs that are closed at rest and open "
         "in a part of some cycle. Pairs are named by side and station, with the row where a side "
         "has several" + kept
     )
@@ -42,12 +43,13 @@ def tables(results: Results) -> Iterator[Table]:
             "points",
             "curve",
             "other way",
+            "truncation",
             "energy",
             "lift off",
             "pairs that slip or open",
         ),
         tuple(_row(case) for case in results.cases),
-        left=(7, 11),
+        left=(7, 12),
     )
 
 
@@ -68,6 +70,7 @@ def _row(case: ReportedCurve):
         f"{facts.points}",
         _state(case),
         _other_way(facts),
+        number(facts.truncation, 1),
         number(facts.energy_error, 1),
         f"{len(facts.lift_off_pairs)}" if case.curve.converged.any() else NOTHING,
         names_of_pairs(facts.slipping_pairs) if case.curve.converged.any() else NOTHING,
