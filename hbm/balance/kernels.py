@@ -199,6 +199,31 @@ def applied(D, places, contacts, x):
 
 
 @njit(cache=True)
+def order_system(D, places, G, u, k):
+    """System (2n, 2n) and right side (2n,) of I + D G and D u at order k alone, real and imaginary
+    part of each of n active components side by side; D (a, nd, nh, nd, nh), places (n,) of the
+    active components in (a nd), G (a nd, n) and u (a nd,) complex."""
+    n, nd, j = len(places), D.shape[1], 2 * k - 1
+    system, right = np.zeros((2 * n, 2 * n)), np.zeros(2 * n)
+    for i in range(n):
+        c, d = places[i] // nd, places[i] % nd
+        for r in range(2):
+            row = 2 * i + r
+            system[row, row] = 1.0
+            for e in range(nd):
+                real, imag = D[c, d, j + r, e, j], D[c, d, j + r, e, j + 1]
+                if real == 0.0 and imag == 0.0:
+                    continue
+                at = c * nd + e
+                right[row] += real * u[at].real + imag * u[at].imag
+                for m in range(n):
+                    g = G[at, m]
+                    system[row, 2 * m] += real * g.real + imag * g.imag
+                    system[row, 2 * m + 1] += imag * g.real - real * g.imag
+    return system, right
+
+
+@njit(cache=True)
 def scaled_border(system):
     """Divide the last row, then the last column, by its largest entry; return both sizes: the
     border in the units of the rest."""

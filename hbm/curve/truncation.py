@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.kernels import order_system
 from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.parameter import Equation
 from tipdamp.hbm.balance.residual import HarmonicBalance
@@ -108,23 +109,13 @@ def _higher_orders(more: Linearisation, H: int) -> _High:
     u = real_times(shapes(components), modal)
     push = np.empty((len(active), factors.shape[1]), dtype=complex)
     for i, k in enumerate(range(H + 1, hb.H + 1)):
-        push[:, i] = _answer(_of_order(b.D, k), G[:, :, i], u[:, i], active)
-        u[:, i] -= G[:, :, i] @ push[:, i]
+        own = np.ascontiguousarray(G[:, :, i])
+        parts = np.linalg.solve(*order_system(b.D, active, own, u[:, i].copy(), k))
+        push[:, i] = parts[::2] + 1j * parts[1::2]
+        u[:, i] -= own @ push[:, i]
     modal -= factors * real_times(shapes(components[active]).T, push)
     real = np.stack([u.real, u.imag], axis=2).reshape(len(b.contacts), hb.nd, -1)
     return _High(modal, real)
-
-
-def _answer(D, G, u, active):
-    """(n,) complex f = D (u - G f) on the active of the components of contacts; D (a, 2nd, 2nd),
-    G (a nd, n), u (a nd,)."""
-    a, n = len(D), len(active)
-    rows = (2 * active[:, None] + np.arange(2)).ravel()
-    right = (D @ _parts(u).reshape(a, -1, 1)).ravel()[rows]
-    system = (D @ _real_blocks(G).reshape(a, -1, 2 * n)).reshape(-1, 2 * n)[rows]
-    system[np.arange(2 * n), np.arange(2 * n)] += 1.0
-    parts = np.linalg.solve(system, right)
-    return parts[::2] + 1j * parts[1::2]
 
 
 def _add_coupled(dg, more, motion):
@@ -153,25 +144,3 @@ def _of_samples(more, here):
     low = slice(here.balance.nh)
     change[:, :, low] = more.forces.g[:, :, low] - here.forces.g
     return change
-
-
-def _of_order(D, k):
-    """(a, 2nd, 2nd) derivative of the order k of the forces by that of the motion; D (a, nd, nh,
-    nd, nh)."""
-    own = slice(2 * k - 1, 2 * k + 1)
-    return D[:, :, own, :, own].reshape(len(D), 2 * D.shape[1], -1)
-
-
-def _real_blocks(G):
-    """(2n, 2m) real form of a complex matrix (n, m), real and imaginary part of each side by
-    side."""
-    n, m = G.shape
-    found = np.empty((n, 2, m, 2))
-    found[:, 0, :, 0] = found[:, 1, :, 1] = G.real
-    found[:, 1, :, 0] = G.imag
-    found[:, 0, :, 1] = -G.imag
-    return found.reshape(2 * n, 2 * m)
-
-
-def _parts(v):
-    return np.column_stack([v.real, v.imag]).ravel()
