@@ -6,6 +6,7 @@ against the distance of neighbouring nodes and of partners. Places of nodes are 
 they are not known.
 """
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,9 +27,68 @@ class DoubtLimits:
     between: float = 0.5
     # degrees between the normals of neighbours, which no edge of a damper has
     opposed: float = 135.0
+    # of a distance between places, and of the entries of frames: pairs that differ by less are one
+    same: float = 1e-6
+    mu: float = 2.0  # more than any dry metals have
+    # of the size of a cell: more is no small motion, and other nodes would face each other
+    closure: float = 0.05
+    # kt over kn: 0.66 to 1 of half-spaces, some tenths of rough surfaces; 1000 is a unit
+    tangential: tuple[float, float] = (1e-2, 1e2)
 
 
 LIMITS = DoubtLimits()
+
+
+def contact_doubts(model: ReducedModel, pairs: ContactTable) -> list[str]:
+    """Every sentence on a table beside its model; places that are all zero are taken as not
+    given."""
+    blade, damper = node_places(model, pairs)
+    placed = pairs.position.any()
+    size = np.ptp(pairs.position, axis=0).max(initial=0.0)
+    said = [
+        repeated(pairs),
+        mixed_partners(pairs, blade, damper),
+        misplaced(pairs, blade, damper, LIMITS.same * size) if placed else "",
+        opposed_normals(pairs),
+        high_friction(pairs),
+        *(closure_doubts(pairs) if placed else ()),
+        *tangential_doubts(pairs),
+    ]
+    return [sentence for sentence in said if sentence]
+
+
+def repeated(pairs: ContactTable) -> str:
+    """Where two pairs of a side have the same nodes, frame and gap: their contact counts twice."""
+    known: dict[tuple, int] = {}
+    for i in range(len(pairs)):
+        key = (
+            pairs.side[i],
+            pairs.blade_body[i],
+            pairs.blade_node[i],
+            pairs.damper_body[i],
+            pairs.damper_node[i],
+            pairs.gap[i],
+            *np.round(pairs.frame[i].ravel() / LIMITS.same).tolist(),
+        )
+        if key in known:
+            return (
+                f"{_named(pairs, i)} has the nodes, the frame and the gap of pair "
+                f"{known[key] + 1}: their contact counts twice"
+            )
+        known[key] = i
+    return ""
+
+
+def high_friction(pairs: ContactTable) -> str:
+    """Where mu is above that of any dry metals."""
+    high = np.flatnonzero(pairs.mu > LIMITS.mu)
+    if not len(high):
+        return ""
+    i = high[np.argmax(pairs.mu[high])]
+    return (
+        f"{len(high)} of {len(pairs)} pairs have a friction coefficient above {LIMITS.mu:g}, pair "
+        f"{i + 1} (side '{pairs.side[i]}') {pairs.mu[i]:g}: is it mu, or in percent?"
+    )
 
 
 def node_places(model: ReducedModel, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:
@@ -133,6 +193,62 @@ def opposed_normals(pairs: ContactTable) -> str:
                 "blade, with t1 x t2 = n"
             )
     return ""
+
+
+def closure_doubts(pairs: ContactTable, smooth: Mapping[str, float] | None = None) -> Iterator[str]:
+    """Sides whose springs close under the preload of the pairs by more than a small part of a cell;
+    smooth {side: N/m} of two smooth half-spaces, where it is known."""
+    smooth = smooth or {}
+    for name in pairs.sides:
+        mine = pairs.select(
+            (pairs.side == name) & pairs.carrying & (pairs.kn > 0) & np.isfinite(pairs.kn)
+        )
+        size = _cell_sizes(mine)
+        closure = np.maximum(mine.preload, 0) / np.where(mine.kn > 0, mine.kn * mine.weight, 1.0)
+        far = closure > LIMITS.closure * size
+        if far.any():
+            i = int((closure / size).argmax())
+            kn = mine.kn[i] * mine.weight[i]
+            force = float(np.maximum(mine.preload, 0).sum())
+            estimate = (
+                "; two smooth half-spaces of its size and material would by "
+                f"{1e3 * force / smooth[name]:.2g} mm"
+                if name in smooth
+                else ""
+            )
+            yield (
+                f"side '{name}': the springs of {int(far.sum())} of {len(mine)} pairs close under "
+                f"the preload by more than {LIMITS.closure:g} of the size of a cell, most at "
+                f"damper node {mine.damper_node[i]}: {mine.preload[i]:.3g} N on kn = {kn:.3g} N/m "
+                f"is {1e3 * closure[i]:.2g} mm, and cells are {1e3 * size[i]:.2g} mm{estimate}: is "
+                "kn too small by a factor of 1000 or more (N/mm for N/m)?"
+            )
+
+
+def tangential_doubts(pairs: ContactTable) -> Iterator[str]:
+    """Sides whose kt is far from their kn; without friction, kt = 0, or hard along the normal there
+    is nothing to compare."""
+    for name in pairs.sides:
+        mine = pairs.select((pairs.side == name) & pairs.carrying & (pairs.kn > 0) & (pairs.kt > 0))
+        mine = mine.select(np.isfinite(mine.kn) & np.isfinite(mine.kt))
+        ratio = mine.kt / np.where(mine.kn > 0, mine.kn, 1.0)
+        low, high = LIMITS.tangential
+        if len(mine) and not low <= np.median(ratio) <= high:
+            yield (
+                f"side '{name}': kt is {np.median(ratio):.2g} of kn; elastic half-spaces have 0.66 "
+                "to 1, and rough surfaces some tenths: are both in the same unit (N/mm for N/m?)"
+            )
+
+
+def _cell_sizes(mine):
+    """(n,) m: of the faces around contact points, and the distance of neighbouring pairs of
+    nodes."""
+    if len(mine) < 2:
+        return np.full(len(mine), np.inf)
+    apart = cKDTree(mine.position).query(mine.position, 2)[0][:, 1]
+    return np.where(
+        mine.on_surface, np.sqrt(np.where(mine.on_surface, mine.area, 0.0)), np.median(apart)
+    )
 
 
 def _named(pairs, i):

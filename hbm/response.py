@@ -28,6 +28,7 @@ from tipdamp.hbm.balance.problem import ContactProblem, doubted_problem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.contact_doubts import contact_doubts
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.settings import Settings
@@ -105,7 +106,7 @@ def forced_response(
     problem, kept, doubts = doubted_problem(
         model, pairs, law, (origin, static, damping_ratio, hold)
     )
-    for doubt in doubts:
+    for doubt in (*doubts, *contact_doubts(model, pairs.select(kept))):
         warnings.warn(doubt, stacklevel=2)
     start = options.get("start")
     if start is not None and not isinstance(start, str):

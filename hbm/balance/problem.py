@@ -26,7 +26,7 @@ from tipdamp.hbm.balance.restraint import (
 from tipdamp.hbm.balance.series import ContactReceptance, contact_receptance
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.contact import ContactTable, relative_motion, without_normal_motion
-from tipdamp.hbm.contact_doubts import mixed_partners, node_places, opposed_normals
+from tipdamp.hbm.contact_doubts import contact_doubts
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.named_motion import describe_motion, mostly
 from tipdamp.hbm.hold.spring import HeldMotion, Hold, held_motions, springs, with_springs
@@ -303,13 +303,12 @@ def contact_problem(
     hold : rigid motions of bodies that no contact resists, and that are held
     (`hbm.hold.spring.Hold`)
     Raises InputError on unusable input; warns where the model cannot move along the normal of a
-    pair,
-    and where partners or normals of the pairs look mixed up (see `hbm.contact_doubts`).
+    pair, and where the table is doubtful beside the model (see `hbm.contact_doubts`).
     """
     problem, kept, doubts = doubted_problem(
         model, pairs, law, (origin, static, damping_ratio, hold)
     )
-    for doubt in doubts:
+    for doubt in (*doubts, *contact_doubts(model, pairs.select(kept))):
         warnings.warn(doubt, stacklevel=2)
     return problem, kept
 
@@ -362,7 +361,5 @@ def doubted_problem(
         without_normal_motion(motion, used, normal),
         law.doubt(settings),
         *(one.doubt for one in held),
-        mixed_partners(used, *node_places(model, used)),
-        opposed_normals(used),
     ]
     return problem, kept, [doubt for doubt in doubts if doubt]

@@ -1,12 +1,17 @@
 """Doubts about pairs: none of sound tables, whatever their meshes, units and place; all of what is
 mixed up."""
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.contact_tables import contact_table, frames
+from tests.hbm.small_rig import small_rig
+from tipdamp.hbm.balance.problem import contact_problem
 from tipdamp.hbm.contact_doubts import misplaced, mixed_partners, node_places, opposed_normals
+from tipdamp.hbm.laws import DryFriction2T
 from tipdamp.hbm.model import ReducedModel
 
 TURN = Rotation.from_rotvec([0.3, -1.1, 0.7]).as_matrix()
@@ -136,3 +141,25 @@ def test_places_of_a_model():
     blade, damper = node_places(model, contact_table(frames(np.tile([0.0, 0, 1], (3, 1)))))
     assert np.isnan(blade).all() and np.isnan(damper[2]).all()
     assert damper[:2].tolist() == [[1, 2, 3], [4, 5, 6]]
+
+
+EDITED = {
+    "a row twice": (lambda t: t.select(np.r_[np.arange(len(t)), 3]), "their contact counts twice"),
+    "mu in percent": (lambda t: t.replace(mu=100 * t.mu), "is it mu, or in percent"),
+    "places in mm": (lambda t: t.replace(position=1e3 * t.position), "given in mm"),
+    "places 3 mm off": (lambda t: t.replace(position=t.position + [0, 0, 3e-3]), "off its nodes"),
+    "kn and kt in N/mm": (lambda t: t.replace(kn=1e-3 * t.kn, kt=1e-3 * t.kt), "kn too small"),
+    "kt in N/mm": (lambda t: t.replace(kt=1e-3 * t.kt), "in the same unit"),
+    "kn in N/mm": (lambda t: t.replace(kn=1e-3 * t.kn), "in the same unit"),
+}
+
+
+@pytest.mark.parametrize("name", EDITED)
+def test_an_edited_table_is_told_with_the_curve(name):
+    model, pairs, row = small_rig()
+    edit, said = EDITED[name]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.01)
+    with pytest.warns(UserWarning, match=said):
+        contact_problem(model, edit(pairs), DryFriction2T(), damping_ratio=0.01)

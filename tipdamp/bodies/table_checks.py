@@ -4,7 +4,13 @@ import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.hbm.contact import GROUND, ContactTable
-from tipdamp.hbm.contact_doubts import misplaced, mixed_partners, node_places, opposed_normals
+from tipdamp.hbm.contact_doubts import (
+    misplaced,
+    mixed_partners,
+    node_places,
+    opposed_normals,
+    repeated,
+)
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.faces import boundary_faces, node_normals
@@ -58,6 +64,9 @@ def unknown_places(model: ReducedModel, pairs: ContactTable) -> list[str]:
 
 
 def _check_normals(where, pairs):
+    twice = repeated(pairs)
+    if twice:
+        raise InputError(f"{where}, {twice}; take one of the two out")
     against = opposed_normals(pairs)
     if against:
         raise InputError(f"{where}, {against}")

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.hbm.contact_doubts import node_places
+from tipdamp.hbm.contact_doubts import high_friction, node_places
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.results.static_results import SideCheck
@@ -21,7 +21,6 @@ from tipdamp.static_contact.contact.equilibrium import side_forces, side_normals
 class PairLimits:
     """What is warned of."""
 
-    mu: float = 2.0  # more than any dry metals have
     longer: float = 1.5  # times as wide as long: no damper between blades is
     one_row: float = 0.9  # of the closed area in one row of contact points
     # degrees between a pair's normal and the surfaces; as much as matching itself allows
@@ -146,14 +145,7 @@ def side_checks(
 def warnings(pairs: ContactTable, angles: np.ndarray | None = None) -> list[str]:
     """One sentence on friction above that of any dry metals, one on normals that are not normal to
     the surfaces."""
-    found, slippery = [], np.flatnonzero(pairs.mu > LIMITS.mu)
-    if len(slippery):
-        i = slippery[np.argmax(pairs.mu[slippery])]
-        found = [
-            f"{len(slippery)} of {len(pairs)} pairs have a friction coefficient above "
-            f"{LIMITS.mu:g}, pair {i + 1} (side '{pairs.side[i]}') {pairs.mu[i]:g}: is it mu, or "
-            "in percent?"
-        ]
+    found = [doubt] if (doubt := high_friction(pairs)) else []
     if angles is None or not (angles > LIMITS.odd_angle).any():
         return found
     i = int(angles.argmax())

@@ -16,8 +16,8 @@ from tipdamp.bodies.loads import pull_vector
 from tipdamp.bodies.pieces import merging
 from tipdamp.bodies.stiffness import contact_side
 from tipdamp.bodies.surfaces import damper_areas, length_text, named_side
-from tipdamp.checks.pairs import LIMITS
 from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.contact_doubts import LIMITS
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.mesh_checks import parts
@@ -32,10 +32,6 @@ MASS = {"blades": (1e-3, 1e3), "damper": (1e-5, 10.0)}
 LARGE_DAMPING = 0.2
 # of two smooth half-spaces: rough contacts are stiffer; N/mm taken for N/m is a factor of 1e-3
 SOFT = 2e-3
-# of the size of a cell: more is no small motion, and other nodes would face each other
-CLOSURE = 0.05
-# kt over kn: 0.66 to 1 of half-spaces, some tenths of rough surfaces; 1000 is a unit
-TANGENTIAL = (1e-2, 1e2)
 COVERED = 0.95  # of a side of the damper: less of it opposite to the blade is said
 # percent by which a bar with one and two layers of linear cells is too stiff in bending; quadratic
 # ones: 3 and 2 [tests/modal/test_bending.py]
@@ -320,61 +316,6 @@ def _cover_warnings(study, pairs, areas):
                 f"'{side.blade}', the rest carries nothing; where it should, see whether the "
                 "meshes are in place and all blade faces are named"
             )
-
-
-def closure_warnings(pairs: ContactTable, smooth: dict[str, float]) -> Iterator[str]:
-    """Sides whose springs close under the preload of the pairs by more than a small part of a cell;
-    smooth {side: N/m} of two smooth half-spaces, where it is known."""
-    for name in pairs.sides:
-        mine = pairs.select(
-            (pairs.side == name) & pairs.carrying & (pairs.kn > 0) & np.isfinite(pairs.kn)
-        )
-        size = _cell_sizes(mine)
-        closure = np.maximum(mine.preload, 0) / np.where(mine.kn > 0, mine.kn * mine.weight, 1.0)
-        far = closure > CLOSURE * size
-        if far.any():
-            i = int((closure / size).argmax())
-            kn = mine.kn[i] * mine.weight[i]
-            force = float(np.maximum(mine.preload, 0).sum())
-            estimate = (
-                "; two smooth half-spaces of its size and material would by "
-                f"{1e3 * force / smooth[name]:.2g} mm"
-                if name in smooth
-                else ""
-            )
-            yield (
-                f"side '{name}': the springs of {int(far.sum())} of {len(mine)} pairs close under "
-                f"the preload by more than {CLOSURE:g} of the size of a cell, most at damper node "
-                f"{mine.damper_node[i]}: {mine.preload[i]:.3g} N on kn = {kn:.3g} N/m is "
-                f"{1e3 * closure[i]:.2g} mm, and cells are {1e3 * size[i]:.2g} mm{estimate}: is "
-                "kn too small by a factor of 1000 or more (N/mm for N/m)?"
-            )
-
-
-def tangential_warnings(pairs: ContactTable) -> Iterator[str]:
-    """Sides whose kt is far from their kn; without friction, kt = 0, or hard along the normal there
-    is nothing to compare."""
-    for name in pairs.sides:
-        mine = pairs.select((pairs.side == name) & pairs.carrying & (pairs.kn > 0) & (pairs.kt > 0))
-        mine = mine.select(np.isfinite(mine.kn) & np.isfinite(mine.kt))
-        ratio = mine.kt / np.where(mine.kn > 0, mine.kn, 1.0)
-        low, high = TANGENTIAL
-        if len(mine) and not low <= np.median(ratio) <= high:
-            yield (
-                f"side '{name}': kt is {np.median(ratio):.2g} of kn; elastic half-spaces have 0.66 "
-                "to 1, and rough surfaces some tenths: are both in the same unit (N/mm for N/m?)"
-            )
-
-
-def _cell_sizes(mine):
-    """(n,) m: of the faces around contact points, and the distance of neighbouring pairs of
-    nodes."""
-    if len(mine) < 2:
-        return np.full(len(mine), np.inf)
-    apart = cKDTree(mine.position).query(mine.position, 2)[0][:, 1]
-    return np.where(
-        mine.on_surface, np.sqrt(np.where(mine.on_surface, mine.area, 0.0)), np.median(apart)
-    )
 
 
 def damping_warnings(study: Study) -> Iterator[str]:

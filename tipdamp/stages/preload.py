@@ -11,11 +11,11 @@ from tipdamp.bodies.pieces import check_loaded
 from tipdamp.bodies.read import BODY_READS
 from tipdamp.checks import only_friction
 from tipdamp.checks.pairs import jamming
-from tipdamp.checks.plausibility import closure_warnings, tangential_warnings
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import keep_preload
 from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.contact_doubts import closure_doubts, tangential_doubts
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.spring import spring_forces
 from tipdamp.hbm.model import ReducedModel
@@ -127,14 +127,14 @@ def _closure(study, pulled, made):
     """Warnings of springs that are far too soft for the preload, or for one another."""
     if study.contact.normal == "hard":
         return []
-    doubts = tangential_warnings(pulled)
+    doubts = tangential_doubts(pulled)
     smooth = {
         name: one.nodes * way.kn_N_per_m
         for name, one in made.items()
         for way in one.ways
         if way.way == "smooth half-spaces"
     }
-    return [*closure_warnings(pulled, smooth), *doubts]
+    return [*closure_doubts(pulled, smooth), *doubts]
 
 
 def _frictionless(study, contact):

@@ -4,6 +4,7 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from warnings import warn
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from tipdamp.engine.curves import CurveCase, Curves, forget, sweep
 from tipdamp.engine.progress import Ticker
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
-from tipdamp.hbm.balance.problem import contact_problem
+from tipdamp.hbm.balance.problem import doubted_problem
 from tipdamp.hbm.balance.receptance import linear_response, linear_response_with_peaks
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.curve.trace import SLIDES
@@ -246,9 +247,11 @@ def assembled(study: Study, store: Store, responded: bool = False) -> Assembly:
             {name: r @ shapes.basis for name, r in rows.items()},
         )
         static, there = None if static is None else static @ shapes.basis, shapes.held
-    problem, _ = contact_problem(
-        small, kept, law, static=static, damping_ratio=ratio(study.respond.damping_ratio)
+    problem, _, doubts = doubted_problem(
+        small, kept, law, ("preloaded", static, ratio(study.respond.damping_ratio), ())
     )
+    for doubt in doubts:  # those of the table itself: where it was read
+        warn(doubt, stacklevel=2)
     curves = Curves(
         replace(problem, held=there),
         force,

@@ -11,9 +11,10 @@ from tests.tipdamp.bad_meshes import inspect
 from tests.tipdamp.report.files import table
 from tipdamp.bodies.read import read_meshes
 from tipdamp.checks.pairs import axis_warnings
-from tipdamp.checks.plausibility import mesh_warnings, tangential_warnings
+from tipdamp.checks.plausibility import mesh_warnings
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
+from tipdamp.hbm.contact_doubts import tangential_doubts
 from tipdamp.results.static_results import PreloadResult
 from tipdamp.static_contact.surfaces.pairing import Side, contact_frames
 from tipdamp.study.study import load_study
@@ -307,9 +308,7 @@ def test_two_pieces(tmp_path, capsys):
 def test_tangential_stiffness_of_another_unit(share, said):
     pairs = table()
     found = list(
-        tangential_warnings(
-            pairs.replace(kn=np.full(len(pairs), 1e6), kt=share * 1e6 + 0 * pairs.kn)
-        )
+        tangential_doubts(pairs.replace(kn=np.full(len(pairs), 1e6), kt=share * 1e6 + 0 * pairs.kn))
     )
     assert len(found) == said * len(pairs.sides)
     assert all("kt is" in one and "unit" in one for one in found)
