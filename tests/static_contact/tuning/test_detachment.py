@@ -238,10 +238,9 @@ def test_nothing_closed_is_said(assembly):
 
 def test_target_out_of_reach():
     model = lumped_rig()
-    highest = H1["results"][0]["oop_f"]
-    with pytest.raises(
-        InputError, match=rf"target 4000 Hz is not reachable: \d+\.\.{highest:.0f} Hz"
-    ):
+    highest, count = H1["results"][0]["oop_f"], P["n"]
+    reach = rf"\d+\.\.{highest:.0f} Hz with \d+\.\.{count} stations"
+    with pytest.raises(InputError, match=f"target 4000 Hz is not reachable: {reach}"):
         detach_until(
             StuckAssembly(model, motion), pairs_of(range(P["n"])), 4000.0, out_of_phase(model)
         )

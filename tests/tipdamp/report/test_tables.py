@@ -47,6 +47,15 @@ def test_rounding_of_a_moment_is_nothing(tmp_path):
     )
 
 
+def test_friction_of_all_pairs_or_its_range(tmp_path):
+    results = results_of(*artefacts(tmp_path))
+    mu = results.whole.mu.copy()
+    mu[0] = 0.25
+    for given, said in ((results.whole.mu, f"{mu[1]:g}"), (mu, f"0.25 to {mu[1]:g}")):
+        one = replace(results, whole=results.whole.replace(mu=given))
+        assert dict(next(assumptions.tables(one)).rows)["friction coefficient mu"] == said
+
+
 def test_many_load_points_are_a_span():
     """A face of load points: their number and their ends, not a coordinate each, and no minus
     zero."""
