@@ -32,6 +32,7 @@ from tipdamp.hbm.contact_doubts import contact_doubts
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.automatic import AUTO, enough_harmonics
 from tipdamp.hbm.curve.band_end import further_solutions
 from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
@@ -51,6 +52,7 @@ from tipdamp.hbm.laws.shipped import SHIPPED
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse, PeriodicSolution
 from tipdamp.hbm.validation import (
+    MOST_HARMONICS,
     check_beyond,
     check_forcing,
     check_groups,
@@ -253,6 +255,28 @@ class _CheckedInput:
 
 
 def _curve(
+    problem, forcing, varied: tuple[Parameter, float], between, options: CurveOptions
+) -> ForcedResponse:
+    """With the given number of harmonics, or as many as the tolerance needs."""
+    if options.harmonics != AUTO:
+        return _branch(problem, forcing, varied, between, options)
+    check_kind("problem", problem, ContactProblem, "ContactProblem(M, C, K, B, law, contacts)")
+    tolerance = positive("tolerance", options.tolerance)
+    if options.journal is not None:
+        raise InputError(
+            "journal: is of one curve, and harmonics = 'auto' makes several; give a number"
+        )
+    orders = check_forcing(forcing, problem.K.shape[0], MOST_HARMONICS)
+    return enough_harmonics(
+        lambda H: _branch(
+            problem, forcing, varied, between, replace(options, harmonics=H, truncation=True)
+        ),
+        tolerance,
+        max(orders, default=1),
+    )
+
+
+def _branch(
     problem, forcing, varied: tuple[Parameter, float], between, options: CurveOptions
 ) -> ForcedResponse:
     """The branch between two values of a parameter, as a ForcedResponse; varied : (parameter,

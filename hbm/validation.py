@@ -22,7 +22,8 @@ def check_harmonics(H: Any) -> int:
     """The highest harmonic; InputError where it is no whole number, or too large."""
     if isinstance(H, bool) or not isinstance(H, int | np.integer) or not 0 <= H <= MOST_HARMONICS:
         raise InputError(
-            f"harmonics = {H!r}: must be a whole number between 0 and {MOST_HARMONICS}"
+            f"harmonics = {H!r}: must be a whole number between 0 and {MOST_HARMONICS}, or 'auto' "
+            "for a curve"
         )
     return int(H)
 

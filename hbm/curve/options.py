@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.automatic import Harmonics
 from tipdamp.hbm.curve.journal import Journal
 from tipdamp.hbm.errors import InputError, nearest
 
@@ -21,7 +22,8 @@ class CurveKeywords(TypedDict, total=False):
     `outputs` must be given."""
 
     outputs: Required[Mapping[str, ArrayLike]]
-    harmonics: int
+    harmonics: Harmonics
+    tolerance: float
     start: str | np.ndarray | None
     at: tuple | list | np.ndarray
     beyond: float | None
@@ -40,7 +42,8 @@ class CurveOptions:
     `hbm.response`.
 
     outputs : {name: (r,) row that takes the output out of q}
-    harmonics : H, orders 0..H are kept
+    harmonics : H, orders 0..H are kept; 'auto' takes as many as `tolerance` needs
+    tolerance : of harmonics = 'auto': relative `truncation` at 99 % of the points
     start : where the sliders start, before the first of two periods: 'zero_slider', the default (T
         = 0 at q = 0), 'zero_force' (T = 0 at the position of t = 0: means then depend on the phase
         of the force) or positions (P, nt) in m
@@ -66,7 +69,8 @@ class CurveOptions:
     """
 
     outputs: "Mapping[str, ArrayLike]"
-    harmonics: int = 5
+    harmonics: Harmonics = 5
+    tolerance: float = 1e-3
     start: str | np.ndarray | None = None
     at: tuple | list | np.ndarray = ()
     beyond: float | None = None
