@@ -1,5 +1,7 @@
 """The estimated error of the points of a curve, beside solutions with many more orders."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,8 @@ from tipdamp import (
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.solutions import restored
+from tipdamp.hbm.curve.truncation import TruncationEstimate
 from tipdamp.hbm.result import DOUBTFUL
 
 FRICTION = {"kn": 2.0, "kt": 2.0, "mu": 0.4, "preload": 0.5}
@@ -45,11 +49,12 @@ def true_errors(problem, curve, at, orders, samples=None):
     found = []
     for i in at:
         hz = curve.frequency[i]
-        few, many = 2 * curve.H + 1, 2 * orders + 1
-        guess = np.zeros((len(curve.unknowns[i]) // few, many))
-        guess[:, :few] = curve.unknowns[i].reshape(-1, few)
         exact = problem.solve_at(
-            hz, outputs=OUTPUTS, harmonics=orders, guess=guess.ravel(), samples=samples
+            hz,
+            outputs=OUTPUTS,
+            harmonics=orders,
+            guess=_padded(curve, i, orders),
+            samples=samples,
         )
         assert exact.converged
         change = exact.harmonics.copy()
@@ -111,6 +116,42 @@ def test_beside_the_true_error(case, H):
     assert seen.sum() >= 6
     assert np.mean((ratio > 0.2) & (ratio < 5)) >= 0.9 and ratio.min() > 0.2
     assert 0.7 < np.median(ratio) < 1.4
+
+
+@pytest.mark.parametrize("H", [3, 5])
+@pytest.mark.parametrize("case", CASES)
+def test_change_of_each_harmonic(case, H):
+    """Not its size alone: as complex harmonics, those of the curve and those above; the tangent
+    along the branch or none gives the same."""
+    problem = chain(*CASES[case])
+    curve = problem.follow_band(BAND, outputs=OUTPUTS, harmonics=H)
+    equation, points = restored(curve, problem.contact_problem)
+    estimate = TruncationEstimate(equation, curve.output_rows)
+    off = []
+    for i in np.flatnonzero(curve.relative_truncation > 1e-5)[::5]:
+        exact = problem.solve_at(
+            curve.frequency[i], outputs=OUTPUTS, harmonics=30, guess=_padded(curve, i, 30)
+        )
+        true = exact.harmonics[:, : 2 * H + 2].copy()
+        true[:, : H + 1] -= curve.harmonics[i]
+        here = equation.evaluate(points[i].x, points[i].parameter)
+        found = estimate.change(here, points[i])
+        tx, tp, _ = here.direction(np.ones_like(here.x), 1.0)
+        along = estimate.change(here, replace(points[i], tangent=(tx, tp)))
+        assert np.linalg.norm(along - found) <= 1e-6 * np.linalg.norm(found)
+        parts = slice(1, H + 1), slice(H + 1, None)
+        off.append(
+            [np.linalg.norm((found - true)[:, k]) / np.linalg.norm(true[:, k]) for k in parts]
+        )
+    low, high = np.median(off, axis=0)
+    assert len(off) >= 5 and low < 0.2 and high < 0.1
+
+
+def _padded(curve, i, orders):
+    few, many = 2 * curve.H + 1, 2 * orders + 1
+    guess = np.zeros((len(curve.unknowns[i]) // few, many))
+    guess[:, :few] = curve.unknowns[i].reshape(-1, few)
+    return guess.ravel()
 
 
 def test_of_one_order():
