@@ -34,6 +34,7 @@ class DoubtLimits:
     closure: float = 0.05
     # kt over kn: 0.66 to 1 of half-spaces, some tenths of rough surfaces; 1000 is a unit
     tangential: tuple[float, float] = (1e-2, 1e2)
+    uneven: float = 100.0  # times the median of its side: more than shapes of faces make
 
 
 LIMITS = DoubtLimits()
@@ -53,6 +54,7 @@ def contact_doubts(model: ReducedModel, pairs: ContactTable) -> list[str]:
         high_friction(pairs),
         *(closure_doubts(pairs) if placed else ()),
         *tangential_doubts(pairs),
+        *uneven_doubts(pairs),
     ]
     return [sentence for sentence in said if sentence]
 
@@ -238,6 +240,22 @@ def tangential_doubts(pairs: ContactTable) -> Iterator[str]:
                 f"side '{name}': kt is {np.median(ratio):.2g} of kn; elastic half-spaces have 0.66 "
                 "to 1, and rough surfaces some tenths: are both in the same unit (N/mm for N/m?)"
             )
+
+
+def uneven_doubts(pairs: ContactTable) -> Iterator[str]:
+    """Pairs whose kn or kt is far above that of the others of their side."""
+    for name in pairs.sides:
+        mine = np.flatnonzero((pairs.side == name) & pairs.carrying)
+        for key in ("kn", "kt"):
+            values = vars(pairs)[key][mine]
+            values = np.where(np.isfinite(values), values, 0.0)
+            usual = float(np.median(values[values > 0])) if (values > 0).any() else 0.0
+            if usual and values.max() > LIMITS.uneven * usual:
+                i = mine[values.argmax()]
+                yield (
+                    f"{_named(pairs, i)}: {key} = {values.max():.3g} N/m is "
+                    f"{values.max() / usual:.2g} times the median of its side"
+                )
 
 
 def _cell_sizes(mine):

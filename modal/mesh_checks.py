@@ -20,7 +20,7 @@ def checked(mesh: Mesh) -> Mesh:
     warnings.
 
     Raises InputError for coordinates that are not finite, cells that repeat a node, folded and flat
-    cells.
+    cells, and nodes in the middle of two edges.
     """
     bad = ~np.isfinite(mesh.position).all(axis=1)
     if bad.any():
@@ -35,6 +35,7 @@ def checked(mesh: Mesh) -> Mesh:
         block, own = _once(kind, block, own, warnings)
         cells[kind], number[kind] = _upright(mesh, kind, block, own, warnings), own
     mesh = replace(mesh, cells=cells, number=number)
+    _one_edge_a_middle(mesh)
     warnings += _seams(mesh)
     return replace(mesh, warnings=tuple(warnings))
 
@@ -47,6 +48,30 @@ def _no_repeated_node(mesh, kind, block, number):
             f"{mesh.source}: {int(twice.sum())} {kind} cells name a node twice and have no volume "
             f"there (smallest Jacobian 0): elements {some(number[twice])}"
         )
+
+
+def _one_edge_a_middle(mesh):
+    """InputError where a node is the middle of two edges: faces that are cut along both diagonals
+    and were merged by places."""
+    blocks = [
+        np.column_stack([block[:, middle], np.sort(block[:, list(ends)], axis=1)])
+        for kind, block in mesh.cells.items()
+        for middle, ends in CELLS[kind].middles
+    ]
+    if not blocks:
+        return
+    known = np.unique(np.concatenate(blocks), axis=0)
+    middle, first, count = np.unique(known[:, 0], return_index=True, return_counts=True)
+    if not (count > 1).any():
+        return
+    at = int((count > 1).argmax())
+    (a, b), (c, d) = mesh.node[known[first[at] : first[at] + 2, 1:]]
+    raise InputError(
+        f"{mesh.source}: node {mesh.node[middle[at]]} lies in the middle of two edges, {a} to {b} "
+        f"and {c} to {d} ({int((count > 1).sum())} such nodes): faces of two parts that are cut "
+        "differently were merged; mesh the parts as one, or merge corner nodes of matching faces "
+        "alone"
+    )
 
 
 def _once(kind, block, number, warnings):

@@ -44,6 +44,8 @@ class CsvTable:
         found = []
         for line, text in zip(self.lines, self.texts(name), strict=True):
             try:
+                if "_" in text:  # 1_000 is a number in Python alone
+                    raise ValueError
                 found.append(empty if not text and empty is not None else kind(text))
             except ValueError:
                 what, remedy = "whole number" if kind is int else "number", ""

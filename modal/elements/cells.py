@@ -8,7 +8,7 @@ wedges are the triangle times [-1, 1]."""
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import product
+from itertools import combinations, product
 
 import numpy as np
 
@@ -122,6 +122,22 @@ class Cell:
     def nodes(self) -> int:
         """Number of nodes."""
         return len(self.reference)
+
+    @property
+    def middles(self) -> list[tuple[int, tuple[int, int]]]:
+        """(node, corners at the ends) of each edge that has a node in its middle; the middle of a
+        face or of the cell lies between several pairs of corners."""
+        corner = self.reference[: self.corners]
+        found = []
+        for node in range(self.corners, len(self.reference)):
+            ends = [
+                (a, b)
+                for a, b in combinations(range(self.corners), 2)
+                if np.array_equal((corner[a] + corner[b]) / 2, self.reference[node])
+            ]
+            if len(ends) == 1:
+                found.append((node, ends[0]))
+        return found
 
     def shape(self, points: np.ndarray) -> np.ndarray:
         """(q, n) shape functions at points (q, 3)."""

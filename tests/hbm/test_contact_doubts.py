@@ -150,6 +150,10 @@ EDITED = {
     "places 3 mm off": (lambda t: t.replace(position=t.position + [0, 0, 3e-3]), "off its nodes"),
     "kn and kt in N/mm": (lambda t: t.replace(kn=1e-3 * t.kn, kt=1e-3 * t.kt), "kn too small"),
     "kt in N/mm": (lambda t: t.replace(kt=1e-3 * t.kt), "in the same unit"),
+    "kn of one pair": (
+        lambda t: t.replace(kn=np.where(np.arange(len(t)) == 2, 1e3, 1.0) * t.kn),
+        "1e.03 times the median of its side",
+    ),
     "kn in N/mm": (lambda t: t.replace(kn=1e-3 * t.kn), "in the same unit"),
 }
 

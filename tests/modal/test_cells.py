@@ -6,7 +6,11 @@ from math import factorial
 import numpy as np
 import pytest
 
+from tests.modal.blocks import block
+from tipdamp.hbm.errors import InputError
 from tipdamp.modal.elements.cells import CELLS, smallest_jacobians
+from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.mesh_checks import checked
 from tipdamp.readers.content import HEX20, HEX20_NASTRAN, TET10, WEDGE15, WEDGE15_NASTRAN
 
 each = pytest.mark.parametrize("cell", CELLS.values(), ids=CELLS)
@@ -90,3 +94,31 @@ def test_orders_of_other_programs(name, edges, expected):
     theirs[cell.columns(edges)] = cell.reference
     for place, (a, b) in expected.items():
         assert theirs[place] == pytest.approx((cell.reference[a] + cell.reference[b]) / 2)
+
+
+@pytest.mark.parametrize("kind", [name for name in CELLS if CELLS[name].middles])
+def test_middles_lie_between_their_corners(kind):
+    cell = CELLS[kind]
+    edges = {"tetra": 6, "hexahedron": 12, "wedge": 9}
+    assert len(cell.middles) == next(n for name, n in edges.items() if kind.startswith(name))
+    for node, (a, b) in cell.middles:
+        assert np.array_equal(cell.reference[node], cell.reference[[a, b]].mean(axis=0))
+
+
+def test_a_node_in_the_middle_of_two_edges():
+    """Two blocks of tetrahedra whose common face is cut alike, and along both diagonals, merged by
+    places: the solver's mesh would end in a crash."""
+    mesh = block("tetra10", (1, 1, 1), size=(1.0, 1.0, 1.0))
+    alike = mesh.position + [0, 0, 1]
+    crossed = mesh.position[:, [1, 0, 2]] * [-1, 1, 1] + [1, 0, 1]  # turned by a right angle
+    assert len(_merged(mesh, alike).node) == 45
+    with pytest.raises(InputError, match=r"lies in the middle of two edges, 3 to 43 and 13 to 33"):
+        _merged(mesh, crossed)
+
+
+def _merged(mesh, places):
+    """The mesh and itself at other places, nodes that coincide made one."""
+    both = np.round(np.concatenate([mesh.position, places]), 9)
+    unique, of = np.unique(both, axis=0, return_inverse=True)
+    cells = np.concatenate([mesh.cells["tetra10"], mesh.cells["tetra10"] + len(mesh.position)])
+    return checked(Mesh(np.arange(1, len(unique) + 1), unique, {"tetra10": of.ravel()[cells]}))

@@ -24,12 +24,23 @@ def text(folder, change):
     return study
 
 
+def _again(i, line):
+    """The pair of line 4 a second time, in another row."""
+    side, station, _, rest = line.split(",", 3)
+    return f"{line}\n{side},{station},77,{rest}" if i == 4 else line
+
+
 @row("x13", "decimal commas, columns there twice, rows cut off in a table of pairs", "E, S")
 def edited(folder):
     yield refused(cells(chain(folder), "mu", "0,3"), r"line 2: has 26 fields.*mu = '0,3' meant")
     yield refused(
         cells(chain(folder), "kn", '"3,5"'),
         r"line 2: kn = '3,5' is not a number: write a decimal point",
+    )
+    yield refused(cells(chain(folder), "kn", "1_000"), r"line 2: kn = '1_000' is not a number")
+    yield refused(
+        text(folder, _again),
+        "is there twice .pairs 3 and 4; 1 such.; its stiffness would count twice",
     )
     yield refused(
         text(folder, lambda i, line: line + (",kn" if i == 1 else ",1e3")),

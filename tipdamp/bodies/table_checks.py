@@ -9,7 +9,6 @@ from tipdamp.hbm.contact_doubts import (
     mixed_partners,
     node_places,
     opposed_normals,
-    repeated,
 )
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
@@ -64,9 +63,6 @@ def unknown_places(model: ReducedModel, pairs: ContactTable) -> list[str]:
 
 
 def _check_normals(where, pairs):
-    twice = repeated(pairs)
-    if twice:
-        raise InputError(f"{where}, {twice}; take one of the two out")
     against = opposed_normals(pairs)
     if against:
         raise InputError(f"{where}, {against}")

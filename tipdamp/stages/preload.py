@@ -15,7 +15,7 @@ from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import keep_preload
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.hbm.contact_doubts import closure_doubts, tangential_doubts
+from tipdamp.hbm.contact_doubts import closure_doubts, tangential_doubts, uneven_doubts
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.spring import spring_forces
 from tipdamp.hbm.model import ReducedModel
@@ -127,7 +127,7 @@ def _closure(study, pulled, made):
     """Warnings of springs that are far too soft for the preload, or for one another."""
     if study.contact.normal == "hard":
         return []
-    doubts = tangential_doubts(pulled)
+    doubts = [*tangential_doubts(pulled), *uneven_doubts(pulled)]
     smooth = {
         name: one.nodes * way.kn_N_per_m
         for name, one in made.items()

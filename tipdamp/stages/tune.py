@@ -16,6 +16,7 @@ from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import keep_stuck
 from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.contact_doubts import closure_doubts, tangential_doubts, uneven_doubts
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.truncation import Truncation
@@ -331,7 +332,11 @@ def _table_warnings(study, store, found):
     response does not know."""
     if not study.tune.kept:
         return
-    yield from pair_warnings(ContactTable.load(store.path("kept.csv")))
+    kept = ContactTable.load(store.path("kept.csv"))
+    yield from pair_warnings(kept)
+    yield from closure_doubts(kept)
+    yield from tangential_doubts(kept)
+    yield from uneven_doubts(kept)
     left = max(side.balance_error for side in found.preload_kept.values())
     if study.tune.preload == "table" and left > UNBALANCED:
         yield (

@@ -270,6 +270,22 @@ def test_a_table_of_other_pairs_is_refused(variant, tmp_path, capsys, change, sa
     assert re.search(f"mine.csv, {said}", capsys.readouterr().err)
 
 
+@pytest.mark.parametrize(
+    "factor, said",
+    [
+        ([1e-3], "kn too small by a factor of 1000"),
+        ([1e3, 1.0], "times the median of its side"),
+    ],
+)
+def test_another_unit_in_a_table_of_kept_pairs_is_told(variant, tmp_path, capsys, factor, said):
+    kept = ContactTable.load(variant("tune") / "kept.csv")
+    share = np.r_[factor, np.ones(len(kept))][: len(kept)] if len(factor) > 1 else factor[0]
+    kept.replace(kn=share * kept.kn, kt=share * kept.kt).save(tmp_path / "mine.csv")
+    capsys.readouterr()
+    variant("tune", ("stations = [5, 4]", 'kept = "mine.csv"'))
+    assert said in capsys.readouterr().out
+
+
 def test_conserved_total(variant):
     """The stations that stay carry the stiffness of the whole side: more than their share, the
     stuck mode higher."""
