@@ -64,6 +64,14 @@ class ContactTable:
     weight : (P,) in [0, 1] - 1 carries, 0 is detached; multiplies kn and kt
     area : (P,) m2 - of the surface that a contact point stands for; 0 for pairs of nodes, which
     know none
+
+    >>> from tipdamp.hbm.example import two_blades
+    >>> model, pairs = two_blades()
+    >>> rough = pairs.replace(mu=[0.6, 0.6])
+    >>> rough.select(rough.side == "left").save("left.csv").name
+    'left.csv'
+    >>> ContactTable.load("left.csv")
+    <ContactTable: 1 pairs (left 1), 1 carry; preload 52.3 to 52.3 N>
     """
 
     side: np.ndarray
