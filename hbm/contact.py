@@ -119,6 +119,11 @@ class ContactTable:
                         f"does not begin with {' '.join(_FORMULA)}, as the formulas of a "
                         "spreadsheet do"
                     )
+                if text != text.strip():
+                    raise InputError(
+                        f"contact table: {name} '{shown(text)}': has blanks at an end, which a "
+                        "file does not keep"
+                    )
         for name, low, high in (
             ("kn", 0, np.inf),
             ("kt", 0, np.inf),
@@ -355,8 +360,8 @@ def without_normal_motion(B: sp.spmatrix, pairs: ContactTable, springs: np.ndarr
 
 def _text(value) -> str:
     if isinstance(value, str):
-        # a spreadsheet would run a cell that begins like a formula
-        return "'" + value if value[:1] in "=+-@" and value else value
+        # reading takes one apostrophe off, by which a cell is text and no formula in a spreadsheet
+        return "'" + value if value[:1] == "'" else value
     return repr(float(value)) if isinstance(value, np.floating | float) else str(value)
 
 
