@@ -77,7 +77,15 @@ def compare(
     period map repeats. Where the transient dies slowly, Newton on the period map finds where it
     leads; where Newton fails, up to `settings.max_periods` are integrated. The largest Floquet
     multiplier tells stability: at the periodic orbit, or on the motion of the balance where none is
-    found beside it. Raises InputError where there is no such solution."""
+    found beside it. Raises InputError where there is no such solution.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
+    >>> found = compare(curve, problem, 700.0)
+    >>> found.agrees, bool(found.stable), bool(found.difference < 0.01)
+    (True, True, True)
+    """
     balance, points = points_at(curve, problem, value, parameter)
     if which is None and len(points) > 1:
         sizes = ", ".join(

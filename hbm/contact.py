@@ -64,6 +64,14 @@ class ContactTable:
     weight : (P,) in [0, 1] - 1 carries, 0 is detached; multiplies kn and kt
     area : (P,) m2 - of the surface that a contact point stands for; 0 for pairs of nodes, which
     know none
+
+    >>> from tipdamp.hbm.example import two_blades
+    >>> model, pairs = two_blades()
+    >>> rough = pairs.replace(mu=[0.6, 0.6])
+    >>> rough.select(rough.side == "left").save("left.csv").name
+    'left.csv'
+    >>> ContactTable.load("left.csv")
+    <ContactTable: 1 pairs (left 1), 1 carry; preload 52.3 to 52.3 N>
     """
 
     side: np.ndarray
@@ -110,6 +118,11 @@ class ContactTable:
                         f"contact table: {name} '{shown(text)}': must be a printable name that "
                         f"does not begin with {' '.join(_FORMULA)}, as the formulas of a "
                         "spreadsheet do"
+                    )
+                if text != text.strip():
+                    raise InputError(
+                        f"contact table: {name} '{shown(text)}': has blanks at an end, which a "
+                        "file does not keep"
                     )
         for name, low, high in (
             ("kn", 0, np.inf),
@@ -347,8 +360,8 @@ def without_normal_motion(B: sp.spmatrix, pairs: ContactTable, springs: np.ndarr
 
 def _text(value) -> str:
     if isinstance(value, str):
-        # a spreadsheet would run a cell that begins like a formula
-        return "'" + value if value[:1] in "=+-@" and value else value
+        # reading takes one apostrophe off, by which a cell is text and no formula in a spreadsheet
+        return "'" + value if value[:1] == "'" else value
     return repr(float(value)) if isinstance(value, np.floating | float) else str(value)
 
 

@@ -6,7 +6,12 @@ from difflib import get_close_matches
 
 class InputError(ValueError):
     """Unusable input, found before any heavy work: one line with the given value and the allowed
-    ones."""
+    ones.
+
+    >>> Contacts(kn=1e6, kt=-1e6, mu=0.5, preload=40)
+    Traceback (most recent call last):
+    tipdamp.hbm.errors.InputError: contact 1: kt = -1e+06, must be finite and not negative
+    """
 
 
 def shown(name: object, most: int = 80) -> str:

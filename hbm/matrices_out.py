@@ -12,7 +12,7 @@ import numpy as np
 import scipy.io
 import scipy.sparse as sp
 
-from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.hbm.io.dof_table import DIRECTIONS
 from tipdamp.hbm.model import ReducedModel
 
@@ -27,7 +27,8 @@ def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path
     group_names and group_nodes. `from_files` needs dofs.csv beside Matrix Market alone.
     The dof table has a line per row of the matrices: body, node, direction, x, y, z (m), a column
     `load NAME` (N) for each load and a column `group NAME`, 1 on its nodes. Raises InputError for
-    another kind, and where the model has contact points, which npz alone holds.
+    another kind, and where the model has contact points or names, empty or with blanks at an end,
+    which npz alone holds.
     """
     if kind not in KINDS:
         raise InputError(f"export to '{kind}' is unknown; {nearest(kind, KINDS)}")
@@ -37,6 +38,8 @@ def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path
             f"export to '{kind}': the model has {count} contact points, whose motions {kind} does "
             "not hold; export to 'npz'"
         )
+    if kind != "npz":
+        _check_names(model, kind)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     if kind == "npz":
@@ -52,6 +55,18 @@ def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path
         for path, A in zip(written, matrices.values(), strict=True):
             scipy.io.mmwrite(path, sp.coo_matrix(A), symmetry="symmetric", precision=17)
     return [*written, _write_dofs(model, folder / "dofs.csv")]
+
+
+def _check_names(model, kind):
+    """InputError for a name of which the dof table would lose something."""
+    named = {"body": model.body.tolist(), "load": model.loads, "group": model.groups}
+    for of, names in named.items():
+        for name in dict.fromkeys(names):
+            if not name or name != name.strip():
+                raise InputError(
+                    f"export to '{kind}': {of} '{shown(name)}' is empty or has blanks at an end, "
+                    "which a dof table does not keep; name it anew, or export to 'npz'"
+                )
 
 
 def _table(model):

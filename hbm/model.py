@@ -52,6 +52,14 @@ class ReducedModel:
     rigid : {body: (dofs of the body, 6)} - motions of a body that floats, exactly K rigid = 0: unit
     slides along and rotations about x, y, z; (dofs, 0) for one that is supported; a body that is
     not named may be either
+
+    >>> model = ReducedModel.from_matrices(
+    ...     M=0.05 * np.eye(2), K=[[2e6, -1e6], [-1e6, 2e6]], node=[7, 8], direction=["y", "y"]
+    ... )
+    >>> model.displacement_row("body", 8, [0, 1, 0])
+    array([0., 1.])
+    >>> print(natural_frequencies(model).round())
+    [ 712. 1233.]
     """
 
     M: np.ndarray

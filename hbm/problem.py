@@ -59,9 +59,12 @@ class Problem:
 
     Each call returns a new Problem. Raises InputError where shapes disagree.
 
-    >>> oscillator = Problem(M=[[1.0]], C=[[0.02]], K=[[1.0]])
-    >>> oscillator.K.shape
-    (1, 1)
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    >>> free, stuck = 711.8, 871.7  # Hz
+    >>> hz, height = damped.follow_band((600, 1000), outputs={"tip": 0}).peak("tip")
+    >>> free < hz < stuck
+    True
     """
 
     M: ArrayLike

@@ -100,6 +100,15 @@ def forced_response(
     options : of CurveOptions; `outputs` must be given
     Raises InputError on unusable input, before anything heavy. A point that does not converge stays
     in the result.
+
+    >>> from tipdamp.hbm.example import two_blades
+    >>> model, pairs = two_blades()
+    >>> tip = model.displacement_row("blade1", 1, [0, 1, 0])
+    >>> given = dict(damping_ratio=0.01, outputs={"tip": tip}, harmonics=1)
+    >>> curve = forced_response(model, pairs, DryFriction2T(), 20 * tip, (600, 800), **given)
+    >>> hz, height = curve.peak("tip")
+    >>> print(f"{hz:.0f} Hz, {1e6 * height:.0f} um")
+    694 Hz, 493 um
     """
     if origin == "preloaded" and static is not None:
         raise InputError(
@@ -130,7 +139,16 @@ def follow_band(
     **options: Unpack[CurveKeywords],
 ) -> ForcedResponse:
     """forced_response of a ContactProblem, for matrices without a node table; options : of
-    CurveOptions."""
+    CurveOptions.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> rows = {"tip": [1.0]}
+    >>> up = follow_band(problem, np.array([5.0]), (600, 1000), outputs=rows)
+    >>> down = follow_band(problem, np.array([5.0]), (1000, 600), outputs=rows)
+    >>> np.allclose(up.peak("tip"), down.peak("tip"), rtol=1e-6)
+    True
+    """
     return _curve(problem, forcing, (Frequency(), np.nan), ("band", band), curve_options(options))
 
 
@@ -149,6 +167,14 @@ def follow_parameter(
         or a Parameter of `hbm.balance.parameter`
     between : (from, to) of the parameter; both positive
     options : of CurveOptions. Raises InputError as forced_response.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> given = dict(outputs={"tip": [1.0]}, harmonics=1)
+    >>> curve = follow_parameter(problem, np.array([5.0]), 760, "preload", (0.2, 4), **given)
+    >>> best = curve.amplitude()[:, 0].argmin()
+    >>> bool(0 < best < len(curve.parameter) - 1)  # neither loose nor stuck
+    True
     """
     parameter = as_parameter(parameter)
     parameter.check(problem)
@@ -180,6 +206,15 @@ def solve_at(
     Raises InputError on unusable input; where no solution is found, `converged` is False. Warns
     where rounding, as of static forces 1e12 times the excitation, leaves a residual that is more
     than that of the points of a curve.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> found = solve_at(problem, np.array([5.0]), 760, outputs={"tip": [1.0]})
+    >>> near = solve_at(
+    ...     problem, np.array([5.0]), 770, outputs={"tip": [1.0]}, guess=found.unknowns
+    ... )
+    >>> found.converged, near.converged
+    (True, True)
     """
     chosen = curve_options(options)
     case = _CheckedInput.checked(problem, forcing, chosen)

@@ -87,6 +87,15 @@ class ForcedResponse(ArrayRecord):
     jumps : (n,) bool, points to which the branch does not lead from the point before: taken up
     after it was left
     slider_start : (P', nt) m, where the sliders start, if 'given'; samples : of a cycle
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
+    >>> hz, height = curve.peak("tip")
+    >>> print(f"{hz:.1f} Hz, slip in {curve.share_slip[curve.frequency == hz].item():.0%}")
+    858.6 Hz, slip in 25%
+    >>> ForcedResponse.load(curve.save("curve.npz")) == curve
+    True
     """
 
     frequency: np.ndarray
@@ -382,6 +391,12 @@ class PeriodicSolution(ArrayRecord):
     converged : whether it was found; iterations : evaluations of the residual
     unknowns : (N,) m, a `guess` for another call; force_orders : of the forcing
     force_residual : as in ForcedResponse
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    >>> found: PeriodicSolution = damped.solve_at(760, outputs={"tip": 0})
+    >>> print(f"{1e6 * found.amplitude().item():.1f} um")
+    13.9 um
     """
 
     frequency: float

@@ -44,6 +44,8 @@ def check_law(
     amplitude : m, of the random motions that are tried; it should make contacts stick, slip and
     open
     omega : rad/s, of the cycles
+
+    >>> check_law(Jenkins1D())  # silent: it keeps the contract
     """
     contacts, x = _tried(law, contacts, amplitude)
     for check in (
@@ -69,6 +71,8 @@ def check_force(
     direction.
 
     contacts, amplitude, omega : as of `check_law`
+
+    >>> check_force(CubicSpring(1.0))  # silent: it keeps the contract
     """
     contacts, x = _tried(law, contacts, amplitude)
     for check in (

@@ -33,6 +33,13 @@ class Body:
     forces near a clamp
     points : ContactPoints or None - where a contact meets an unlike mesh
     piece_of_node : (n,) int or None - connected piece of each node; None: a whole K tells (`parts`)
+
+    >>> springs = 1e8 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])  # held at one end
+    >>> table = dict(node=[1, 2, 3], position=0.1 * np.eye(3), dof_node=np.repeat([0, 1, 2], 3))
+    >>> K, M, xyz = np.kron(springs, np.eye(3)), np.eye(9), np.tile([0, 1, 2], 3)
+    >>> blade = Body.from_matrices("blade", K, M, dof_direction=xyz, **table)
+    >>> print(blade.dofs, blade.mass())  # kg along x, y, z
+    9 [3. 3. 3.]
     """
 
     name: str

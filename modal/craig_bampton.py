@@ -74,6 +74,14 @@ def craig_bampton(
     Raises InputError when a master does not exist or is clamped, when the body's support is not as
     declared, and when a motion meets negative stiffness, as above the critical speed of a rotating
     body.
+
+    >>> springs = 1e8 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])  # held at one end
+    >>> table = dict(node=[1, 2, 3], position=0.1 * np.eye(3), dof_node=np.repeat([0, 1, 2], 3))
+    >>> K, M, xyz = np.kron(springs, np.eye(3)), np.eye(9), np.tile([0, 1, 2], 3)
+    >>> blade = Body.from_matrices("blade", K, M, dof_direction=xyz, **table)
+    >>> reduction = craig_bampton(blade, masters=[3], modes=3)
+    >>> reduction.model
+    <ReducedModel: 6 dofs (blade 6), 3 of them modes; C none, groups 0, loads none>
     """
     _check_modes(body, modes, below_hz)
     boundary, interior, rigid = _partition(body, masters)
@@ -278,7 +286,15 @@ def _keep_rigid(body, boundary, interior, K, Psi):
 
 
 def assemble(*models: ReducedModel) -> ReducedModel:
-    """Bodies side by side in one model, not yet connected."""
+    """Bodies side by side in one model, not yet connected.
+
+    >>> damper, blade = (
+    ...     ReducedModel.from_matrices(m * np.eye(1), [[k]], body=name, node=[1], direction=["y"])
+    ...     for name, m, k in (("damper", 0.003, 0.0), ("blade", 0.05, 1e6))
+    ... )
+    >>> print(natural_frequencies(assemble(damper, blade)).round())  # not yet connected
+    [  0. 712.]
+    """
     names = [n for m in models for n in dict.fromkeys(m.body.tolist())]
     if len(set(names)) < len(names):
         raise InputError(f"bodies must have different names, got {', '.join(names)}")

@@ -39,6 +39,7 @@ ROOMS = {
         "contact",
         "laws",
         "model",
+        "example",
         "contact_doubts",
         "matrices_out",
         "result",

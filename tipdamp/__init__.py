@@ -2,8 +2,10 @@
 
     from tipdamp import ContactTable, DryFriction2T, ReducedModel, forced_response
 
-The names that a script needs. Each is loaded when it is first asked for, so that matrices need no
-finite elements; type checkers and editors read the imports below, a test holds both lists together.
+The names that a script needs; `help` of each has an example, which takes `import numpy as np` and
+`from tipdamp import *` for granted. Each is loaded when it is first asked for, so that matrices
+need no finite elements; type checkers and editors read the imports below, a test holds both lists
+together.
 """
 
 from typing import TYPE_CHECKING

@@ -33,6 +33,14 @@ class Parameter:
 
     name : as in ForcedResponse.parameter_name; unit : of its values, for messages
     scale : units of the branch in one of the parameter
+
+    >>> given: list[Parameter] = [Level(), Damping(), ContactSetting("mu"), ContactSetting("kt", 3)]
+    >>> for parameter in given:
+    ...     print(parameter.named(0.5))
+    level = 0.5
+    damping = 0.5
+    mu = 0.5
+    kt of contacts 3 = 0.5
     """
 
     name: str
@@ -68,7 +76,16 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Frequency(Parameter):
-    """The frequency of the force in Hz; branches run in rad/s."""
+    """The frequency of the force in Hz; branches run in rad/s.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> Frequency().named(931.5)
+    '931.5 Hz'
+    >>> Frequency().check(problem)
+    Traceback (most recent call last):
+    tipdamp.hbm.errors.InputError: parameter 'frequency': use follow_band
+    """
 
     name: str = "frequency"
     unit: str = " Hz"
@@ -95,7 +112,16 @@ class Frequency(Parameter):
 
 @dataclass(frozen=True)
 class Level(Parameter):
-    """A factor on the force."""
+    """A factor on the force.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> level, rows = Level(), {"tip": [1.0]}
+    >>> curve = follow_parameter(problem, np.array([1.0]), 860, level, (0.1, 5), outputs=rows)
+    >>> grown = curve.amplitude()[-1, 0] / curve.amplitude()[0, 0]
+    >>> bool(grown < 50 / 2)  # the contact slips: 50 times the force, less than half of that
+    True
+    """
 
     name: str = "level"
 
@@ -116,6 +142,11 @@ class ContactSetting(Parameter):
 
     setting : 'kn', 'kt', 'mu' or 'preload'; contacts : index or indices of these contacts of the
         problem, None takes all
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> ContactSetting("mu", contacts=0).scaled(problem, 0.5).mu  # what it is at 0.5
+    array([0.25])
     """
 
     setting: str
@@ -263,7 +294,15 @@ class Rebuilt(Parameter):
 
 @dataclass(frozen=True)
 class Damping(Rebuilt):
-    """A factor on the damping: on the damping ratios where the problem has these, else on C."""
+    """A factor on the damping: on the damping ratios where the problem has these, else on C.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> given = dict(outputs={"tip": [1.0]}, harmonics=1, truncation=False)
+    >>> curve = follow_parameter(problem, np.array([0.1]), 872, Damping(), (1, 0.5), **given)
+    >>> print(np.round(curve.amplitude()[-1] / curve.amplitude()[0], 1))  # no slip: half of it
+    [2.]
+    """
 
     name: str = "damping"
 
@@ -280,6 +319,15 @@ class ModelParameter(Rebuilt):
     the branch too
 
         ModelParameter("spring", lambda problem, k: replace(problem, K=K0 + k * K1))
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> from dataclasses import replace
+    >>> spring = ModelParameter("spring", lambda problem, k: replace(problem, K=np.array([[k]])))
+    >>> given = dict(outputs={"tip": [1.0]}, harmonics=1, truncation=False)
+    >>> curve = follow_parameter(problem, np.array([5.0]), 800, spring, (1e6, 9e5), **given)
+    >>> curve.parameter_name, curve.complete
+    ('spring', True)
     """
 
     name: str
@@ -306,6 +354,13 @@ class ForceParameter(Rebuilt):
         the branch too; these are above zero: an angle may be counted from 360 degrees
 
         ForceParameter("angle", lambda a: 5.0 * (np.cos(a) * along + np.sin(a) * across))
+
+    >>> turn = ForceParameter("angle", lambda a: 5.0 * np.array([np.cos(a), np.sin(a)]))
+    >>> tip = Problem(M=0.05 * np.eye(2), K=np.diag([1e6, 2e6]), damping_ratio=0.01)
+    >>> problem = tip.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> _, forces = turn.rebuild(problem, {1: np.ones(2)}, np.pi / 2)
+    >>> print(forces[1].round(6))
+    [0. 5.]
     """
 
     name: str

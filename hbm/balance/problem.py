@@ -57,6 +57,12 @@ class ContactProblem:
     `hbm.hold.spring.held_motions`)
     Raises InputError where shapes disagree, a matrix is not symmetric, a mass is negative or
     damping feeds energy in.
+
+    >>> contacts = Contacts(kn=0, kt=5e5, mu=0.5, preload=40)
+    >>> M, K, B = np.array([[0.05]]), np.array([[1e6]]), np.array([[1.0]])
+    >>> problem = ContactProblem(M, None, K, B, Jenkins1D(), contacts, damping_ratio=0.01)
+    >>> print(problem.receptance().frequencies.round(1))  # Hz, stuck
+    [871.7]
     """
 
     M: np.ndarray
@@ -304,6 +310,13 @@ def contact_problem(
     (`hbm.hold.spring.Hold`)
     Raises InputError on unusable input; warns where the model cannot move along the normal of a
     pair, and where the table is doubtful beside the model (see `hbm.contact_doubts`).
+
+    >>> from tipdamp.hbm.example import two_blades
+    >>> model, pairs = two_blades()
+    >>> half = pairs.replace(weight=[1, 0])
+    >>> problem, kept = contact_problem(model, half, DryFriction2T(), damping_ratio=0.01)
+    >>> problem.B.shape, kept.tolist()  # three components of the one pair that carries
+    ((3, 9), [True, False])
     """
     problem, kept, doubts = doubted_problem(
         model, pairs, law, (origin, static, damping_ratio, hold)

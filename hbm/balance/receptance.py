@@ -239,6 +239,13 @@ def natural_frequencies(model: ReducedModel, pairs: ContactTable | None = None) 
 
     Between the two lie the resonances of a friction damper: a band is chosen by them. Rigid motions
     of a free damper are about 0.
+
+    >>> from tipdamp.hbm.example import two_blades
+    >>> model, pairs = two_blades()
+    >>> print(natural_frequencies(model, pairs)[:3].round())  # stuck
+    [ 694. 1377. 1397.]
+    >>> print(natural_frequencies(model)[:3].round())  # free: the damper floats along y and z
+    [  0.   0. 698.]
     """
     values = la.eigh(assembled(model, pairs), model.M, eigvals_only=True)
     return np.sqrt(np.maximum(values, 0.0)) / (2 * np.pi)
@@ -258,6 +265,15 @@ def linear_response(
     forcing : (r,) real or complex, N, amplitude F of Re F exp(i w t); frequencies : (n,) Hz
     damping_ratio : of the modes of this linear system; None takes the model's C
     outputs : {name: (r,) row}
+
+    >>> from tipdamp.hbm.example import two_blades
+    >>> model, pairs = two_blades()
+    >>> tip = model.displacement_row("blade1", 1, [0, 1, 0])
+    >>> given = dict(damping_ratio=0.01, outputs={"tip": tip})
+    >>> free = linear_response(model, None, tip, [711.8], **given)
+    >>> stuck = linear_response(model, pairs, tip, [711.8], **given)
+    >>> print(f"{abs(free[0, 0]) / abs(stuck[0, 0]):.0f}")  # at the resonance of the free blade
+    6
     """
     rows = check_outputs(outputs, model.size)[1]
     force = check_forcing(forcing, model.size, 1)[1]

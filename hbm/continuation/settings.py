@@ -9,6 +9,15 @@ class Settings:
 
     Steps are arc lengths: a step of 0.1 changes the unknowns by a tenth of their size, or the
     parameter by a tenth of `parameter_share` of its range.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> given = dict(outputs={"tip": [1.0]}, harmonics=1)
+    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), **given)
+    >>> small = Settings(largest_step=0.05)
+    >>> finer = follow_band(problem, np.array([5.0]), (600, 1000), settings=small, **given)
+    >>> len(finer.frequency) > len(curve.frequency)
+    True
     """
 
     first_step: float = 0.05

@@ -52,7 +52,15 @@ def whole_motion(
     curve: ForcedResponse, problem: ContactProblem, point: int, parameter: Parameter | None = None
 ) -> np.ndarray:
     """(r, H+1) m: Fourier coefficients of all dofs of the model at a point of a curve, by its
-    index; order 0 is from the state q = 0. Raises InputError as `contact_cycles`."""
+    index; order 0 is from the state q = 0. Raises InputError as `contact_cycles`.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
+    >>> motion = whole_motion(curve, problem, 0)
+    >>> motion.shape, bool(np.isclose(motion[0, 1], curve.harmonics[0, 0, 1]))
+    ((1, 6), True)
+    """
     return _kept(curve, problem, point, parameter).motion()[0]
 
 
@@ -67,6 +75,14 @@ def contact_cycles(
 
     The law is stepped along the motion until its state repeats. Raises InputError where the point
     was not solved, or the problem is not that of the curve.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
+    >>> cycle = contact_cycles(curve, problem, int(curve.amplitude()[:, 0].argmax()), n=512)
+    >>> loop = cycle.motion[:, 0, 0], cycle.force[:, 0, 0]  # m, N: draw it
+    >>> print(f"{loop[1].max():.1f} N")  # the limit mu N
+    20.0 N
     """
     return _cycles(_kept(curve, problem, point, parameter), check_whole("contact_cycles: n", n, 8))
 
@@ -75,7 +91,17 @@ def energy_balance(
     curve: ForcedResponse, problem: ContactProblem, point: int, parameter: Parameter | None = None
 ) -> EnergyBalance:
     """Energies of one period of a point of a curve, by its index; friction by the slip of the
-    contacts, not by the harmonics of their forces. Raises InputError as `contact_cycles`."""
+    contacts, not by the harmonics of their forces. Raises InputError as `contact_cycles`.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
+    >>> energy = energy_balance(curve, problem, int(curve.amplitude()[:, 0].argmax()))
+    >>> print(f"friction takes {energy.friction.sum() / energy.input:.0%}")
+    friction takes 72%
+    >>> bool(energy.error < 1e-6)
+    True
+    """
     return _kept(curve, problem, point, parameter).energies()[0]
 
 

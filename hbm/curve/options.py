@@ -66,6 +66,14 @@ class CurveOptions:
     settings : of the continuation: steps, points, budget; None takes
     `hbm.continuation.settings.DEFAULT`
     journal : of a curve that may be interrupted, to continue it later (`hbm.curve.journal`)
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> options = CurveOptions(outputs={"tip": [1.0]}, harmonics=1, truncation=False)
+    >>> for level in (1.0, 5.0):  # one set of options for several curves
+    ...     print(follow_band(problem, np.array([level]), (600, 1000), **vars(options)).ended)
+    reached the end of the band
+    reached the end of the band
     """
 
     outputs: "Mapping[str, ArrayLike]"

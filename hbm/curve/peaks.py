@@ -85,6 +85,13 @@ def find_peaks(
     Where a maximum could not be solved the highest point found stands for it, and of an incomplete
     curve the maxima between solved points are given, each with a warning. Raises InputError for an
     unknown output, kind or order, and where the problem does not fit the curve.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
+    >>> hz, height = find_peaks(curve, problem, "tip", "rms")[0]
+    >>> print(f"{hz:.1f} Hz, {1e6 * height:.1f} um")
+    858.6 Hz, 33.1 um
     """
     j = curve.column(name)
     if not curve.complete:

@@ -35,6 +35,13 @@ def solutions_at(
     incomplete, or does not lead to all solutions that are known at the end of its band
     (`ForcedResponse.further`). Raises InputError outside the curve, and where the problem does not
     fit.
+
+    >>> duffing = Problem([[1.0]], [[0.12]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 0.2)
+    >>> given = dict(outputs={"x": 0}, harmonics=1, samples=16, truncation=False)
+    >>> curve = duffing.follow_band((0.15, 0.26), **given)
+    >>> found = solutions_at(curve, duffing.contact_problem, 0.21)
+    >>> print(np.abs(found[:, 0, 1]).round(2))  # three on the fold, in their order along the curve
+    [1.06 0.88 0.29]
     """
     doubt = curve.further if curve.complete else f"it is incomplete, {curve.ended}"
     if doubt:
@@ -79,6 +86,14 @@ def time_history(
     """(t (n,) s, x (n,) m) of an output over one period; value, which : place in `solutions_at`.
 
     Raises InputError as `solutions_at`, and where the curve has no such solution.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
+    >>> t, x = time_history(curve, problem, "tip", 700.0)
+    >>> largest = np.abs(solutions_at(curve, problem, 700.0)).sum(axis=-1).item()
+    >>> bool(np.ptp(x) / 2 <= largest), f"{256 * (t[1] - t[0]) * 700:.6f}"  # one period
+    (True, '1.000000')
     """
     check_whole("time_history: n", n, 1)
     check_whole("time_history: which", which, 0)

@@ -31,6 +31,16 @@ class Hold:
     stiffness : N/m, of rotations N m/rad; None: 1e-5 of what the sticking pairs resist the motion
     with
     mean : only the mean of the motion is held, and rigidly: the vibration along it is free
+
+    >>> from tipdamp.hbm.example import two_blades
+    >>> model, pairs = two_blades()
+    >>> flat = pairs.replace(frame=[np.eye(3)] * 2)  # normals along z: friction alone resists y
+    >>> tip = model.displacement_row("blade1", 1, [0, 1, 0])
+    >>> given = dict(damping_ratio=0.01, outputs={"tip": tip}, harmonics=1)
+    >>> hold = Hold("y", mean=True)
+    >>> curve = forced_response(model, flat, DryFriction2T(), tip, (650, 800), hold=hold, **given)
+    >>> curve.held.tolist()
+    ['damper: slide along y']
     """
 
     motion: str | ArrayLike
@@ -50,7 +60,15 @@ class HeldMotion:
     motion too
     small : m or rad, up to which displacements along it count as small
     extent : largest displacement of a dof in the motion, which makes of a force on the dofs one
-    along the motion"""
+    along the motion
+
+    >>> from tipdamp.hbm.example import two_blades
+    >>> model, pairs = two_blades()
+    >>> flat = pairs.replace(frame=[np.eye(3)] * 2)  # normals along z: friction alone resists y
+    >>> held: HeldMotion = held_motions(model, flat, Hold("y"))[0]
+    >>> print(f"{held.name}, {held.stiffness:.0f} {held.unit}/m")
+    damper: slide along y, 50 N/m
+    """
 
     name: str
     unit: str
@@ -70,6 +88,12 @@ def held_motions(
 
     Raises InputError for an unknown body or motion, a stiffness that is not positive, a motion that
     the body cannot do, that its own stiffness holds, or that is held twice.
+
+    >>> from tipdamp.hbm.example import two_blades
+    >>> model, pairs = two_blades()
+    >>> flat = pairs.replace(frame=[np.eye(3)] * 2)  # normals along z: friction alone resists y
+    >>> [held.name for held in held_motions(model, flat, [Hold("y"), Hold([0, 0, 1])])]
+    ['damper: slide along y', 'damper: slide along z']
     """
     found: list[HeldMotion] = []
     for given in holds if isinstance(holds, list | tuple) else [holds]:

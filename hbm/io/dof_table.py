@@ -170,7 +170,7 @@ def saved_table(path: str | Path) -> dict:
     if not {*TABLE} <= set(content):
         return {}
     names = {
-        key: [str(np.ravel(cell)[0]) for cell in np.ravel(content.get(key, []))]
+        key: ["".join(np.ravel(cell).tolist()) for cell in np.ravel(content.get(key, []))]
         for key in ("body", "direction", "group_names", "load_names")
     }
     groups = [np.ravel(nodes) for nodes in np.ravel(content.get("group_nodes", []))]

@@ -49,6 +49,13 @@ class ContactLaw:
         positions in m, from which slip is told; a law without sliders slips where it dissipates
     coupled : whether mu N limits the resultant of the tangents instead of each: the static solution
         that a response starts from has the same limit
+
+    >>> class Dashpot(ContactLaw):
+    ...     components = ("t1",)
+    ...
+    ...     def step(self, motion, state, contacts):
+    ...         return contacts.mu[:, None] * motion.v, state
+    >>> check_law(Dashpot())  # silent: it keeps the contract
     """
 
     components: ClassVar[tuple] = ("t1", "t2", "n")

@@ -18,6 +18,16 @@ class PlainForce(ContactLaw):
     balanced by the static loads that a problem with `preloaded=True` implies; with
     `preloaded=False` it acts.
     `hbm.testing.check_force` is its conformance.
+
+    >>> class Quadratic(PlainForce):
+    ...     components = ("n",)
+    ...
+    ...     def force(self, u, v):
+    ...         return 2e9 * u**2
+    >>> oscillator = Problem([[0.05]], K=[[1e6]], damping_ratio=0.01).add(Quadratic(), 0)
+    >>> found = oscillator.force(0, 5.0).solve_at(700, outputs={"tip": 0})
+    >>> bool(found.harmonics[0, 0].real < 0)  # its mean lies where the force is less
+    True
     """
 
     def force(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -45,6 +55,10 @@ class CubicSpring(PlainForce):
 
     cubic : N/m^3, one number or one per contact; negative: softening
     Raises InputError where cubic is not finite.
+
+    >>> hardening = CubicSpring(cubic=1e12)
+    >>> print(hardening.force(np.array([[1e-4], [2e-4]]), np.zeros((2, 1))).ravel().round(6))  # N
+    [1. 8.]
     """
 
     components: ClassVar[tuple] = ("n",)

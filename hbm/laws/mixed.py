@@ -23,6 +23,12 @@ class MixedLaw(ContactLaw):
     laws : of any kind; parameters with one entry per contact count the contacts of that law alone
     of_pair : (P,) whole numbers, one for each pair of the contact table
     Raises InputError where of_pair does not name laws.
+
+    >>> law = MixedLaw((DryFriction2T(), UnilateralSpring()), of_pair=[0, 1])
+    >>> contacts = Contacts(kn=[3e6, 3e6], kt=[2e6, 2e6], mu=[0.5, 0.5], preload=[50, 50])
+    >>> print(law.stuck_stiffness(contacts) / 1e6)  # the second has no friction
+    [[2. 2. 3.]
+     [0. 0. 3.]]
     """
 
     laws: tuple

@@ -12,7 +12,11 @@ from tipdamp.hbm.validation import LEAST, MOST, brief
 
 
 class ContactState(IntEnum):
-    """State of one tangent of a contact; forward and backward are the two directions of slip."""
+    """State of one tangent of a contact; forward and backward are the two directions of slip.
+
+    >>> [state.name for state in ContactState]
+    ['STICK', 'FORWARD', 'BACKWARD', 'OPEN']
+    """
 
     STICK = 0
     FORWARD = 1
@@ -27,6 +31,11 @@ class Contacts:
     kn, kt : N/m, weight included; mu : friction coefficient; preload : N, negative = open
     Raises InputError where a value is not finite, kn, kt or mu is negative or of a size that double
     precision cannot carry, or the lengths differ.
+
+    >>> contacts = Contacts(kn=[3e6, 3e6], kt=[2e6, 2e6], mu=[0.5, 0.5], preload=[40, -6])
+    >>> closed = contacts.select(contacts.preload > 0)
+    >>> len(contacts), len(closed)
+    (2, 1)
     """
 
     kn: np.ndarray

@@ -76,6 +76,13 @@ class IntegrationSettings:
     by
     Raises InputError where a number is not positive (tolerance, foreign_share, max_columns and
     patience may be zero).
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
+    >>> fewer = IntegrationSettings(patience=5, max_periods=200)
+    >>> compare(curve, problem, 700.0, settings=fewer).agrees
+    True
     """
 
     tolerance: float = 1e-7

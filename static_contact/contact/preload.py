@@ -277,7 +277,14 @@ def check_pairs(pairs: ContactTable) -> None:
 def preload(
     model: ReducedModel, pairs: ContactTable, load: np.ndarray, *, constrain: bool = False
 ) -> Preload:
-    """One load case of `StaticContact`."""
+    """One load case of `StaticContact`.
+
+    >>> from tipdamp.hbm.example import two_blades
+    >>> model, pairs = two_blades()
+    >>> found = preload(model, pairs, 60.0 * model.loads["pull"])  # N
+    >>> print(found.force.round(1), found.pairs.preload.round(1))
+    [52.3 52.3] [52.3 52.3]
+    """
     return StaticContact(model, pairs).solve(load, constrain=constrain)
 
 

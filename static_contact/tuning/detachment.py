@@ -125,6 +125,17 @@ def detach_until(
     the order are tried: where two modes come close the tracked frequency may rise as stations go.
     Raises InputError "not reachable: a..b
     Hz" when the target lies outside what they give, and where no set is allowed.
+
+    >>> from tipdamp.hbm.example import two_blades
+    >>> from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
+    >>> model, pairs = two_blades(stations=5)
+    >>> mode = model.displacement_row("blade1", 3, [0, 1, 0])
+    >>> for node in (1, 2, 4, 5):
+    ...     mode += model.displacement_row("blade1", node, [0, 1, 0])
+    >>> mode /= np.sqrt(mode @ model.M @ mode)  # the free blade along y
+    >>> found = detach_until(StuckAssembly(model), pairs, 1270.0, mode)
+    >>> found.stations, round(found.chosen.hz)
+    ((0, 1, 3, 4), 1266)
     """
     search = search_of(assembly, pairs, follow, options)
     sets = list(

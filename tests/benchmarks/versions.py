@@ -3,8 +3,8 @@ processes.
 
     python -m tests.benchmarks.versions OLD_ROOT [--repeats 7]
 
-Each checkout runs its own tests/hbm/cases.py. Prints medians, their ratio new / old, and how far
-the peaks are apart."""
+Each checkout runs its own tests/hbm/cases.py. Prints the ratio of the medians, new / old, and how
+far the peaks are apart. `./dev speed COMMIT` makes the old checkout."""
 
 import argparse
 import json
@@ -72,8 +72,8 @@ def main():
         a, b = found[0]
         apart = max(abs(x / y - 1) for x, y in zip(a["peak"], b["peak"], strict=True))
         print(
-            f"{name}: {before:.2f} -> {after:.2f} ms a point, ratio {after / before:.3f}; points "
-            f"{a['points']} -> {b['points']}; peaks apart by {apart:.1e}",
+            f"{name}: {after / before:.3f} of the time a point; points {a['points']} -> "
+            f"{b['points']}; peaks apart by {apart:.1e}",
             flush=True,
         )
     for worker in (old, new):

@@ -3,6 +3,7 @@ groups."""
 
 import numpy as np
 import pytest
+import scipy.io
 
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.matrices_out import write_model
@@ -60,3 +61,27 @@ def test_comes_back_the_same(model, tmp_path, kind):
 def test_unknown_kind(model, tmp_path):
     with pytest.raises(InputError, match="export to 'mtz' is unknown.*mtx"):
         write_model(model, tmp_path, "mtz")
+
+
+@pytest.mark.parametrize("kind", ["mat", "mtx"])
+@pytest.mark.parametrize("name", ["", "a ", " a"])
+def test_names_that_a_dof_table_would_not_keep_are_refused(tmp_path, kind, name):
+    made = [
+        ("body", {"body": name}),
+        ("load", {"loads": {name: np.ones(1)}}),
+    ]
+    for of, named in made:
+        model = ReducedModel.from_matrices([[1.0]], [[1e6]], **named)
+        with pytest.raises(InputError, match=f"export to '{kind}': {of} '{name}' is empty or has"):
+            write_model(model, tmp_path, kind)
+        assert ReducedModel.load(*write_model(model, tmp_path, "npz")).body[0] == model.body[0]
+
+
+def test_mat_of_another_program_with_an_empty_name(model, tmp_path):
+    """MATLAB has no characters in an empty cell: reading it ended in a traceback."""
+    path = write_model(model, tmp_path, "mat")[0]
+    content = scipy.io.loadmat(path)
+    content["load_names"][0, 0] = np.array([], dtype="<U1")
+    scipy.io.savemat(path, {k: v for k, v in content.items() if not k.startswith("__")})
+    again = ReducedModel.from_files(M=path, K=path)
+    assert np.array_equal(again.loads[""], model.loads["pull"])

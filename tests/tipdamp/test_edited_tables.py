@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 
+from tests.contact_tables import contact_table
 from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import CHAIN, write_chain
 from tipdamp.cli import main
@@ -325,3 +326,15 @@ def test_python_alone_has_the_same_table(tmp_path):
     with pytest.raises(InputError, match="there twice"):
         ContactTable.load(tmp_path / "pairs.csv")
     assert ReducedModel.load(tmp_path / "model.npz").size == 27
+
+
+def test_an_apostrophe_stays(tmp_path):
+    """One is taken off when a table is read, by which a spreadsheet knows text."""
+    table = contact_table(np.eye(3)[None], side=["'left"])
+    assert ContactTable.load(table.save(tmp_path / "pairs.csv")).side.tolist() == ["'left"]
+
+
+@pytest.mark.parametrize("name", [" left", "left ", " "])
+def test_names_that_a_table_would_not_keep_are_refused(name):
+    with pytest.raises(InputError, match=f"side '{name}': has blanks at an end"):
+        contact_table(np.eye(3)[None], side=[name])

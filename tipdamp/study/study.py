@@ -38,7 +38,27 @@ TABLES = {"loads": "[loads.takeoff]", "measured": "[measured.run_1]"}
 
 def load_study(path: str | Path) -> Study:
     """Read and check a study file; InputError names file, section, key, value and what is
-    allowed."""
+    allowed.
+
+    >>> from pathlib import Path
+    >>> written = Path("study.toml").write_text('''
+    ... [units]
+    ... length = "mm"
+    ... [model]
+    ... matrices = "model.npz"
+    ... axis = [1, 0, 0]
+    ... pull = 60
+    ... [contact]
+    ... pairs = "pairs.csv"
+    ... [contact.left]
+    ... shape = "cylinder"
+    ... [contact.right]
+    ... shape = "cylinder"
+    ... ''')
+    >>> study = load_study("study.toml")
+    >>> study.title, study.model.pull, sorted(study.sides)
+    ('study', 60.0, ['left', 'right'])
+    """
     path = Path(path)
     raw = _toml(path)
     sides, materials = (_named(raw, section) for section in ("contact", "material"))

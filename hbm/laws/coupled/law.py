@@ -21,6 +21,13 @@ class IsotropicFriction(CoulombFriction):
     slider follows.
 
     State: the slider (2) and the motion before (3).
+
+    >>> from tipdamp.hbm.laws.base import Motion
+    >>> contacts = Contacts(kn=1e6, kt=1e6, mu=0.5, preload=100)
+    >>> slid = Motion(u=np.array([[3e-3, 4e-3, 0.0]]), v=np.zeros((1, 3)), dt=1.0)
+    >>> force, _ = IsotropicFriction().step(slid, np.zeros((1, 5)), contacts)
+    >>> print(force.round(6))  # 50 N against the motion, whatever its direction
+    [[ 30.  40. 100.]]
     """
 
     components: ClassVar[tuple] = ("t1", "t2", "n")

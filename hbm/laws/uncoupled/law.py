@@ -205,7 +205,15 @@ def _sticks(contacts, tangents, normal):
 @dataclass(frozen=True)
 class Jenkins1D(CoulombFriction):
     """One tangent, constant normal load: limit mu * preload. A spring kt in series with a slider
-    [Griffin 1980]."""
+    [Griffin 1980].
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    >>> little = damped.force(0, -4.9).solve_at(860, outputs={"tip": 0}, harmonics=1)
+    >>> much = damped.solve_at(860, outputs={"tip": 0}, harmonics=1)
+    >>> [bool(one.share_slip[0] > 0) for one in (little, much)]  # with 0.1 N and with 5 N
+    [False, True]
+    """
 
     components: ClassVar[tuple] = ("t1",)
     sliders: ClassVar[int] = 1
@@ -213,7 +221,15 @@ class Jenkins1D(CoulombFriction):
 
 @dataclass(frozen=True)
 class DryFriction1T(CoulombFriction):
-    """One tangent under a variable normal load, with slip and lift-off [Yang, Menq 1998]."""
+    """One tangent under a variable normal load, with slip and lift-off [Yang, Menq 1998].
+
+    >>> from tipdamp.hbm.laws.base import Motion
+    >>> contacts = Contacts(kn=1e6, kt=1e6, mu=0.5, preload=100)
+    >>> pressed = Motion(u=np.array([[3e-3, 1e-4]]), v=np.zeros((1, 2)), dt=1.0)
+    >>> force, _ = DryFriction1T().step(pressed, np.zeros((1, 3)), contacts)
+    >>> print(force.round(6))  # N = 100 + 1e6 * 1e-4, and it slips at mu N
+    [[100. 200.]]
+    """
 
     components: ClassVar[tuple] = ("t1", "n")
     sliders: ClassVar[int] = 1
@@ -222,7 +238,15 @@ class DryFriction1T(CoulombFriction):
 @dataclass(frozen=True)
 class DryFriction2T(CoulombFriction):
     """Two uncoupled tangents under one variable normal load, with slip and lift-off [Yang, Menq
-    1998]."""
+    1998].
+
+    >>> from tipdamp.hbm.laws.base import Motion
+    >>> contacts = Contacts(kn=1e6, kt=1e6, mu=0.5, preload=100)
+    >>> slid = Motion(u=np.array([[3e-3, 4e-3, 0.0]]), v=np.zeros((1, 3)), dt=1.0)
+    >>> force, _ = DryFriction2T().step(slid, np.zeros((1, 5)), contacts)
+    >>> print(force.round(6))  # each tangent has the whole limit of 50 N
+    [[ 50.  50. 100.]]
+    """
 
     components: ClassVar[tuple] = ("t1", "t2", "n")
     sliders: ClassVar[int] = 2
@@ -230,7 +254,15 @@ class DryFriction2T(CoulombFriction):
 
 @dataclass(frozen=True)
 class UnilateralSpring(CoulombFriction):
-    """Normal only: a spring with preload (positive) or gap -preload/kn (negative)."""
+    """Normal only: a spring with preload (positive) or gap -preload/kn (negative).
+
+    >>> from tipdamp.hbm.laws.base import Motion
+    >>> contacts = Contacts(kn=[1e6, 1e6], kt=0 * np.ones(2), mu=[0, 0], preload=[100, 100])
+    >>> apart = Motion(u=np.array([[-5e-5], [-5e-4]]), v=np.zeros((2, 1)), dt=1.0)
+    >>> force, _ = UnilateralSpring().step(apart, np.zeros((2, 0)), contacts)
+    >>> print(force.ravel().round(6))  # the second has lifted off
+    [50.  0.]
+    """
 
     components: ClassVar[tuple] = ("n",)
     sliders: ClassVar[int] = 0
