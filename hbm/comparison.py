@@ -1,6 +1,5 @@
 """A solution of a curve compared with time integration that starts on its orbit."""
 
-import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -226,9 +225,7 @@ def _finer(balance):
     """The balance with 2H + 1 harmonics."""
     H = 2 * balance.H + 1
     samples = max(len(balance.grid[0]) - 1, balance.problem.law.default_samples(H))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of the memory that so many harmonics take
-        return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
+    return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
 
 
 def _padded(x, finer):

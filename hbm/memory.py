@@ -9,9 +9,9 @@ from tipdamp.hbm.errors import InputError
 # Measured by tests/hbm/test_memory.py: at its largest a curve keeps the condensed matrix and its
 # factors of the last points, each of the square of the unknowns of the active contacts, beside the
 # derivatives of their forces.
-_SQUARES, _BLOCKS = 5, 10
-# of all unknowns, sticking contacts included: a dozen at each of about a hundred points
-_VECTORS = 12 * 100
+_SQUARES, _BLOCKS = 5, 16
+# of all unknowns, sticking contacts included: some twenty at each of about a hundred points
+_VECTORS = 20 * 100
 _NEXT = 2  # squares that the next matrix and its factors need, beside what the curve keeps already
 # before the start one contact in so many is assumed to slip or lift, and at least one
 _SLIPPING = 4
@@ -62,7 +62,7 @@ def check_harmonics_fit(contacts: int, components: int, H: int) -> None:
     active = max(contacts // _SLIPPING, 1)
     what = f"{active} of the {contacts} contacts, should they slip or lift at once, need"
     if message := _lack(partial(curve_bytes, active, contacts, components), H, what):
-        warnings.warn(message, stacklevel=4)
+        warnings.warn(message, stacklevel=6)
 
 
 def check_active_fit(active: int, contacts: int, components: int, H: int) -> None:

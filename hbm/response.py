@@ -49,6 +49,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.spring import Hold
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.shipped import SHIPPED
+from tipdamp.hbm.memory import check_harmonics_fit
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse, PeriodicSolution
 from tipdamp.hbm.validation import (
@@ -278,6 +279,7 @@ class _CheckedInput:
         own are checked, on the stuck response at w rad/s."""
         start = "zero_slider" if options.start is None else options.start
         arguments = problem, self.forces, self.H, start, options.samples
+        check_harmonics_fit(len(problem.contacts), len(problem.law.components), self.H)
         made = (
             RecordedBalance(options.journal, *arguments)
             if options.journal

@@ -25,7 +25,6 @@ from tipdamp.hbm.balance.reduced import reduced_receptance
 from tipdamp.hbm.balance.series import ContactReceptance, contact_receptance, real_times
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.laws.records import ContactForces, Contacts
-from tipdamp.hbm.memory import check_harmonics_fit
 from tipdamp.hbm.validation import check_samples
 
 
@@ -67,7 +66,7 @@ class HarmonicBalance:
     x (P nd nh,) are the real coefficients of the relative motion, contact by contact, component by
     component.
     start, samples : as in `hbm.curve.options.CurveOptions`. Raises InputError where these do not
-        fit, or memory is short.
+        fit.
     """
 
     def __init__(
@@ -84,7 +83,6 @@ class HarmonicBalance:
         self.n_components = P * self.nd
         self.start = aft.slider_start(start, P, law.sliders)._replace(nearest=True)
         self.grid = aft.sample_grid(H, check_samples(samples, H) or law.default_samples(H))
-        check_harmonics_fit(P, self.nd, H)
         self.springs = law.stuck_stiffness(problem.contacts)
         self.own = self.cycle(problem.contacts)
         self.weights = np.tile(

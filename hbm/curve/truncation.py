@@ -66,6 +66,8 @@ class TruncationEstimate:
     def change(self, here: Linearisation, point: Point) -> np.ndarray:
         """(m, H'+1) complex, m: the estimated change of the outputs at a solved point, linearised
         `here`."""
+        if not here.forces.g.any():  # all stick: what the forces hold is the motion
+            return np.zeros((len(self.rows), 2 * here.balance.H + 2), dtype=complex)
         H = here.balance.H
         more = self._wide.evaluate(_padded(here.x, here.balance, H), point.parameter)
         high = _higher_orders(more, H)

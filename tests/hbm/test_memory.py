@@ -16,7 +16,7 @@ from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws import DryFriction2T
 from tipdamp.hbm.memory import curve_bytes, newton_bytes
-from tipdamp.hbm.response import forced_response
+from tipdamp.hbm.response import follow_band, forced_response
 from tipdamp.hbm.time.settings import IntegrationSettings
 
 MODEL, PAIRS, TIP = small_rig(stations=6)
@@ -84,14 +84,10 @@ def test_too_many_harmonics_are_refused_at_input(monkeypatch):
     assert 50 < named < 200 and curve_bytes(32, 128, 3, named) <= 16e9 < curve_bytes(
         32, 128, 3, named + 1
     )
-    HarmonicBalance(problem, {1: TIP}, named)
-    problem = contact_problem(MODEL, PAIRS.replace(**columns), DryFriction2T(), damping_ratio=0.02)[
-        0
-    ]
     monkeypatch.setattr(memory, "available_bytes", lambda: 5e7)
     monkeypatch.setattr(memory, "SMALL", 0.0)
     with pytest.raises(InputError, match="harmonics = 200: one contact that slips or lifts needs"):
-        HarmonicBalance(problem, {1: TIP}, 200)
+        follow_band(problem, TIP, (300, 330), harmonics=200, outputs={"tip": TIP})
     assert "_receptance" not in problem.__dict__
 
 

@@ -340,6 +340,8 @@ def test_a_peak_that_is_not_solved_is_named(tmp_path):
     )
     assert solved["unsolved"] == "" and "not solved" in unsolved["unsolved"]
     ways = {"complete": True, "ended": "", "failed_points": 0, "seconds": 1.0}
+    assert solved["truncation"] > 0.01  # of one harmonic, told by a sentence of its own
+    solved, unsolved = ({**one, "truncation": 1e-4} for one in (solved, unsolved))
     case = {
         **unsolved,
         **ways,
