@@ -261,9 +261,10 @@ def uneven_doubts(pairs: ContactTable) -> Iterator[str]:
 def _cell_sizes(mine):
     """(n,) m: of the faces around contact points, and the distance of neighbouring pairs of
     nodes."""
-    if len(mine) < 2:
+    places = np.unique(mine.position, axis=0)  # one may be there twice
+    if len(places) < 2:
         return np.full(len(mine), np.inf)
-    apart = cKDTree(mine.position).query(mine.position, 2)[0][:, 1]
+    apart = cKDTree(places).query(places, 2)[0][:, 1]
     return np.where(
         mine.on_surface, np.sqrt(np.where(mine.on_surface, mine.area, 0.0)), np.median(apart)
     )

@@ -170,6 +170,18 @@ def test_own_pairs_of_meshes(tmp_path, capsys, corner, change, words):
     assert code == (2 if words else 0) and words in said, said
 
 
+@pytest.mark.parametrize("factor, said", [(1.0, ""), (1e-3, "1/1.4"), (1e3, "6.9 times")])
+def test_kn_of_an_own_table_in_another_unit(tmp_path, capsys, corner, factor, said):
+    """Against the two half-spaces of each side, 1.29e9 N/m (tests/tipdamp/checks); the nine pairs
+    of a side have 9e6 N/m together."""
+    study = corner_study.write(tmp_path, change=OWN)
+    corner.replace(kn=factor * corner.kn, kt=factor * corner.kt).save(tmp_path / "own.csv")
+    assert main(["inspect", str(study), "--quiet"]) == 0
+    found = [line for line in capsys.readouterr().out.splitlines() if "half-spaces" in line]
+    assert len(found) == 2 * bool(said) and all(said in line for line in found), found
+    assert all(f"kn of the table is {9e6 * factor:.3g} N/m" in line for line in found)
+
+
 def test_distances_that_are_meant(tmp_path, capsys):
     """[contact] tolerance, which the refusal names."""
     study = write_chain(tmp_path)

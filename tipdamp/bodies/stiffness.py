@@ -273,18 +273,15 @@ def side_materials(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -
     """{side: Moduli} of the cells in contact. Sides with a stiffness of their own, which need none,
     are left out where the cells are of several materials."""
     found: dict[str, Moduli] = {}
-    nodes = (
-        side_nodes(study, meshes, pairs) if not study.contact.pairs else {BLADES: [], DAMPER: []}
-    )
-    for name, blade, damper in zip(pairs.sides, nodes[BLADES], nodes[DAMPER], strict=False):
-        side = study.sides[name]
+    nodes = side_nodes(study, meshes, pairs)
+    for name, blade, damper in zip(pairs.sides, nodes[BLADES], nodes[DAMPER], strict=True):
         try:
             one, two = (
                 material_at(study, meshes[body], mine, f"[contact.{name}]")
                 for body, mine in ((BLADES, blade), (DAMPER, damper))
             )
         except InputError:
-            if side.given:
+            if study.contact.pairs or study.sides[name].given:
                 continue
             raise
         found[name] = (one.E, one.nu, two.E, two.nu)

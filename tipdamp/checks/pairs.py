@@ -138,8 +138,14 @@ def side_checks(
             apart_across_m=np.hypot(apart[mine, 0], apart[mine, 1]).max(),
             force_per_pull=forces.get(side),
             trouble=trouble,
+            kn_N_per_m=_total(pairs.kn[mine] * pairs.weight[mine]),
         )
     return found
+
+
+def _total(kn):
+    """None where it is not known yet, or hard."""
+    return float(kn.sum()) if np.isfinite(kn).all() and kn.any() else None
 
 
 def warnings(pairs: ContactTable, angles: np.ndarray | None = None) -> list[str]:

@@ -24,6 +24,7 @@ from tipdamp.modal.mesh_checks import parts
 from tipdamp.results.static_results import InspectResult
 from tipdamp.static_contact.stiffness.contact_side import side_stiffness
 from tipdamp.static_contact.surfaces.pairing import offsets
+from tipdamp.study.schema import SideSection
 from tipdamp.study.view import Study
 
 # largest size (m) and mass (kg) of what is sold as blades and as dampers, and a margin
@@ -32,6 +33,7 @@ MASS = {"blades": (1e-3, 1e3), "damper": (1e-5, 10.0)}
 LARGE_DAMPING = 0.2
 # of two smooth half-spaces: rough contacts are stiffer; N/mm taken for N/m is a factor of 1e-3
 SOFT = 2e-3
+IN_UNITS = "and in the units of [units] (1 N/mm is 1e3 N/m, 1 N/mm3 is 1e9 N/m3)?"
 COVERED = 0.95  # of a side of the damper: less of it opposite to the blade is said
 # percent by which a bar with one and two layers of linear cells is too stiff in bending; quadratic
 # ones: 3 and 2 [tests/modal/test_bending.py]
@@ -181,7 +183,8 @@ def _stiffness(study, inspected):
     contacts are softer; or hundreds of times below it."""
     pull = float(np.linalg.norm(pull_vector(study)))
     for name, moduli in inspected.side_moduli.items():
-        side, found = study.sides[name], inspected.pair_checks[name]
+        found = inspected.pair_checks[name]
+        side = study.sides.get(name) or SideSection(shape="flat")  # of an own table
         if side.shape == "cylinder" and not side.radius:  # none is larger than the damper
             side = side.model_copy(
                 update={"radius": np.ptp(inspected.bodies[DAMPER].box_m, axis=0).max() / 2}
@@ -189,14 +192,14 @@ def _stiffness(study, inspected):
         sized = side.radius if side.shape == "cylinder" else side.width or found.across_m
         # a flat's does not depend on it
         share = found.force_per_pull or (1.0 if side.shape == "flat" else 0.0)
-        if not side.given or not share or not found.length_m or not sized:
+        total, said, asked = _given_total(side, found)
+        if not total or not share or not found.length_m or not sized:
             continue
         try:
             one = contact_side(side, found.length_m, moduli, found.across_m)
             bound = side_stiffness(one, share * pull).normal
         except InputError:  # a radius that is missing, or far too small for the load
             continue
-        total, said, asked = _given_total(side, found)
         if total < SOFT * bound:
             force = (found.force_per_pull or 0.0) * pull
             closes = (
@@ -208,34 +211,40 @@ def _stiffness(study, inspected):
             yield (
                 f"[contact.{name}] {said} for the side, 1/{bound / total:.3g} of that of two "
                 f"smooth half-spaces of its size and material ({bound:.3g} N/m){closes}; rough "
-                f"contacts have a tenth to a hundredth: is {asked}, and in the units of [units] "
-                "(1 N/mm is 1e3 N/m, 1 N/mm3 is 1e9 N/m3)?"
+                f"contacts have a tenth to a hundredth: is {asked}"
             )
         if total > bound:
             yield (
                 f"[contact.{name}] {said} for the side, {total / bound:.2g} times that of two "
                 f"smooth half-spaces of its size and material ({bound:.3g} N/m), real contacts "
-                f"are softer: is {asked}, and in the units of [units]?"
+                f"are softer: is {asked}"
             )
 
 
 def _given_total(side, found):
-    """N/m of the whole side, how the study states it, and what may be meant."""
+    """N/m of the whole side, 0 where a model gives it, how it is stated, and what may be meant."""
+    if not side.given:
+        total = found.kn_N_per_m or 0.0
+        return total, f"kn of the table is {total:.3g} N/m", "kn that of each pair, and in N/m?"
     if side.kn is not None:
         total = side.kn * found.pairs
         return (
             total,
             f"kn = {side.kn:.4g} N/m on {found.pairs} nodes is {total:.3g} N/m",
-            "kn per node",
+            f"kn per node, {IN_UNITS}",
         )
     if side.kn_total is not None:
-        return side.kn_total, f"kn_total = {side.kn_total:.4g} N/m", "kn_total that of the side"
+        return (
+            side.kn_total,
+            f"kn_total = {side.kn_total:.4g} N/m",
+            f"kn_total that of the side, {IN_UNITS}",
+        )
     area = found.area_m2 or found.length_m * (side.width or found.across_m)
     total = side.kn_per_area * area
     return (
         total,
         (f"kn_per_area = {side.kn_per_area:.4g} N/m3 on {1e6 * area:.4g} mm2 is {total:.3g} N/m"),
-        "kn_per_area per area",
+        f"kn_per_area per area, {IN_UNITS}",
     )
 
 

@@ -41,7 +41,7 @@ class SideCheck(Record):
     """Geometry of the pairs of one side; length_m, across_m - extent along t1 and t2;
     force_per_pull - N on the side for 1 N of pull without friction, None with the reason in
     `trouble`; area_m2 of contact between surfaces, of the faces_m2 that the damper has there, None
-    where nodes match."""
+    where nodes match; kn_N_per_m - the sum over its pairs, where the user's own table gives it."""
 
     pairs: int
     stations: int
@@ -57,6 +57,7 @@ class SideCheck(Record):
     trouble: str | None
     area_m2: float | None = None
     faces_m2: float | None = None
+    kn_N_per_m: float | None = None
 
 
 class InspectResult(Result):
