@@ -182,6 +182,19 @@ def test_kn_of_an_own_table_in_another_unit(tmp_path, capsys, corner, factor, sa
     assert all(f"kn of the table is {9e6 * factor:.3g} N/m" in line for line in found)
 
 
+@pytest.mark.parametrize("reverse", [False, True])
+def test_rows_counted_from_the_upper_edge(tmp_path, capsys, corner, reverse):
+    """Row 0 is what `rows = "edge"` keeps."""
+    edge = 'shape = "flat"\n', 'shape = "flat"\nrows = "edge"\nroll_stiffness = 0\n'
+    study = corner_study.write(tmp_path, change=(*OWN, edge))
+    rows = corner.row.max() - corner.row if reverse else corner.row
+    corner.replace(row=rows).save(tmp_path / "own.csv")
+    assert main(["inspect", str(study), "--quiet"]) == 0
+    found = [line for line in capsys.readouterr().out.splitlines() if "lower edge" in line]
+    said = "[contact.one] rows = 'edge' keeps row 0, but row 2 lies farthest against the pull"
+    assert len(found) == reverse and all(said in line for line in found)
+
+
 def test_distances_that_are_meant(tmp_path, capsys):
     """[contact] tolerance, which the refusal names."""
     study = write_chain(tmp_path)

@@ -25,6 +25,7 @@ class PairLimits:
     one_row: float = 0.9  # of the closed area in one row of contact points
     # degrees between a pair's normal and the surfaces; as much as matching itself allows
     odd_angle: float = 20.0
+    higher: float = 0.1  # of the height of a side: the row that counts as its lower edge
 
 
 LIMITS = PairLimits()
@@ -102,6 +103,24 @@ def axis_warnings(pairs: ContactTable, axis: np.ndarray | tuple[float, ...]) -> 
         f"{stated}: side '{side}' is {1e3 * wide[side]:.3g} mm wide across it, all contact "
         f"{1e3 * length:.3g} mm long along it: is it the long direction of the damper's contact?"
     ]
+
+
+def row_warnings(
+    pairs: ContactTable, pull_direction: np.ndarray | tuple[float, ...], sides: list[str]
+) -> Iterator[str]:
+    """A sentence for each of the sides that keep row 0, the lower edge, where it is not the
+    lowest."""
+    height = pairs.position @ np.asarray(pull_direction, dtype=float)
+    for side in sides:
+        mine = pairs.side == side
+        rows = np.unique(pairs.row[mine])
+        mean = [height[mine & (pairs.row == row)].mean() for row in rows]
+        lowest = int(np.argmin(mean))
+        if mean[0] - mean[lowest] > LIMITS.higher * np.ptp(height[mine]):
+            yield (
+                f"[contact.{side}] rows = 'edge' keeps row {rows[0]}, but row {rows[lowest]} lies "
+                "farthest against the pull: rows are counted from the lower edge"
+            )
 
 
 def side_checks(

@@ -49,11 +49,7 @@ def _matrices(study, store):
     check_gaps(study, pairs, model.position[(model.body == DAMPER) & model.moves])
     shown = Inspected({}, pairs, pair_checks.places_in(model, pairs))
     warnings = [*ground_warnings(model, pairs), *unknown_places(model, pairs)]
-    warnings += [*friction_warnings(study), *pair_checks.warnings(pairs)]
-    warnings += pair_checks.pull_warnings(
-        pairs, study.driver.pull_direction, loads.held_directions(study, pairs)
-    )
-    warnings += pair_checks.axis_warnings(pairs, study.driver.axis)
+    warnings += _of_pairs(study, pairs)
     bodies = {b: InspectedBody(dofs=int((model.body == b).sum())) for b in (BLADES, DAMPER)}
     return _with_page(study, store, InspectResult(bodies=bodies, warnings=tuple(warnings)), shown)
 
@@ -88,11 +84,7 @@ def _meshes(study, store, tick):
     angles = surface_angles(pairs, meshes)
     if not study.contact.pairs:
         warnings += distance_warnings(study, pairs, meshes)
-    warnings += [*friction_warnings(study), *pair_checks.warnings(pairs, angles)]
-    warnings += pair_checks.pull_warnings(
-        pairs, study.driver.pull_direction, loads.held_directions(study, pairs)
-    )
-    warnings += pair_checks.axis_warnings(pairs, study.driver.axis)
+    warnings += _of_pairs(study, pairs, angles)
     moduli = side_materials(study, meshes, pairs)
     return _with_page(
         study,
@@ -106,6 +98,19 @@ def _meshes(study, store, tick):
         Inspected(meshes, pairs, places_on(meshes, pairs), angles),
         damper_areas(study, meshes),
     )
+
+
+def _of_pairs(study, pairs, angles=None):
+    """What the pairs alone tell; angles (P,) of `surface_angles`."""
+    pull = study.driver.pull_direction
+    edges = [name for name, side in study.sides.items() if side.rows == "edge"]
+    return [
+        *friction_warnings(study),
+        *pair_checks.warnings(pairs, angles),
+        *pair_checks.pull_warnings(pairs, pull, loads.held_directions(study, pairs)),
+        *pair_checks.axis_warnings(pairs, study.driver.axis),
+        *pair_checks.row_warnings(pairs, pull, edges),
+    ]
 
 
 def _refused(study, meshes, trouble):
@@ -251,5 +256,5 @@ STAGE = Stage(
     outputs=("inspect.json",),
     may_write=("inspect.html",),
     reads_files=BODY_FILES,
-    reads=("title", "loads", "contact.mu", "sides.gap", "driver.hold", *BODY_READS),
+    reads=("title", "loads", "contact.mu", "sides.gap", "sides.rows", "driver.hold", *BODY_READS),
 )
