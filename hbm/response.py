@@ -52,6 +52,7 @@ from tipdamp.hbm.laws.shipped import SHIPPED
 from tipdamp.hbm.memory import check_harmonics_fit
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse, PeriodicSolution
+from tipdamp.hbm.stability.monodromy import Stability
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     check_beyond,
@@ -360,15 +361,27 @@ def _branch(
         (peak_points, change),
         time.perf_counter() - began,
     )
+    multipliers = _multipliers(branch.points, equation) if options.stability else np.empty((0, 0))
     errors = [truncation.of(point) for point in branch.points] if truncation else []
     curve = replace(
         curve,
         truncation=np.reshape(errors, (-1, len(case.names))),
+        multipliers=multipliers,
         energy_error=energies,
         further=further,
         ended=f"{curve.ended}; {further}" if further else curve.ended,
     )
     return with_residuals(curve, residuals, bad, equation, branch.points)
+
+
+def _multipliers(points, equation):
+    """(n, k) complex, the leading Floquet multipliers of the points."""
+    stability, parameter = Stability(), equation.parameter
+    found = []
+    for point in points:
+        w = parameter.angular_frequency(2 * np.pi * equation.hz, point.parameter)
+        found.append(stability.multipliers(point, w, parameter))
+    return np.array(found)
 
 
 def _with_all_pairs(curve, kept):

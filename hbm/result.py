@@ -60,6 +60,9 @@ class ForcedResponse(ArrayRecord):
         the vibration of an output, as root mean square over a cycle (see `hbm.curve.truncation`);
         NaN where a point failed, infinite where its Jacobian is singular, empty where it was not
         asked for
+    multipliers : (n, 4) complex, the leading Floquet multipliers of each point, the largest first
+        (see `hbm.stability`); NaN where there are no more, where a point failed, or where the law
+        does not say how its force follows a disturbance; empty where they were not asked for
     seconds, residual_calls : cost; the calls are those of the continuation
     restarts : (k, 2) parameters at which a branch that folds without progress was left, and at
         which a solution further ahead was taken up; between them there may be points solved one
@@ -137,6 +140,7 @@ class ForcedResponse(ArrayRecord):
     force_residual: np.ndarray = _none(0)
     energy_error: np.ndarray = _none(0)
     truncation: np.ndarray = _none(0, 0)
+    multipliers: np.ndarray = _none(0, 0, dtype=complex)
 
     def __post_init__(self):
         object.__setattr__(self, "reached_end", self.reached_end or self.complete)
@@ -311,6 +315,24 @@ class ForcedResponse(ArrayRecord):
             return float("nan")
         i = int(np.nanargmax(a))
         return float(self.truncation[i, j] / self.amplitude("rms")[i, j])
+
+    @property
+    def stable(self) -> np.ndarray:
+        """(n,) bool: every disturbance of the point dies out, as far as `multipliers` tell; False
+        where they are not known, too."""
+        return self._largest_multiplier < 1
+
+    @property
+    def unstable(self) -> np.ndarray:
+        """(n,) bool: a disturbance of the point grows; False where `multipliers` are not known."""
+        return self._largest_multiplier > 1
+
+    @property
+    def _largest_multiplier(self):
+        """(n,) modulus, NaN where it is not known."""
+        if not self.multipliers.size:
+            return np.full(len(self.frequency), np.nan)
+        return np.abs(self.multipliers[:, 0])
 
     @property
     def contact_motion(self) -> np.ndarray:

@@ -48,6 +48,7 @@ ROOMS = {
         "interface",
         "testing",
         "time",
+        "stability",
         "curve",
         "comparison",
         "response",

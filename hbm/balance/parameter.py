@@ -61,6 +61,10 @@ class Parameter:
         value 1."""
         raise NotImplementedError
 
+    def settings_at(self, problem: ContactProblem, p: float) -> Contacts:
+        """Of the contacts of a problem at p, in units of the branch."""
+        return problem.contacts
+
     def angular_frequency(self, w: float, p: float) -> float:
         """rad/s at p; w where it does not vary."""
         return w
@@ -202,6 +206,10 @@ class ContactSetting(Parameter):
         return balance.evaluate(
             x, w, contacts=self.scaled(balance.problem, value), derivative=derivative
         )
+
+    def settings_at(self, problem: ContactProblem, p: float) -> Contacts:
+        """Those with the factor."""
+        return self.scaled(problem, max(p, SMALLEST))
 
     def chosen(self, problem: ContactProblem) -> np.ndarray:
         """(P,) bool, the contacts whose setting varies."""

@@ -30,6 +30,7 @@ class CurveKeywords(TypedDict, total=False):
     samples: int | None
     contact: bool
     truncation: bool
+    stability: bool
     peaks: Sequence[Sequence[str]] | None
     progress: Callable[[float, float, int], None] | None
     settings: Settings | None
@@ -58,6 +59,8 @@ class CurveOptions:
     contact : whether to keep the harmonics of the force of every contact too
     truncation : whether to estimate what the orders above H would change at every point
     (`ForcedResponse.truncation`)
+    stability : whether to find the Floquet multipliers of every point
+        (`ForcedResponse.multipliers`, `stable`)
     peaks : groups of names of outputs, of each of which the largest and the smallest peak is
         solved, as of the nodes of a patch; None solves the peak of every output. `find_peaks`
         solves any other afterwards
@@ -85,6 +88,7 @@ class CurveOptions:
     samples: int | None = None
     contact: bool = False
     truncation: bool = True
+    stability: bool = False
     peaks: Sequence[Sequence[str]] | None = None
     progress: Callable | None = None
     settings: Settings | None = None

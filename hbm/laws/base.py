@@ -21,6 +21,7 @@ from tipdamp.hbm.laws.records import (
     SliderStart,
     Tangents,
 )
+from tipdamp.hbm.laws.variation import Variation, of_smooth_force
 from tipdamp.hbm.validation import brief
 
 __all__ = [
@@ -161,6 +162,13 @@ class ContactLaw:
         grid : of `aft.sample_grid`. The default steps through the samples, until the state repeats.
         """
         return sampled.harmonics(self, contacts, x, start, grid, omega)
+
+    def variation(
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any, omega: float
+    ) -> Variation | None:
+        """How the forces follow a disturbance of the cycle that `harmonics` is of; None where that
+        is not known, as of a law with states that does not say."""
+        return None if self.states else of_smooth_force(self, contacts, x, omega)
 
     def by_friction(
         self, contacts: Contacts, x: np.ndarray, forces: ContactForces

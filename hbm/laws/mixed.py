@@ -13,6 +13,7 @@ from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.piecewise import merged_table
 from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.laws.shipped import check_law
+from tipdamp.hbm.laws.variation import CycleTangents, Variation
 
 
 @dataclass(frozen=True)
@@ -146,6 +147,31 @@ class MixedLaw(ContactLaw):
         return ContactForces(
             g, active, D, by_preload if known else None, by_omega if rated else None, shares, work
         )
+
+    def variation(self, contacts, x, start, grid, omega):
+        """Of each law; None where one does not know."""
+        P, nd, _ = x.shape
+        parts = [
+            (
+                law.variation(
+                    contacts.select(at), x[np.ix_(at, columns)], _own(law, start, at), grid, omega
+                ),
+                at,
+                columns,
+            )
+            for law, at, columns in self._parts(P)
+        ]
+        if any(variation is None for variation, *_ in parts):
+            return None
+
+        def between(instants):
+            found = CycleTangents.none(len(instants) - 1, P, nd)
+            for variation, at, columns in parts:
+                found.put(at, columns, variation.between(instants))
+            return found
+
+        steps = max(one.steps for one, *_ in parts)
+        return Variation(steps, np.concatenate([one.events for one, *_ in parts]), between)
 
     def sticks_surely(self, contacts, amplitude):
         """(P,) bool of each law."""

@@ -69,6 +69,10 @@ class IsotropicFriction(CoulombFriction):
                 new[p, :2] = u[p, :2] - force[p, :2] / kt
         return force, new
 
+    def variation(self, contacts, x, start, grid, omega):
+        """None: the direction of slip turns with the disturbance, and the slider remembers it."""
+        return None
+
     def harmonics(self, contacts, x, start, grid, omega):
         """Forces of the event-driven cycle: in closed form, and in slip to 1e-8 of the limit
         force."""

@@ -15,6 +15,7 @@ from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.piecewise import slider_table
 from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.laws.uncoupled import events, integrals
+from tipdamp.hbm.laws.variation import CycleTangents, Variation
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,32 @@ class CoulombFriction(ContactLaw):
         pieces, counts, active, shares = located(law, *_moving_orders(x, start, grid))
         return integrated(law, x, pieces, counts, active, shares)
 
+    def variation(self, contacts, x, start, grid, omega):
+        """From the pieces of the cycle, between which everything is linear."""
+        compilation.announce(integrals.add_forces)
+        law = events.Sliders(
+            self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload
+        )
+        x, start, grid = _moving_orders(np.ascontiguousarray(x), start, grid)
+        pieces, counts, active, _ = located(law, x, start, grid)
+        moving = np.flatnonzero(active.any(axis=1))
+        edges = [
+            pieces[p, d, : counts[p, d], events.BEGIN]
+            for p in moving
+            for d in range(self.sliders + 1)
+        ]
+        happens = np.concatenate([np.empty(0), *edges])
+
+        def between(instants):
+            P, nd, _ = x.shape
+            found = CycleTangents.none(len(instants) - 1, P, nd)
+            found.gamma[..., np.arange(nd), np.arange(nd)] = self.stuck_stiffness(contacts)
+            for p in moving:
+                _open_and_slipping(law, p, pieces[p], counts[p], instants, found)
+            return found
+
+        return Variation(1, happens[happens > 0], between)
+
     def by_friction(self, contacts, x, forces):
         """(P, nd, nh) N: tangential forces depend on mu N alone, a factor on mu is one on preload
         and kn u_n."""
@@ -156,6 +183,37 @@ class CoulombFriction(ContactLaw):
     def default_samples(self, H):
         """Samples separate the events, which are located."""
         return max(64, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
+
+
+def _open_and_slipping(law, p, pieces, counts, instants, found):
+    """Fill the CycleTangents of contact p."""
+    middle = 0.5 * (instants[1:] + instants[:-1])
+    kn, kt, mu = law.kn[p], law.kt[p], law.mu[p]
+    gamma, n = found.gamma[:, :, p], law.count
+    if law.normal:
+        spans = pieces[law.count, : counts[law.count]]
+        away = np.searchsorted(spans[:, events.BEGIN], middle) > np.searchsorted(
+            spans[:, events.END], middle
+        )
+        gamma[:, away, n, n] = 0.0
+    for d in range(law.count):
+        own = pieces[d, : counts[d]]
+        if not len(own):
+            continue
+        at = np.minimum(np.searchsorted(own[:, events.END], middle), len(own) - 1)
+        state = own[at, 0]
+        gamma[:, :, d, d] = np.where(state == events.STICK, kt, 0.0)
+        found.memory[:, p, d] = np.where(state == events.STICK, -kt, 0.0)
+        rests = own[(own[:, 0] == events.STICK) & (own[:, events.BEGIN] > 0)]
+        rests = rests[rests[:, events.INSTANT] == rests[:, events.BEGIN]]
+        k = np.abs(instants[:, None] - rests[:, events.BEGIN]).argmin(axis=0)
+        rests, k = rests[k < len(middle)], k[k < len(middle)]
+        found.captured[k, p, d] = True
+        found.capture[k, p, d, d] = rests[:, events.BY_U]
+        if law.normal:
+            sign = np.where(state == events.FORWARD, 1.0, np.where(state == events.BACKWARD, -1, 0))
+            gamma[:, :, d, n] = sign * mu * kn
+            found.capture[k, p, d, n] = rests[:, events.BY_N] * kn
 
 
 def _moving_orders(x, start, grid):

@@ -1,0 +1,94 @@
+"""How the forces of a cycle follow a small disturbance of the motion, instant by instant.
+
+Between the events of a cycle the force of a contact is linear in a disturbance,
+
+    df = gamma du + memory dw
+
+with the place w of its sliders. A slider that comes to rest takes its place from the motion there,
+dw = capture du; where a slider slips, memory is zero. Where an event is shifts with the
+disturbance, too: as force and motion are continuous, that is of second order.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from tipdamp.hbm import fourier
+from tipdamp.hbm.laws.records import Motion
+
+PER_ORDER = 12  # steps for each order of the motion: its tangents have twice as many
+STEP = 1e-4  # of tau, in the differences of the tangents of a smooth force
+
+
+class CycleTangents(NamedTuple):
+    """In the K intervals between instants of a cycle, of P contacts with nd components.
+
+    gamma, rate : (2, K, P, nd, nd) N/m, at begin and end of the intervals, and derivative by tau
+    memory : (K, P, nd) N/m, of the slider of a component
+    captured : (K, P, nd) bool, sliders that come to rest at the begin of an interval
+    capture : (K, P, nd, nd), their place by the motion there
+    """
+
+    gamma: np.ndarray
+    rate: np.ndarray
+    memory: np.ndarray
+    captured: np.ndarray
+    capture: np.ndarray
+
+    @classmethod
+    def none(cls, K: int, P: int, nd: int) -> "CycleTangents":
+        """All zero."""
+        gamma, rate = np.zeros((2, 2, K, P, nd, nd))
+        memory, captured = np.zeros((K, P, nd)), np.zeros((K, P, nd), dtype=bool)
+        return cls(gamma, rate, memory, captured, np.zeros((K, P, nd, nd)))
+
+    def put(self, at: np.ndarray, components: list[int], other: "CycleTangents") -> None:
+        """Fill in those of some contacts and components."""
+        every, k, columns = np.arange(2), np.arange(len(self.memory)), np.array(components)
+        self.gamma[np.ix_(every, k, at, columns, columns)] = other.gamma
+        self.rate[np.ix_(every, k, at, columns, columns)] = other.rate
+        self.memory[np.ix_(k, at, columns)] = other.memory
+        self.captured[np.ix_(k, at, columns)] = other.captured
+        self.capture[np.ix_(k, at, columns, columns)] = other.capture
+
+
+class Variation(NamedTuple):
+    """steps : of a period at least, for what happens between the events
+    events : (n,) instants in (0, 2 pi) at which a contact changes its state
+    between : of instants (K+1,) from 0 to 2 pi, events among them, the CycleTangents
+    """
+
+    steps: int
+    events: np.ndarray
+    between: Callable[[np.ndarray], CycleTangents]
+
+
+def of_smooth_force(law, contacts, x: np.ndarray, omega: float) -> Variation | None:
+    """Of a law without memory, at the motion x (P, nd, nh); None where the force depends on the
+    velocity."""
+    P, nd, nh = x.shape
+    H = (nh - 1) // 2
+
+    def tangents(tau):
+        """(len(tau), P, nd, nd) N/m, and whether the velocity counts."""
+        u = np.einsum("pdh,th->tpd", x, fourier.basis(tau, H)).reshape(-1, nd)
+        v = omega * np.einsum("pdh,th->tpd", x, fourier.basis_rate(tau, H)).reshape(-1, nd)
+        every = np.tile(np.arange(P), len(tau))
+        found = law.select(every).tangents(
+            Motion(u, v, 2 * np.pi / omega), np.zeros((len(u), 0)), contacts.select(every)
+        )[2]
+        return found.force_u.reshape(len(tau), P, nd, nd), found.of_rate
+
+    if tangents(np.linspace(0, 6, 7))[1]:
+        return None
+
+    def between(instants):
+        found = CycleTangents.none(len(instants) - 1, P, nd)
+        gamma = tangents(instants)[0]
+        rate = (tangents(instants + STEP)[0] - tangents(instants - STEP)[0]) / (2 * STEP)
+        for into, values in ((found.gamma, gamma), (found.rate, rate)):
+            into[0], into[1] = values[:-1], values[1:]
+        return found
+
+    return Variation(PER_ORDER * H, np.empty(0), between)

@@ -1,0 +1,223 @@
+"""The monodromy matrix of a motion whose contacts are linear in a disturbance between instants.
+
+In an interval the disturbance dg of the contact forces, less those of the stuck springs, is
+integrated as in `hbm.time.events`: the poles exactly, dg as the quadratic with its values at both
+ends and its rate at the begin, solved implicitly, and the defect in the rate at the end as a cubic
+term. All columns at once; fourth order in the length of the intervals.
+"""
+
+from collections import namedtuple
+
+import numpy as np
+
+from tipdamp.hbm.compiled import njit
+
+Poles = namedtuple("Poles", "s out into static")
+Poles.__doc__ = """As in `hbm.time.events.System`, at the components that act: s (n,), out (nc, 2n),
+into (2n, nc), static (nc, nc)."""
+
+Segments = namedtuple("Segments", "place length gamma rate memory captured capture")
+Segments.__doc__ = """K intervals of the contacts that act: place (a, nd) of a component among the
+nc that do, -1 of others; length (K,) s; and as in `hbm.laws.variation.CycleTangents`, gamma less
+the stuck springs, rate by time."""
+
+
+@njit(cache=True)
+def weights(s, h, W):
+    """W (5, n): exp(s h), and the weights of g0, g0', g1 and of the defect over a step h."""
+    for j in range(len(s)):
+        x = s[j] * h
+        if abs(x) < 1.0:
+            term, f4 = (1.0 + 0j) / 24, 0j
+            for k in range(18):
+                f4 += term
+                term *= x / (k + 5)
+            f3 = 1 / 6 + x * f4
+            f2 = 0.5 + x * f3
+            f1 = 1 + x * f2
+            E = 1 + x * f1
+        else:
+            E = np.exp(x)
+            f1 = (E - 1) / x
+            f2 = (f1 - 1) / x
+            f3 = (f2 - 0.5) / x
+            f4 = (f3 - 1 / 6) / x
+        W[0, j] = E
+        W[1, j] = h * (f1 - 2 * f3)
+        W[2, j] = h * h * (f2 - 2 * f3)
+        W[3, j] = 2 * h * f3
+        W[4, j] = h * h * (6 * f4 - 2 * f3)
+
+
+@njit(cache=True)
+def product(A, B):
+    """A B, by columns: BLAS on several threads waits longer than such small matrices take."""
+    found = np.zeros((A.shape[0], B.shape[1]))
+    for i in range(A.shape[0]):
+        row = found[i]
+        for j in range(A.shape[1]):
+            a, other = A[i, j], B[j]
+            for c in range(len(row)):
+                row[c] += a * other[c]
+    return found
+
+
+@njit(cache=True)
+def solve(A, B):
+    """A^-1 B (n, m) in place of B, by elimination with pivots; A is used up."""
+    n = len(A)
+    for k in range(n):
+        top = k
+        for i in range(k + 1, n):
+            if abs(A[i, k]) > abs(A[top, k]):
+                top = i
+        if top != k:
+            for c in range(n):
+                A[k, c], A[top, c] = A[top, c], A[k, c]
+            for c in range(B.shape[1]):
+                B[k, c], B[top, c] = B[top, c], B[k, c]
+        for i in range(k + 1, n):
+            if A[i, k] != 0.0:
+                factor = A[i, k] / A[k, k]
+                for c in range(k + 1, n):
+                    A[i, c] -= factor * A[k, c]
+                for c in range(B.shape[1]):
+                    B[i, c] -= factor * B[k, c]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            factor = A[k, j]
+            if factor != 0.0:
+                for c in range(B.shape[1]):
+                    B[k, c] -= factor * B[j, c]
+        inverse = 1.0 / A[k, k]
+        for c in range(B.shape[1]):
+            B[k, c] *= inverse
+    return B
+
+
+@njit(cache=True)
+def times(weight, z):
+    """Complex weights (n,) on the columns z = [Re, Im] (2n, m)."""
+    n = len(weight)
+    result = np.empty_like(z)
+    for j in range(n):
+        a, b = weight[j].real, weight[j].imag
+        for c in range(z.shape[1]):
+            result[j, c] = a * z[j, c] - b * z[n + j, c]
+            result[n + j, c] = a * z[n + j, c] + b * z[j, c]
+    return result
+
+
+@njit(cache=True)
+def held(place, memory, w):
+    """(nc, m) force of the sliders, memory (a, nd)."""
+    found = np.zeros_like(w)
+    for p in range(len(place)):
+        for d in range(place.shape[1]):
+            i = place[p, d]
+            if i >= 0 and memory[p, d] != 0.0:
+                for c in range(w.shape[1]):
+                    found[i, c] = memory[p, d] * w[i, c]
+    return found
+
+
+@njit(cache=True)
+def acting(place, blocks, u):
+    """(nc, m) blocks (a, nd, nd) of every contact on its rows of u."""
+    found, nd = np.zeros_like(u), blocks.shape[1]
+    for p in range(len(blocks)):
+        for i in range(nd):
+            for j in range(nd):
+                value = blocks[p, i, j]
+                if value != 0.0:
+                    for c in range(u.shape[1]):
+                        found[place[p, i], c] += value * u[place[p, j], c]
+    return found
+
+
+@njit(cache=True)
+def solved(place, flexibility, gamma, force, free):
+    """(u, g) with u + flexibility g = free, g = gamma u + force; (nc, m) each."""
+    nc, nd = len(free), gamma.shape[1]
+    matrix = np.eye(nc)
+    for p in range(len(gamma)):
+        for i in range(nd):
+            for j in range(nd):
+                if gamma[p, i, j] != 0.0:
+                    for c in range(nc):
+                        matrix[c, place[p, j]] += flexibility[c, place[p, i]] * gamma[p, i, j]
+    u = solve(matrix, free - product(flexibility, force))
+    return u, acting(place, gamma, u) + force
+
+
+@njit(cache=True)
+def direct(poles, weight):
+    """(nc, nc) effect of the force at the end of a step on the motion there."""
+    n = len(weight)
+    left = np.empty_like(poles.out)
+    for c in range(len(left)):
+        for j in range(n):
+            a, b = weight[j].real, weight[j].imag
+            left[c, j] = poles.out[c, j] * a + poles.out[c, n + j] * b
+            left[c, n + j] = poles.out[c, n + j] * a - poles.out[c, j] * b
+    return product(left, poles.into) + poles.static
+
+
+@njit(cache=True)
+def rates(poles, place, z, u, push, gamma, rate):
+    """(nc, m) dg/dt at z with the motion u under push = b' g: the sliders rest, or follow."""
+    free = product(poles.out, times(poles.s, z) - push)
+    turning = acting(place, rate, u)
+    return solved(place, poles.static, gamma, turning, free)[1]
+
+
+@njit(cache=True)
+def monodromy(poles, segments, begins):
+    """(2n + k, 2n + k) derivative of [z, w] after a period by those before; begins (k,) :
+    components whose sliders rest at t = 0."""
+    n2, nc = poles.into.shape
+    place = segments.place
+    m = n2 + len(begins)
+    z, w = np.zeros((n2, m)), np.zeros((nc, m))
+    for j in range(n2):
+        z[j, j] = 1.0
+    for j in range(len(begins)):
+        w[begins[j], n2 + j] = 1.0
+    W, length, D = np.empty((5, len(poles.s)), np.complex128), -1.0, poles.static
+    for k in range(len(segments.length)):
+        h = segments.length[k]
+        if abs(h - length) > 1e-12 * h:
+            weights(poles.s, h, W)
+            D, length = direct(poles, W[3]), h
+        if segments.captured[k].any():
+            # by the motion before: what comes to rest now has had the forces of before
+            before = max(k - 1, 0)
+            u = solved(
+                place,
+                poles.static,
+                segments.gamma[1, before],
+                held(place, segments.memory[before], w),
+                product(poles.out, z),
+            )[0]
+            rest = acting(place, segments.capture[k], u)
+            for p in range(len(place)):
+                for d in range(place.shape[1]):
+                    if segments.captured[k, p, d]:
+                        w[place[p, d]] = rest[place[p, d]]
+        force = held(place, segments.memory[k], w)
+        gamma, rate = segments.gamma[0, k], segments.rate[0, k]
+        u, g = solved(place, poles.static, gamma, force, product(poles.out, z))
+        push = product(poles.into, g)
+        rising = rates(poles, place, z, u, push, gamma, rate)
+        z = times(W[0], z) - times(W[1], push) - times(W[2], product(poles.into, rising))
+        gamma, rate = segments.gamma[1, k], segments.rate[1, k]
+        u, g1 = solved(place, D, gamma, force, product(poles.out, z))
+        push = product(poles.into, g1)
+        z -= times(W[3], push)
+        end = rates(poles, place, z, u, push, gamma, rate)
+        z -= times(W[4], product(poles.into, end - (2 / h * (g1 - g) - rising)))
+    found = np.empty((m, m))
+    found[:n2] = z
+    for j in range(len(begins)):
+        found[n2 + j] = w[begins[j]]
+    return found

@@ -1,0 +1,157 @@
+"""Floquet multipliers of the points of a curve.
+
+A disturbance of a periodic motion lives in the slow modes of the stuck system and in the sliders;
+the other modes follow statically (`hbm.time.poles`), and a contact that sticks through the cycle
+adds nothing. The law tells what its forces do with a disturbance between the events of the cycle
+(`hbm.laws.variation`), and the period map follows from that without differences.
+
+A slider that never moves, and a motion that nothing holds, have a multiplier of exactly 1:
+solutions beside each other, no loss of stability. They are left out.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigvals
+
+from tipdamp.hbm.balance.parameter import Frequency, Parameter
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.point import Point
+from tipdamp.hbm.stability.kernels import Poles, Segments, monodromy
+from tipdamp.hbm.time.poles import poles, split
+
+
+@dataclass(frozen=True)
+class StabilitySettings:
+    """massless_above : modes above this many times the frequency follow statically; twice as many
+        move the leading multiplier of the rig by 1e-4
+    foreign_share : as in `IntegrationSettings`
+    steps, per_mode : of a period at least, and for each period of the fastest mode; twice as many
+        move it by 1e-7
+    kept : leading multipliers
+    neutral : distance from 1 within which a multiplier is that of a motion that nothing holds
+    """
+
+    massless_above: float = 7.0
+    foreign_share: float = 0.02
+    steps: int = 48
+    per_mode: int = 3
+    kept: int = 4
+    neutral: float = 1e-7
+
+
+SETTINGS = StabilitySettings()
+FREQUENCY = Frequency()
+SYSTEMS = 16  # stuck systems that are kept: every point has its own where a parameter changes them
+
+
+class Stability:
+    """Of the points of one branch; its stuck systems are made once."""
+
+    def __init__(self, settings: StabilitySettings = SETTINGS):
+        self.settings = settings
+        self._known: dict[tuple, tuple] = {}
+
+    def multipliers(self, point: Point, w: float, parameter: Parameter = FREQUENCY) -> np.ndarray:
+        """(kept,) complex, the largest first; NaN where there are no more, or where the law does
+        not tell how its force follows a disturbance.
+
+        point : of a branch over a parameter, at w rad/s
+        """
+        found = np.full(self.settings.kept, np.nan, dtype=complex)
+        if not point.converged:
+            return found
+        every = self._of(point, w, parameter)
+        every = every[np.abs(every - 1) > self.settings.neutral]
+        every = every[np.lexsort((-every.imag, -np.abs(every)))][: len(found)]
+        found[: len(every)] = every
+        return found
+
+    def _of(self, point, w, parameter):
+        """All of them; none where the law does not tell."""
+        balance = point.detail.balance
+        contacts = parameter.settings_at(balance.problem, point.parameter)
+        u = point.x.reshape(len(contacts), balance.nd, balance.nh)
+        law = balance.problem.law
+        variation = law.variation(contacts, u, balance.start, balance.grid, w)
+        if variation is None:
+            return np.empty(0)
+        coarse = variation.between(_joined(np.linspace(0, 2 * np.pi, 65), variation.events))
+        acts = _acting(coarse, balance.springs)
+        if not acts.any():  # all stick: the poles alone
+            every = poles(_springs_alone(balance).receptance).s
+            found = np.exp(2 * np.pi / w * every)
+            return np.concatenate([found, found.conj()[every.imag > 0]])
+        place = np.where(acts, np.cumsum(acts).reshape(acts.shape) - 1, -1)
+        slow = self._poles(balance, w, acts)
+        fastest = np.abs(slow.s).max(initial=0.0) / w
+        steps = max(
+            self.settings.steps, variation.steps, int(np.ceil(self.settings.per_mode * fastest))
+        )
+        instants = _joined(np.linspace(0, 2 * np.pi, steps + 1), variation.events)
+        of = np.flatnonzero(acts.any(axis=1))
+        tangents = variation.between(instants)
+        gamma, diagonal = tangents.gamma[:, :, of], np.arange(balance.nd)
+        gamma[..., diagonal, diagonal] -= balance.springs[of]
+        rests = tangents.captured.any(axis=0) & (tangents.memory[0] != 0)
+        segments = Segments(
+            place[of],
+            np.diff(instants) / w,
+            gamma,
+            w * tangents.rate[:, :, of],
+            tangents.memory[:, of] * acts[of],
+            tangents.captured[:, of],
+            tangents.capture[:, of],
+        )
+        matrix = monodromy(slow, segments, place[rests])
+        return eigvals(matrix) if np.isfinite(matrix).all() else np.empty(0)
+
+    def _poles(self, balance: HarmonicBalance, w: float, acts: np.ndarray) -> Poles:
+        """Of the stuck system at the components that act, kept for frequencies up to half an octave
+        apart."""
+        receptance, octave = balance.receptance, int(np.ceil(2 * np.log2(w)))
+        key = id(receptance), octave, acts.tobytes()
+        if key not in self._known:
+            balance = _springs_alone(balance)
+            rows = np.flatnonzero(acts.ravel())
+            B = balance.problem.B[rows]
+            found = split(
+                balance.receptance,
+                B,
+                balance.springs.ravel()[rows],
+                self.settings.massless_above * 2.0 ** (octave / 2),
+                self.settings.foreign_share,
+            )
+            out, into = B @ found.out, (B @ found.into).T
+            slow = Poles(
+                found.s,
+                np.ascontiguousarray(np.hstack([out.real, -out.imag])),
+                np.ascontiguousarray(np.vstack([into.real, into.imag])),
+                found.flexibility(B),
+            )
+            if len(self._known) == SYSTEMS:
+                self._known.clear()
+            self._known[key] = receptance, slow  # held, so that its id stays its own
+        return self._known[key][1]
+
+
+def _springs_alone(balance):
+    """The balance with springs in the place of what holds a mean."""
+    held = balance.problem.with_springs_alone()
+    return balance if held is balance.problem else balance.rebuilt(held, balance.forces)
+
+
+def _acting(tangents, springs):
+    """(P, nd) components that are disturbed otherwise than the stuck springs."""
+    gamma, nd = tangents.gamma.copy(), springs.shape[1]
+    gamma[..., np.arange(nd), np.arange(nd)] -= springs
+    return gamma.any(axis=(0, 1, 3)) | gamma.any(axis=(0, 1, 4)) | tangents.captured.any(axis=0)
+
+
+def _joined(even, events):
+    """Instants of both, each once; an event takes the place of an even one beside it."""
+    events = np.unique(events[(events > 1e-12) & (events < 2 * np.pi - 1e-12)])
+    events = events[np.r_[True, np.diff(events) > 1e-12]] if len(events) else events
+    inner = even[1:-1]
+    far = np.abs(inner[:, None] - events[None]).min(axis=1, initial=np.inf) > 1e-3 * even[1]
+    return np.sort(np.concatenate([even[[0, -1]], inner[far], events]))

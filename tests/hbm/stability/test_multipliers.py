@@ -1,0 +1,262 @@
+"""Floquet multipliers of the points of a curve, against integrations that are disturbed, equations
+of variation integrated by scipy, and closed forms."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tests.hbm.cases import beam, load, rig, unilateral
+from tests.hbm.oscillator import FORCE, Y2, oscillator
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.parameter import ContactSetting, Damping
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.laws import Contacts, CubicSpring, IsotropicFriction, Jenkins1D, MixedLaw
+from tipdamp.hbm.response import follow_band, follow_parameter
+from tipdamp.hbm.stability.monodromy import Stability, StabilitySettings
+from tipdamp.hbm.time.exact import ExactIntegrator
+from tipdamp.hbm.time.floquet import largest_multiplier
+
+
+def solved(problem, force, w, H, x=None):
+    balance = HarmonicBalance(problem, {1: force}, H)
+    point = solve_fixed(balance.evaluate, balance.linear(w) if x is None else x, w, balance.weights)
+    assert point.converged
+    return point
+
+
+def duffing(cubic=1.0, c=0.02, P=1):
+    """m = k = 1, as tests/reference I1 but for its damping."""
+    one = np.eye(P)
+    contacts = Contacts(*np.zeros((4, P)))
+    return ContactProblem(one, c * one, one, one, CubicSpring(cubic), contacts)
+
+
+def by_integration(point, w, c, cubic):
+    """(2,) multipliers of Duffing's oscillator on the motion of a point."""
+    H = (len(point.x) - 1) // 2
+
+    def rate(t, y):
+        x = fourier.basis(np.array([w * t]), H)[0] @ point.x
+        Y = y.reshape(2, 2)
+        return np.array([Y[1], -c * Y[1] - (1 + 3 * cubic * x**2) * Y[0]]).ravel()
+
+    end = solve_ivp(rate, (0, 2 * np.pi / w), np.eye(2).ravel(), rtol=1e-11, atol=1e-12)
+    return np.linalg.eigvals(end.y[:, -1].reshape(2, 2))
+
+
+@pytest.mark.parametrize("w, H", [(0.5, 9), (1.3, 9), (1.9, 5), (0.24, 25)])
+def test_duffing_against_the_equation_of_variation(w, H):
+    point = solved(duffing(), np.array([0.5]), w, H)
+    found = Stability().multipliers(point, w)[:2]
+    wanted = by_integration(point, w, 0.02, 1.0)
+    wanted = wanted[np.lexsort((-wanted.imag, -np.abs(wanted)))]
+    assert found == pytest.approx(wanted, abs=2e-6)
+    assert np.prod(found).real == pytest.approx(np.exp(-0.02 * 2 * np.pi / w), rel=1e-6)
+
+
+def test_duffing_is_unstable_between_its_folds():
+    """Folds are where a multiplier passes 1: the frequency turns round there."""
+    curve = follow_band(
+        duffing(c=0.1),
+        np.array([0.4]),
+        tuple(np.array([0.4, 2.4]) / (2 * np.pi)),
+        harmonics=5,
+        outputs={"x": [1.0]},
+        stability=True,
+    )
+    backwards = np.flatnonzero(np.diff(curve.frequency) < 0)
+    unstable = np.flatnonzero(curve.unstable)
+    assert curve.complete and len(backwards) > 3
+    assert abs(unstable[0] - backwards[0]) <= 1 and abs(unstable[-1] - backwards[-1]) <= 1
+    assert (np.diff(unstable) == 1).all() and (curve.stable ^ curve.unstable).all()
+    assert np.abs(curve.multipliers[unstable, 0].imag).max() == 0
+
+
+@pytest.mark.parametrize("hz", [84.02, 156.0, 161.43, 204.0, 240.0])
+def test_oscillator_with_friction_slip_and_lift_off(hz):
+    """Stable and not: at 84 and 161 Hz a pair of complex multipliers stands outside of the unit
+    circle. Disturbed event-driven integration gives the largest modulus."""
+    w = 2 * np.pi * hz
+    point = solved(oscillator(), 3 * FORCE, w, 21)
+    integrator = ExactIntegrator(point.detail.balance, w)
+    wanted, _ = largest_multiplier(integrator, integrator.on_orbit(point))
+    found = Stability().multipliers(point, w)
+    assert abs(found[0]) == pytest.approx(wanted, rel=3e-4)
+    assert (abs(found[0]) > 1) == (wanted > 1) == (hz in (84.02, 161.43))
+
+
+@pytest.mark.parametrize("name, hz", [("B8", 900.0), ("B8", 1000.0), ("C8", 1000.0)])
+def test_clamped_beams(name, hz):
+    """As above, with one multiplier for each slider that rests at the begin and moves later."""
+    problem, force, _ = beam(name)
+    w = 2 * np.pi * hz
+    point = solved(problem, 20 * force, w, 11)
+    integrator = ExactIntegrator(point.detail.balance, w)
+    wanted, _ = largest_multiplier(integrator, integrator.on_orbit(point))
+    assert abs(Stability().multipliers(point, w)[0]) == pytest.approx(wanted, rel=3e-3)
+
+
+def test_unstable_branch_of_a_unilateral_spring():
+    """C1 folds twice: between the folds one multiplier is real and above 1."""
+    problem, force = unilateral(load("C1")["parameters"])
+    curve = follow_band(
+        problem, force, (0.05, 0.35), harmonics=7, outputs={"x": [1.0]}, stability=True
+    )
+    back = np.flatnonzero(np.diff(curve.frequency) < 0)
+    inside = curve.multipliers[back[1:], 0]
+    assert curve.complete and len(back) > 5
+    assert (inside.real > 1).all() and not inside.imag.any()
+    assert curve.stable[: back[0]].all() and curve.stable[back[-1] + 2 :].all()
+
+
+def test_period_doubling_of_a_unilateral_spring():
+    """C1 at 1.2 N: near 0.121 Hz a multiplier lies below -1. An integration that starts beside the
+    motion doubles its period."""
+    problem, force = unilateral(load("C1")["parameters"] | {"F": 1.2})
+    curve = follow_band(
+        problem, force, (0.115, 0.125), harmonics=15, outputs={"x": [1.0]}, stability=True
+    )
+    i = int(curve.multipliers[:, 0].real.argmin())
+    w = 2 * np.pi * curve.frequency[i]
+    assert curve.multipliers[i, 0].real < -1.01 and not curve.multipliers[i, 0].imag
+    point = solved(problem, force, w, 15, curve.unknowns[i])
+    integrator = ExactIntegrator(point.detail.balance, w)
+    begin = integrator.on_orbit(point)
+    state = integrator.from_vector(integrator.vector(begin) + 1e-3)
+    for _ in range(400):
+        state = integrator.periods(state).state
+    one, two = integrator.periods(state), integrator.periods(state, 2)
+    moved = [integrator.change(state, cycle) for cycle in (one, two)]
+    assert moved[0] > 1e-2 and moved[1] < 0.2 * moved[0]
+
+
+def test_stuck_contacts_leave_the_poles():
+    """No contact moves: exp(s T) of the stuck system, here of modes with 2 % of damping."""
+    problem, force, outputs = beam("B8")
+    w = 2 * np.pi * 800
+    point = solved(problem, 1e-6 * force, w, 3)
+    s = np.linalg.eigvals(
+        np.block(
+            [
+                [np.zeros_like(problem.M), np.eye(len(problem.M))],
+                [
+                    -np.linalg.solve(problem.M, problem.stuck_stiffness),
+                    -np.linalg.solve(problem.M, problem.C),
+                ],
+            ]
+        )
+    )
+    wanted = np.sort(np.abs(np.exp(2 * np.pi * s / w)))[::-1][:4]
+    assert np.abs(Stability().multipliers(point, w)) == pytest.approx(wanted, rel=1e-6)
+
+
+def two_masses():
+    """A slider and a cubic spring on two masses."""
+    law = MixedLaw((Jenkins1D(), CubicSpring(2.0)), of_pair=(0, 1))
+    K = np.array([[2.0, -1.0], [-1.0, 1.5]])
+    B = np.zeros((6, 2))
+    B[0, 0], B[5, 1] = 1.0, 1.0
+    contacts = Contacts([0.0, 0.0], [0.8, 0.0], [0.5, 0.0], [0.4, 0.0])
+    return ContactProblem(np.eye(2), 0.05 * K, K, B, law, contacts)
+
+
+@pytest.mark.parametrize("w", [0.7, 1.1, 1.6])
+def test_friction_and_a_cubic_spring(w):
+    """The period map by differences of an integration of its own: scipy between the instants of
+    the slider."""
+    problem, force = two_masses(), np.array([0.5, 0.2])
+    point = solved(problem, force, w, 25)
+    kt, limit, T = 0.8, 0.2, 2 * np.pi / w
+    F = force
+
+    def period(y):
+        """(x1, x2, v1, v2, slider) after a period, in 800 steps of Runge and Kutta."""
+        n = 800
+        h = T / n
+
+        def rate(t, z, slider):
+            pull = kt * (z[0] - slider)
+            q = np.array([np.clip(pull, -limit, limit), 2.0 * z[1] ** 3])
+            a = F * np.cos(w * t) - problem.C @ z[2:] - problem.K @ z[:2] - q
+            return np.r_[z[2:], a]
+
+        z, slider = y[:4].copy(), y[4]
+        for i in range(n):
+            t = i * h
+            k1 = rate(t, z, slider)
+            k2 = rate(t + h / 2, z + h / 2 * k1, slider)
+            k3 = rate(t + h / 2, z + h / 2 * k2, slider)
+            k4 = rate(t + h, z + h * k3, slider)
+            z = z + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+            slider = np.clip(slider, z[0] - limit / kt, z[0] + limit / kt)
+        return np.r_[z, slider]
+
+    u = point.x.reshape(2, 3, -1)
+    H = (u.shape[2] - 1) // 2
+    at, rate = fourier.basis(np.zeros(1), H)[0], fourier.basis_rate(np.zeros(1), H)[0]
+    y = np.r_[u[0, 0] @ at, u[1, 2] @ at, w * (u[0, 0] @ rate), w * (u[1, 2] @ rate), 0.0]
+    for _ in range(20):
+        y = period(y)
+    h = 1e-6
+    J = np.array([(period(y + h * e) - period(y - h * e)) / (2 * h) for e in np.eye(5)]).T
+    wanted = np.linalg.eigvals(J)
+    wanted = wanted[np.abs(wanted - 1) > 1e-7]  # of a slider that rests
+    wanted = wanted[np.argsort(-np.abs(wanted))][:2]
+    found = Stability().multipliers(point, w)[:2]
+    assert np.abs(found) == pytest.approx(np.abs(wanted), rel=2e-3)
+    assert np.abs(found.real) == pytest.approx(np.abs(wanted.real), abs=3e-3)
+
+
+def test_law_that_does_not_say():
+    """Of isotropic friction the direction of slip turns: neither stable nor unstable."""
+    one = np.eye(3)
+    contacts = Contacts([0.5], [0.5], [0.5], [1.0])
+    problem = ContactProblem(one, 0.05 * one, one, one, IsotropicFriction(), contacts)
+    push = np.array([1.0, 0.3j, 0.0])
+    curve = follow_band(
+        problem, push, (0.1, 0.3), harmonics=1, outputs={"x": one[0]}, stability=True
+    )
+    assert np.isnan(curve.multipliers).all() and not (curve.stable | curve.unstable).any()
+
+
+def test_curve_without_multipliers():
+    problem, force = unilateral(load("C1")["parameters"])
+    curve = follow_band(problem, force, (0.1, 0.3), harmonics=1, outputs={"x": [1.0]})
+    assert not curve.multipliers.size and not (curve.stable | curve.unstable).any()
+
+
+@pytest.mark.parametrize("parameter", [ContactSetting("mu"), Damping()])
+def test_along_a_parameter(parameter):
+    """As at the frequency with that setting."""
+    curve = follow_parameter(
+        oscillator(),
+        3 * FORCE,
+        204.0,
+        parameter,
+        (1.0, 1.6),
+        harmonics=5,
+        outputs=Y2,
+        at=(1.3,),
+        stability=True,
+    )
+    there = int(np.abs(curve.parameter - 1.3).argmin())
+    problem, _ = parameter.rebuild(oscillator(), {1: 3 * FORCE}, 1.3)
+    point = solved(problem, 3 * FORCE, 2 * np.pi * 204.0, 5, curve.unknowns[there])
+    wanted = Stability().multipliers(point, 2 * np.pi * 204.0)
+    assert curve.parameter[there] == pytest.approx(1.3)
+    assert curve.multipliers[there] == pytest.approx(wanted, abs=1e-6, nan_ok=True)
+
+
+@pytest.mark.slow
+def test_modes_and_steps_of_the_rig():
+    """Twice and eight times as many of them."""
+    problem, force, _ = rig()
+    w = 2 * np.pi * 2780
+    point = solved(problem, 20 * force, w, 5)
+    found, modes, steps = (
+        abs(Stability(StabilitySettings(**more)).multipliers(point, w)[0])
+        for more in ({}, {"massless_above": 28.0}, {"steps": 200, "per_mode": 24})
+    )
+    assert found == pytest.approx(modes, rel=2e-4) and found == pytest.approx(steps, rel=1e-6)
