@@ -333,12 +333,15 @@ def _branch(
     outputs = Outputs(case.rows)
     past = check_beyond(options.beyond, argument, (first, last), parameter.unit)
     past = None if past is None else scale * past
-    truncation = TruncationEstimate(equation, case.rows) if options.truncation else None
+    estimate = None
+    if options.truncation or options.stability:
+        stability = Stability() if options.stability else None
+        estimate = TruncationEstimate(equation, case.rows, stability)
 
     def note(point):
         outputs.along(point)
-        if truncation:
-            truncation.of(point)
+        if estimate:
+            estimate.of(point)
 
     branch = trace(equation, scale * first, scale * last, settings, options.progress, note, past)
     further = further_solutions(equation, branch, scale * last, past, settings)
@@ -361,27 +364,20 @@ def _branch(
         (peak_points, change),
         time.perf_counter() - began,
     )
-    multipliers = _multipliers(branch.points, equation) if options.stability else np.empty((0, 0))
-    errors = [truncation.of(point) for point in branch.points] if truncation else []
+    errors = multipliers = np.empty((0, 0))
+    if estimate and options.truncation:
+        errors = np.array([estimate.of(point) for point in branch.points])
+    if estimate and options.stability:
+        multipliers = np.array([estimate.multipliers(point) for point in branch.points])
     curve = replace(
         curve,
-        truncation=np.reshape(errors, (-1, len(case.names))),
+        truncation=errors,
         multipliers=multipliers,
         energy_error=energies,
         further=further,
         ended=f"{curve.ended}; {further}" if further else curve.ended,
     )
     return with_residuals(curve, residuals, bad, equation, branch.points)
-
-
-def _multipliers(points, equation):
-    """(n, k) complex, the leading Floquet multipliers of the points."""
-    stability, parameter = Stability(), equation.parameter
-    found = []
-    for point in points:
-        w = parameter.angular_frequency(2 * np.pi * equation.hz, point.parameter)
-        found.append(stability.multipliers(point, w, parameter))
-    return np.array(found)
 
 
 def _with_all_pairs(curve, kept):

@@ -318,13 +318,14 @@ class ForcedResponse(ArrayRecord):
 
     @property
     def stable(self) -> np.ndarray:
-        """(n,) bool: every disturbance of the point dies out, as far as `multipliers` tell; False
-        where they are not known, too."""
+        """(n,) bool: every disturbance of the point dies out. False, too, where `multipliers` are
+        not known, or more harmonics would change the motion by more than can be estimated."""
         return self._largest_multiplier < 1
 
     @property
     def unstable(self) -> np.ndarray:
-        """(n,) bool: a disturbance of the point grows; False where `multipliers` are not known."""
+        """(n,) bool: a disturbance of the point grows; False, too, where that is not known, as in
+        `stable`."""
         return self._largest_multiplier > 1
 
     @property
@@ -332,7 +333,10 @@ class ForcedResponse(ArrayRecord):
         """(n,) modulus, NaN where it is not known."""
         if not self.multipliers.size:
             return np.full(len(self.frequency), np.nan)
-        return np.abs(self.multipliers[:, 0])
+        modulus = np.abs(self.multipliers[:, 0])
+        if self.truncation.size:
+            modulus[~(self.relative_truncation <= DOUBTFUL)] = np.nan
+        return modulus
 
     @property
     def contact_motion(self) -> np.ndarray:

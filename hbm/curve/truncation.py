@@ -24,6 +24,9 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.outputs import ModalRows
+from tipdamp.hbm.stability.monodromy import Stability
+
+FAR = 0.1  # of the vibration: a larger correction is none of first order
 
 
 class _High(NamedTuple):
@@ -37,12 +40,13 @@ class _High(NamedTuple):
 
 
 class TruncationEstimate:
-    """What further orders change in outputs, rows (m, r), at the points of an equation. Made once
-    for each point, at best while its matrices are there."""
+    """What further orders change in outputs, rows (m, r), at the points of an equation, and the
+    stability of the motion with them. Made once for each point, at best while its matrices are
+    there."""
 
-    def __init__(self, equation: Equation, rows: np.ndarray):
+    def __init__(self, equation: Equation, rows: np.ndarray, stability: Stability | None = None):
         balance = equation.balance
-        self.rows = rows
+        self.rows, self.equation, self.stability = rows, equation, stability
         self._low, self._high = ModalRows(rows), ModalRows(rows)
         self._wide = replace(equation, balance=_wider(balance))
         self._known: dict[int, tuple[Point, np.ndarray]] = {}
@@ -50,34 +54,62 @@ class TruncationEstimate:
     def of(self, point: Point) -> np.ndarray:
         """(m,) m, root mean square over a cycle of the change of the vibration; NaN where the point
         failed, infinite where its Jacobian is singular."""
+        return self._of(point)[: len(self.rows)]
+
+    def multipliers(self, point: Point) -> np.ndarray:
+        """(k,) complex, as `Stability.multipliers`; empty where they are not asked for."""
+        real, imaginary = self._of(point)[len(self.rows) :].reshape(2, -1)
+        return real + 1j * imaginary
+
+    def _of(self, point):
+        """(m + 2k,) both as one array, which a journal keeps."""
         if not point.converged:
-            return np.full(len(self.rows), np.nan)
+            kept = self.stability.settings.kept if self.stability else 0
+            return np.full(len(self.rows) + 2 * kept, np.nan)
         if id(point) not in self._known:
-            size = point.detail.further(lambda here: self._size(here, point))
-            self._known[id(point)] = point, size
+            found = point.detail.further(lambda here: self._both(here, point))
+            self._known[id(point)] = point, found
         return self._known[id(point)][1]
 
-    def _size(self, here: Linearisation, point: Point) -> np.ndarray:
+    def _both(self, here: Linearisation, point: Point) -> np.ndarray:
         with np.errstate(all="ignore"):
-            change = self.change(here, point)
+            change, motion = self.change(here, point)
             size = np.sqrt(0.5 * (np.abs(change[:, 1:]) ** 2).sum(axis=1))
-        return np.where(np.isfinite(size), size, np.inf)
+            size = np.where(np.isfinite(size), size, np.inf)
+        if not self.stability:
+            return size
+        parameter, H = self.equation.parameter, here.balance.H
+        w = parameter.angular_frequency(2 * np.pi * self.equation.hz, point.parameter)
+        plain = _padded(here.x, here.balance, H).reshape(motion.shape)
+        moved = np.linalg.norm((motion - plain)[:, :, 1:])
+        # larger, it is none of first order: the motion itself is nearer
+        near = moved <= FAR * np.linalg.norm(plain[:, :, 1:])
+        found = self.stability.multipliers(
+            here,
+            w,
+            parameter.settings_at(here.balance.problem, point.parameter),
+            motion if near else plain,
+        )
+        return np.r_[size, found.real, found.imag]
 
-    def change(self, here: Linearisation, point: Point) -> np.ndarray:
+    def change(self, here: Linearisation, point: Point) -> tuple[np.ndarray, np.ndarray]:
         """(m, H'+1) complex, m: the estimated change of the outputs at a solved point, linearised
-        `here`."""
+        `here`; and (P, nd, nh') m, the motion of the contacts with it."""
+        H, P, nd = here.balance.H, len(here.balance.problem.contacts), here.balance.nd
+        found = np.zeros((len(self.rows), 2 * H + 2), dtype=complex)
+        motion = _padded(here.x, here.balance, H).reshape(P, nd, -1)
         if not here.forces.g.any():  # all stick: what the forces hold is the motion
-            return np.zeros((len(self.rows), 2 * here.balance.H + 2), dtype=complex)
-        H = here.balance.H
-        more = self._wide.evaluate(_padded(here.x, here.balance, H), point.parameter)
+            return found, motion
+        more = self._wide.evaluate(motion.ravel(), point.parameter)
         high = _higher_orders(more, H)
         dg = _of_samples(more, here)
         _add_coupled(dg, more, high.motion)
-        low = _lower_orders(here, dg, point.tangent)
-        found = np.zeros((len(self.rows), more.balance.H + 1), dtype=complex)
+        low, moved = _lower_orders(here, dg, point.tangent)
         found[:, : H + 1] = real_times(self._low.of(here.balance), low)
         found[:, H + 1 :] = real_times(self._high.of(more.balance), high.modal)
-        return found
+        motion[:, :, : here.balance.nh] += moved.reshape(P, nd, -1)
+        motion[more.forces.contacts, :, here.balance.nh :] = high.motion
+        return found, motion
 
 
 def _wider(balance: HarmonicBalance) -> HarmonicBalance:
@@ -127,16 +159,18 @@ def _add_coupled(dg, more, motion):
     dg[b.contacts, :, :low] += np.einsum("adjek,aek->adj", b.D[:, :, :low, :, low:], motion)
 
 
-def _lower_orders(here: Linearisation, dg: np.ndarray, tangent) -> np.ndarray:
-    """(m, H+1) modal: the change of the orders up to H under a change of the contact forces (P, nd,
-    nh'), with the derivative of the law; tangent : of the point, or None."""
+def _lower_orders(here: Linearisation, dg: np.ndarray, tangent) -> tuple[np.ndarray, np.ndarray]:
+    """The change of the orders up to H, modal (m, H+1) and of the contacts (n,), under a change of
+    the contact forces (P, nd, nh'), with the derivative of the law; tangent : of the point, or
+    None."""
     hb = here.balance
     g = dg.reshape(-1, dg.shape[2])[:, : hb.nh]
     rows = np.flatnonzero(g.any(axis=1))
     shapes = hb.contact_receptance.rows_of(rows)
     direct = -here.factors * real_times(shapes.T, fourier.to_complex(g[rows]))
     R = -fourier.to_real(real_times(hb.shapes, direct)).ravel()
-    return direct + here.moved(here.solve_held(R, tangent), 0.0).modal - here.modal
+    step = here.solve_held(R, tangent)
+    return direct + here.moved(step, 0.0).modal - here.modal, step
 
 
 def _of_samples(more, here):

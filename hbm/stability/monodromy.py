@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigvals
 
-from tipdamp.hbm.balance.parameter import Frequency, Parameter
+from tipdamp.hbm.balance.aft import sample_grid
+from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.residual import HarmonicBalance
-from tipdamp.hbm.continuation.point import Point
+from tipdamp.hbm.laws.records import Contacts
 from tipdamp.hbm.stability.kernels import Poles, Segments, monodromy
 from tipdamp.hbm.time.poles import poles, split
 
@@ -41,7 +42,6 @@ class StabilitySettings:
 
 
 SETTINGS = StabilitySettings()
-FREQUENCY = Frequency()
 SYSTEMS = 16  # stuck systems that are kept: every point has its own where a parameter changes them
 
 
@@ -52,28 +52,34 @@ class Stability:
         self.settings = settings
         self._known: dict[tuple, tuple] = {}
 
-    def multipliers(self, point: Point, w: float, parameter: Parameter = FREQUENCY) -> np.ndarray:
+    def multipliers(
+        self,
+        here: Linearisation,
+        w: float,
+        contacts: Contacts | None = None,
+        motion: np.ndarray | None = None,
+    ) -> np.ndarray:
         """(kept,) complex, the largest first; NaN where there are no more, or where the law does
         not tell how its force follows a disturbance.
 
-        point : of a branch over a parameter, at w rad/s
+        here : a solved point, at w rad/s; contacts : their settings, where they vary; motion (P,
+        nd, nh') of the contacts, with more orders than those of the point
         """
         found = np.full(self.settings.kept, np.nan, dtype=complex)
-        if not point.converged:
-            return found
-        every = self._of(point, w, parameter)
+        every = self._of(here, w, contacts, motion)
         every = every[np.abs(every - 1) > self.settings.neutral]
         every = every[np.lexsort((-every.imag, -np.abs(every)))][: len(found)]
         found[: len(every)] = every
         return found
 
-    def _of(self, point, w, parameter):
+    def _of(self, here, w, contacts, motion):
         """All of them; none where the law does not tell."""
-        balance = point.detail.balance
-        contacts = parameter.settings_at(balance.problem, point.parameter)
-        u = point.x.reshape(len(contacts), balance.nd, balance.nh)
+        balance = here.balance
+        contacts = balance.problem.contacts if contacts is None else contacts
+        u = here.x.reshape(len(contacts), balance.nd, -1) if motion is None else motion
+        grid = sample_grid((u.shape[2] - 1) // 2, len(balance.grid[0]) - 1)
         law = balance.problem.law
-        variation = law.variation(contacts, u, balance.start, balance.grid, w)
+        variation = law.variation(contacts, u, balance.start, grid, w)
         if variation is None:
             return np.empty(0)
         coarse = variation.between(_joined(np.linspace(0, 2 * np.pi, 65), variation.events))

@@ -61,7 +61,7 @@ class Curves:
 
     force (r,) N for a level of 1 N; rows {name: (r,)} of the outputs; start : of the sliders, and
     samples of a cycle,
-    None for the default; peaks : as in `hbm.curve.options.CurveOptions`
+    None for the default; peaks, stability : as in `hbm.curve.options.CurveOptions`
     """
 
     problem: ContactProblem
@@ -71,6 +71,7 @@ class Curves:
     store: Store
     samples: int | None = None
     peaks: Sequence[Sequence[str]] | None = None
+    stability: bool = False
 
     def finished(self, case: CurveCase) -> bool:
         """Whether the store has this curve, made from the same, and unaltered."""
@@ -99,6 +100,7 @@ class Curves:
         return fingerprint(
             _program(),
             *_leaves((self.problem, self.force, self.rows, self.start, self.samples, self.peaks)),
+            self.stability,
         )
 
     def make(self, case: CurveCase, progress: Callable) -> None:
@@ -125,6 +127,7 @@ class Curves:
                 start=self.start,
                 samples=self.samples,
                 peaks=self.peaks,
+                stability=self.stability,
                 progress=progress,
                 journal=journal,
             )

@@ -18,6 +18,8 @@ COPIED = {
     "inside_m",
     "truncation",
     "worst_truncation",
+    "unstable",
+    "unstable_points",
     "points",
     "failed_points",
     "seconds",
@@ -49,8 +51,9 @@ def summarise(results: Results) -> dict:
     peak_m - m, half of peak-to-peak along the force, largest over the patch of blade 1;
     slipping_pairs - number of those that slip or open; lift_off_pairs - of those that open
     somewhere in the band and are closed at rest; truncation, worst_truncation - estimated error of
-    the peak and the largest of the points by the harmonics left out, relative; back - the same
-    curve followed from the other end of the band; held - force on what holds a motion.
+    the peak and the largest of the points by the harmonics left out, relative; unstable - whether
+    the largest amplitude is that of an unstable motion, unstable_points - how many are; back - the
+    same curve followed from the other end of the band; held - force on what holds a motion.
     A curve that stopped, or whose highest point borders a gap, has no peak: at_least_m is the
     largest amplitude that was solved, ended the reason.
     """

@@ -67,8 +67,9 @@ class CurveResult(Peak):
     further - see ForcedResponse; mac - of the outputs at the peak with those at the peak of the
     next lower level; energy_error - of input = damping + friction over a period, relative to the
     input, the largest of its points; worst_truncation - the largest `relative_truncation` of its
-    points; back - None where the band was followed one way; held {motion:
-    ...}; held_change, held_reaction_change -
+    points; unstable - whether the largest amplitude of the first patch is that of an unstable
+    motion; unstable_points - how many points are, None where it is not known of any; back - None
+    where the band was followed one way; held {motion: ...}; held_change, held_reaction_change -
     see ForcedResponse; hold_doubts - sentences of `hold_in_words`."""
 
     file: str
@@ -88,6 +89,8 @@ class CurveResult(Peak):
     start: str
     energy_error: Number = None
     worst_truncation: Number = None
+    unstable: bool = False
+    unstable_points: int | None = None
     mac: Number = None
     back: BackCurve | None = None
     held: dict[str, HeldForce] = {}

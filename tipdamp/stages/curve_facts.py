@@ -78,7 +78,17 @@ def curve_result(
         hold_doubts=tuple(hold_in_words(curve, problem)),
         energy_error=worst(curve.energy_error),
         worst_truncation=worst(curve.relative_truncation),
+        unstable=bool(curve.unstable[_largest(curve, first)]),
+        unstable_points=(
+            int(curve.unstable.sum()) if (curve.stable | curve.unstable).any() else None
+        ),
     )
+
+
+def _largest(curve, outputs):
+    """Index of the point at which the outputs, a mask (m,), move most."""
+    a = curve.amplitude()[:, outputs].max(axis=1)
+    return int(np.argmax(np.where(np.isfinite(a), a, -np.inf)))
 
 
 def peak_shape(curve: ForcedResponse, case: CurveResult) -> np.ndarray:

@@ -260,6 +260,7 @@ def assembled(study: Study, store: Store, responded: bool = False) -> Assembly:
         store,
         study.respond.samples,
         peak_groups(study, rows),
+        study.respond.stability,
     )
     rest = np.column_stack([tangential, np.maximum(kept.preload, 0.0)])
     return Assembly(_on_springs(model, held), kept, rest, curves, shapes)
@@ -332,6 +333,7 @@ def warnings(study: Study, store: Store) -> list[str]:
         *doubts(whole.interface),
         *_unbalanced(found),
         *_truncated(found),
+        *(text for c in found for text in _unstable(c)),
         *_another_mode(found),
         *(text for c in found for text in _without_resonance(c, stuck)),
     ]
@@ -378,6 +380,14 @@ def _truncated(found: Sequence[CurveResult]) -> Iterator[str]:
         yield (
             f"what harmonics above H = {most} would change is {size} the largest amplitude at Fe = "
             f"{level:g} N (above {100 * LIMITS.truncated:g} %): give [respond] harmonics more"
+        )
+
+
+def _unstable(case):
+    if case.unstable:
+        yield (
+            f"the largest amplitude at Fe = {case.Fe_N:g} N, H = {case.H} is that of an unstable "
+            "motion: any disturbance grows, and what the blades do instead is not on this curve"
         )
 
 

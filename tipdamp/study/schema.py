@@ -902,6 +902,14 @@ class Respond(StudySection):
             high=5000,
         ),
     ] = 64
+    stability: Annotated[
+        bool,
+        Key(
+            FLAG,
+            "find at every point whether a disturbance dies out or grows (Floquet multipliers): "
+            "the report dots the unstable parts of a curve",
+        ),
+    ] = True
     both_ways: Annotated[
         bool, Key(FLAG, "follow every curve from the other end too and compare the peaks")
     ] = True

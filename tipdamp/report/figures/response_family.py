@@ -44,6 +44,7 @@ def figures(results: Results) -> Iterator[Figure]:
             "per newton of force, right absolute. Lines are the largest amplitude over the "
             "response patch, shaded down to the smallest; circles mark the peaks. "
             f"{_truncated(cases)}"
+            f"{_unstable(cases)}"
             f"{_trend(cases)}{peakless(cases)}"
             + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14")
         )
@@ -68,7 +69,11 @@ def _curve(results, case: ReportedCurve, color, dash, factor) -> Iterator[Item]:
     if error is not None:
         of_top = factor * np.take_along_axis(error, amplitude.argmax(axis=1)[:, None], axis=1)[:, 0]
         yield Band(hz, top - of_top, top + of_top, "", color, 0.4)
-    yield Curve(hz, top, f"Fe = {case.Fe:g} N", color, dash)
+    unstable = case.curve.unstable
+    yield Curve(hz, np.where(unstable, np.nan, top), f"Fe = {case.Fe:g} N", color, dash)
+    if unstable.any():
+        beside = unstable | np.r_[False, unstable[:-1]] | np.r_[unstable[1:], False]
+        yield Curve(hz, np.where(beside, top, np.nan), "", color, "dot")
     if case.has_peak:
         yield Marks(
             np.array([facts.peak_hz]), np.array([factor * facts.peak_m]), "", color, filled=False
@@ -84,6 +89,16 @@ def _truncated(cases) -> str:
     return (
         "Darker bands, where they are wider than the line: what more harmonics would change by "
         f"estimate, at the peaks {number(max(known), 2, 100)} % at most. "
+    )
+
+
+def _unstable(cases) -> str:
+    """Of how many curves a part is dotted."""
+    n = sum(bool(c.facts.unstable_points) for c in cases)
+    return (
+        f"Dotted on {n} of {len(cases)} curves: unstable motions, whose disturbances grow. "
+        if n
+        else ""
     )
 
 

@@ -21,8 +21,9 @@ def tables(results: Results) -> Iterator[Table]:
         "Peaks of blade 1, half of peak-to-peak along the force: largest and smallest over the "
         "nodes of the patch. Other way: relative change of the peak when the band is followed "
         "from its other end. Truncation: estimated error of the largest peak by the harmonics "
-        "above H. Energy: largest error of input = damping + friction over a period, relative to "
-        "the input, of all points. Lift off: pairs that are closed at rest and open "
+        "above H. Unstable: points of which a disturbance grows. Energy: largest error of input = "
+        "damping + friction over a period, relative to the input, of all points. Lift off: pairs "
+        "that are closed at rest and open "
         "in a part of some cycle. Pairs are named by side and station, with the row where a side "
         "has several" + kept
     )
@@ -44,12 +45,13 @@ def tables(results: Results) -> Iterator[Table]:
             "curve",
             "other way",
             "truncation",
+            "unstable",
             "energy",
             "lift off",
             "pairs that slip or open",
         ),
         tuple(_row(case) for case in results.cases),
-        left=(7, 12),
+        left=(7, 13),
     )
 
 
@@ -71,6 +73,7 @@ def _row(case: ReportedCurve):
         _state(case),
         _other_way(facts),
         number(facts.truncation, 1),
+        NOTHING if facts.unstable_points is None else f"{facts.unstable_points}",
         number(facts.energy_error, 1),
         f"{len(facts.lift_off_pairs)}" if case.curve.converged.any() else NOTHING,
         names_of_pairs(facts.slipping_pairs) if case.curve.converged.any() else NOTHING,
