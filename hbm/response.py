@@ -16,7 +16,7 @@ import time
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Unpack
+from typing import Unpack, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -38,7 +38,13 @@ from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
 from tipdamp.hbm.curve.hold_check import hold_in_words, stiffer_change
 from tipdamp.hbm.curve.journal import Journal
-from tipdamp.hbm.curve.options import CurveKeywords, CurveOptions, curve_options, with_options_named
+from tipdamp.hbm.curve.options import (
+    CurveKeywords,
+    CurveOptions,
+    PointsOfInterest,
+    curve_options,
+    with_options_named,
+)
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.recorded import RecordedBalance
@@ -52,7 +58,7 @@ from tipdamp.hbm.laws.shipped import SHIPPED
 from tipdamp.hbm.memory import check_harmonics_fit
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse, PeriodicSolution
-from tipdamp.hbm.stability.monodromy import Stability
+from tipdamp.hbm.stability.monodromy import SETTINGS, Stability
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     check_beyond,
@@ -65,6 +71,7 @@ from tipdamp.hbm.validation import (
     check_values,
     interval,
     numbers,
+    one_of,
     positive,
 )
 
@@ -333,10 +340,10 @@ def _branch(
     outputs = Outputs(case.rows)
     past = check_beyond(options.beyond, argument, (first, last), parameter.unit)
     past = None if past is None else scale * past
+    everywhere = one_of("stability", options.stability, get_args(PointsOfInterest)) == "all"
     estimate = None
-    if options.truncation or options.stability:
-        stability = Stability() if options.stability else None
-        estimate = TruncationEstimate(equation, case.rows, stability)
+    if options.truncation or everywhere:
+        estimate = TruncationEstimate(equation, case.rows, Stability() if everywhere else None)
 
     def note(point):
         outputs.along(point)
@@ -367,8 +374,16 @@ def _branch(
     errors = multipliers = np.empty((0, 0))
     if estimate and options.truncation:
         errors = np.array([estimate.of(point) for point in branch.points])
-    if estimate and options.stability:
-        multipliers = np.array([estimate.multipliers(point) for point in branch.points])
+    if options.stability != "none":
+        asked = (
+            estimate
+            if estimate and everywhere
+            else TruncationEstimate(equation, case.rows, Stability())
+        )
+        multipliers = np.full((len(branch.points), SETTINGS.kept), np.nan, dtype=complex)
+        wanted = range(len(branch.points)) if everywhere else np.unique(peak_points.nonzero()[0])
+        for i in wanted:
+            multipliers[i] = asked.multipliers(branch.points[i])
     curve = replace(
         curve,
         truncation=errors,

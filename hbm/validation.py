@@ -173,6 +173,13 @@ def check_groups(groups: Any, names: list[str]) -> list[list[int]]:
     return [[names.index(name) for name in group] for group in groups]
 
 
+def one_of(name: str, value: Any, allowed: tuple[str, ...]) -> Any:
+    """The value; InputError where it is none of the allowed ones."""
+    if not isinstance(value, str) or value not in allowed:
+        raise InputError(f"{name} = {brief(value)}: must be one of {', '.join(allowed)}")
+    return value
+
+
 def check_kind(name: str, value: Any, kind: type, made_by: str) -> Any:
     """InputError where an argument is not of the class that it must be."""
     if not isinstance(value, kind):

@@ -4,7 +4,7 @@ checked record."""
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from inspect import Parameter, signature
-from typing import Required, TypedDict, TypeVar
+from typing import Literal, Required, TypedDict, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +15,7 @@ from tipdamp.hbm.curve.journal import Journal
 from tipdamp.hbm.errors import InputError, nearest
 
 Function = TypeVar("Function", bound=Callable)
+PointsOfInterest = Literal["none", "peaks", "all"]
 
 
 class CurveKeywords(TypedDict, total=False):
@@ -30,7 +31,7 @@ class CurveKeywords(TypedDict, total=False):
     samples: int | None
     contact: bool
     truncation: bool
-    stability: bool
+    stability: PointsOfInterest
     peaks: Sequence[Sequence[str]] | None
     progress: Callable[[float, float, int], None] | None
     settings: Settings | None
@@ -59,7 +60,7 @@ class CurveOptions:
     contact : whether to keep the harmonics of the force of every contact too
     truncation : whether to estimate what the orders above H would change at every point
     (`ForcedResponse.truncation`)
-    stability : whether to find the Floquet multipliers of every point
+    stability : the points whose Floquet multipliers are found: 'none', the solved 'peaks' or 'all'
         (`ForcedResponse.multipliers`, `stable`)
     peaks : groups of names of outputs, of each of which the largest and the smallest peak is
         solved, as of the nodes of a patch; None solves the peak of every output. `find_peaks`
@@ -88,7 +89,7 @@ class CurveOptions:
     samples: int | None = None
     contact: bool = False
     truncation: bool = True
-    stability: bool = False
+    stability: PointsOfInterest = "none"
     peaks: Sequence[Sequence[str]] | None = None
     progress: Callable | None = None
     settings: Settings | None = None

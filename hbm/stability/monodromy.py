@@ -25,7 +25,8 @@ from tipdamp.hbm.time.poles import poles, split
 @dataclass(frozen=True)
 class StabilitySettings:
     """massless_above : modes above this many times the frequency follow statically; twice as many
-        move the leading multiplier of the rig by 1e-4
+        move the leading multiplier of the rig by 4e-4
+    slow : poles that keep their mass however fast
     foreign_share : as in `IntegrationSettings`
     steps, per_mode : of a period at least, and for each period of the fastest mode; twice as many
         move it by 1e-7
@@ -33,7 +34,8 @@ class StabilitySettings:
     neutral : distance from 1 within which a multiplier is that of a motion that nothing holds
     """
 
-    massless_above: float = 7.0
+    massless_above: float = 5.0
+    slow: int = 24
     foreign_share: float = 0.02
     steps: int = 48
     per_mode: int = 3
@@ -90,7 +92,8 @@ class Stability:
             return np.concatenate([found, found.conj()[every.imag > 0]])
         place = np.where(acts, np.cumsum(acts).reshape(acts.shape) - 1, -1)
         slow = self._poles(balance, w, acts)
-        fastest = np.abs(slow.s).max(initial=0.0) / w
+        # faster ones follow what acts on them, which a step resolves
+        fastest = min(np.abs(slow.s).max() / w, 2 * self.settings.massless_above)
         steps = max(
             self.settings.steps, variation.steps, int(np.ceil(self.settings.per_mode * fastest))
         )
@@ -121,11 +124,12 @@ class Stability:
             balance = _springs_alone(balance)
             rows = np.flatnonzero(acts.ravel())
             B = balance.problem.B[rows]
+            speeds = np.sort(np.abs(poles(balance.receptance).s))[: self.settings.slow]
             found = split(
                 balance.receptance,
                 B,
                 balance.springs.ravel()[rows],
-                self.settings.massless_above * 2.0 ** (octave / 2),
+                max(self.settings.massless_above * 2.0 ** (octave / 2), 1.001 * speeds[-1]),
                 self.settings.foreign_share,
             )
             out, into = B @ found.out, (B @ found.into).T

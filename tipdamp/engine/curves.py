@@ -21,6 +21,7 @@ from tipdamp import hbm
 from tipdamp.engine.store import Store, fingerprint
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.curve.journal import Journal, JournalBlock, StaleJournal
+from tipdamp.hbm.curve.options import PointsOfInterest
 from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.laws import ContactLaw, Contacts
 from tipdamp.hbm.response import follow_band
@@ -71,7 +72,7 @@ class Curves:
     store: Store
     samples: int | None = None
     peaks: Sequence[Sequence[str]] | None = None
-    stability: bool = False
+    stability: PointsOfInterest = "none"
 
     def finished(self, case: CurveCase) -> bool:
         """Whether the store has this curve, made from the same, and unaltered."""

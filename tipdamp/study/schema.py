@@ -903,13 +903,14 @@ class Respond(StudySection):
         ),
     ] = 64
     stability: Annotated[
-        bool,
+        Literal["none", "peaks", "all"],
         Key(
-            FLAG,
-            "find at every point whether a disturbance dies out or grows (Floquet multipliers): "
-            "the report dots the unstable parts of a curve",
+            CHOICE,
+            "points of which is found whether a disturbance dies out or grows (Floquet "
+            "multipliers); with 'all' the report dots the unstable parts of a curve, and a curve "
+            "of many pairs takes a few times as long",
         ),
-    ] = True
+    ] = "peaks"
     both_ways: Annotated[
         bool, Key(FLAG, "follow every curve from the other end too and compare the peaks")
     ] = True

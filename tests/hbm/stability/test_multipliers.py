@@ -12,6 +12,7 @@ from tipdamp.hbm.balance.parameter import ContactSetting, Damping
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws import Contacts, CubicSpring, IsotropicFriction, Jenkins1D, MixedLaw
 from tipdamp.hbm.response import follow_band, follow_parameter
 from tipdamp.hbm.stability.monodromy import Stability, StabilitySettings
@@ -64,7 +65,7 @@ def test_duffing_is_unstable_between_its_folds():
         tuple(np.array([0.4, 2.4]) / (2 * np.pi)),
         harmonics=5,
         outputs={"x": [1.0]},
-        stability=True,
+        stability="all",
     )
     backwards = np.flatnonzero(np.diff(curve.frequency) < 0)
     unstable = np.flatnonzero(curve.unstable)
@@ -102,7 +103,7 @@ def test_unstable_branch_of_a_unilateral_spring():
     """C1 folds twice: between the folds one multiplier is real and above 1."""
     problem, force = unilateral(load("C1")["parameters"])
     curve = follow_band(
-        problem, force, (0.05, 0.35), harmonics=7, outputs={"x": [1.0]}, stability=True
+        problem, force, (0.05, 0.35), harmonics=7, outputs={"x": [1.0]}, stability="all"
     )
     back = np.flatnonzero(np.diff(curve.frequency) < 0)
     inside = curve.multipliers[back[1:], 0]
@@ -116,7 +117,7 @@ def test_period_doubling_of_a_unilateral_spring():
     motion doubles its period."""
     problem, force = unilateral(load("C1")["parameters"] | {"F": 1.2})
     curve = follow_band(
-        problem, force, (0.115, 0.125), harmonics=15, outputs={"x": [1.0]}, stability=True
+        problem, force, (0.115, 0.125), harmonics=15, outputs={"x": [1.0]}, stability="all"
     )
     i = int(curve.multipliers[:, 0].real.argmin())
     w = 2 * np.pi * curve.frequency[i]
@@ -216,9 +217,24 @@ def test_law_that_does_not_say():
     problem = ContactProblem(one, 0.05 * one, one, one, IsotropicFriction(), contacts)
     push = np.array([1.0, 0.3j, 0.0])
     curve = follow_band(
-        problem, push, (0.1, 0.3), harmonics=1, outputs={"x": one[0]}, stability=True
+        problem, push, (0.1, 0.3), harmonics=1, outputs={"x": one[0]}, stability="all"
     )
     assert np.isnan(curve.multipliers).all() and not (curve.stable | curve.unstable).any()
+
+
+def test_peaks_alone():
+    """As of the same points of the whole curve; another word is refused."""
+    problem, force = unilateral(load("C1")["parameters"])
+    options = dict(harmonics=3, outputs={"x": [1.0]})
+    whole, peaks = (
+        follow_band(problem, force, (0.15, 0.25), stability=points, **options)
+        for points in ("all", "peaks")
+    )
+    at = peaks.peak_points.any(axis=1)
+    assert at.sum() and np.isnan(peaks.multipliers[~at]).all()
+    assert np.array_equal(peaks.multipliers[at], whole.multipliers[at], equal_nan=True)
+    with pytest.raises(InputError, match="stability = 'some': must be one of none, peaks, all"):
+        follow_band(problem, force, (0.15, 0.25), stability="some", **options)
 
 
 def test_curve_without_multipliers():
@@ -239,7 +255,7 @@ def test_along_a_parameter(parameter):
         harmonics=5,
         outputs=Y2,
         at=(1.3,),
-        stability=True,
+        stability="all",
     )
     there = int(np.abs(curve.parameter - 1.3).argmin())
     problem, _ = parameter.rebuild(oscillator(), {1: 3 * FORCE}, 1.3)

@@ -21,9 +21,9 @@ def tables(results: Results) -> Iterator[Table]:
         "Peaks of blade 1, half of peak-to-peak along the force: largest and smallest over the "
         "nodes of the patch. Other way: relative change of the peak when the band is followed "
         "from its other end. Truncation: estimated error of the largest peak by the harmonics "
-        "above H. Unstable: points of which a disturbance grows. Energy: largest error of input = "
-        "damping + friction over a period, relative to the input, of all points. Lift off: pairs "
-        "that are closed at rest and open "
+        "above H. Unstable: motions of which a disturbance grows, of the peaks or of all points. "
+        "Energy: largest error of input = damping + friction over a period, relative to the "
+        "input, of all points. Lift off: pairs that are closed at rest and open "
         "in a part of some cycle. Pairs are named by side and station, with the row where a side "
         "has several" + kept
     )
