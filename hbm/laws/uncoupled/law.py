@@ -130,7 +130,7 @@ class CoulombFriction(ContactLaw):
         pieces, counts, active, _ = located(law, x, start, grid)
         moving = np.flatnonzero(active.any(axis=1))
         edges = [
-            pieces[p, d, : counts[p, d], events.BEGIN]
+            pieces[p, d, : counts[p, d], (events.BEGIN, events.END)].ravel()
             for p in moving
             for d in range(self.sliders + 1)
         ]
