@@ -6,8 +6,8 @@ adds nothing. The law tells what its forces do with a disturbance between the ev
 (`hbm.laws.variation`), and the period map follows from that without differences.
 
 A slider that never moves, and a motion that nothing holds, have a multiplier of exactly 1:
-solutions beside each other, no loss of stability. They are left out. A slider that touches its limit
-and does not slip counts as one that never moves: what drags it leaves it further inside.
+solutions beside each other, no loss of stability. They are left out. A slider that touches its
+limit and does not slip counts as one that never moves: what drags it leaves it further inside.
 """
 
 from dataclasses import dataclass
