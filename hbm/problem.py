@@ -155,15 +155,15 @@ class Problem:
             raise InputError(
                 "no nonlinear force: add(law, where), or linear_response for the system without one"
             )
-        laws = tuple(one.law for one in self.attached)
+        laws, of_contact = _kinds([one.law for one in self.attached])
         names = ("kn", "kt", "mu", "preload")
         settings = Contacts(
             *(np.concatenate([vars(one.settings)[name] for one in self.attached]) for name in names)
         )
         if len(laws) == 1:
-            law, B = laws[0], self.attached[0].rows
+            law, B = laws[0], np.vstack([one.rows for one in self.attached])
         else:
-            law = MixedLaw(laws, tuple(range(len(laws))))
+            law = MixedLaw(laws, of_contact)
             B = np.vstack([_all_components(one) for one in self.attached])
         static = (
             None if self.static is None else numbers("static", self.static, "must be numbers in N")
@@ -235,6 +235,24 @@ class Problem:
             return options
         rows = {name: self.row(cast(Where, where)) for name, where in outputs.items()}
         return cast(CurveKeywords, {**options, "outputs": rows})
+
+
+def _kinds(laws: list[ContactLaw]) -> tuple[tuple[ContactLaw, ...], tuple[int, ...]]:
+    """(the different laws, which of them each one is): equal ones are evaluated together."""
+    kinds, of_contact = list[ContactLaw](), list[int]()
+    for law in laws:
+        place = next((i for i, kind in enumerate(kinds) if _equal(kind, law)), len(kinds))
+        kinds += [law] * (place == len(kinds))
+        of_contact.append(place)
+    return tuple(kinds), tuple(of_contact)
+
+
+def _equal(a, b):
+    """Whether two laws are one. Those with a parameter for each contact have no hash."""
+    try:
+        return a is b or hash(a) == hash(b) and a == b
+    except TypeError:
+        return False
 
 
 def _nothing_moves(where):

@@ -47,6 +47,20 @@ def test_several_laws_are_one_mixed_law():
     assert np.array_equal(one.harmonics, other.harmonics)
 
 
+def test_equal_laws_are_evaluated_together():
+    """A ring of four Duffing oscillators costs four calls of a law at each point else, each with
+    three components; the curve is that of two laws that differ by rounding."""
+    pair = Problem(np.eye(2), 0.05 * np.eye(2), [[2.0, -1], [-1, 2]]).force(0, 0.3)
+    one = pair.add(CubicSpring(1.0), 0).add(CubicSpring(1.0), 1)
+    two = pair.add(CubicSpring(1.0), 0).add(CubicSpring(1.0 + 1e-15), 1)
+    assert one.contact_problem.law == CubicSpring(1.0)
+    assert isinstance(two.contact_problem.law, MixedLaw)
+    both = [problem.solve_at(0.2, outputs={"x": 0}).harmonics for problem in (one, two)]
+    assert both[0] == pytest.approx(both[1], rel=1e-9, abs=1e-12)
+    mixed = one.add(UnilateralSpring(), 0, kn=1.0, preload=-0.1).contact_problem.law
+    assert mixed == MixedLaw((CubicSpring(1.0), UnilateralSpring()), (0, 0, 1))
+
+
 def test_a_law_of_several_components_takes_a_place_for_each():
     free = Problem(np.eye(3), 0.1 * np.eye(3), np.eye(3))
     held = free.add(DryFriction2T(), [0, 1, 2], kn=1.0, kt=1.0, mu=0.3, preload=1.0).force(0, 0.5)
