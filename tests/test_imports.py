@@ -50,6 +50,7 @@ ROOMS = {
         "time",
         "stability",
         "curve",
+        "search",
         "comparison",
         "response",
         "problem",

@@ -119,6 +119,9 @@ if TYPE_CHECKING:
     from tipdamp.hbm.result import (
         PeriodicSolution as PeriodicSolution,
     )
+    from tipdamp.hbm.search.beside import Search as Search
+    from tipdamp.hbm.search.curves import CurvesBeside as CurvesBeside
+    from tipdamp.hbm.search.curves import curves_beside as curves_beside
     from tipdamp.hbm.testing import check_force as check_force
     from tipdamp.hbm.testing import check_law as check_law
     from tipdamp.hbm.time.settings import IntegrationSettings as IntegrationSettings
@@ -177,6 +180,8 @@ else:  # a module __getattr__ would let type checkers accept any name
         "CurveOptions": "hbm.curve.options",
         "Settings": "hbm.continuation.settings",
         **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "hbm.result"),
+        "Search": "hbm.search.beside",
+        **dict.fromkeys(("CurvesBeside", "curves_beside"), "hbm.search.curves"),
         "find_peaks": "hbm.curve.peaks",
         **dict.fromkeys(("solutions_at", "time_history"), "hbm.curve.solutions"),
         **dict.fromkeys(("contact_cycles", "energy_balance", "whole_motion"), "hbm.curve.cycles"),

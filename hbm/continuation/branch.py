@@ -60,7 +60,12 @@ ENDS = {  # why a branch ended, and the remedy
         "run in the other direction, or try more harmonics or more damping"
     ),
     "static": "no force: the static state",
+    "round": "closed: it returned to where it begins",
+    "through": "it leaves the band at both ends",
 }
+COMPLETE = ("end", "round", "through")
+ACROSS = (0.003, 0.01, 0.03, 0.1)  # arc lengths tried across a place where branches cross
+ALONG = 0.9  # cosine of the angle by which the branch may turn there
 
 
 @dataclass
@@ -100,7 +105,7 @@ class Branch:
 
     def finish(self, end: str, at: float) -> None:
         """Note why and where it ended."""
-        self.end, self.at, self.complete, self.count = end, at, end == "end", len(self.points)
+        self.end, self.at, self.complete, self.count = end, at, end in COMPLETE, len(self.points)
 
 
 class BranchTracer:
@@ -109,7 +114,8 @@ class BranchTracer:
 
     lost : no step from the last point is short enough; shortened : whether the step was, since the
     last point
-    begin, way, sense : of the parameter; settled : the last point at which it had moved noticeably
+    begin, way, sense : of the parameter: where the band starts, its width, and the direction;
+    settled : the last point at which it had moved noticeably
     sign : of the bordered determinant, forward along the branch; largest : weighted size of the
     unknowns so far
     stale, turns : points and folds since the last progress; gaps, attempts : gaps bridged and
@@ -125,6 +131,7 @@ class BranchTracer:
         weights: np.ndarray,
         settings: Settings,
         restart: Callable[[float], Point] | None,
+        begin: float | None = None,
     ):
         self.evaluate, self.end, self.weights, self.settings, self.restart = (
             evaluate,
@@ -134,8 +141,8 @@ class BranchTracer:
             restart,
         )
         self.branch = Branch([start], calls=start.iterations)
-        self.begin, self.sense = start.parameter, np.sign(end - start.parameter)
-        self.way = abs(end - start.parameter)
+        self.begin = start.parameter if begin is None else begin
+        self.sense, self.way = np.sign(end - self.begin), abs(end - self.begin)
         self.largest = size(weights * start.x)
         self.gaps, self.attempts, self.settled = 0, 0, start
         self.beyond: tuple[float, list[Point]] | None = None
@@ -321,6 +328,26 @@ class BranchTracer:
                 length = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
                 if 0.1 * reach < length < 3 * reach and forward(tried, last, metric):
                     return tried
+        return None
+
+    def across(self) -> Point | None:
+        """The next point behind a place where another branch crosses: the determinant changes its
+        sign there, and with it the orientation of this one. None where there is no such place."""
+        last, metric = self.run[-1], self.metric()
+        length = metric.norm(*last.tangent)
+        tx, tp = last.tangent[0] / length, last.tangent[1] / length
+        for reach in ACROSS:
+            plane = metric.plane(last.x + reach * tx, last.parameter + reach * tp, tx, tp)
+            new = correct(self.evaluate, plane, metric, self.settings)
+            self.branch.calls += new.iterations
+            if not new.converged:
+                continue
+            bx, bp = tangent(new.detail, plane.row, plane.corner, -self.orientation, metric)
+            beside = metric.norm(new.x - plane.x, new.parameter - plane.parameter)
+            if metric.inner(tx, tp, bx, bp) > ALONG and beside < 0.2 * reach:
+                self.orientation = -self.orientation
+                self.step, self.order, self.lost = reach, 1, False
+                return replace(new, tangent=(bx, bp), orientation=self.orientation)
         return None
 
     def _beyond(self, new, last, x, p):

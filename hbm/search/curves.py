@@ -1,0 +1,185 @@
+"""Curves beside a curve: detached resonances and other branches of its band."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tipdamp.hbm.balance.parameter import Equation, Parameter
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.continuation.branch import Branch
+from tipdamp.hbm.continuation.closed import follow_both_ways
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.crossings import crossings
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.curve.drawn import refine_drawn
+from tipdamp.hbm.curve.equilibrium import settle, with_residuals
+from tipdamp.hbm.curve.outputs import Outputs
+from tipdamp.hbm.curve.peaks import refine_largest
+from tipdamp.hbm.curve.solutions import restored
+from tipdamp.hbm.curve.trace import record
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.search.beside import Beside, Search
+
+
+@dataclass(frozen=True)
+class CurvesBeside:
+    """What was found beside a curve.
+
+    curves : a ForcedResponse each, over the band of the first curve; closed ones begin and end at
+        their lowest frequency
+    said : what was looked for and found, in words
+    places, solutions : (k,) values of the parameter at which was looked, and the number of
+        solutions known there afterwards
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
+    >>> found: CurvesBeside = curves_beside(curve, problem, Search(frequencies=2, starts=5))
+    >>> found.said
+    'looked for further solutions at 2 of 2 values from 10 starts: no further curve found'
+    """
+
+    curves: tuple[ForcedResponse, ...]
+    said: str
+    places: tuple[float, ...]
+    solutions: tuple[int, ...]
+
+
+class _EffortSpent(Exception):
+    """The search has made as many residual calls as it may."""
+
+
+def curves_beside(
+    curve: ForcedResponse,
+    problem: ContactProblem,
+    search: Search | None = None,
+    parameter: Parameter | None = None,
+) -> CurvesBeside:
+    """Look for solutions beside a complete curve at some frequencies of its band, and follow each
+    both ways: once round where its curve is closed, else to the ends of the band.
+
+    problem : the ContactProblem that the curve was made with; search : how far is looked, None for
+    the default; parameter : as in `solutions_at`
+    None found is no proof that there is none. Raises InputError where the curve is incomplete or
+    the problem is another one.
+
+    >>> M, C = np.diag([1, 0.05]), np.array([[0.01, -0.005], [-0.005, 0.005]])
+    >>> K = [[1.015, -0.015], [-0.015, 0.015]]
+    >>> driven = Problem(M, C, K).add(CubicSpring(0.2 / 3), (0, 1)).force(0, 0.0311)
+    >>> curve = driven.follow_band((0.0955, 0.2546), outputs={"x": 0}, harmonics=1, samples=16)
+    >>> beside = curves_beside(curve, driven.contact_problem, Search(frequencies=3, starts=4))
+    >>> (detached,) = beside.curves
+    >>> print(f"{curve.peak('x')[1]:.1f} m, but detached {detached.peak('x')[1]:.1f} m")
+    0.3 m, but detached 5.8 m
+    """
+    search = search or Search()
+    if not curve.complete:
+        raise InputError(f"curves_beside: the curve is incomplete, {curve.ended}")
+    equation, points = restored(curve, problem, parameter)
+    looked = _Looked(equation, Branch(points), search, curve.residual_calls)
+    looked.everywhere(float(curve.parameter.min()), float(curve.parameter.max()))
+    names = curve.output_names.tolist()
+    found = tuple(_as_curve(branch, equation, names, curve.output_rows) for branch in looked.found)
+    return CurvesBeside(found, looked.words(), tuple(looked.places), tuple(looked.counts))
+
+
+class _Looked:
+    """State of a search: the branches known, those of them that were found, and what was done."""
+
+    def __init__(self, equation: Equation, branch: Branch, search: Search, calls: int):
+        self.equation, self.search = equation, search
+        self.branches, self.found, self.stopped = [branch], list[Branch](), ""
+        self.most = max(search.effort * calls, search.least_calls)
+        self.calls, self.tried = 0, 0
+        self.places, self.counts = list[float](), list[int]()
+
+    def everywhere(self, low: float, high: float) -> None:
+        """Look at all places of a band, in units of the parameter; far from each other first."""
+        count, scale = self.search.frequencies, self.equation.parameter.scale
+        shares = (np.arange(count) + 0.5) / count
+        try:
+            for share in shares[_far_apart(count)]:
+                value = low + share * (high - low)
+                self._at(value, (scale * low, scale * high))
+        except _EffortSpent:
+            self.stopped = f"stopped after {self.calls} evaluations of the residual"
+        finally:
+            self.equation.balance.on_call = None
+
+    def words(self) -> str:
+        """What was looked for and found."""
+        n = len(self.found)
+        found = f"{n} further curve{'s' * (n != 1)}" if n else "no further curve"
+        stopped = f"; {self.stopped}, more may exist" if self.stopped else ""
+        return (
+            f"looked for further solutions at {len(self.places)} of {self.search.frequencies} "
+            f"values from {self.tried} starts: {found} found{stopped}"
+        )
+
+    def _at(self, value, band):
+        equation, p = self.equation, self.equation.parameter.scale * value
+        balance, w = equation.balance_at(p)
+        known = [x for branch in self.branches for x in self._crossing(branch, p)]
+        beside = Beside(balance, w, known, self.search, DEFAULT)
+        self.places.append(value)
+        self.counts.append(len(known))
+        try:
+            balance.on_call = self._call
+            for x in beside.further():
+                self.counts[-1] = len(beside.known)
+                if any(beside.same(x, other) for other in known):
+                    continue
+                if len(self.found) == self.search.curves:
+                    self.stopped = f"stopped after {len(self.found)} further curves"
+                    continue
+                balance.on_call = None
+                self._follow(x, p, band)
+                known += [x, *self._crossing(self.branches[-1], p)]
+                balance.on_call = self._call
+        finally:
+            balance.on_call = None
+            self.tried += beside.tried
+
+    def _call(self):
+        self.calls += 1
+        if self.calls > self.most:
+            raise _EffortSpent
+
+    def _crossing(self, branch, p):
+        equation = self.equation
+        found = crossings(equation.evaluate, branch.points, p, equation.weights, DEFAULT)
+        there = [q.x for q in branch.points if q.converged and q.parameter == p]
+        return there + [point.x for point, _, _ in found if point.converged]
+
+    def _follow(self, x, p, band):
+        equation = self.equation
+        start = solve_fixed(equation.evaluate, x, p, equation.weights, DEFAULT)
+        if not start.converged:
+            return
+        branch = follow_both_ways(
+            equation.evaluate, start, band, equation.weights, DEFAULT, self.search.points
+        )
+        self.branches.append(branch)
+        self.found.append(branch)
+
+
+def _far_apart(count):
+    """Places 0..count-1 in an order in which those that follow each other are far apart: by their
+    binary digits reversed."""
+    digits = max(count - 1, 1).bit_length()
+    return sorted(range(count), key=lambda i: int(f"{i:0{digits}b}"[::-1], 2))
+
+
+def _as_curve(branch, equation, names, rows):
+    """ForcedResponse of a branch, with its peaks solved."""
+    outputs, marks = Outputs(rows), np.zeros((len(branch.points), len(rows)), dtype=bool)
+    if len(branch.points) > 2:
+        marks = refine_largest(equation, branch, outputs, [[j] for j in range(len(rows))], DEFAULT)
+        marks = refine_drawn(equation, branch, outputs, marks, DEFAULT)
+    ends = branch.points[0].parameter, branch.points[-1].parameter
+    residuals, energies, bad = settle(equation, branch.points, ends)
+    held = marks, (0.0, 0.0)
+    curve = record(branch, equation, (names, outputs), False, held, 0.0)
+    curve = replace(curve, energy_error=energies)
+    return with_residuals(curve, residuals, bad, equation, branch.points)

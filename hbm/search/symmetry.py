@@ -1,0 +1,81 @@
+"""Symmetries of a harmonic balance: changes of the motion that turn solutions into solutions.
+
+Alike contacts may change places, as those of a ring of equal blades under equal forces; and where
+every force is odd, a solution half a period later and with the other sign is one as well.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.point import size
+
+SAME = 1e-9  # of the size of a matrix or a residual: what is equal
+MOST = 48  # symmetries of places: those of a cube; more are not used
+
+
+class Symmetry:
+    """One of them; order (P,) : contact p moves as contact order[p] did; half : half a period later
+    with the other sign."""
+
+    def __init__(self, balance: HarmonicBalance, order: np.ndarray, half: bool):
+        signs = np.ones(balance.nh)
+        if half:
+            orders = np.r_[0, np.repeat(np.arange(1, balance.H + 1), 2)]
+            signs = -((-1.0) ** orders)
+        self.order, self.signs, self.shape = order, signs, (len(order), balance.nd, balance.nh)
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """(n,) motion from x (n,)."""
+        return (x.reshape(self.shape)[self.order] * self.signs).ravel()
+
+
+def symmetries(balance: HarmonicBalance, w: float) -> list[Symmetry]:
+    """Those of a balance at w rad/s, without the one that changes nothing; none where there are
+    more than `MOST`. Each is held against the residual of a motion at random."""
+    linear = balance.linear(w).reshape(len(balance.problem.contacts), balance.nd, balance.nh)
+    x = np.random.default_rng(0).normal(size=linear.shape) * max(size(linear.ravel()), 1e-300)
+    residual = balance.evaluate(x.ravel(), w).residual
+    orders = list[np.ndarray]()
+    for order in _places(balance, linear, w):
+        orders.append(order)
+        if len(orders) > MOST:
+            return []
+    found = list[Symmetry]()
+    for half in (False, True):
+        for order in orders:
+            one = Symmetry(balance, order, half)
+            if not half and np.array_equal(order, np.arange(len(order))):
+                continue
+            error = size(balance.evaluate(one(x.ravel()), w).residual - one(residual))
+            if error <= SAME * size(residual):
+                found.append(one)
+    return found
+
+
+def _places(balance, linear, w) -> Iterator[np.ndarray]:
+    """Orders (P,) of the contacts that leave the response of the stuck system and the receptance
+    between the contacts as they are, one place after the other."""
+    P, nd = len(linear), balance.nd
+    shapes = balance.shapes
+    factors = balance.receptance.factors(np.array([0.0, w]))[0]
+    G = np.array([(shapes * factors[:, k]) @ shapes.T for k in range(2)])
+    G = G.reshape(2, P, nd, P, nd).transpose(1, 3, 0, 2, 4)  # (P, P, 2, nd, nd)
+    near, alike = SAME * np.abs(G).max(), SAME * np.abs(linear).max()
+
+    def extended(order):
+        p = len(order)
+        if p == P:
+            yield np.array(order)
+            return
+        for q in set(range(P)).difference(order):
+            same = (
+                np.abs(linear[p] - linear[q]).max() <= alike
+                and np.abs(G[p, p] - G[q, q]).max() <= near
+                and all(np.abs(G[p, k] - G[q, order[k]]).max() <= near for k in range(p))
+            )
+            if same:
+                yield from extended([*order, q])
+
+    yield from extended([])

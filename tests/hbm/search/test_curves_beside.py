@@ -1,0 +1,142 @@
+"""Detached curves and further solutions, against closed forms and counted solutions."""
+
+import numpy as np
+import pytest
+
+from tipdamp import CubicSpring, InputError, Jenkins1D, Problem, Search, curves_beside, solutions_at
+from tipdamp.hbm.balance.parameter import Equation, Level
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.closed import follow_both_ways
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.search.beside import Beside
+
+HZ = 1 / (2 * np.pi)  # of 1 rad/s
+M, C = np.diag([1.0, 0.05]), np.array([[0.01, -0.005], [-0.005, 0.005]])
+K = np.array([[1.015, -0.015], [-0.015, 0.015]])
+CUBIC, FORCE = 0.2 / 3, 0.0311
+ABSORBER = Problem(M, C, K).add(CubicSpring(CUBIC), (0, 1)).force(0, FORCE)
+ONE_HARMONIC = {"outputs": {"x": 0}, "harmonics": 1, "samples": 16}
+
+
+def amplitudes_in_closed_form(w):
+    """|x1| of every solution of the absorber with one harmonic: the square of the stretch is a root
+    of a cubic."""
+    G = np.linalg.inv(K - w**2 * M + 1j * w * C)
+    across = np.array([1.0, -1.0])
+    g, r, k = across @ G @ across, FORCE * (across @ G)[0], 0.75 * CUBIC
+    roots = np.roots([abs(k * g) ** 2, 2 * k * g.real, 1, -(abs(r) ** 2)])
+    squares = roots[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)].real
+    stretch = r / (1 + k * g * squares)
+    return np.sort(np.abs((FORCE * G[:, :1] - G @ across[:, None] * k * squares * stretch)[0]))
+
+
+def test_detached_resonance_of_an_absorber():
+    """Twenty times the peak of the curve that is followed from the end of the band."""
+    curve = ABSORBER.follow_band((0.6 * HZ, 1.6 * HZ), **ONE_HARMONIC)
+    beside = curves_beside(curve, ABSORBER.contact_problem, Search(frequencies=5, starts=4))
+    (detached,) = beside.curves
+    assert beside.said.endswith("5 of 5 values from 20 starts: 1 further curve found")
+    w = np.linspace(0.7, 1.0, 3001)
+    closed_form = [amplitudes_in_closed_form(one) for one in w]
+    three = w[[len(found) == 3 for found in closed_form]]
+    # the points beside its folds
+    assert detached.frequency.min() / HZ == pytest.approx(three.min(), abs=1e-3)
+    assert detached.frequency.max() / HZ == pytest.approx(three.max(), abs=1e-3)
+    highest = max(found[-1] for found in closed_form)
+    assert detached.peak("x")[1] == pytest.approx(highest, rel=1e-3)  # 1e-4 rad/s between two w
+    assert highest > 18 * curve.peak("x")[1]
+    for one, x in zip(detached.frequency, detached.harmonics[:, 0, 1], strict=True):
+        there = amplitudes_in_closed_form(one / HZ)
+        assert np.abs(there / abs(x) - 1).min() < 1e-6
+    assert detached.frequency[0] == detached.frequency[-1] == detached.frequency.min()
+    assert "closed" in detached.ended and detached.complete
+
+
+def test_more_harmonics_of_the_absorber():
+    curve = ABSORBER.follow_band((0.6 * HZ, 1.6 * HZ), outputs={"x": 0}, harmonics=5)
+    (detached,) = curves_beside(
+        curve, ABSORBER.contact_problem, Search(frequencies=3, starts=4)
+    ).curves
+    # by a level path of others, at 0.93 rad/s: 0.811 and 0.0909 here, 0.1798 on the curve
+    of_both = [
+        np.abs(solutions_at(one, ABSORBER.contact_problem, 0.93 * HZ)[:, 0, 1])
+        for one in (detached, curve)
+    ]
+    assert sorted(of_both[0]) == pytest.approx([0.0909, 0.811], rel=1e-3)
+    assert of_both[1] == pytest.approx([0.1798], rel=1e-3)
+    assert detached.force_residual.max() < 5e-9 and detached.energy_error.max() < 1e-8
+
+
+def ring():
+    stiffness = 3 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0)
+    problem = Problem(np.eye(4), 0.1 * np.eye(4), stiffness)
+    for i in range(4):
+        problem = problem.add(CubicSpring(1.0), i).force(i, 2.0)
+    return HarmonicBalance(problem.contact_problem, dict(problem.forces), 3)
+
+
+def test_all_solutions_of_a_ring():
+    """Four equal oscillators: eleven solutions at 2 rad/s, closed under the symmetry of the
+    ring."""
+    balance, w = ring(), 2.0
+    first = solve_fixed(balance.evaluate, balance.linear(w), w, balance.weights)
+    beside = Beside(balance, w, [first.x], Search(), DEFAULT)
+    found = [*beside.known, *beside.further()]
+    assert len(beside.symmetries) == 15  # eight of a square, each with and without half a period
+    assert len(found) == len(beside.known) == 11
+    for x in found:
+        residual = balance.evaluate(x, w).residual
+        assert np.linalg.norm(residual) <= 1e-9 * np.linalg.norm(x)
+        turned = np.roll(x.reshape(4, -1), 1, axis=0).ravel()
+        assert sum(beside.same(turned, one) for one in found) == 1
+
+
+def test_a_branch_is_followed_across_others():
+    """The level path of equal motions meets those of unequal ones: it goes on to its folds and
+    back."""
+    balance, w = ring(), 2.5
+    evaluate = Equation(balance, Level(), w * HZ).evaluate
+    first = solve_fixed(evaluate, balance.linear(w), 1.0, balance.weights)
+    branch = follow_both_ways(evaluate, first, (0.05, 10.0), balance.weights, DEFAULT, 300)
+    assert branch.end == "through" and branch.points[-1].parameter == pytest.approx(10.0)
+    for point in branch.points:
+        u = point.x.reshape(4, -1)
+        assert np.abs(u - u[0]).max() < 1e-6 * np.abs(u).max()
+    turns = np.diff(np.sign(np.diff([point.parameter for point in branch.points])))
+    assert np.count_nonzero(turns) == 2
+
+
+def test_a_curve_that_leaves_the_band_at_both_ends_of_its_part():
+    """A hardening resonance whose fold lies above the band: the two other solutions belong to one
+    curve, or to one each where it folds outside."""
+    duffing = Problem([[1.0]], [[0.02]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 0.2)
+    curve = duffing.follow_band((0.4 * HZ, 2.0 * HZ), **ONE_HARMONIC)
+    beside = curves_beside(curve, duffing.contact_problem, Search(frequencies=4, starts=8))
+    assert max(beside.solutions) == 3
+    for one in beside.curves:
+        a, w = np.abs(one.harmonics[:, 0, 1]), one.frequency / HZ
+        assert ((1 - w**2 + 0.75 * a**2) ** 2 + (0.02 * w) ** 2) * a**2 == pytest.approx(
+            0.04, rel=1e-6
+        )
+        assert "leaves the band at both ends" in one.ended
+
+
+def test_nothing_beside_a_friction_oscillator_and_limits_that_are_told():
+    blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    curve = damped.follow_band((600, 1000), outputs={"tip": 0}, harmonics=3)
+    nothing = curves_beside(curve, damped.contact_problem, Search(frequencies=3, starts=5))
+    assert nothing.curves == () and nothing.solutions == (1, 1, 1)
+    assert "3 of 3 values from 15 starts: no further curve found" in nothing.said
+    few = Search(effort=0.0, least_calls=50)
+    stopped = curves_beside(curve, damped.contact_problem, few)
+    assert "stopped after 51 evaluations" in stopped.said and "more may exist" in stopped.said
+    assert len(stopped.places) < 12
+
+
+def test_curves_that_cannot_be_searched_beside():
+    curve = ABSORBER.follow_band((0.6 * HZ, 0.9 * HZ), **ONE_HARMONIC)
+    other = Problem(M, C, 2 * K).add(CubicSpring(CUBIC), (0, 1)).contact_problem
+    with pytest.raises(InputError, match="the problem is not that of the curve"):
+        curves_beside(curve, other)
