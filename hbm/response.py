@@ -50,7 +50,7 @@ from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.recorded import RecordedBalance
 from tipdamp.hbm.curve.starts import first_of, starts
 from tipdamp.hbm.curve.trace import record, slides, trace
-from tipdamp.hbm.curve.truncation import TruncationEstimate
+from tipdamp.hbm.curve.truncation import TruncationEstimate, peak_multipliers
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.spring import Hold
 from tipdamp.hbm.laws.base import ContactLaw
@@ -58,7 +58,7 @@ from tipdamp.hbm.laws.shipped import SHIPPED
 from tipdamp.hbm.memory import check_harmonics_fit
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse, PeriodicSolution
-from tipdamp.hbm.stability.monodromy import SETTINGS, Stability
+from tipdamp.hbm.stability.monodromy import Stability
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     check_beyond,
@@ -375,15 +375,11 @@ def _branch(
     if estimate and options.truncation:
         errors = np.array([estimate.of(point) for point in branch.points])
     if options.stability != "none":
-        asked = (
-            estimate
+        multipliers = (
+            np.array([estimate.multipliers(point) for point in branch.points])
             if estimate and everywhere
-            else TruncationEstimate(equation, case.rows, Stability())
+            else peak_multipliers(equation, case.rows, branch.points, peak_points)
         )
-        multipliers = np.full((len(branch.points), SETTINGS.kept), np.nan, dtype=complex)
-        wanted = range(len(branch.points)) if everywhere else np.unique(peak_points.nonzero()[0])
-        for i in wanted:
-            multipliers[i] = asked.multipliers(branch.points[i])
     curve = replace(
         curve,
         truncation=errors,

@@ -19,6 +19,7 @@ from tipdamp.hbm.validation import brief
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 SOLVED = 1e-8  # of the amplitude: to what peaks are solved
 DOUBTFUL = 0.1  # of the vibration: a larger estimate of the truncation is no estimate
+NOT_SEARCHED = "not looked for further curves"
 RIPPLE = 1e-3  # a local maximum that stands out less, relative to its height, is none
 
 
@@ -48,6 +49,7 @@ class ForcedResponse(ArrayRecord):
     point
     further : what is known of solutions at the end of the band that the branch does not reach
         inside it, in words; empty where none was found (see `hbm.curve.band_end`)
+    searched : what was looked for beside the curve and found, in words (see `curves_beside`)
     reached_end : the end of the band, perhaps past failed points; a curve that did not has no peak
     H, origin, start : harmonics; 'preloaded' or 'unloaded'; 'zero_slider', 'zero_force' or 'given'
     force_residual : (n,) residual of the equation of motion with the contact law on the motion of
@@ -137,6 +139,7 @@ class ForcedResponse(ArrayRecord):
     samples: int = 0
     reached_end: bool = False
     further: str = ""
+    searched: str = NOT_SEARCHED
     force_residual: np.ndarray = _none(0)
     energy_error: np.ndarray = _none(0)
     truncation: np.ndarray = _none(0, 0)

@@ -11,6 +11,7 @@ Krack, Gross, Harmonic Balance for Nonlinear Vibration Problems (2019), sec. 2.3
 truncation; the correction is a step of Newton's method with more orders, by parts.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -24,7 +25,7 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.outputs import ModalRows
-from tipdamp.hbm.stability.monodromy import Stability
+from tipdamp.hbm.stability.monodromy import SETTINGS, Stability
 
 FAR = 0.1  # of the vibration: a larger correction is none of first order
 
@@ -110,6 +111,18 @@ class TruncationEstimate:
         motion[:, :, : here.balance.nh] += moved.reshape(P, nd, -1)
         motion[more.forces.contacts, :, here.balance.nh :] = high.motion
         return found, motion
+
+
+def peak_multipliers(
+    equation: Equation, rows: np.ndarray, points: Sequence[Point], peaks: np.ndarray
+) -> np.ndarray:
+    """(n, k) complex, the leading multipliers of the points that are marked as peaks (n, m) of an
+    output; NaN elsewhere."""
+    estimate = TruncationEstimate(equation, rows, Stability())
+    found = np.full((len(points), SETTINGS.kept), np.nan, dtype=complex)
+    for i in np.flatnonzero(peaks.any(axis=1)):
+        found[i] = estimate.multipliers(points[i])
+    return found
 
 
 def _wider(balance: HarmonicBalance) -> HarmonicBalance:

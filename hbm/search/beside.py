@@ -8,7 +8,7 @@ system, and counts as known for the next start.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,7 @@ class Search:
     effort : most residual calls of the search, as a multiple of those of the curve; those of the
         curves that are found come on top of that
     least_calls : that it may make in any case
+    seconds : most of the search; unlike the other limits not the same on every machine
     seed : of the starts
 
     >>> Search(frequencies=20).starts
@@ -49,6 +50,7 @@ class Search:
     points: int = 1000
     effort: float = float("inf")
     least_calls: int = 2000
+    seconds: float = float("inf")
     seed: int = 0
 
 
@@ -59,7 +61,9 @@ class SearchSettings:
     differs: float = 1e-3  # of the motion: solutions that are nearer are one
     calls: int = 25  # of the residual for one start: Newton takes six where it converges
     lowest: float = 0.05  # of the level, down to which its branch is followed
-    points: int = 300  # of that branch, each way
+    points: int = 300  # of that branch, each way, in long steps: what it crosses is solved after
+    aim: float = 0.01
+    largest_step: float = 1.0
     most_starts: int = 1000
     scatter: float = 0.1  # decades, of the amplitudes in a mixture
     enlarged: tuple = (-1.0, 1.5)  # decades, of a known motion
@@ -71,7 +75,8 @@ SETTINGS = SearchSettings()
 class Beside:
     """The solutions known at one frequency w, rad/s, and the search for more.
 
-    known : (n,) unknowns of each; tried : starts of Newton's method so far
+    known : (n,) unknowns of each; tried : starts of Newton's method so far; by_start : solutions
+    that such a start has led to
     """
 
     def __init__(
@@ -84,19 +89,30 @@ class Beside:
         settings_here: SearchSettings = SETTINGS,
     ):
         self.balance, self.w, self.search, self.settings = balance, w, search, settings
-        self.here, self.known, self.tried = settings_here, list[np.ndarray](), 0
+        self.here, self.known = settings_here, list[np.ndarray]()
+        self.tried, self.by_start = 0, 0
         self.symmetries: list[Symmetry] = (
             [] if balance.problem.reducible else symmetries(balance, w)
         )
+        self.add(known)
+
+    def add(self, known: Sequence[np.ndarray]) -> None:
+        """Further solutions that are known here."""
         for x in known:
             self.known += self._new(x)
 
-    def further(self) -> Iterator[np.ndarray]:
-        """(n,) unknowns of each further solution, as it is found."""
-        if self.search.level:
-            for x in list(self.known):
-                for found in self._over_level(x):
-                    yield from self._added(found)
+    def over_level(self) -> Iterator[np.ndarray]:
+        """(n,) unknowns of each further solution on the branches over the level, as it is found."""
+        passed = list[np.ndarray]()
+        for x in list(self.known) if self.search.level else ():
+            if self._among(x, passed):
+                continue
+            for found in self._over_level(x):
+                passed += [found, *(image(found) for image in self.symmetries)]
+                yield from self._added(found)
+
+    def from_starts(self) -> Iterator[np.ndarray]:
+        """(n,) unknowns of each further solution that starts lead to, as it is found."""
         random, last = np.random.default_rng(self.search.seed), 0
         while self.known and self.tried < min(last + self.search.starts, self.here.most_starts):
             guess, away = self._guess(random)
@@ -112,6 +128,7 @@ class Beside:
             )
             for found in self._added(point.x) if point.converged else ():
                 last = self.tried
+                self.by_start += 1
                 yield found
 
     def _added(self, x):
@@ -144,7 +161,13 @@ class Beside:
         if not start.converged:
             return
         band = self.here.lowest, self.search.level
-        branch = follow_both_ways(evaluate, start, band, weights, self.settings, self.here.points)
+        rough = replace(
+            self.settings,
+            aim=self.here.aim,
+            largest_error=20 * self.here.aim,
+            largest_step=self.here.largest_step,
+        )
+        branch = follow_both_ways(evaluate, start, band, weights, rough, self.here.points)
         for point, _, _ in crossings(evaluate, branch.points, 1.0, weights, self.settings):
             if point.converged:
                 yield point.x

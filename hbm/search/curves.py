@@ -1,5 +1,7 @@
 """Curves beside a curve: detached resonances and other branches of its band."""
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +19,7 @@ from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.curve.trace import record
+from tipdamp.hbm.curve.truncation import peak_multipliers
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.search.beside import Beside, Search
@@ -26,9 +29,9 @@ from tipdamp.hbm.search.beside import Beside, Search
 class CurvesBeside:
     """What was found beside a curve.
 
+    curve : the first one, which holds what was looked for (`ForcedResponse.searched`)
     curves : a ForcedResponse each, over the band of the first curve; closed ones begin and end at
         their lowest frequency
-    said : what was looked for and found, in words
     places, solutions : (k,) values of the parameter at which was looked, and the number of
         solutions known there afterwards
 
@@ -36,18 +39,18 @@ class CurvesBeside:
     >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
     >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
     >>> found: CurvesBeside = curves_beside(curve, problem, Search(frequencies=2, starts=5))
-    >>> found.said
-    'looked for further solutions at 2 of 2 values from 10 starts: no further curve found'
+    >>> found.curve.searched.partition(": ")[2]
+    'no further curve found'
     """
 
+    curve: ForcedResponse
     curves: tuple[ForcedResponse, ...]
-    said: str
     places: tuple[float, ...]
     solutions: tuple[int, ...]
 
 
-class _EffortSpent(Exception):
-    """The search has made as many residual calls as it may."""
+class _LimitReached(Exception):
+    """The search has made as many residual calls, or taken as long, as it may."""
 
 
 def curves_beside(
@@ -55,12 +58,14 @@ def curves_beside(
     problem: ContactProblem,
     search: Search | None = None,
     parameter: Parameter | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> CurvesBeside:
     """Look for solutions beside a complete curve at some frequencies of its band, and follow each
     both ways: once round where its curve is closed, else to the ends of the band.
 
     problem : the ContactProblem that the curve was made with; search : how far is looked, None for
-    the default; parameter : as in `solutions_at`
+    the default; parameter : as in `solutions_at`; progress : function (values looked at, curves
+    found), called before each value
     None found is no proof that there is none. Raises InputError where the curve is incomplete or
     the problem is another one.
 
@@ -77,33 +82,47 @@ def curves_beside(
     if not curve.complete:
         raise InputError(f"curves_beside: the curve is incomplete, {curve.ended}")
     equation, points = restored(curve, problem, parameter)
-    looked = _Looked(equation, Branch(points), search, curve.residual_calls)
+    looked = _Looked(equation, Branch(points), search, curve.residual_calls, progress)
     looked.everywhere(float(curve.parameter.min()), float(curve.parameter.max()))
     names = curve.output_names.tolist()
     found = tuple(_as_curve(branch, equation, names, curve.output_rows) for branch in looked.found)
-    return CurvesBeside(found, looked.words(), tuple(looked.places), tuple(looked.counts))
+    searched = replace(curve, searched=looked.words())
+    counts = (len(beside.known) for beside in looked.besides.values())
+    return CurvesBeside(searched, found, tuple(looked.besides), tuple(counts))
 
 
 class _Looked:
     """State of a search: the branches known, those of them that were found, and what was done."""
 
-    def __init__(self, equation: Equation, branch: Branch, search: Search, calls: int):
+    def __init__(
+        self,
+        equation: Equation,
+        branch: Branch,
+        search: Search,
+        calls: int,
+        progress: Callable | None,
+    ):
         self.equation, self.search = equation, search
         self.branches, self.found, self.stopped = [branch], list[Branch](), ""
         self.most = max(search.effort * calls, search.least_calls)
-        self.calls, self.tried = 0, 0
-        self.places, self.counts = list[float](), list[int]()
+        self.until = time.monotonic() + search.seconds
+        self.calls, self.tried, self.by_start = 0, 0, 0
+        self.progress = progress or (lambda places, curves: None)
+        self.besides = dict[float, Beside]()
 
     def everywhere(self, low: float, high: float) -> None:
         """Look at all places of a band, in units of the parameter; far from each other first."""
         count, scale = self.search.frequencies, self.equation.parameter.scale
         shares = (np.arange(count) + 0.5) / count
+        values = low + shares[_far_apart(count)] * (high - low)
         try:
-            for share in shares[_far_apart(count)]:
-                value = low + share * (high - low)
-                self._at(value, (scale * low, scale * high))
-        except _EffortSpent:
-            self.stopped = f"stopped after {self.calls} evaluations of the residual"
+            # the surer way everywhere, before the other one: the effort may not last
+            for way in (Beside.over_level, Beside.from_starts):
+                for i, value in enumerate(values.tolist()):
+                    self.progress(i, len(self.found))
+                    self._at(value, way, (scale * low, scale * high))
+        except _LimitReached as limit:
+            self.stopped = f"stopped after {limit}"
         finally:
             self.equation.balance.on_call = None
 
@@ -112,22 +131,27 @@ class _Looked:
         n = len(self.found)
         found = f"{n} further curve{'s' * (n != 1)}" if n else "no further curve"
         stopped = f"; {self.stopped}, more may exist" if self.stopped else ""
+        if self.by_start and not stopped:
+            stopped = "; random starts led to some of them, more may exist"
         return (
-            f"looked for further solutions at {len(self.places)} of {self.search.frequencies} "
-            f"values from {self.tried} starts: {found} found{stopped}"
+            f"looked for further solutions at {len(self.besides)} of {self.search.frequencies} "
+            f"values, over the level of the force and from {self.tried} starts: "
+            f"{found} found{stopped}"
         )
 
-    def _at(self, value, band):
+    def _at(self, value, way, band):
         equation, p = self.equation, self.equation.parameter.scale * value
         balance, w = equation.balance_at(p)
         known = [x for branch in self.branches for x in self._crossing(branch, p)]
-        beside = Beside(balance, w, known, self.search, DEFAULT)
-        self.places.append(value)
-        self.counts.append(len(known))
+        if value not in self.besides:
+            self.besides[value] = Beside(balance, w, [], self.search, DEFAULT)
+        beside = self.besides[value]
+        beside.add(known)
+        known, balance = list(beside.known), beside.balance
+        tried, by_start = beside.tried, beside.by_start
         try:
             balance.on_call = self._call
-            for x in beside.further():
-                self.counts[-1] = len(beside.known)
+            for x in way(beside):
                 if any(beside.same(x, other) for other in known):
                     continue
                 if len(self.found) == self.search.curves:
@@ -139,12 +163,15 @@ class _Looked:
                 balance.on_call = self._call
         finally:
             balance.on_call = None
-            self.tried += beside.tried
+            self.tried += beside.tried - tried
+            self.by_start += beside.by_start - by_start
 
     def _call(self):
         self.calls += 1
         if self.calls > self.most:
-            raise _EffortSpent
+            raise _LimitReached(f"{self.most:.0f} evaluations of the residual")
+        if time.monotonic() > self.until:
+            raise _LimitReached(f"{self.search.seconds:g} s")
 
     def _crossing(self, branch, p):
         equation = self.equation
@@ -165,10 +192,11 @@ class _Looked:
 
 
 def _far_apart(count):
-    """Places 0..count-1 in an order in which those that follow each other are far apart: by their
-    binary digits reversed."""
+    """Places 0..count-1 in an order in which those that follow each other are far apart, from the
+    middle on: by their binary digits reversed."""
     digits = max(count - 1, 1).bit_length()
-    return sorted(range(count), key=lambda i: int(f"{i:0{digits}b}"[::-1], 2))
+    order = sorted(range(count), key=lambda i: int(f"{i:0{digits}b}"[::-1], 2))
+    return [(i + count // 2) % count for i in order]
 
 
 def _as_curve(branch, equation, names, rows):
@@ -181,5 +209,6 @@ def _as_curve(branch, equation, names, rows):
     residuals, energies, bad = settle(equation, branch.points, ends)
     held = marks, (0.0, 0.0)
     curve = record(branch, equation, (names, outputs), False, held, 0.0)
-    curve = replace(curve, energy_error=energies)
+    multipliers = peak_multipliers(equation, rows, branch.points, marks)
+    curve = replace(curve, energy_error=energies, multipliers=multipliers)
     return with_residuals(curve, residuals, bad, equation, branch.points)

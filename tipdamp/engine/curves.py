@@ -2,13 +2,17 @@
 curve has is kept too.
 
 responses/Fe_5N_H3.npz, Fe_5N_H3_back.npz    the finished curves
-.stages/Fe_5N_H3.json                        key and fingerprint of the file
+responses/Fe_5N_H3_beside.json               what was looked for beside one, in words ...
+responses/Fe_5N_H3_beside1.npz               ... and each curve that was found
+.stages/Fe_5N_H3.json                        key and fingerprints of the files
 .stages/Fe_5N_H3.<key>.<n>.npz               the journal of one that runs, or was interrupted
 """
 
 import logging
+import re
+import time
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
@@ -26,18 +30,23 @@ from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.laws import ContactLaw, Contacts
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.search.beside import Search
+from tipdamp.hbm.search.curves import curves_beside
 
+MOST_BESIDE = 4  # further curves of one curve that are followed
 # an npz file, cut or altered
 DAMAGED = (OSError, ValueError, KeyError, EOFError, RuntimeError, BadZipFile)
 
 
 @dataclass(frozen=True)
 class CurveCase:
-    """One curve: force level in N, harmonics, and the band in Hz as it is followed."""
+    """One curve: force level in N, harmonics, and the band in Hz as it is followed; search : the
+    residual calls for what may lie beside it, as a multiple of its own, 0 for none."""
 
     Fe_N: float
     H: int
     band: tuple[float, float]
+    search: float = 0.0
 
     @property
     def name(self) -> str:
@@ -49,6 +58,11 @@ class CurveCase:
     def file(self) -> str:
         """In the results folder."""
         return f"responses/{self.name}.npz"
+
+    @property
+    def beside(self) -> str:
+        """Of the files of what was looked for beside it."""
+        return f"{self.name}_beside"
 
     @property
     def title(self) -> str:
@@ -76,25 +90,51 @@ class Curves:
 
     def finished(self, case: CurveCase) -> bool:
         """Whether the store has this curve, made from the same, and unaltered."""
-        record = self.store.record(case.name)
-        if record is None or record.key != self.key(case) or list(record.outputs) != [case.file]:
-            return False
-        path = self.store.path(case.file)
-        if path.is_file() and fingerprint(path) == record.outputs[case.file]:
-            return True
-        logging.getLogger("tipdamp").warning(
-            "%s is damaged, changed or gone; it is made anew", path
+        return self._kept(case.name, self.key(case)) and (
+            not case.search or self._kept(case.beside, self._search_key(case))
         )
-        return False
+
+    def _kept(self, name, key):
+        record = self.store.record(name)
+        if record is None or record.key != key or not record.outputs:
+            return False
+        if record.outputs != _of(name, record.outputs):
+            return False
+        for file, mark in record.outputs.items():
+            path = self.store.path(file)
+            if not path.is_file() or fingerprint(path) != mark:
+                logging.getLogger("tipdamp").warning(
+                    "%s is damaged, changed or gone; it is made anew", path
+                )
+                return False
+        return True
 
     def load(self, case: CurveCase) -> ForcedResponse:
-        """A finished curve."""
-        return ForcedResponse.load(self.store.path(case.file))
+        """A finished curve, with what was looked for beside it."""
+        curve = ForcedResponse.load(self.store.path(case.file))
+        if not case.search:
+            return curve
+        return replace(curve, **self.store.read_json(f"responses/{case.beside}.json"))
+
+    def beside(self, case: CurveCase) -> dict[str, ForcedResponse]:
+        """{file: curve} that were found beside a finished one."""
+        return {
+            file: ForcedResponse.load(self.store.path(file))
+            for file in self.files(case)
+            if file != case.file and file.endswith(".npz")
+        }
+
+    def files(self, case: CurveCase) -> list[str]:
+        """Of a finished curve and of what was looked for beside it."""
+        return [case.file, *(self.store.outputs(case.beside) if case.search else ())]
 
     def key(self, case: CurveCase) -> str:
         """Fingerprint of all that the curve follows from: equations, law, excitation, outputs,
         program."""
         return fingerprint(self._equations, case.Fe_N, case.H, case.band)
+
+    def _search_key(self, case):
+        return fingerprint(self.key(case), case.search)
 
     @cached_property
     def _equations(self):
@@ -105,8 +145,14 @@ class Curves:
         )
 
     def make(self, case: CurveCase, progress: Callable) -> None:
-        """Compute a curve and put it into the store; one that was interrupted goes on where it
-        was."""
+        """Compute what is missing of a curve and put it into the store; one that was interrupted
+        goes on where it was."""
+        if not self._kept(case.name, self.key(case)):
+            self._make_curve(case, progress)
+        if case.search:
+            self._search(case, progress)
+
+    def _make_curve(self, case, progress):
         try:
             curve = self._followed(case, progress, Journal(self._keep(case), self._journal(case)))
         except StaleJournal:
@@ -116,6 +162,28 @@ class Curves:
             curve.save(path)
         self.store.finish(case.name, self.key(case), [case.file], curve.seconds)
         self._remove_journal(case)
+
+    def _search(self, case, progress):
+        """Look for curves beside a complete one, and keep what was looked for and found."""
+        began, curve = time.perf_counter(), ForcedResponse.load(self.store.path(case.file))
+        words, found = f"{curve.searched}: the curve is incomplete", tuple[ForcedResponse, ...]()
+        if curve.complete:
+            search = Search(effort=case.search, least_calls=0, curves=MOST_BESIDE)
+
+            def tell(places, _):
+                progress(case.band[1], 0.0, curve.residual_calls)
+
+            beside = curves_beside(curve, self.problem, search, progress=tell)
+            words, found = beside.curve.searched, beside.curves
+        before = _of(case.beside, self.store.outputs(case.beside))
+        files = [f"responses/{case.beside}.json"]
+        self.store.write_json(files[0], {"searched": words})
+        for i, one in enumerate(found):
+            files.append(f"responses/{case.beside}{i + 1}.npz")
+            with self.store.writing(files[-1]) as path:
+                one.save(path)
+        seconds = time.perf_counter() - began
+        self.store.finish(case.beside, self._search_key(case), files, seconds, before)
 
     def _followed(self, case, progress, journal):
         try:
@@ -170,21 +238,28 @@ def sweep(store: Store, cases: Collection[CurveCase]) -> None:
 
     A curve that somebody has changed since is named and stays.
     """
-    kept = {case.name for case in cases}
+    kept = {case.name for case in cases} | {case.beside for case in cases if case.search}
     for record in filter(Path.is_file, store.path(".stages").glob("Fe_*.json")):
         if record.stem in kept:
             continue
-        file = f"responses/{record.stem}.npz"
-        store.remove(
-            {name: mark for name, mark in store.outputs(record.stem).items() if name == file}
-        )
-        if store.path(file).is_file():
-            logging.getLogger("tipdamp").warning(
-                "%s is not of this study, and was changed; it stays", store.path(file)
-            )
+        files = _of(record.stem, store.outputs(record.stem))
+        store.remove(files)
+        for file in {f"responses/{record.stem}.npz": "", **files}:
+            if store.path(file).is_file():
+                logging.getLogger("tipdamp").warning(
+                    "%s is not of this study, and was changed; it stays", store.path(file)
+                )
         record.unlink()
     for block in filter(Path.is_file, store.path(".stages").glob("Fe_*.*.npz")):
         block.unlink()
+
+
+def _of(name: str, outputs: dict[str, str]) -> dict[str, str]:
+    """Those of the {file: fingerprint} that belong to the curve, or search, of that name: a record
+    may be forged."""
+    ending = r"(\.json|\d+\.npz)" if name.endswith("_beside") else r"\.npz"
+    own = re.compile(rf"responses/{re.escape(name)}{ending}")
+    return {file: mark for file, mark in outputs.items() if own.fullmatch(file)}
 
 
 def forget(store: Store) -> None:

@@ -41,10 +41,11 @@ R = TypeVar("R", bound=Result)
 
 @dataclass(frozen=True)
 class ReportedCurve:
-    """One curve with its figures."""
+    """One curve with its figures, and those that were found beside it."""
 
     facts: CurveResult
     curve: ForcedResponse
+    beside: tuple[ForcedResponse, ...] = ()
 
     @property
     def Fe(self) -> float:
@@ -192,7 +193,11 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
     agreement = read("agreement", AgreementResult)
     cycles = read("cycles", CyclesResult)
     cases = [
-        ReportedCurve(c, ForcedResponse.load(store.path(c.file)))
+        ReportedCurve(
+            c,
+            ForcedResponse.load(store.path(c.file)),
+            tuple(ForcedResponse.load(store.path(one.file)) for one in c.beside),
+        )
         for c in (respond.responses if respond else ())
     ]
     records = {stage: store.record(stage) for stage in said}

@@ -20,6 +20,8 @@ COPIED = {
     "worst_truncation",
     "unstable",
     "unstable_points",
+    "searched",
+    "beside",
     "points",
     "failed_points",
     "seconds",
@@ -52,7 +54,8 @@ def summarise(results: Results) -> dict:
     slipping_pairs - number of those that slip or open; lift_off_pairs - of those that open
     somewhere in the band and are closed at rest; truncation, worst_truncation - estimated error of
     the peak and the largest of the points by the harmonics left out, relative; unstable - whether
-    the largest amplitude is that of an unstable motion, unstable_points - how many are; back - the
+    the largest amplitude is that of an unstable motion, unstable_points - how many are;
+    searched - what was looked for beside the curve, beside - the curves that were found; back - the
     same curve followed from the other end of the band; held - force on what holds a motion.
     A curve that stopped, or whose highest point borders a gap, has no peak: at_least_m is the
     largest amplitude that was solved, ended the reason.

@@ -3,6 +3,7 @@ was measured."""
 
 from typing import ClassVar
 
+from tipdamp.hbm.result import NOT_SEARCHED
 from tipdamp.results.record import Number, Numbers, Record, Result, Texts
 from tipdamp.study.law import LawChoice
 
@@ -60,17 +61,39 @@ class BackCurve(Peak):
     energy_error: Number = None
 
 
+class BesideCurve(Record):
+    """A curve that was found beside another one, over from_hz to to_hz: highest - largest amplitude
+    of its points on the first patch; closed - it comes back to where it began; unstable - whether
+    the motion there is."""
+
+    file: str
+    from_hz: float
+    to_hz: float
+    highest_hz: float
+    highest_m: float
+    closed: bool
+    complete: bool
+    ended: str
+    unstable: bool = False
+
+    @property
+    def ends(self) -> str:
+        """Where it lies, in words."""
+        kind = "detached, " if self.closed else ""
+        return f"{kind}over {self.from_hz:.4g} to {self.to_hz:.4g} Hz"
+
+
 class CurveResult(Peak):
     """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of
-    `pair_names` of those that slip or open, lift_off_pairs - of those that open somewhere and are
-    closed at rest;
-    further - see ForcedResponse; mac - of the outputs at the peak with those at the peak of the
-    next lower level; energy_error - of input = damping + friction over a period, relative to the
-    input, the largest of its points; worst_truncation - the largest `relative_truncation` of its
-    points; unstable - whether the largest amplitude of the first patch is that of an unstable
-    motion; unstable_points - how many points are, None where it is not known of any; back - None
-    where the band was followed one way; held {motion: ...}; held_change, held_reaction_change -
-    see ForcedResponse; hold_doubts - sentences of `hold_in_words`."""
+    `pair_names` of those that slip or open, lift_off_pairs - of those that open somewhere and
+    are closed at rest; further, searched - see ForcedResponse; beside - the curves that were
+    found; mac - of the outputs at the peak with those at the peak of the next lower level;
+    energy_error - of input = damping + friction over a period, relative to the input, the
+    largest of its points; worst_truncation - the largest `relative_truncation` of its points;
+    unstable - whether the largest amplitude of the first patch is that of an unstable motion;
+    unstable_points - how many points are, None where it is not known of any; back - None where
+    the band was followed one way; held {motion: ...}; held_change, held_reaction_change - see
+    ForcedResponse; hold_doubts - sentences of `hold_in_words`."""
 
     file: str
     Fe_N: float
@@ -85,6 +108,8 @@ class CurveResult(Peak):
     complete: bool
     ended: str
     further: str = ""
+    searched: str = NOT_SEARCHED
+    beside: tuple[BesideCurve, ...] = ()
     origin: str
     start: str
     energy_error: Number = None

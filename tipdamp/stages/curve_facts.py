@@ -2,7 +2,8 @@
 missing."""
 
 import warnings as python_warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -11,12 +12,13 @@ from tipdamp.engine.curves import CurveCase
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.continuation.branch import ENDS
 from tipdamp.hbm.curve.hold_check import hold_in_words
 from tipdamp.hbm.hold.spring import HeldMotion
 from tipdamp.hbm.result import ForcedResponse, local_maxima
 from tipdamp.hbm.ties import first_largest
 from tipdamp.results.record import Number
-from tipdamp.results.response_results import BackCurve, CurveResult, HeldForce, Peak
+from tipdamp.results.response_results import BackCurve, BesideCurve, CurveResult, HeldForce, Peak
 from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.schema import Respond
 
@@ -27,11 +29,12 @@ def curve_result(
     problem: ContactProblem,
     case: CurveCase,
     ways: Sequence[ForcedResponse],
+    beside: Mapping[str, ForcedResponse] = MappingProxyType({}),
 ) -> CurveResult:
     """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force;
     counts.
 
-    ways : the curve, and where it was followed back, that too
+    ways : the curve, and where it was followed back, that too; beside : {file: curve} found beside
     """
     (curve, *back), held = ways, problem.held
     patches = {
@@ -69,6 +72,8 @@ def curve_result(
         complete=curve.complete,
         ended=curve.ended,
         further=curve.further,
+        searched=curve.searched,
+        beside=tuple(_beside(file, one, first) for file, one in beside.items()),
         origin=curve.origin,
         start=curve.start,
         back=other[0] if other else None,
@@ -82,6 +87,21 @@ def curve_result(
         unstable_points=(
             int(curve.unstable.sum()) if (curve.stable | curve.unstable).any() else None
         ),
+    )
+
+
+def _beside(file, curve, outputs):
+    i = _largest(curve, outputs)
+    return BesideCurve(
+        file=file,
+        from_hz=curve.frequency.min(),
+        to_hz=curve.frequency.max(),
+        highest_hz=curve.frequency[i],
+        highest_m=curve.amplitude()[i, outputs].max(),
+        closed=curve.ended.startswith(ENDS["round"]),
+        complete=curve.complete,
+        ended=curve.ended,
+        unstable=bool(curve.unstable[i]),
     )
 
 

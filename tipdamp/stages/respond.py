@@ -115,7 +115,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     settings, assembly = study.respond, assembled(study, store)
     ways = (settings.band, settings.band[::-1]) if settings.both_ways else (settings.band,)
     cases = [
-        [CurveCase(Fe, H, way) for way in ways]
+        [CurveCase(Fe, H, way, _search(settings, H) if way is ways[0] else 0.0) for way in ways]
         for H in settings.harmonics
         for Fe in settings.levels
     ]
@@ -127,11 +127,13 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         logging.getLogger("tipdamp").warning(text)
     _make([case for both in cases for case in both], assembly.curves, tick, workers)
     found, shapes, difference = list[CurveResult](), [], {}
+    files = list[str]()
     for there, *back in cases:
         curve, *others = map(assembly.curves.load, (there, *back))
-        found.append(
-            curve_result(settings, assembly.kept, assembly.curves.problem, there, (curve, *others))
-        )
+        beside = assembly.curves.beside(there)
+        files += [file for case in (there, *back) for file in assembly.curves.files(case)]
+        made = assembly.kept, assembly.curves.problem
+        found.append(curve_result(settings, *made, there, (curve, *others), beside))
         shapes.append(peak_shape(curve, found[-1]))
         # the damping is that of all kept pairs stuck: the linear response is the same where none is
         # open at rest
@@ -158,10 +160,17 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
             study, assembly.interface, found, pair_names(assembly.kept, slice(None))
         ),
     ).save(store)
-    return [
-        *(case.file for both in cases for case in both),
-        *keep_shapes(store, assembly.interface),
-    ]
+    return [*files, *keep_shapes(store, assembly.interface)]
+
+
+def _search(settings: Respond, H: int) -> float:
+    """Effort of the search beside a curve, in evaluations of its own: the share of those of all
+    curves of its level, spent where H is largest; an evaluation costs in proportion to the
+    unknowns."""
+    if H < max(settings.harmonics):
+        return 0.0
+    ways = 1 + settings.both_ways
+    return settings.search * ways * sum((2 * h + 1) / (2 * H + 1) for h in settings.harmonics)
 
 
 def _make(cases: list[CurveCase], curves: Curves, tick: Ticker, workers: Workers) -> None:
@@ -334,6 +343,7 @@ def warnings(study: Study, store: Store) -> list[str]:
         *_unbalanced(found),
         *_truncated(found),
         *(text for c in found for text in _unstable(c)),
+        *(text for c in found for text in _beside(c)),
         *_another_mode(found),
         *(text for c in found for text in _without_resonance(c, stuck)),
     ]
@@ -389,6 +399,23 @@ def _unstable(case):
             f"the largest amplitude at Fe = {case.Fe_N:g} N, H = {case.H} is that of an unstable "
             "motion: any disturbance grows, and what the blades do instead is not on this curve"
         )
+
+
+def _beside(case):
+    highest = max(case.beside, key=lambda one: one.highest_m, default=None)
+    if highest is None:
+        return
+    n = len(case.beside)
+    curves = (
+        f"a further curve, {highest.ends}" if n == 1 else f"{n} further curves, one {highest.ends}"
+    )
+    own = case.peak_m or case.at_least_m
+    yield (
+        f"beside the curve Fe = {case.Fe_N:g} N, H = {case.H} lies {curves}, with up to "
+        f"{_micro(highest.highest_m, highest.highest_hz)}, {highest.highest_m / own:.3g} times the "
+        f"largest amplitude of the curve{', unstable there' * highest.unstable}: which of the "
+        "motions is met depends on how the blades come there"
+    )
 
 
 def _at_an_end(case):
@@ -493,7 +520,7 @@ STAGE = Stage(
     line,
     warnings=warnings,
     outputs=("respond.json", "stuck.npz"),
-    may_write=("responses/*.npz", *FILES),
+    may_write=("responses/*.npz", "responses/*_beside.json", *FILES),
     needs=("reduce", "tune"),
     requires=("tune", "respond"),
     reads=READS,

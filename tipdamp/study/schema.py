@@ -914,6 +914,17 @@ class Respond(StudySection):
     both_ways: Annotated[
         bool, Key(FLAG, "follow every curve from the other end too and compare the peaks")
     ] = True
+    search: Annotated[
+        float,
+        Key(
+            NUMBER,
+            "effort to look for solutions that no curve holds, such as detached resonances, as a "
+            "share of that of all curves of a level; it is spent beside those of the largest H, "
+            "what is found is followed on top of it; 0 does not look",
+            low=0,
+            high=1e4,
+        ),
+    ] = 0.3
     stress: Annotated[
         bool,
         Key(

@@ -36,7 +36,9 @@ def test_detached_resonance_of_an_absorber():
     curve = ABSORBER.follow_band((0.6 * HZ, 1.6 * HZ), **ONE_HARMONIC)
     beside = curves_beside(curve, ABSORBER.contact_problem, Search(frequencies=5, starts=4))
     (detached,) = beside.curves
-    assert beside.said.endswith("5 of 5 values from 20 starts: 1 further curve found")
+    assert beside.curve.searched.endswith(
+        "5 of 5 values, over the level of the force and from 20 starts: 1 further curve found"
+    )
     w = np.linspace(0.7, 1.0, 3001)
     closed_form = [amplitudes_in_closed_form(one) for one in w]
     three = w[[len(found) == 3 for found in closed_form]]
@@ -82,7 +84,7 @@ def test_all_solutions_of_a_ring():
     balance, w = ring(), 2.0
     first = solve_fixed(balance.evaluate, balance.linear(w), w, balance.weights)
     beside = Beside(balance, w, [first.x], Search(), DEFAULT)
-    found = [*beside.known, *beside.further()]
+    found = [*beside.known, *beside.over_level(), *beside.from_starts()]
     assert len(beside.symmetries) == 15  # eight of a square, each with and without half a period
     assert len(found) == len(beside.known) == 11
     for x in found:
@@ -128,11 +130,20 @@ def test_nothing_beside_a_friction_oscillator_and_limits_that_are_told():
     curve = damped.follow_band((600, 1000), outputs={"tip": 0}, harmonics=3)
     nothing = curves_beside(curve, damped.contact_problem, Search(frequencies=3, starts=5))
     assert nothing.curves == () and nothing.solutions == (1, 1, 1)
-    assert "3 of 3 values from 15 starts: no further curve found" in nothing.said
+    words = nothing.curve.searched
+    assert words.endswith(
+        "3 of 3 values, over the level of the force and from 15 starts: no further curve found"
+    )
+    assert curve.searched == "not looked for further curves"
     few = Search(effort=0.0, least_calls=50)
     stopped = curves_beside(curve, damped.contact_problem, few)
-    assert "stopped after 51 evaluations" in stopped.said and "more may exist" in stopped.said
+    assert (
+        "stopped after 50 evaluations" in stopped.curve.searched
+        and "more may exist" in stopped.curve.searched
+    )
     assert len(stopped.places) < 12
+    late = curves_beside(curve, damped.contact_problem, Search(seconds=1e-9))
+    assert "stopped after 1e-09 s, more may exist" in late.curve.searched
 
 
 def test_curves_that_cannot_be_searched_beside():

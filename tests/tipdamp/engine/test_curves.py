@@ -8,11 +8,14 @@ import sys
 import time
 from dataclasses import fields, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.hbm.oscillator import FORCE, Y2, oscillator
+from tests.hbm.search.test_curves_beside import ABSORBER, HZ
+from tests.tipdamp.report.files import table
 from tests.tipdamp.rig_study import CHAIN, files
 from tipdamp.cli import main
 from tipdamp.engine import curves
@@ -21,6 +24,13 @@ from tipdamp.hbm.curve.journal import Journal
 from tipdamp.hbm.hold.spring import HeldMotion
 from tipdamp.hbm.laws import IsotropicFriction
 from tipdamp.hbm.result import ForcedResponse
+from tipdamp.report.drawing.figure import Curve
+from tipdamp.report.figures import response_family
+from tipdamp.report.results import ReportedCurve
+from tipdamp.report.tables import peaks
+from tipdamp.stages import respond
+from tipdamp.stages.curve_facts import curve_result
+from tipdamp.study.schema import Respond
 
 ROOT = Path(__file__).parents[3]
 STUDY = CHAIN.replace("levels = [5]", "levels = [5, 40]")
@@ -85,7 +95,11 @@ def test_extended_studies_make_what_is_missing(study, made):
     study.write_text(STUDY.replace("damping_ratio = 0.01", "damping_ratio = 0.011"))
     assert run(study) == 0 and len(made) == 4
     left = sorted(p.name for p in (study.parent / "results" / "study" / "responses").iterdir())
-    assert left == ["Fe_40N_H1.npz", "Fe_40N_H1_back.npz", "Fe_5N_H1.npz", "Fe_5N_H1_back.npz"]
+    assert left == [
+        f"Fe_{level}N_H1{ending}"
+        for level in (40, 5)
+        for ending in (".npz", "_back.npz", "_beside.json")
+    ]
     made.clear()
     assert run(study, "--force") == 0 and len(made) == 4
 
@@ -132,6 +146,47 @@ def test_everything_counts_in_the_key(tmp_path):
     ]
     assert len(set(keys)) == len(keys)
     assert other(describe=len).key(case) == base.key(case) == replace(base).key(case)
+
+
+def test_curves_that_are_found_beside_one(tmp_path, made):
+    """The detached resonance of an absorber is kept beside its curve, which says what was looked
+    for; another effort makes the search anew, not the curve."""
+    store, force = Store(tmp_path), np.eye(2)[0]
+    absorber = curves.Curves(ABSORBER.contact_problem, force, {"patch:1": force}, None, store)
+    case = curves.CurveCase(0.0311, 1, (0.6 * HZ, 1.6 * HZ), 1.0)
+    absorber.make(case, lambda *_: None)
+    assert absorber.finished(case) and made == [case.name]
+    files = absorber.files(case)
+    assert [Path(file).name for file in files] == [
+        "Fe_0.0311N_H1.npz",
+        "Fe_0.0311N_H1_beside.json",
+        "Fe_0.0311N_H1_beside1.npz",
+    ]
+    curve, beside = absorber.load(case), absorber.beside(case)
+    assert "1 further curve found" in curve.searched and list(beside) == files[2:]
+    band = list(case.band)
+    settings = Respond(levels=[case.Fe_N], band=band, damping_ratio=0.01, patches=["patch"])
+    facts = curve_result(settings, table(), absorber.problem, case, (curve,), beside)
+    (found,) = facts.beside
+    assert found.closed and found.complete
+    assert found.highest_m > 18 * facts.peak_m
+    assert found.from_hz < 0.93 * HZ < found.to_hz
+    (said,) = respond._beside(facts)
+    assert "lies a further curve, detached, over 0.1153 to 0.1542 Hz" in said
+    reported = ReportedCurve(facts, curve, tuple(beside.values()))
+    assert peaks._row(reported)[11] == "1"
+    shown = SimpleNamespace(first_patch="patch")
+    drawn = [
+        item
+        for item in response_family._curve(shown, reported, "red", "solid", 1.0)
+        if isinstance(item, Curve)
+    ]
+    assert drawn[-1].y.max() > 18 * drawn[0].y.max() and drawn[-1].x.max() < case.band[1]
+    less = replace(case, search=0.01)
+    assert absorber.finished(replace(case, search=0.0)) and not absorber.finished(less)
+    absorber.make(less, lambda *_: None)
+    assert made == [case.name] and absorber.files(less) == files[:2]
+    assert not store.path(files[2]).exists() and "more may exist" in absorber.load(less).searched
 
 
 def test_levels_that_look_alike_have_files_of_their_own():
@@ -228,9 +283,11 @@ def test_old_curves_are_swept_or_named(study, made, caplog):
     assert {n for n in there if "Fe_" in n} == {
         "responses/Fe_5N_H1.npz",
         "responses/Fe_5N_H1_back.npz",
+        "responses/Fe_5N_H1_beside.json",
         "responses/Fe_40N_H1_back.npz",
         ".stages/Fe_5N_H1.json",
         ".stages/Fe_5N_H1_back.json",
+        ".stages/Fe_5N_H1_beside.json",
     }
     assert store.path("notes.json").is_file()
     assert "Fe_40N_H1_back.npz is not of this study, and was changed; it stays" in caplog.text

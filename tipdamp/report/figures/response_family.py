@@ -14,6 +14,7 @@ from tipdamp.report.figures.amplitudes import (
 )
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import MICRO, hertz, micro, number
+from tipdamp.statics.model_inputs import in_patch
 
 DASHES = ("solid", "dash", "dashdot")
 
@@ -45,6 +46,7 @@ def figures(results: Results) -> Iterator[Figure]:
             "response patch, shaded down to the smallest; circles mark the peaks. "
             f"{_truncated(cases)}"
             f"{_unstable(cases)}"
+            f"{_beside(cases)}"
             f"{_trend(cases)}{peakless(cases)}"
             + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14")
         )
@@ -74,6 +76,9 @@ def _curve(results, case: ReportedCurve, color, dash, factor) -> Iterator[Item]:
     if unstable.any():
         beside = unstable | np.r_[False, unstable[:-1]] | np.r_[unstable[1:], False]
         yield Curve(hz, np.where(beside, top, np.nan), "", color, "dot")
+    for one in case.beside:
+        highest = one.amplitude()[:, in_patch(one.output_names, results.first_patch)].max(axis=1)
+        yield Curve(one.frequency, factor * highest, "", color, "dash", 1.0)
     if case.has_peak:
         yield Marks(
             np.array([facts.peak_hz]), np.array([factor * facts.peak_m]), "", color, filled=False
@@ -100,6 +105,13 @@ def _unstable(cases) -> str:
         if n
         else ""
     )
+
+
+def _beside(cases) -> str:
+    """Of how many curves further ones were found."""
+    n = sum(len(c.beside) for c in cases)
+    curves = "a further curve that was" if n == 1 else f"{n} further curves that were"
+    return f"Thin and dashed: {curves} found beside them. " if n else ""
 
 
 def _trend(cases) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from tipdamp.hbm.result import NOT_SEARCHED
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.figures.amplitudes import reason
 from tipdamp.report.results import ReportedCurve, Results
@@ -22,6 +23,8 @@ def tables(results: Results) -> Iterator[Table]:
         "nodes of the patch. Other way: relative change of the peak when the band is followed "
         "from its other end. Truncation: estimated error of the largest peak by the harmonics "
         "above H. Unstable: motions of which a disturbance grows, of the peaks or of all points. "
+        "Beside: further curves that a search found, such as detached resonances; none found is no "
+        "proof that there is none. "
         "Energy: largest error of input = damping + friction over a period, relative to the "
         "input, of all points. Lift off: pairs that are closed at rest and open "
         "in a part of some cycle. Pairs are named by side and station, with the row where a side "
@@ -46,12 +49,13 @@ def tables(results: Results) -> Iterator[Table]:
             "other way",
             "truncation",
             "unstable",
+            "beside",
             "energy",
             "lift off",
             "pairs that slip or open",
         ),
         tuple(_row(case) for case in results.cases),
-        left=(7, 13),
+        left=(7, 14),
     )
 
 
@@ -74,6 +78,7 @@ def _row(case: ReportedCurve):
         _other_way(facts),
         number(facts.truncation, 1),
         NOTHING if facts.unstable_points is None else f"{facts.unstable_points}",
+        "not searched" if facts.searched == NOT_SEARCHED else f"{len(facts.beside)}",
         number(facts.energy_error, 1),
         f"{len(facts.lift_off_pairs)}" if case.curve.converged.any() else NOTHING,
         names_of_pairs(facts.slipping_pairs) if case.curve.converged.any() else NOTHING,
