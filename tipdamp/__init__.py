@@ -58,6 +58,8 @@ if TYPE_CHECKING:
     from tipdamp.hbm.curve.cycles import (
         whole_motion as whole_motion,
     )
+    from tipdamp.hbm.curve.named_points import NamedPoint as NamedPoint
+    from tipdamp.hbm.curve.named_points import named_points as named_points
     from tipdamp.hbm.curve.options import CurveOptions as CurveOptions
     from tipdamp.hbm.curve.peaks import find_peaks as find_peaks
     from tipdamp.hbm.curve.solutions import (
@@ -182,6 +184,7 @@ else:  # a module __getattr__ would let type checkers accept any name
         **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "hbm.result"),
         "Search": "hbm.search.beside",
         **dict.fromkeys(("CurvesBeside", "curves_beside"), "hbm.search.curves"),
+        **dict.fromkeys(("NamedPoint", "named_points"), "hbm.curve.named_points"),
         "find_peaks": "hbm.curve.peaks",
         **dict.fromkeys(("solutions_at", "time_history"), "hbm.curve.solutions"),
         **dict.fromkeys(("contact_cycles", "energy_balance", "whole_motion"), "hbm.curve.cycles"),

@@ -1,0 +1,285 @@
+"""Named points of a curve: where it folds, loses or regains stability, and where contacts begin to
+slip, lift off or part.
+
+What tells the kind of a point changes between two neighbouring points of the curve: the side to
+which the parameter runs, how many Floquet multipliers lie outside the unit circle, and in which of
+stick, slip and gap a contact is during the cycle. A fold is solved as the extremum of the
+parameter; every other change is enclosed by halving the arc.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tipdamp.hbm.balance.parameter import Equation, Parameter
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.continuation import arc
+from tipdamp.hbm.continuation.corrector import between
+from tipdamp.hbm.continuation.crossings import with_tangent
+from tipdamp.hbm.continuation.point import Metric, Point
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.curve.outputs import Outputs
+from tipdamp.hbm.curve.solutions import restored
+from tipdamp.hbm.curve.truncation import TruncationEstimate
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.stability.monodromy import Stability
+
+Kind = Literal[
+    "fold",
+    "branch point",
+    "period doubling",
+    "Neimark-Sacker",
+    "grazing",
+    "onset of slip",
+    "lift-off",
+    "separation",
+]
+ENCLOSED = 1e-5  # arc length: a hundredth of that, relative, in the parameter
+SHARE = 1e-6  # of the cycle, above which a contact slips or is open
+JUMP = 0.02  # of a multiplier at the unit circle: with more it has not passed, but jumped
+REAL = 1e-3  # imaginary part, relative, below which a multiplier is real
+
+
+@dataclass(frozen=True)
+class NamedPoint:
+    """One point of a curve that has a name.
+
+    kind : 'fold' - the parameter turns back; 'branch point' - a real multiplier passes 1 where the
+        curve does not fold: another curve meets it there, most often by a break of symmetry;
+        'period doubling', 'Neimark-Sacker' - a multiplier passes -1, or a complex pair the unit
+        circle; 'grazing' - multipliers jump across it, as a contact touches or begins to slip;
+        'onset of slip', 'lift-off' - a contact does so somewhere in the cycle on one side of the
+        point; 'separation' - it is open through the cycle on one side
+    parameter, frequency : of the point, Hz where the curve runs over the frequency
+    within : of the parameter, what is not known of its place
+    index : of the point of the curve after which it lies
+    contact : index in the curve's contacts, -1 where it is none's
+    multiplier : complex, the one that passes; NaN for others
+    amplitudes : (m,) m, half of peak to peak of the outputs
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
+    >>> begin: NamedPoint = named_points(curve, problem)[0]
+    >>> print(f"{begin.kind} at {begin.frequency:.2f} Hz")
+    onset of slip at 835.63 Hz
+    """
+
+    kind: Kind
+    parameter: float
+    frequency: float
+    within: float
+    index: int
+    contact: int
+    multiplier: complex
+    amplitudes: np.ndarray
+
+
+@dataclass(frozen=True)
+class _State:
+    """What names are told by: slips, open, apart (P,) bool; multipliers (k,), none where they are
+    not known."""
+
+    slips: np.ndarray
+    open: np.ndarray
+    apart: np.ndarray
+    multipliers: np.ndarray
+
+    @property
+    def known(self) -> bool:
+        """Whether there are multipliers."""
+        return len(self.multipliers) > 0
+
+    @property
+    def upwards(self) -> np.ndarray:
+        """(k,) bool: the real positive multipliers."""
+        return (np.abs(self.multipliers.imag) <= REAL) & (self.multipliers.real > 0)
+
+    @property
+    def outside(self) -> int:
+        """Multipliers outside the unit circle."""
+        return int((np.abs(self.multipliers) > 1).sum())
+
+    @property
+    def beside(self) -> int:
+        """Those of them that are not real and positive."""
+        return int((np.abs(self.multipliers[~self.upwards]) > 1).sum())
+
+
+Test = Callable[[_State], object]
+Near = tuple[Point, Point]
+
+
+def named_points(
+    curve: ForcedResponse,
+    problem: ContactProblem,
+    parameter: Parameter | None = None,
+    stability: bool = True,
+) -> tuple[NamedPoint, ...]:
+    """The named points of a curve, in the order of the curve.
+
+    problem : the ContactProblem that the curve was made with; parameter : as in `solutions_at`;
+    stability : False leaves out what multipliers tell, which costs most
+    What begins and ends between two neighbouring points of the curve is not seen. Raises InputError
+    where the problem is another one.
+
+    >>> blade = Problem([[1.0]], [[0.02]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 0.02)
+    >>> curve = blade.follow_band((0.14, 0.24), outputs={"tip": 0})
+    >>> for point in named_points(curve, blade.contact_problem):
+    ...     print(f"{point.kind} at {point.frequency:.4f} Hz, {point.multiplier.real:.2f}")
+    fold at 0.1952 Hz, 1.00
+    fold at 0.1687 Hz, 1.00
+    """
+    return _Along(curve, *restored(curve, problem, parameter), stability).every()
+
+
+class _Along:
+    """A curve whose points are looked at, one interval after the other."""
+
+    def __init__(
+        self, curve: ForcedResponse, equation: Equation, points: list[Point], stability: bool
+    ):
+        self.curve, self.equation, self.points = curve, equation, points
+        self.outputs = Outputs(curve.output_rows)
+        self.estimate = TruncationEstimate(
+            equation, curve.output_rows, Stability() if stability else None
+        )
+        self._states = dict[int, tuple[Point, _State]]()
+        self.silent = list[int]()  # places of folds at which no multiplier passes 1
+
+    def every(self) -> tuple[NamedPoint, ...]:
+        """All named points."""
+        found = list[tuple[float, NamedPoint]]()
+        metric, before = None, None
+        for i, point in enumerate(self.points):
+            if not point.converged:
+                before = None
+                continue
+            metric = arc.metric_at(point, self.equation.weights)
+            here = with_tangent(self.equation.evaluate, self.points, i, metric)
+            if before is not None and not point.jump:
+                found += self._between(before, here, i - 1, metric)
+            elif point.jump:
+                before = None
+            before = here
+        found.sort(key=lambda placed: placed[0])
+        return tuple(named for _, named in found if not self._of_a_fold(named))
+
+    def _of_a_fold(self, named):
+        """Whether a multiplier passes 1 just beside a fold: the fold is that of the orders kept,
+        the multiplier that of the motion with the orders above too."""
+        near = (abs(named.index - index) <= 1 for index in self.silent)
+        return named.kind == "branch point" and any(near)
+
+    def _between(self, a, b, index, metric):
+        """(place, named point) of all changes between two neighbouring points of the curve."""
+        start, end, found = self._state(a), self._state(b), []
+        apart = max(arc.distance(a, b, metric), 1e-300)
+
+        def named(kind, near, contact=-1, multiplier=complex("nan")):
+            p, q = near
+            place = index + min(arc.distance(a, q, metric) / apart, 1 - 1e-9)
+            within = abs(p.parameter - q.parameter)
+            found.append((place, self._named(kind, q, within, index, contact, multiplier)))
+
+        turn = self._fold(a, b, metric)
+        if turn is not None:
+            named("fold", (turn, turn), multiplier=self._at_one(turn))
+        if start.known and end.known and start.outside != end.outside:
+            if start.beside != end.beside:
+                named(*self._passed(self._enclosed(a, b, metric, lambda state: state.beside)))
+            elif turn is None:
+                named(*self._passed(self._enclosed(a, b, metric, lambda state: state.outside)))
+        elif turn is not None:
+            self.silent.append(index)
+        for kind, of in (
+            ("onset of slip", lambda state: state.slips),
+            ("lift-off", lambda state: state.open),
+            ("separation", lambda state: state.apart),
+        ):
+            for contact in np.flatnonzero(of(start) != of(end)):
+                named(kind, self._of_contact(int(contact), of, a, b, metric), int(contact))
+        return found
+
+    def _fold(self, a: Point, b: Point, metric: Metric) -> Point | None:
+        """The point between at which the parameter turns back; None where it does not."""
+        ways = [np.sign(end.tangent[1]) for end in (a, b)]
+        if ways[0] * ways[1] >= 0:
+            return None
+
+        def measure(point):
+            slope = point.tangent[1] / metric.norm(*point.tangent)
+            return arc.MeasuredPoint(point, ways[0] * point.parameter, ways[0] * slope)
+
+        ends = measure(a), measure(b)
+        return arc.maximum(self.equation.evaluate, ends, measure, metric, DEFAULT).best.point
+
+    def _at_one(self, point):
+        """The multiplier nearest 1."""
+        multipliers = self._state(point).multipliers
+        return _nearest(multipliers, multipliers - 1)
+
+    def _enclosed(self, a: Point, b: Point, metric: Metric, test: Test) -> Near:
+        """Two neighbouring points between which the test changes, from those between which it
+        does."""
+        first = test(self._state(a))
+        for _ in range(DEFAULT.max_bisections):
+            if arc.distance(a, b, metric) <= ENCLOSED:
+                break
+            middle = between(self.equation.evaluate, a, b, 0.5, metric.weights)
+            if not arc.lies_between(middle, a, b, metric):
+                break
+            a, b = (middle, b) if test(self._state(middle)) == first else (a, middle)
+        return a, b
+
+    def _of_contact(self, contact, of, a, b, metric):
+        return self._enclosed(a, b, metric, lambda state: of(state)[contact])
+
+    def _passed(self, near: Near):
+        """(kind, near, contact, multiplier) of what changes the stability between two points."""
+        both = [self._state(point).multipliers for point in near]
+        through = [_nearest(multipliers, np.abs(multipliers) - 1) for multipliers in both]
+        # on one side it may be taken for one of what nothing holds
+        multiplier = min(through, key=lambda one: abs(abs(one) - 1))
+        kind: Kind = "Neimark-Sacker"
+        if not abs(abs(multiplier) - 1) <= JUMP:
+            kind = "grazing"
+        elif abs(multiplier.imag) <= REAL:
+            kind = "branch point" if multiplier.real > 0 else "period doubling"
+        return kind, near, -1, multiplier
+
+    def _state(self, point: Point) -> _State:
+        if id(point) not in self._states:
+            shares = point.detail.forces.shares
+            multipliers = np.empty(0, dtype=complex)
+            if self.estimate.stability:
+                multipliers = self.estimate.multipliers(point)
+                multipliers = multipliers[np.isfinite(multipliers)]
+            self.outputs.along(point)
+            point.detail.forget()
+            state = _State(
+                shares[:, 1] > SHARE, shares[:, 2] > SHARE, shares[:, 2] > 1 - SHARE, multipliers
+            )
+            self._states[id(point)] = point, state
+        return self._states[id(point)][1]
+
+    def _named(self, kind, point, within, index, contact, multiplier):
+        parameter, hz = self.equation.parameter, self.equation.hz
+        value = point.parameter / parameter.scale
+        return NamedPoint(
+            kind,
+            float(value),
+            float(parameter.frequencies(hz, np.array([value]))[0]),
+            float(within / parameter.scale),
+            index,
+            contact,
+            complex(multiplier),
+            self.outputs.amplitudes([point])[0][0],
+        )
+
+
+def _nearest(multipliers: np.ndarray, away: np.ndarray) -> complex:
+    """That of the multipliers (k,) that is least away; NaN without any."""
+    return complex(multipliers[np.abs(away).argmin()]) if len(multipliers) else complex("nan")

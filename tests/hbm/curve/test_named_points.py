@@ -1,0 +1,123 @@
+"""Named points against closed forms and an integration of its own."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from tests.hbm.cases import load, unilateral
+from tests.hbm.search.test_curves_beside import ABSORBER, HZ
+from tests.hbm.stability.test_multipliers import largest_multiplier, solved
+from tipdamp import (
+    CubicSpring,
+    InputError,
+    Jenkins1D,
+    Problem,
+    follow_band,
+    follow_parameter,
+    named_points,
+)
+from tipdamp.hbm.time.exact import ExactIntegrator
+
+
+def kinds(found):
+    return [point.kind for point in found]
+
+
+def test_folds_of_duffing_with_one_harmonic():
+    """(1 - w^2 + 3/4 a^2)^2 + (c w)^2 = (F / a)^2 gives w(a); a fold is its extremum."""
+    c, F = 0.02, 0.02
+    duffing = Problem([[1.0]], [[c]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, F)
+    curve = duffing.follow_band((0.9 * HZ, 1.5 * HZ), outputs={"x": 0}, harmonics=1, samples=64)
+    found = named_points(curve, duffing.contact_problem, stability=False)
+
+    def w(a, sign):
+        b = 1 + 0.75 * a**2  # w^4 - (2 b - c^2) w^2 + b^2 - (F / a)^2 = 0
+        p = b - 0.5 * c**2
+        return np.sqrt(p + sign * np.sqrt(max(p**2 - b**2 + (F / a) ** 2, 0.0)))
+
+    within = {"bounds": (0.1, 0.5), "method": "bounded", "options": {"xatol": 1e-9}}
+    lower = minimize_scalar(lambda a: w(a, 1), **within).fun
+    within["bounds"] = (0.7, 0.8164)
+    upper = -minimize_scalar(lambda a: -w(a, 1), **within).fun
+    assert kinds(found) == ["fold", "fold"]
+    assert [point.frequency / HZ for point in found] == pytest.approx([upper, lower], rel=1e-6)
+
+
+def test_slip_begins_at_the_limit():
+    """kt a = mu N: a = 40 um."""
+    blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
+    found = named_points(curve, problem)
+    assert kinds(found) == ["onset of slip"] * 2 and [point.contact for point in found] == [0, 0]
+    for point in found:
+        assert point.amplitudes == pytest.approx([4e-5], rel=1e-5)
+        assert point.within < 1e-6 * point.parameter
+        ends = curve.frequency[point.index : point.index + 2]
+        assert ends.min() <= point.frequency <= ends.max()
+
+
+def test_a_gap_opens_and_the_period_doubles():
+    """C1 lifts off where kn a = N0; at 1.2 N multipliers pass -1 twice, and an integration that is
+    disturbed finds the motion unstable between the two alone."""
+    given = load("C1")["parameters"]
+    problem, force = unilateral(given)
+    curve = follow_band(problem, force, (0.05, 0.35), harmonics=7, outputs={"x": [1.0]})
+    found = named_points(curve, problem)
+    assert kinds(found) == ["lift-off", "fold", "fold", "lift-off"]
+    for point in (found[0], found[-1]):
+        assert point.amplitudes == pytest.approx([given["N0"] / given["kn"]], rel=1e-5)
+    problem, force = unilateral(given | {"F": 1.2})
+    curve = follow_band(problem, force, (0.115, 0.125), harmonics=15, outputs={"x": [1.0]})
+    found = named_points(curve, problem)
+    assert kinds(found) == ["period doubling"] * 2
+    assert [point.multiplier for point in found] == pytest.approx([-1, -1], abs=1e-4)
+    for point, inwards in zip(found, (1, -1), strict=True):
+        near = curve.unknowns[point.index]
+        for share, grows in ((1 + 1e-3 * inwards, True), (1 - 1e-3 * inwards, False)):
+            w = 2 * np.pi * point.frequency * share
+            there = solved(problem, force, w, 15, near)
+            integrator = ExactIntegrator(there.detail.balance, w)
+            modulus, _ = largest_multiplier(integrator, integrator.on_orbit(there))
+            assert (modulus > 1) == grows
+
+
+def test_second_frequencies_of_an_absorber():
+    """Between the two Neimark-Sacker points the leading multipliers are a pair outside the unit
+    circle."""
+    problem = ABSORBER.contact_problem
+    given = {"outputs": {"x": 0}, "harmonics": 5, "stability": "all"}
+    curve = ABSORBER.follow_band((0.6 * HZ, 1.6 * HZ), **given)
+    found = named_points(curve, problem)
+    first, second = (point for point in found if point.kind == "Neimark-Sacker")
+    assert abs(first.multiplier) == pytest.approx(1, abs=1e-4) and first.multiplier.imag > 0.1
+    pairs = np.where(curve.multipliers.imag > 0.01, np.abs(curve.multipliers), 0.0).max(axis=1)
+    assert (pairs[first.index + 1 : second.index + 1] > 1).all()
+    assert pairs[[first.index, second.index + 1]].max() < 1
+
+
+def test_unequal_motions_branch_off_equal_ones():
+    """Of a ring of equal oscillators, over the level: in multiples of the equal motion's own
+    multipliers, which one oscillator with shifted stiffness has."""
+    stiffness = 3 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0)
+    ring = Problem(np.eye(4), 0.1 * np.eye(4), stiffness)
+    for i in range(4):
+        ring = ring.add(CubicSpring(1.0), i).force(i, 2.0)
+    rows = {"x": np.eye(4)[0]}
+    curve = follow_parameter(
+        ring.contact_problem, dict(ring.forces), 2.5 * HZ, "level", (0.05, 3), outputs=rows
+    )
+    found = named_points(curve, ring.contact_problem)
+    branches = [point for point in found if point.kind == "branch point"]
+    assert set(kinds(found)) == {"branch point", "fold"} and len(branches) >= 3
+    for point in branches:
+        assert point.multiplier == pytest.approx(1, abs=1e-4)
+
+
+def test_another_problem_is_refused():
+    blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    curve = damped.follow_band((600, 1000), outputs={"tip": 0}, harmonics=1)
+    other = blade.add(Jenkins1D(), 0, kt=6e5, mu=0.5, preload=40.0)
+    with pytest.raises(InputError, match="the problem is not that of the curve"):
+        named_points(curve, other.contact_problem)
