@@ -78,13 +78,9 @@ class NamedPoint:
 
 
 @dataclass(frozen=True)
-class _State:
-    """What names are told by: slips, open, apart (P,) bool; multipliers (k,), none where they are
-    not known."""
+class _Leading:
+    """The leading multipliers (k,) of a point; none where they are not known."""
 
-    slips: np.ndarray
-    open: np.ndarray
-    apart: np.ndarray
     multipliers: np.ndarray
 
     @property
@@ -108,7 +104,11 @@ class _State:
         return int((np.abs(self.multipliers[~self.upwards]) > 1).sum())
 
 
-Test = Callable[[_State], object]
+CONTACTS: dict[Kind, Callable[[np.ndarray], np.ndarray]] = {  # by their shares of the cycle (P, 3)
+    "onset of slip": lambda shares: shares[:, 1] > SHARE,
+    "lift-off": lambda shares: shares[:, 2] > SHARE,
+    "separation": lambda shares: shares[:, 2] > 1 - SHARE,
+}
 Near = tuple[Point, Point]
 
 
@@ -146,23 +146,27 @@ class _Along:
         self.estimate = TruncationEstimate(
             equation, curve.output_rows, Stability() if stability else None
         )
-        self._states = dict[int, tuple[Point, _State]]()
+        self._known = dict[int, tuple[Point, _Leading]]()
         self.silent = list[int]()  # places of folds at which no multiplier passes 1
 
     def every(self) -> tuple[NamedPoint, ...]:
         """All named points."""
         found = list[tuple[float, NamedPoint]]()
-        metric, before = None, None
+        before, stored = None, self.curve.multipliers
+        if not stored.size:
+            stored = np.full((len(self.points), 1), np.nan)
         for i, point in enumerate(self.points):
             if not point.converged:
                 before = None
                 continue
             metric = arc.metric_at(point, self.equation.weights)
             here = with_tangent(self.equation.evaluate, self.points, i, metric)
+            if self.estimate.stability and np.isfinite(stored[i]).any():
+                self._known[id(here)] = here, _Leading(stored[i][np.isfinite(stored[i])])
             if before is not None and not point.jump:
                 found += self._between(before, here, i - 1, metric)
-            elif point.jump:
-                before = None
+            if before is not None:
+                before.detail.forget()
             before = here
         found.sort(key=lambda placed: placed[0])
         return tuple(named for _, named in found if not self._of_a_fold(named))
@@ -175,7 +179,7 @@ class _Along:
 
     def _between(self, a, b, index, metric):
         """(place, named point) of all changes between two neighbouring points of the curve."""
-        start, end, found = self._state(a), self._state(b), []
+        start, end, found = self._leading(a), self._leading(b), []
         apart = max(arc.distance(a, b, metric), 1e-300)
 
         def named(kind, near, contact=-1, multiplier=complex("nan")):
@@ -189,17 +193,15 @@ class _Along:
             named("fold", (turn, turn), multiplier=self._at_one(turn))
         if start.known and end.known and start.outside != end.outside:
             if start.beside != end.beside:
-                named(*self._passed(self._enclosed(a, b, metric, lambda state: state.beside)))
+                near = self._enclosed(a, b, metric, lambda point: self._leading(point).beside)
+                named(*self._passed(near))
             elif turn is None:
-                named(*self._passed(self._enclosed(a, b, metric, lambda state: state.outside)))
+                near = self._enclosed(a, b, metric, lambda point: self._leading(point).outside)
+                named(*self._passed(near))
         elif turn is not None:
             self.silent.append(index)
-        for kind, of in (
-            ("onset of slip", lambda state: state.slips),
-            ("lift-off", lambda state: state.open),
-            ("separation", lambda state: state.apart),
-        ):
-            for contact in np.flatnonzero(of(start) != of(end)):
+        for kind, of in CONTACTS.items():
+            for contact in np.flatnonzero(of(_shares(a)) != of(_shares(b))):
                 named(kind, self._of_contact(int(contact), of, a, b, metric), int(contact))
         return found
 
@@ -218,28 +220,31 @@ class _Along:
 
     def _at_one(self, point):
         """The multiplier nearest 1."""
-        multipliers = self._state(point).multipliers
+        multipliers = self._leading(point).multipliers
         return _nearest(multipliers, multipliers - 1)
 
-    def _enclosed(self, a: Point, b: Point, metric: Metric, test: Test) -> Near:
+    def _enclosed(
+        self, a: Point, b: Point, metric: Metric, test: Callable[[Point], object]
+    ) -> Near:
         """Two neighbouring points between which the test changes, from those between which it
         does."""
-        first = test(self._state(a))
+        first = test(a)
         for _ in range(DEFAULT.max_bisections):
             if arc.distance(a, b, metric) <= ENCLOSED:
                 break
             middle = between(self.equation.evaluate, a, b, 0.5, metric.weights)
             if not arc.lies_between(middle, a, b, metric):
                 break
-            a, b = (middle, b) if test(self._state(middle)) == first else (a, middle)
+            a, b = (middle, b) if test(middle) == first else (a, middle)
+            middle.detail.forget()
         return a, b
 
     def _of_contact(self, contact, of, a, b, metric):
-        return self._enclosed(a, b, metric, lambda state: of(state)[contact])
+        return self._enclosed(a, b, metric, lambda point: of(_shares(point))[contact])
 
     def _passed(self, near: Near):
         """(kind, near, contact, multiplier) of what changes the stability between two points."""
-        both = [self._state(point).multipliers for point in near]
+        both = [self._leading(point).multipliers for point in near]
         through = [_nearest(multipliers, np.abs(multipliers) - 1) for multipliers in both]
         # on one side it may be taken for one of what nothing holds
         multiplier = min(through, key=lambda one: abs(abs(one) - 1))
@@ -250,20 +255,13 @@ class _Along:
             kind = "branch point" if multiplier.real > 0 else "period doubling"
         return kind, near, -1, multiplier
 
-    def _state(self, point: Point) -> _State:
-        if id(point) not in self._states:
-            shares = point.detail.forces.shares
+    def _leading(self, point: Point) -> _Leading:
+        if id(point) not in self._known:
             multipliers = np.empty(0, dtype=complex)
             if self.estimate.stability:
                 multipliers = self.estimate.multipliers(point)
-                multipliers = multipliers[np.isfinite(multipliers)]
-            self.outputs.along(point)
-            point.detail.forget()
-            state = _State(
-                shares[:, 1] > SHARE, shares[:, 2] > SHARE, shares[:, 2] > 1 - SHARE, multipliers
-            )
-            self._states[id(point)] = point, state
-        return self._states[id(point)][1]
+            self._known[id(point)] = point, _Leading(multipliers[np.isfinite(multipliers)])
+        return self._known[id(point)][1]
 
     def _named(self, kind, point, within, index, contact, multiplier):
         parameter, hz = self.equation.parameter, self.equation.hz
@@ -283,3 +281,8 @@ class _Along:
 def _nearest(multipliers: np.ndarray, away: np.ndarray) -> complex:
     """That of the multipliers (k,) that is least away; NaN without any."""
     return complex(multipliers[np.abs(away).argmin()]) if len(multipliers) else complex("nan")
+
+
+def _shares(point):
+    """(P, 3) of the cycle: stick, slip, open."""
+    return point.detail.forces.shares

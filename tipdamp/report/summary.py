@@ -22,6 +22,7 @@ COPIED = {
     "unstable_points",
     "searched",
     "beside",
+    "named",
     "points",
     "failed_points",
     "seconds",
@@ -55,7 +56,8 @@ def summarise(results: Results) -> dict:
     somewhere in the band and are closed at rest; truncation, worst_truncation - estimated error of
     the peak and the largest of the points by the harmonics left out, relative; unstable - whether
     the largest amplitude is that of an unstable motion, unstable_points - how many are;
-    searched - what was looked for beside the curve, beside - the curves that were found; back - the
+    searched - what was looked for beside the curve, beside - the curves that were found;
+    named - its named points, with stability = "all"; back - the
     same curve followed from the other end of the band; held - force on what holds a motion.
     A curve that stopped, or whose highest point borders a gap, has no peak: at_least_m is the
     largest amplitude that was solved, ended the reason.

@@ -3,6 +3,7 @@ was measured."""
 
 from typing import ClassVar
 
+from tipdamp.hbm.curve.named_points import Kind
 from tipdamp.hbm.result import NOT_SEARCHED
 from tipdamp.results.record import Number, Numbers, Record, Result, Texts
 from tipdamp.study.law import LawChoice
@@ -83,6 +84,19 @@ class BesideCurve(Record):
         return f"{kind}over {self.from_hz:.4g} to {self.to_hz:.4g} Hz"
 
 
+class NamedPlace(Record):
+    """A named point of a curve: kind, and what it is known to, as NamedPoint; pair - that slips or
+    opens; multiplier - real and imaginary part of the one that passes; largest_m - amplitude on the
+    first patch."""
+
+    kind: Kind
+    hz: float
+    within_hz: float
+    pair: str
+    multiplier: tuple[Number, Number]
+    largest_m: float
+
+
 class CurveResult(Peak):
     """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of
     `pair_names` of those that slip or open, lift_off_pairs - of those that open somewhere and
@@ -110,6 +124,7 @@ class CurveResult(Peak):
     further: str = ""
     searched: str = NOT_SEARCHED
     beside: tuple[BesideCurve, ...] = ()
+    named: tuple[NamedPlace, ...] = ()
     origin: str
     start: str
     energy_error: Number = None

@@ -18,7 +18,14 @@ from tipdamp.hbm.hold.spring import HeldMotion
 from tipdamp.hbm.result import ForcedResponse, local_maxima
 from tipdamp.hbm.ties import first_largest
 from tipdamp.results.record import Number
-from tipdamp.results.response_results import BackCurve, BesideCurve, CurveResult, HeldForce, Peak
+from tipdamp.results.response_results import (
+    BackCurve,
+    BesideCurve,
+    CurveResult,
+    HeldForce,
+    NamedPlace,
+    Peak,
+)
 from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.schema import Respond
 
@@ -30,11 +37,13 @@ def curve_result(
     case: CurveCase,
     ways: Sequence[ForcedResponse],
     beside: Mapping[str, ForcedResponse] = MappingProxyType({}),
+    named: Sequence[Mapping] = (),
 ) -> CurveResult:
     """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force;
     counts.
 
     ways : the curve, and where it was followed back, that too; beside : {file: curve} found beside
+    it; named : its named points, as `Curves.named`
     """
     (curve, *back), held = ways, problem.held
     patches = {
@@ -74,6 +83,7 @@ def curve_result(
         further=curve.further,
         searched=curve.searched,
         beside=tuple(_beside(file, one, first) for file, one in beside.items()),
+        named=tuple(_named(one, kept, first) for one in named),
         origin=curve.origin,
         start=curve.start,
         back=other[0] if other else None,
@@ -102,6 +112,18 @@ def _beside(file, curve, outputs):
         complete=curve.complete,
         ended=curve.ended,
         unstable=bool(curve.unstable[i]),
+    )
+
+
+def _named(one, kept, outputs):
+    amplitudes = np.array(one["amplitudes"], dtype=float)
+    return NamedPlace(
+        kind=one["kind"],
+        hz=one["frequency"],
+        within_hz=one["within"],
+        pair="" if one["contact"] < 0 else pair_names(kept, [one["contact"]])[0],
+        multiplier=one["multiplier"],
+        largest_m=amplitudes[outputs].max(),
     )
 
 

@@ -115,7 +115,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     settings, assembly = study.respond, assembled(study, store)
     ways = (settings.band, settings.band[::-1]) if settings.both_ways else (settings.band,)
     cases = [
-        [CurveCase(Fe, H, way, _search(settings, H) if way is ways[0] else 0.0) for way in ways]
+        [_case(settings, Fe, H, way) for way in ways]
         for H in settings.harmonics
         for Fe in settings.levels
     ]
@@ -133,7 +133,8 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         beside = assembly.curves.beside(there)
         files += [file for case in (there, *back) for file in assembly.curves.files(case)]
         made = assembly.kept, assembly.curves.problem
-        found.append(curve_result(settings, *made, there, (curve, *others), beside))
+        more = beside, assembly.curves.named(there)
+        found.append(curve_result(settings, *made, there, (curve, *others), *more))
         shapes.append(peak_shape(curve, found[-1]))
         # the damping is that of all kept pairs stuck: the linear response is the same where none is
         # open at rest
@@ -161,6 +162,13 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         ),
     ).save(store)
     return [*files, *keep_shapes(store, assembly.interface)]
+
+
+def _case(settings, Fe, H, way):
+    """Further curves and named points are looked for on the curve that is followed first."""
+    first = way is settings.band
+    search = _search(settings, H) if first else 0.0
+    return CurveCase(Fe, H, way, search, first and settings.stability == "all")
 
 
 def _search(settings: Respond, H: int) -> float:
@@ -520,7 +528,7 @@ STAGE = Stage(
     line,
     warnings=warnings,
     outputs=("respond.json", "stuck.npz"),
-    may_write=("responses/*.npz", "responses/*_beside.json", *FILES),
+    may_write=("responses/*.npz", "responses/*_beside.json", "responses/*_named.json", *FILES),
     needs=("reduce", "tune"),
     requires=("tune", "respond"),
     reads=READS,

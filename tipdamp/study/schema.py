@@ -907,8 +907,9 @@ class Respond(StudySection):
         Key(
             CHOICE,
             "points of which is found whether a disturbance dies out or grows (Floquet "
-            "multipliers); with 'all' the report dots the unstable parts of a curve, and a curve "
-            "of many pairs takes a few times as long",
+            "multipliers); with 'all' the report dots unstable parts of a curve and marks where "
+            "it folds or stability changes, summary.json names these and where pairs begin to slip "
+            "or lift off, and a curve of many pairs takes a few times as long",
         ),
     ] = "peaks"
     both_ways: Annotated[

@@ -433,3 +433,21 @@ def test_ended_in_the_middle_of_things(study, how, code, jobs, at):
     assert not list(store.folder.rglob(".tmp-*")) and not list(
         store.path(".stages").glob("Fe_*.npz")
     )
+
+
+def test_named_points_of_a_study(study, made):
+    """Pairs that begin to slip are named; with other stability the points go, the curves stay as
+    they are made from the same but for that."""
+    study.write_text(STUDY.replace("levels = [5, 40]", 'levels = [40]\nstability = "all"'))
+    assert run(study) == 0
+    store = Store(study.parent / "results" / "study")
+    (one,) = store.read_json("respond.json")["responses"]
+    begin = next(point for point in one["named"] if point["kind"] == "onset of slip")
+    assert begin["pair"] in one["slipping_pairs"] and 900 < begin["hz"] < 1400
+    assert begin["within_hz"] < 1e-3 and 0 < begin["largest_m"] < one["peak_m"]
+    assert store.path("responses/Fe_40N_H1_named.json").is_file()
+    made.clear()
+    study.write_text(STUDY.replace("levels = [5, 40]", "levels = [40]"))
+    assert run(study) == 0
+    assert not store.path("responses/Fe_40N_H1_named.json").exists()
+    assert store.read_json("respond.json")["responses"][0]["named"] == []

@@ -17,6 +17,12 @@ from tipdamp.report.text import MICRO, hertz, micro, number
 from tipdamp.statics.model_inputs import in_patch
 
 DASHES = ("solid", "dash", "dashdot")
+STABILITY = {  # symbols of named points
+    "fold": "square",
+    "branch point": "diamond",
+    "period doubling": "x",
+    "Neimark-Sacker": "circle",
+}
 
 
 def figures(results: Results) -> Iterator[Figure]:
@@ -47,6 +53,7 @@ def figures(results: Results) -> Iterator[Figure]:
             f"{_truncated(cases)}"
             f"{_unstable(cases)}"
             f"{_beside(cases)}"
+            f"{_named(cases)}"
             f"{_trend(cases)}{peakless(cases)}"
             + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14")
         )
@@ -79,6 +86,11 @@ def _curve(results, case: ReportedCurve, color, dash, factor) -> Iterator[Item]:
     for one in case.beside:
         highest = one.amplitude()[:, in_patch(one.output_names, results.first_patch)].max(axis=1)
         yield Curve(one.frequency, factor * highest, "", color, "dash", 1.0)
+    for kind, symbol in STABILITY.items():
+        at = [one for one in facts.named if one.kind == kind]
+        if at:
+            x, y = np.array([[one.hz, factor * one.largest_m] for one in at]).T
+            yield Marks(x, y, "", color, symbol)
     if case.has_peak:
         yield Marks(
             np.array([facts.peak_hz]), np.array([factor * facts.peak_m]), "", color, filled=False
@@ -112,6 +124,13 @@ def _beside(cases) -> str:
     n = sum(len(c.beside) for c in cases)
     curves = "a further curve that was" if n == 1 else f"{n} further curves that were"
     return f"Thin and dashed: {curves} found beside them. " if n else ""
+
+
+def _named(cases) -> str:
+    """Which named points are marked, and how."""
+    there = {one.kind for case in cases for one in case.facts.named}
+    said = [f"{kind} ({symbol})" for kind, symbol in STABILITY.items() if kind in there]
+    return f"Filled marks: {', '.join(said)}. " if said else ""
 
 
 def _trend(cases) -> str:
