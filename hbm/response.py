@@ -413,7 +413,10 @@ def _solution(point, balance, hz, case, residual):
         **dict.fromkeys(("contact_force", "contact_motion"), (P, nd, orders)),
         **dict.fromkeys(("share_stick", "share_slip", "share_open", "dissipated"), (P,)),
     }
-    found = {name: np.full(shape, np.nan) for name, shape in shapes.items()}
+    found = {
+        name: np.full(shape, np.nan, dtype=float if shape == (P,) else complex)
+        for name, shape in shapes.items()
+    }
     if point.converged:
         u, forces = point.x.reshape(P, nd, balance.nh), point.detail.forces
         found |= {

@@ -69,6 +69,8 @@ def settle(
         or doubt(equation, points[i]) > DEFAULT.most_doubt
         for i in np.flatnonzero(bad)
     ]
+    if 2 * bad.sum() > np.isfinite(residuals).sum():  # that few of many balance is luck
+        bad |= residuals > DEFAULT.equilibrium
     return residuals, errors, bad
 
 

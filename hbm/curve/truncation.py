@@ -157,7 +157,10 @@ def _higher_orders(more: Linearisation, H: int) -> _High:
     push = np.empty((len(active), factors.shape[1]), dtype=complex)
     for i, k in enumerate(range(H + 1, hb.H + 1)):
         own = np.ascontiguousarray(G[:, :, i])
-        parts = np.linalg.solve(*order_system(b.D, active, own, u[:, i].copy(), k))
+        try:
+            parts = np.linalg.solve(*order_system(b.D, active, own, u[:, i].copy(), k))
+        except np.linalg.LinAlgError:  # the estimate is infinite
+            parts = np.full(2 * len(active), np.nan)
         push[:, i] = parts[::2] + 1j * parts[1::2]
         u[:, i] -= own @ push[:, i]
     modal -= factors * real_times(shapes(components[active]).T, push)

@@ -127,11 +127,14 @@ def test_change_of_each_harmonic(case, H):
     curve = problem.follow_band(BAND, outputs=OUTPUTS, harmonics=H)
     equation, points = restored(curve, problem.contact_problem)
     estimate = TruncationEstimate(equation, curve.output_rows)
-    off = []
+    off, lost = [], 0
     for i in np.flatnonzero(curve.relative_truncation > 1e-5)[::5]:
         exact = problem.solve_at(
             curve.frequency[i], outputs=OUTPUTS, harmonics=30, guess=_padded(curve, i, 30)
         )
+        if not exact.converged:  # beside a fold of H there may be nothing with more orders
+            lost += 1
+            continue
         true = exact.harmonics[:, : 2 * H + 2].copy()
         true[:, : H + 1] -= curve.harmonics[i]
         here = equation.evaluate(points[i].x, points[i].parameter)
@@ -145,6 +148,7 @@ def test_change_of_each_harmonic(case, H):
         )
     low, high = np.median(off, axis=0)
     assert len(off) >= 5 and low < 0.2 and high < 0.1
+    assert lost <= 0.05 * len(off)
 
 
 def _padded(curve, i, orders):
