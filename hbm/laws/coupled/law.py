@@ -20,7 +20,8 @@ class IsotropicFriction(CoulombFriction):
     """Isotropic coupled friction, |T| <= mu N, under N = max(0, preload + kn u_n); open: T = 0, the
     slider follows.
 
-    State: the slider (2) and the motion before (3).
+    State: the slider (2) and the motion before (3). Where load and speed vanish at one instant the
+    direction of slip is known to rounding alone, and the force after it may jump.
 
     >>> from tipdamp.hbm.laws.base import Motion
     >>> contacts = Contacts(kn=1e6, kt=1e6, mu=0.5, preload=100)
