@@ -97,8 +97,8 @@ def test_second_frequencies_of_an_absorber():
 
 
 def test_unequal_motions_branch_off_equal_ones():
-    """Of a ring of equal oscillators, over the level: in multiples of the equal motion's own
-    multipliers, which one oscillator with shifted stiffness has."""
+    """Of a ring of equal oscillators, over the level: where a real multiplier passes 1 and the
+    branch does not fold."""
     stiffness = 3 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0)
     ring = Problem(np.eye(4), 0.1 * np.eye(4), stiffness)
     for i in range(4):

@@ -33,7 +33,8 @@ from tipdamp.stages.curve_facts import curve_result
 from tipdamp.study.schema import Respond
 
 ROOT = Path(__file__).parents[3]
-# without a search: how many starts its effort reaches was not the same bit by bit on every run
+# Without a search: twice in a fresh checkout a repeated study said something else with one, why is
+# not known
 STUDY = CHAIN.replace("levels = [5]", "levels = [5, 40]\nsearch = 0")
 CHAIN_OF_STAGES = ("reduce", "preload", "tune", "respond")
 
@@ -96,9 +97,7 @@ def test_extended_studies_make_what_is_missing(study, made):
     study.write_text(STUDY.replace("damping_ratio = 0.01", "damping_ratio = 0.011"))
     assert run(study) == 0 and len(made) == 4
     left = sorted(p.name for p in (study.parent / "results" / "study" / "responses").iterdir())
-    assert left == [
-        f"Fe_{level}N_H1{ending}" for level in (40, 5) for ending in (".npz", "_back.npz")
-    ]
+    assert left == ["Fe_40N_H1.npz", "Fe_40N_H1_back.npz", "Fe_5N_H1.npz", "Fe_5N_H1_back.npz"]
     made.clear()
     assert run(study, "--force") == 0 and len(made) == 4
 
@@ -432,9 +431,8 @@ def test_ended_in_the_middle_of_things(study, how, code, jobs, at):
     )
 
 
-def test_named_points_of_a_study(study, made):
-    """Pairs that begin to slip are named; with other stability the points go, the curves stay as
-    they are made from the same but for that."""
+def test_named_points_of_a_study(study):
+    """Pairs that begin to slip are named; without stability of all points the names go."""
     study.write_text(STUDY.replace("levels = [5, 40]", 'levels = [40]\nstability = "all"'))
     assert run(study) == 0
     store = Store(study.parent / "results" / "study")
@@ -443,7 +441,6 @@ def test_named_points_of_a_study(study, made):
     assert begin["pair"] in one["slipping_pairs"] and 900 < begin["hz"] < 1400
     assert begin["within_hz"] < 1e-3 and 0 < begin["largest_m"] < one["peak_m"]
     assert store.path("responses/Fe_40N_H1_named.json").is_file()
-    made.clear()
     study.write_text(STUDY.replace("levels = [5, 40]", "levels = [40]"))
     assert run(study) == 0
     assert not store.path("responses/Fe_40N_H1_named.json").exists()
