@@ -2,7 +2,7 @@
 truncation."""
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
@@ -43,21 +43,24 @@ def enough_harmonics(
     curve that stops is returned as it is.
     """
     tried: list[tuple[int, float]] = []
-    H = max(settings.first, 2 * force_order)
-    while True:
-        curve = curve_of(H)
-        tried.append((H, error_of(curve, settings)))
+    further: int | None = first_orders(force_order, settings)
+    while further is not None:
+        curve = curve_of(further)
+        tried.append((further, error_of(curve, settings)))
         if not curve.complete or tried[-1][1] <= tolerance:
             return curve
-        if H >= settings.most:
-            said = ", ".join(f"{error:.1e} with H = {orders}" for orders, error in tried)
-            warnings.warn(
-                f"harmonics = 'auto': the tolerance {tolerance:g} is not met, the estimated error "
-                f"is {said}; accept a larger tolerance, or smooth the contact",
-                stacklevel=4,
-            )
-            return curve
-        H = min(next_orders(tried, tolerance, settings), settings.most)
+        further = next_orders(tried, tolerance, settings)
+    warnings.warn(f"harmonics = 'auto': {not_met(tried, tolerance)}", stacklevel=4)
+    return curve
+
+
+def not_met(tried: Sequence[tuple[int, float]], tolerance: float) -> str:
+    """What was tried, and what helps."""
+    said = ", ".join(f"{error:.1e} with H = {orders}" for orders, error in tried)
+    return (
+        f"the tolerance {tolerance:g} is not met, the estimated error is {said}; accept a larger "
+        "tolerance, or smooth the contact"
+    )
 
 
 def error_of(curve: ForcedResponse, settings: AutomaticSettings = SETTINGS) -> float:
@@ -68,15 +71,25 @@ def error_of(curve: ForcedResponse, settings: AutomaticSettings = SETTINGS) -> f
     return float(errors[min(int(np.ceil(settings.points * len(errors))), len(errors)) - 1])
 
 
+def first_orders(force_order: int = 1, settings: AutomaticSettings = SETTINGS) -> int:
+    """H to begin with."""
+    return max(settings.first, 2 * force_order)
+
+
 def next_orders(
-    tried: list[tuple[int, float]], tolerance: float, settings: AutomaticSettings = SETTINGS
-) -> int:
-    """H at which errors that fall like a power of H reach the tolerance."""
+    tried: Sequence[tuple[int, float]],
+    tolerance: float,
+    settings: AutomaticSettings = SETTINGS,
+) -> int | None:
+    """H to try after those that miss the tolerance, (H, error) each: at which errors that fall like
+    a power of H reach it; None where no more are tried."""
     (H, error), falls = tried[-1], settings.falls
+    if H >= settings.most:
+        return None
     if len(tried) > 1:
         before, larger = tried[-2]
         with np.errstate(divide="ignore", invalid="ignore"):
             slope = np.log(larger / error) / np.log(H / before)
         falls = max(float(slope), settings.slowest) if np.isfinite(slope) else falls
     growth = min((error / tolerance) ** (1 / falls), settings.growth)
-    return max(H + 1, int(np.ceil(growth * H)))
+    return min(max(H + 1, int(np.ceil(growth * H))), settings.most)
