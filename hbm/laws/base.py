@@ -12,6 +12,7 @@ import numpy as np
 
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws import sampled
+from tipdamp.hbm.laws.friction import each_limited
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear
 from tipdamp.hbm.laws.records import (
     ContactForces,
@@ -48,8 +49,6 @@ class ContactLaw:
     components : of the relative motion, a subset of ('t1', 't2', 'n') in this order
     states : length of the state of a contact; sliders : its leading entries that are slider
         positions in m, from which slip is told; a law without sliders slips where it dissipates
-    coupled : whether mu N limits the resultant of the tangents instead of each: the static solution
-        that a response starts from has the same limit
 
     >>> class Dashpot(ContactLaw):
     ...     components = ("t1",)
@@ -62,7 +61,6 @@ class ContactLaw:
     components: ClassVar[tuple] = ("t1", "t2", "n")
     states: ClassVar[int] = 0
     sliders: ClassVar[int] = 0
-    coupled: ClassVar[bool] = False
 
     def __post_init__(self):
         for name, value in list(vars(self).items()):
@@ -92,6 +90,12 @@ class ContactLaw:
             f"law {self.name} has no step: define step(self, motion, state, contacts), which "
             "returns force and state"
         )
+
+    def friction(self, trial: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Force (P, nt) N of sliders whose springs would carry trial (P, nt) N under the limit mu N
+        (P,) N, and which of them slip (P, nt): also of the static solution that a response starts
+        from. By default each tangent has the limit by itself (`laws.friction`)."""
+        return each_limited(trial, limit)
 
     def initial_state(self, u: np.ndarray, start: SliderStart, contacts: Contacts) -> np.ndarray:
         """(P, ns) state at t = 0, where the motion is u (P, nd), perhaps complex; default zero."""

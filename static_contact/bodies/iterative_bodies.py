@@ -9,13 +9,14 @@ tangents of the pairs and A is factored again.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from tipdamp.modal.solvers.cholesky import sparse_factor
-from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, SparseStuckBodies
-from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies
+from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, sparse_stuck_bodies
+from tipdamp.static_contact.bodies.stuck_bodies import BodiesOnSprings
 
 
 @dataclass(frozen=True)
@@ -35,9 +36,9 @@ class IterationSettings:
 SETTINGS = IterationSettings()
 
 
-class IterativeStuckBodies(StuckBodies):
-    """As `StuckBodies`, of a SparseBodies, in little more memory than one sparse factor: what some
-    thousand pairs need, and slower than `SparseStuckBodies` with fewer of them."""
+class IterativeBodies:
+    """Bodies on springs of a SparseBodies, in little more memory than one sparse factor: what some
+    thousand pairs need, and slower than `sparse_stuck_bodies` with fewer of them."""
 
     def __init__(
         self, model, B: sp.csr_matrix, k0: np.ndarray, settings: IterationSettings = SETTINGS
@@ -48,12 +49,17 @@ class IterativeStuckBodies(StuckBodies):
         self._factor(k0)
 
     def _factor(self, k):
-        self.k, self.factor = k, None  # the old factor goes before the new one comes
+        self.k = k
+        self.factor: Any = None  # the old factor goes before the new one comes
         self.factor = sparse_factor((self.K + self.B.T @ sp.diags(k) @ self.B).tocsr())
 
     def solve(self, load: np.ndarray) -> np.ndarray:
         """A^-1 load, (r,)."""
         return self.factor.solve(load[:, None])[:, 0]
+
+    def felt(self, load: np.ndarray) -> np.ndarray:
+        """B A^-1 load, (3P,)."""
+        return self.B @ self.solve(load)
 
     def push(self, force: np.ndarray) -> np.ndarray:
         """G force, (3P,)."""
@@ -84,12 +90,12 @@ class IterativeStuckBodies(StuckBodies):
         return dz
 
 
-def stuck_bodies(
+def bodies_on_springs(
     model: SparseBodies, B: sp.csr_matrix, k0: np.ndarray, many: int = SETTINGS.many
-) -> StuckBodies:
+) -> BodiesOnSprings:
     """Bodies with `many` pairs or more by iterations, others by the dense compliance of their
     pairs."""
-    return (IterativeStuckBodies if B.shape[0] >= 3 * many else SparseStuckBodies)(model, B, k0)
+    return (IterativeBodies if B.shape[0] >= 3 * many else sparse_stuck_bodies)(model, B, k0)
 
 
 def gmres(apply: Callable, right: np.ndarray, enough: float, most: int) -> tuple[np.ndarray, int]:

@@ -11,8 +11,11 @@ force on them, whatever they are.
     StaticContact(bodies, pairs, compliance=SparseCompliance).solve(load)
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
@@ -29,8 +32,8 @@ from tipdamp.modal.solvers.cholesky import SingularStiffness
 from tipdamp.modal.solvers.dissection import dissection
 from tipdamp.modal.solvers.multifrontal import CarryingFactor
 from tipdamp.static_contact.bodies.compliance import Compliance
+from tipdamp.static_contact.bodies.loose_motions import Loose
 from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies
-from tipdamp.static_contact.normal.normal_contact import Loading
 
 
 class AssembledBodies:
@@ -128,95 +131,102 @@ class SparseBodies:
         return AssembledBodies(list(self.bodies)).motion_of(body, numbers)
 
 
-class SparseCompliance(Compliance):
-    """As `Compliance`, of a SparseBodies: K is not resisted by weak springs."""
+class SideBySide:
+    """A of bodies that nothing joins, one factor each, and the motions B (P, r) of the pairs."""
 
-    def _factored(self, model):
-        ends = np.cumsum([0, *(one.dofs for one in model.bodies)])
-        self.parts = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False)]
-        return [
-            self._carrying(one, part, model.position[part])
-            for one, part in zip(model.bodies, self.parts, strict=True)
-        ]
+    def __init__(self, factors: Sequence[CarryingFactor]):
+        self.factors = factors
+        ends = np.cumsum([0, *(one.dofs for one in factors)])
+        self.parts = [slice(int(a), int(b)) for a, b in pairwise(ends)]
 
-    def _carrying(self, body, part, position):
-        K = pinned(body)
-        try:
-            return CarryingFactor(K, self.B[:, part], elimination(K, body.dof_node, position))
-        except SingularStiffness:
-            raise negative_stiffness(
-                body, "a motion of the supported body meets it, or none"
-            ) from None
-
-    def _solve(self, right):
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """A^-1 right, (r,) or (r, m)."""
         found = np.zeros(right.shape)
-        for factor, part in zip(self.factor, self.parts, strict=True):
-            if right[part].any():
-                found[part] = factor.solve(right[part].reshape(part.stop - part.start, -1)).reshape(
-                    right[part].shape
-                )
+        for factor, part in zip(self.factors, self.parts, strict=True):
+            mine = right[part]
+            if mine.any():
+                found[part] = factor.solve(mine.reshape(factor.dofs, -1)).reshape(mine.shape)
         return found
 
-    def _compliance(self):
-        G = self.factor[0].take_compliance()
-        for factor in self.factor[1:]:
+    def swept(self, load: np.ndarray) -> tuple[np.ndarray, Any]:
+        """B A^-1 load (P,) of a load (r,), and the load as each factor's elimination leaves it."""
+        swept = [
+            factor.swept(load[part]) for factor, part in zip(self.factors, self.parts, strict=True)
+        ]
+        left = [one[factor.dofs :] for factor, one in zip(self.factors, swept, strict=True)]
+        return -np.sum(left, axis=0), swept
+
+    def back(self, near: Any, force: np.ndarray) -> np.ndarray:
+        """A^-1 (load - B' force), (r,), of a load that was swept and of (P,)."""
+        each = zip(self.factors, near, strict=True)
+        return np.concatenate([factor.back(one, force) for factor, one in each])
+
+    def take_compliance(self) -> np.ndarray:
+        """B A^-1 B' (P, P), which is given away: it is large."""
+        first, *others = self.factors
+        G = first.take_compliance()
+        for factor in others:
             G += factor.take_compliance()
-        return _whole(G)
+        G += np.tril(G, -1).T
+        return G
 
-    def _near(self, load):
-        near = tuple(
-            factor.swept(load[part]) for factor, part in zip(self.factor, self.parts, strict=True)
+
+class PinnedBodies(SideBySide):
+    """Bodies of a SparseBodies that float held on pins; nothing resists their loose motions. As
+    `compliance.HeldBodies`."""
+
+    def __init__(self, model: SparseBodies, B: sp.csr_matrix, loose: Loose, gauge: float):
+        self.B, self.idle = B, loose.idle
+        self.Z, self.resisted = loose.Z, loose.resisted
+        ends = np.cumsum([0, *(one.dofs for one in model.bodies)])
+        super().__init__(
+            [
+                _on_pins(one, B[:, first:end], model.position[first:end])
+                for one, (first, end) in zip(model.bodies, pairwise(ends), strict=True)
+            ]
         )
-        return -sum(
-            swept[part.stop - part.start :] for swept, part in zip(near, self.parts, strict=True)
-        ), near
 
-    def _pushed(self, near, load, force):
+    def swept(self, load: np.ndarray) -> tuple[np.ndarray, Any]:
+        """As of SideBySide, with the load."""
+        felt, swept = super().swept(load)
+        return felt, (load, swept)
+
+    def back(self, near: Any, force: np.ndarray) -> np.ndarray:
         """What forces do along free motions, by inexact meshes, does not go into the pins."""
-        q = np.concatenate(
-            [factor.back(one, force) for factor, one in zip(self.factor, near, strict=True)]
-        )
-        return q - self.pinned @ (self.loose.idle.T @ (load - self.B.T @ force))
+        load, swept = near
+        return super().back(swept, force) - self._pins @ (self.idle.T @ (load - self.B.T @ force))
 
-    def displacement(
-        self, loading: Loading, applied: np.ndarray, force: np.ndarray, amount: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """As of `Compliance`; what the pins make of free motions is left out."""
-        q, elastic = super().displacement(loading, applied, force, amount)
-        return q - self.loose.idle @ (self.loose.idle.T @ q), elastic
+    def moved(self, q: np.ndarray) -> np.ndarray:
+        """q (r,) without what the pins make of free motions."""
+        return q - self.idle @ (self.idle.T @ q)
 
     @cached_property
-    def pinned(self):
+    def _pins(self):
         """(r, i): what forces along the free motions do to the bodies on their pins."""
-        return self._solve(self.loose.idle)
+        return self.solve(self.idle)
 
 
-class SparseStuckBodies(StuckBodies):
-    """As `stuck_bodies.StuckBodies`, of a SparseBodies: the springs join the bodies to one sparse
+SparseCompliance = partial(Compliance, factored=PinnedBodies)
+
+
+def sparse_stuck_bodies(model: SparseBodies, B: sp.csr_matrix, k0: np.ndarray) -> StuckBodies:
+    """As `stuck_bodies.stuck_bodies`, of a SparseBodies: the springs join the bodies to one sparse
     matrix."""
-
-    def __init__(self, model: SparseBodies, B: sp.csr_matrix, k0: np.ndarray):
-        self.B, self.k, A = B, k0, (model.K + B.T @ sp.diags(k0) @ B).tocsr()
-        ends = np.cumsum([0, *(len(one.node) for one in model.bodies)])
-        node = np.concatenate(
-            [first + one.dof_node for first, one in zip(ends, model.bodies, strict=False)]
-        )
-        self.factor = CarryingFactor(A, B, elimination(A, node, model.position))
-        self.G = _whole(self.factor.take_compliance())
-
-    def solve(self, load: np.ndarray) -> np.ndarray:
-        """A^-1 load, (r,)."""
-        return self.factor.solve(load[:, None])[:, 0]
-
-    def felt(self, load: np.ndarray) -> np.ndarray:
-        """B A^-1 load, (3P,)."""
-        return self.factor.felt(load)
+    A = (model.K + B.T @ sp.diags(k0) @ B).tocsr()
+    ends = np.cumsum([0, *(len(one.node) for one in model.bodies)])
+    node = np.concatenate(
+        [first + one.dof_node for first, one in zip(ends, model.bodies, strict=False)]
+    )
+    joined = CarryingFactor(A, B, elimination(A, node, model.position))
+    return StuckBodies(SideBySide([joined]), k0)
 
 
-def _whole(lower):
-    """The symmetric matrix of a lower part, in place."""
-    lower += np.tril(lower, -1).T
-    return lower
+def _on_pins(body, B, position):
+    K = pinned(body)
+    try:
+        return CarryingFactor(K, B, elimination(K, body.dof_node, position))
+    except SingularStiffness:
+        raise negative_stiffness(body, "a motion of the supported body meets it, or none") from None
 
 
 def pinned(body: Body) -> sp.csr_matrix:

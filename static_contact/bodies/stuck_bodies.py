@@ -1,54 +1,68 @@
 """Bodies with the springs of all their pairs, factored for the history of friction."""
 
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
-import scipy.linalg as sl
 import scipy.sparse as sp
 
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.model import ReducedModel
+from tipdamp.static_contact.bodies.factored import DenseBodies, FactoredBodies
 from tipdamp.static_contact.normal.closed_factor import ClosedFactor
 
 
-class StuckBodies:
-    """The bodies K (r, r) with the springs k (3P,) N/m at all pairs, B (3P, r): A = K + B' k B,
-    factored, and
-    G = B A^-1 B' (3P, 3P).
+class BodiesOnSprings(Protocol):
+    """A = K + B' k B of bodies with the springs k (3P,) N/m at all pairs, B (3P, r), and G = B A^-1
+    B' (3P, 3P)."""
 
-    Raises LinAlgError or SingularStiffness where A is singular.
-    """
-
-    def __init__(self, model: ReducedModel, B: sp.csr_matrix, k0: np.ndarray):
-        self.B, self.k = B, k0
-        self.factor = sl.cho_factor(model.K + (B.T @ sp.diags(k0) @ B).toarray())
-        self.G = self.B @ self.solve(self.B.T.toarray())
+    k: np.ndarray
 
     def solve(self, load: np.ndarray) -> np.ndarray:
         """A^-1 load, (r,)."""
-        return sl.cho_solve(self.factor, load)
 
     def felt(self, load: np.ndarray) -> np.ndarray:
         """B A^-1 load, (3P,)."""
-        return self.B @ self.solve(load)
+
+    def push(self, force: np.ndarray) -> np.ndarray:
+        """G force, (3P,)."""
+
+    def renew(self, tangent: np.ndarray) -> bool:
+        """Whether the springs k are others now, nearer to the tangents (P, 3, 3) of the pairs."""
+
+    def step(
+        self, F: np.ndarray, E: np.ndarray, D: np.ndarray, opened: np.ndarray, enough: float
+    ) -> np.ndarray:
+        """-[E + G D]^-1 F to `enough` m, F (3P,); E, D (P, 3, 3) of the pairs, of which most are I,
+        0. opened (P,) bool - pairs with E = I, D = -k."""
+
+
+class StuckBodies:
+    """Bodies on springs k, factored, with the compliance G of all their pairs."""
+
+    def __init__(self, factored: FactoredBodies, k: np.ndarray):
+        self.factored, self.k, self.G = factored, k, factored.take_compliance()
+
+    def solve(self, load: np.ndarray) -> np.ndarray:
+        """A^-1 load, (r,)."""
+        return self.factored.solve(load)
+
+    def felt(self, load: np.ndarray) -> np.ndarray:
+        """B A^-1 load, (3P,)."""
+        return self.factored.swept(load)[0]
 
     def push(self, force: np.ndarray) -> np.ndarray:
         """G force, (3P,)."""
         return self.G @ force
 
     def renew(self, tangent: np.ndarray) -> bool:
-        """Whether the springs k are others now, nearer to the tangents (P, 3, 3) of the pairs:
-        never."""
+        """False: the springs stay."""
         return False
 
     def step(
         self, F: np.ndarray, E: np.ndarray, D: np.ndarray, opened: np.ndarray, enough: float
     ) -> np.ndarray:
-        """-[E + G D]^-1 F to `enough` m, F (3P,); E, D (P, 3, 3) of the pairs, of which most are I,
-        0.
-
-        opened (P,) bool - pairs with E = I, D = -k: they have a factor that is kept.
-        """
+        """As of `BodiesOnSprings`, exact; pairs with E = I, D = -k have a factor that is kept."""
         moved = D.any(axis=(1, 2)) | (E != np.eye(3)).any(axis=(1, 2))
         try:
             return self._step(F, E, D, moved & ~opened, np.repeat(opened, 3) & (self.k > 0))
@@ -89,6 +103,13 @@ class StuckBodies:
 def _times(G, D):
     """(n, 3m): G (n, 3m) by the blocks D (m, 3, 3)."""
     return np.einsum("npi,pij->npj", G.reshape(len(G), len(D), 3), D).reshape(G.shape)
+
+
+def stuck_bodies(model: ReducedModel, B: sp.csr_matrix, k0: np.ndarray) -> StuckBodies:
+    """A reduced model with the springs k0 (3P,) N/m at all pairs, B (3P, r). Raises LinAlgError
+    where that leaves a motion free."""
+    A = model.K + (B.T @ sp.diags(k0) @ B).toarray()
+    return StuckBodies(DenseBodies(A, B), k0)
 
 
 def stuck_springs(

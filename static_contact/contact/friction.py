@@ -24,11 +24,16 @@ from numpy.typing import ArrayLike
 
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws.friction import FrictionLimit, each_limited
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.solvers.cholesky import SingularStiffness
 from tipdamp.static_contact.bodies.free_motions import free_motions
 from tipdamp.static_contact.bodies.rigid_motions import loose, rigid_motions
-from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies, stuck_springs
+from tipdamp.static_contact.bodies.stuck_bodies import (
+    BodiesOnSprings,
+    stuck_bodies,
+    stuck_springs,
+)
 from tipdamp.static_contact.contact.preload import check_pairs, finite_values
 from tipdamp.static_contact.contact.return_mapping import CoulombSprings
 
@@ -99,8 +104,9 @@ class FrictionState:
 class FrictionalContact:
     """One model and its pairs, factored once.
 
-    coupled=False: each tangent has its own limit mu N, as the law DryFriction2T has; True: the
-    resultant of both has. Raises InputError when even stuck pairs leave a motion free.
+    friction - what the limit mu N holds, as `ContactLaw.friction`: each tangent by itself, as in
+    the law DryFriction2T, or with `resultant_limited` both together, as in IsotropicFriction.
+    Raises InputError when even stuck pairs leave a motion free.
     """
 
     def __init__(
@@ -108,19 +114,19 @@ class FrictionalContact:
         model: ReducedModel | Any,
         pairs: ContactTable,
         *,
-        coupled: bool = False,
+        friction: FrictionLimit = each_limited,
         settings: FrictionSettings = SETTINGS,
-        stuck: Callable[..., StuckBodies] = StuckBodies,
+        stuck: Callable[..., BodiesOnSprings] = stuck_bodies,
     ):
-        """stuck : how the bodies are factored, `sparse_bodies.SparseStuckBodies` for a
-        `sparse_bodies.SparseBodies`, `iterative_bodies.IterativeStuckBodies` for one with thousands
-        of pairs; `stuck_bodies` chooses."""
+        """stuck : how the bodies are factored, `sparse_bodies.sparse_stuck_bodies` for a
+        `sparse_bodies.SparseBodies`, `iterative_bodies.IterativeBodies` for one with thousands of
+        pairs; `iterative_bodies.bodies_on_springs` chooses."""
         check_pairs(pairs)
-        self.model, self.pairs, self.coupled, self.settings = model, pairs, coupled, settings
+        self.model, self.pairs, self.settings = model, pairs, settings
         self.B = relative_motion(model, pairs)
         self.k0, self.rigid = stuck_springs(model, pairs, self.B)
         self.kn, self.kt = self.k0[2::3], self.k0[::3]
-        self.law = CoulombSprings(self.kn, self.kt, pairs.mu, coupled)
+        self.law = CoulombSprings(self.kn, self.kt, pairs.mu, friction)
         self.slack = np.divide(1.0, self.k0, out=np.zeros(len(self.k0)), where=self.rigid)
         rigid = rigid_motions(model)
         names = free_motions(
@@ -255,10 +261,7 @@ class FrictionalContact:
         reach = np.divide(
             f[:, :2], self.kt[:, None], out=np.zeros((len(f), 2)), where=self.kt[:, None] > 0
         )
-        slider = np.where(slips[:, None], z[:, :2] - reach, w)
-        if not self.coupled:  # a tangent that does not slip keeps its slider to the last digit
-            still = np.abs(self.kt[:, None] * (z[:, :2] - w)) <= (self.pairs.mu * f[:, 2])[:, None]
-            slider = np.where(still, w, slider)
+        slider = np.where(slips, z[:, :2] - reach, w)
         open_by = gap - motion[:, 2]
         preload = np.where(self.rigid[2::3] | (f[:, 2] > 0), f[:, 2], -self.kn * open_by)
         return FrictionState(
@@ -266,7 +269,7 @@ class FrictionalContact:
             np.where(f[:, 2] > 0, 0.0, open_by),
             f[:, :2].copy(),
             slider,
-            slips & (f[:, 2] > 0),
+            slips.any(axis=1) & (f[:, 2] > 0),
             q,
             load,
             float(outcome.time),

@@ -8,41 +8,33 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tipdamp.hbm.laws.friction import FrictionLimit
+
+STEP = 2.0**-100  # of the complex step: a power of two, so that linear forces have exact tangents
+
 
 @dataclass(frozen=True)
 class CoulombSprings:
-    """kn, kt : (P,) N/m; mu : (P,); coupled - the resultant of both tangents has the limit mu N,
-    not each of them."""
+    """kn, kt : (P,) N/m; mu : (P,); friction - whose limit is mu N: of each tangent, or of their
+    resultant."""
 
     kn: np.ndarray
     kt: np.ndarray
     mu: np.ndarray
-    coupled: bool
+    friction: FrictionLimit
 
     def forces(
         self, z: np.ndarray, w: np.ndarray, gap: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Forces (3P,), tangents (P, 3, 3) and slipping pairs (P,) at the motion z (3P,) m from the
-        sliders w (P, 2) m with the gaps (P,) m."""
+        """Forces (3P,), tangents (P, 3, 3) and slipping sliders (P, 2) at the motion z (3P,) m from
+        the sliders w (P, 2) m with the gaps (P,) m."""
         u = z.reshape(-1, 3)
-        N = np.maximum(self.kn * (u[:, 2] - gap), 0.0)
-        closed = (N > 0).astype(float)
-        limit, dlimit = self.mu * N, self.mu * self.kn * closed
-        trial = self.kt[:, None] * (u[:, :2] - w)
-        f, J = np.zeros((len(u), 3)), np.zeros((len(u), 3, 3))
-        f[:, 2], J[:, 2, 2] = N, self.kn * closed
-        norm = (
-            np.linalg.norm(trial, axis=1)[:, None] * np.ones(2) if self.coupled else np.abs(trial)
-        )
-        slips = norm > limit[:, None]
-        along = np.divide(trial, norm, out=np.zeros_like(trial), where=norm > 0)
-        f[:, :2] = np.where(slips, limit[:, None] * along, trial)
-        for d in range(2):
-            J[:, d, d] = np.where(slips[:, d], 0.0, self.kt)
-            J[:, d, 2] = np.where(slips[:, d], dlimit * along[:, d], 0.0)
-        if self.coupled:  # the direction of slip turns with the motion
-            turn = np.divide(limit * self.kt, norm[:, 0], out=np.zeros(len(u)), where=slips[:, 0])
-            J[:, :2, :2] += turn[:, None, None] * (
-                np.eye(2) - along[:, :, None] * along[:, None, :]
-            )
-        return f.ravel(), J, slips.any(axis=1)
+        f, slips = self._forces(u, w, gap)
+        varied = (self._forces(u + 1j * STEP * way, w, gap)[0] for way in np.eye(3))
+        return f.ravel(), np.stack([np.imag(one) / STEP for one in varied], axis=2), slips
+
+    def _forces(self, u, w, gap):
+        N = self.kn * (u[:, 2] - gap)
+        N = np.where(N.real > 0, N, 0.0)
+        T, slips = self.friction(self.kt[:, None] * (u[:, :2] - w), self.mu * N)
+        return np.column_stack([T, N]), slips

@@ -11,7 +11,7 @@ load on them.
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -44,7 +44,7 @@ class Loading(NamedTuple):
 
     u0: np.ndarray
     work: np.ndarray
-    near: tuple[np.ndarray, ...] = ()
+    near: Any = ()
 
 
 @dataclass(frozen=True)

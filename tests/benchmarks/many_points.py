@@ -24,19 +24,19 @@ from tipdamp.modal.elasticity import Material, elastic_body
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.solvers import petsc
 from tipdamp.modal.solvers.cholesky import sparse_factor
-from tipdamp.static_contact.bodies.iterative_bodies import IterativeStuckBodies
+from tipdamp.static_contact.bodies.iterative_bodies import IterativeBodies
 from tipdamp.static_contact.bodies.sparse_bodies import (
     SparseBodies,
     SparseCompliance,
-    SparseStuckBodies,
     pinned,
+    sparse_stuck_bodies,
 )
 from tipdamp.static_contact.contact.friction import FrictionalContact
 from tipdamp.static_contact.contact.preload import StaticContact
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
 SIZE, GAP, PULL = 0.07, 2e-7, 200.0  # m, m, N
-ROUTES = {"dense": SparseStuckBodies, "iterative": IterativeStuckBodies}
+ROUTES = {"dense": sparse_stuck_bodies, "iterative": IterativeBodies}
 CHANGE = 0.2  # of a force, from case to case
 
 

@@ -9,14 +9,15 @@ import pytest
 from tests.static_contact.pin_pocket import PULL, SIDE, bodies, case, nodal_pull, pairs
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.spring import Hold, held_motions
+from tipdamp.hbm.laws.friction import each_limited, resultant_limited
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.static_contact.bodies.compliance import Compliance
 from tipdamp.static_contact.bodies.sparse_bodies import (
     SparseBodies,
     SparseCompliance,
-    SparseStuckBodies,
+    sparse_stuck_bodies,
 )
-from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies
+from tipdamp.static_contact.bodies.stuck_bodies import stuck_bodies
 from tipdamp.static_contact.contact.friction import FrictionalContact
 from tipdamp.static_contact.contact.preload import StaticContact
 from tipdamp.static_contact.normal.complementarity import NoEquilibrium
@@ -147,8 +148,8 @@ def test_the_unreduced_bodies_are_held_the_same():
         )
 
 
-@pytest.mark.parametrize("coupled", [False, True])
-def test_the_unreduced_bodies_slip_the_same(coupled):
+@pytest.mark.parametrize("friction", [each_limited, resultant_limited])
+def test_the_unreduced_bodies_slip_the_same(friction):
     """Pulled, then pushed along the pin until pairs slip: friction history against the condensed
     route."""
     stations = on_both((3, 9, 17, 28))
@@ -156,10 +157,10 @@ def test_the_unreduced_bodies_slip_the_same(coupled):
     table = table.replace(mu=np.linspace(0.5, 1.2, len(table)))
     whole, states = SparseBodies.of(list(bodies().values())), []
     nodal = nodal_pull(whole, (0, 30))
-    for body, pull, kind in ((model, load, StuckBodies), (whole, nodal, SparseStuckBodies)):
+    for body, pull, kind in ((model, load, stuck_bodies), (whole, nodal, sparse_stuck_bodies)):
         (push,) = held_motions(body, table, [Hold("z", body="pin")])
         states.append(
-            FrictionalContact(body, table, coupled=coupled, stuck=kind).solve(
+            FrictionalContact(body, table, friction=friction, stuck=kind).solve(
                 [pull, pull + 60 * push.row], steps=3
             )
         )

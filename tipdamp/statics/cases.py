@@ -20,9 +20,9 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.mesh import Mesh
 from tipdamp.results.static_results import ReductionFacts
 from tipdamp.static_contact.bodies.compliance import Compliance
-from tipdamp.static_contact.bodies.iterative_bodies import stuck_bodies
+from tipdamp.static_contact.bodies.iterative_bodies import bodies_on_springs
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, SparseCompliance
-from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies
+from tipdamp.static_contact.bodies.stuck_bodies import BodiesOnSprings, stuck_bodies
 from tipdamp.static_contact.contact.preload import StaticContact
 from tipdamp.statics import stresses
 from tipdamp.statics.model_inputs import held_motions
@@ -45,7 +45,7 @@ class StaticBodies:
 
     model: ReducedModel | SparseBodies
     compliance: Callable[..., Compliance]
-    stuck: Callable[..., StuckBodies]
+    stuck: Callable[..., BodiesOnSprings]
     shapes: Callable[[stresses.Rest], Iterator[tuple[str, Mesh, np.ndarray]]]
 
 
@@ -94,7 +94,7 @@ def static_bodies(study: Study, model: ReducedModel, reduction: ReductionFacts) 
     if wanted == "full" or reduction.tractions:
         return _full(study)
     return StaticBodies(
-        model, Compliance, StuckBodies, lambda rest: stresses.condensed_shapes(study, model, rest)
+        model, Compliance, stuck_bodies, lambda rest: stresses.condensed_shapes(study, model, rest)
     )
 
 
@@ -117,7 +117,7 @@ def _full(study):
             f"{study.path}: {error}; or let the reduced bodies do: [preload] bodies = 'auto', and "
             "[contact] tractions above the number of contact points"
         ) from None
-    return StaticBodies(whole, SparseCompliance, stuck_bodies, shapes)
+    return StaticBodies(whole, SparseCompliance, bodies_on_springs, shapes)
 
 
 def static_contact(study: Study, bodies: StaticBodies, pairs: ContactTable) -> StaticContact:

@@ -15,6 +15,7 @@ from tipdamp.bodies import loads
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.csv_table import read_table
+from tipdamp.hbm.laws.friction import each_limited
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.results.static_results import FrictionFacts
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
@@ -51,8 +52,8 @@ def solve(
     Raises InputError where the history ends before it.
     """
     given = study.preload
-    coupled = "respond" in study and study.respond.law.make().coupled
-    contact = FrictionalContact(bodies.model, pairs, coupled=coupled, stuck=bodies.stuck)
+    friction = study.respond.law.make().friction if "respond" in study else each_limited
+    contact = FrictionalContact(bodies.model, pairs, friction=friction, stuck=bodies.stuck)
     end = contact.solve(through, steps=given.steps)[-1]
     if not end.converged:
         names = [*given.history, loads.rest_name(study)] if len(through) > 1 else ["the load"]

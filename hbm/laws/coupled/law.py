@@ -8,6 +8,7 @@ import numpy as np
 
 from tipdamp.hbm.laws import compilation
 from tipdamp.hbm.laws.coupled.kernels import cycle
+from tipdamp.hbm.laws.friction import resultant_limited
 from tipdamp.hbm.laws.uncoupled.events import OPEN, TWO_PI, Sliders
 from tipdamp.hbm.laws.uncoupled.law import CoulombFriction, integrated, located
 
@@ -33,22 +34,10 @@ class IsotropicFriction(CoulombFriction):
 
     components: ClassVar[tuple] = ("t1", "t2", "n")
     sliders: ClassVar[int] = 2
-    coupled: ClassVar[bool] = True
 
-    def initial_state(self, u, start, contacts):
-        """(P, 5) state at t = 0: the slider, pulled along where the limit does not hold it, and the
-        motion."""
-        state = np.concatenate(
-            [u[:, :2] if start.from_position else start.positions + 0 * u[:, :2], u], axis=1
-        )
-        for p in range(len(u)):
-            N = contacts.preload[p] + contacts.kn[p] * u[p, 2]
-            T = contacts.kt[p] * (u[p, :2] - state[p, :2])
-            size = np.sqrt(T[0] ** 2 + T[1] ** 2)
-            limit = contacts.mu[p] * N * (N.real > 0)
-            if size.real > limit.real:
-                state[p, :2] = u[p, :2] - limit / size * (u[p, :2] - state[p, :2])
-        return state
+    def friction(self, trial, limit):
+        """The resultant of the tangents has the limit."""
+        return resultant_limited(trial, limit)
 
     def step(self, motion, state, contacts):
         """Force (P, 3) N and state (P, 5); the motion of a step and the change of the normal load

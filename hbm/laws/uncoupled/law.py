@@ -65,11 +65,9 @@ class CoulombFriction(ContactLaw):
         the motion."""
         nt, kt = self.sliders, contacts.kt[:, None]
         w = u[:, :nt] if start.from_position else start.positions[:, :nt] + 0 * u[:, :nt]
-        N = self._normal_load(u, contacts)[:, None]
-        T = kt * (u[:, :nt] - w)
-        limit = contacts.mu[:, None] * np.where(N.real > 0, N, 0.0)
-        reach = np.divide(limit, kt, out=np.zeros_like(T), where=kt > 0)
-        w = np.where(np.abs(T.real) > limit.real, u[:, :nt] - np.sign(T.real) * reach, w)
+        N = self._normal_load(u, contacts)
+        T, slips = self.friction(kt * (u[:, :nt] - w), contacts.mu * np.where(N.real > 0, N, 0.0))
+        w = np.where(slips, u[:, :nt] - np.divide(T, kt, out=np.zeros_like(T), where=kt > 0), w)
         return np.concatenate([w, u], axis=1)[:, : self.states]
 
     def start_at_rest(self, sticks, u, force, start, contacts):
@@ -89,11 +87,11 @@ class CoulombFriction(ContactLaw):
         load = np.where(closed, N[:, None], 0.0)
         if nt and self._normal:
             w = self._taken_up(w, state[:, nt:], u, N, contacts)
-        kt, limit = contacts.kt[:, None], contacts.mu[:, None] * load
-        T = kt * (u[:, :nt] - w)
-        slips = (np.abs(T.real) > limit.real) | ~closed
-        T = np.where(slips, np.sign(T.real) * limit, T)
-        w = np.where(slips, u[:, :nt] - np.divide(T, kt, out=np.zeros_like(T), where=kt > 0), w)
+        kt = contacts.kt[:, None]
+        T, slips = self.friction(kt * (u[:, :nt] - w), contacts.mu * load[:, 0])
+        T = np.where(closed, T, 0.0)
+        follows = u[:, :nt] - np.divide(T, kt, out=np.zeros_like(T), where=kt > 0)
+        w = np.where(slips | ~closed, follows, w)
         force = np.concatenate([T, load], axis=1) if self._normal else T
         return force, np.concatenate([w, u], axis=1)[:, : self.states]
 

@@ -14,22 +14,23 @@ from tests.modal.blocks import HEIGHT, block
 from tipdamp.hbm.contact import GROUND, relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.spring import Hold, held_motions
+from tipdamp.hbm.laws.friction import each_limited, resultant_limited
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.points import ContactPoints
 from tipdamp.modal.elasticity import Material, elastic_body
 from tipdamp.static_contact.bodies.compliance import Compliance
 from tipdamp.static_contact.bodies.iterative_bodies import (
     IterationSettings,
-    IterativeStuckBodies,
+    IterativeBodies,
+    bodies_on_springs,
     gmres,
-    stuck_bodies,
 )
 from tipdamp.static_contact.bodies.sparse_bodies import (
     SparseBodies,
     SparseCompliance,
-    SparseStuckBodies,
+    sparse_stuck_bodies,
 )
-from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies
+from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies, stuck_bodies
 from tipdamp.static_contact.contact.friction import FrictionalContact, FrictionSettings
 from tipdamp.static_contact.contact.preload import StaticContact
 
@@ -290,11 +291,11 @@ def test_bodies_that_are_refused():
             StaticContact(SparseBodies.of([one, damper]), table, compliance=SparseCompliance)
 
 
-@pytest.mark.parametrize("coupled", [False, True])
+@pytest.mark.parametrize("friction", [each_limited, resultant_limited])
 @pytest.mark.parametrize(
     "changed", [SOFT, HARD, {"kn": np.inf, "kt": np.inf}, {"blade_body": GROUND}], ids=str
 )
-def test_the_same_friction(changed, coupled):
+def test_the_same_friction(changed, friction):
     """Pressed, then pushed both ways until some pairs slip and some open; without dense matrices
     too, with the springs of the start all along and with others whenever two iterations were not
     enough."""
@@ -304,19 +305,16 @@ def test_the_same_friction(changed, coupled):
     )
     whole = SparseBodies.of(bodies)
     kinds = [
-        StuckBodies,
-        SparseStuckBodies,
-        *(
-            partial(IterativeStuckBodies, settings=IterationSettings(slow=slow))
-            for slow in (2, 1000)
-        ),
+        stuck_bodies,
+        sparse_stuck_bodies,
+        *(partial(IterativeBodies, settings=IterationSettings(slow=slow)) for slow in (2, 1000)),
     ]
     one, *others = (
         FrictionalContact(
-            dense(whole) if kind is StuckBodies else whole,
+            dense(whole) if kind is stuck_bodies else whole,
             table,
             stuck=kind,
-            coupled=coupled,
+            friction=friction,
             settings=CLOSE,
         ).solve([force(whole), force(whole, x=22.0, y=5.0)], steps=3)[-1]
         for kind in kinds
@@ -336,8 +334,8 @@ def test_thousands_of_pairs_have_no_dense_compliance():
     whole = SparseBodies.of(bodies)
     B = relative_motion(whole, table)
     springs = np.full(3 * len(table), 1e6)
-    for many, kind in ((len(table), IterativeStuckBodies), (len(table) + 1, SparseStuckBodies)):
-        assert type(stuck_bodies(whole, B, springs, many)) is kind
+    for many, kind in ((len(table), IterativeBodies), (len(table) + 1, StuckBodies)):
+        assert type(bodies_on_springs(whole, B, springs, many)) is kind
 
 
 def test_gmres_against_dense_algebra():

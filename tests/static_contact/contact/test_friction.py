@@ -7,6 +7,7 @@ import pytest
 from tests.contact_tables import contact_table, frames
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws.friction import each_limited, resultant_limited
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.static_contact.contact.friction import FrictionalContact, FrictionSettings
 from tipdamp.static_contact.contact.preload import preload
@@ -43,11 +44,13 @@ S = np.sin(np.pi / 4)
 V = [[-S, 0, S], [S, 0, S]]  # faces at 45 degrees, the block is pulled up into them
 
 
-@pytest.mark.parametrize("coupled", [False, True])
-def test_block_pulled_into_a_v(coupled):
+@pytest.mark.parametrize("friction", [each_limited, resultant_limited])
+def test_block_pulled_into_a_v(friction):
     """kt/kn > mu: both sides slip from the start, N = Fc / (2 (sin 45 + mu cos 45)) = 49.9 N for
     113 N; T = mu N."""
-    last = FrictionalContact(block(), table(V), coupled=coupled).solve([[0, 0, 113.0]], steps=7)[-1]
+    last = FrictionalContact(block(), table(V), friction=friction).solve([[0, 0, 113.0]], steps=7)[
+        -1
+    ]
     N = 113 / (2 * (S + MU * S))
     assert N == pytest.approx(49.94, abs=0.01)
     assert last.converged and last.slips.all() and last.force == pytest.approx(N, rel=1e-9)
@@ -122,7 +125,7 @@ def test_tangents_coupled_or_not():
     model = block((1e5, 1e5, 0.0))
     pairs = table([[0, 0, 1.0]])
     load = [[0, 0, 100.0], [push[0], push[1], 100.0]]
-    one = FrictionalContact(model, pairs, coupled=True).solve(load)[-1]
+    one = FrictionalContact(model, pairs, friction=resultant_limited).solve(load)[-1]
     two = FrictionalContact(model, pairs).solve(load)[-1]
     t = pairs.frame[0, :2, :2] @ push / 300
     assert one.tangential[0] == pytest.approx(60 * t, rel=1e-9)
@@ -132,8 +135,8 @@ def test_tangents_coupled_or_not():
 def test_tangent_of_the_law_by_differences():
     random = np.random.default_rng(1)
     pairs = table(np.tile([[0, 0, 1.0]], (40, 1)))
-    for coupled in (False, True):
-        law = FrictionalContact(block((1e6,) * 3), pairs, coupled=coupled).law
+    for friction in (each_limited, resultant_limited):
+        law = FrictionalContact(block((1e6,) * 3), pairs, friction=friction).law
         u, w = random.normal(0, 1e-4, 120), random.normal(0, 1e-4, (40, 2))
         _, J, _ = law.forces(u, w, pairs.gap)
         h = 1e-10
@@ -231,18 +234,18 @@ def test_bad_input():
 # ---- rigid springs -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("coupled", [False, True])
-def test_hard_block_pulled_into_a_v(coupled):
+@pytest.mark.parametrize("friction", [each_limited, resultant_limited])
+def test_hard_block_pulled_into_a_v(friction):
     """Hard faces stop the block dead, so that kt is not stretched: the frictionless 113 / (2 sin
     45) on each side. Are the tangents rigid too, the split of the pull between N and T is not
     determined: some split within the cone."""
     pairs = table(V, kn=np.inf)
-    last = FrictionalContact(block(), pairs, coupled=coupled).solve([[0, 0, 113.0]])[-1]
+    last = FrictionalContact(block(), pairs, friction=friction).solve([[0, 0, 113.0]])[-1]
     assert last.converged and last.displacement == pytest.approx(0, abs=1e-15)
     assert last.force == pytest.approx(
         113 / (2 * S), rel=1e-9
     ) and last.tangential == pytest.approx(0, abs=1e-9)
-    rigid = FrictionalContact(block(), table(V, kn=np.inf, kt=np.inf), coupled=coupled).solve(
+    rigid = FrictionalContact(block(), table(V, kn=np.inf, kt=np.inf), friction=friction).solve(
         [[0, 0, 113.0]]
     )[-1]
     total = rigid.force @ pairs.normal + np.einsum(

@@ -101,7 +101,10 @@ def test_solution_that_does_not_balance_is_an_error():
     x = np.linspace(0, 0.07, 5)
     statics = StaticContact(beam(x, 5.0), supports(x, np.full(5, 1e6), np.zeros(5)))
     statics.solve(np.array([9.0, 0, 1, 0, 9]))
-    statics.bodies.factor = (statics.bodies.factor[0] * (1 + 1e-6), statics.bodies.factor[1])
+    statics.bodies.factored.factor = (
+        statics.bodies.factored.factor[0] * (1 + 1e-6),
+        statics.bodies.factored.factor[1],
+    )
     with pytest.raises(InputError, match=r"leaves \S+ of the load unbalanced \(allowed: 1e-08\)"):
         statics.solve(np.array([9.0, 0, 1, 0, 9]))
 
