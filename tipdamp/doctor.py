@@ -20,7 +20,15 @@ OURS = "tipdamp"
 DEBIAN = "/usr/lib/python3/dist-packages"
 # In this order: what each job needs first, and h5py after dolfinx, the order in which a foreign
 # HDF5 aborts.
-STUDY = ("pydantic", "rich", "filelock", "jinja2", "plotly", "matplotlib")  # the extra `study`
+STUDY = (
+    "pydantic",
+    "rich",
+    "filelock",
+    "threadpoolctl",
+    "jinja2",
+    "plotly",
+    "matplotlib",
+)  # the extra `study`
 MODULES = ("numpy", "scipy", "numba", "petsc4py", "slepc4py", "dolfinx", "gmsh", "h5py", *STUDY)
 AFRESH = "rm -rf .venv && ./dev setup"
 FROM_MATRICES = "statics, tuning and forced responses from matrices ([model]); not meshes"

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -14,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.conftest import changed
 from tests.robustness.rows import chain, stages, tipdamp
+from tests.robustness.runtime import environment
 from tests.robustness.runtime import numbers as all_numbers
 from tests.robustness.runtime import same as same_curves
 from tests.tipdamp import corner_study
@@ -223,3 +225,24 @@ def test_threads_and_a_second_run(tmp_path):
         results.append(found(study))
     same(results[0], results[1], 0.0)
     same(results[0], results[2], 1e-9)
+
+
+def test_curves_with_any_number_of_threads_and_jobs(tmp_path):
+    """From the same matrices and pairs: every bit."""
+    study = written(tmp_path / "one", plain(), ("levels = [2]", "levels = [1, 2]"))
+    stages(study, "tune")
+    for k, threads in enumerate("124"):
+        copy = tmp_path / threads / "one"
+        shutil.copytree(study.parent, copy)
+        run = subprocess.run(
+            [sys.executable, "-m", "tipdamp", "respond", "corner.toml", f"--jobs={1 + k % 2}"],
+            cwd=copy,
+            capture_output=True,
+            text=True,
+            timeout=200,
+            env=environment(OMP_NUM_THREADS=threads, OPENBLAS_NUM_THREADS=threads),
+        )
+        assert run.returncode == 0, run.stderr
+        same_curves(
+            all_numbers(tmp_path / "1" / "one" / study.name), all_numbers(copy / study.name)
+        )

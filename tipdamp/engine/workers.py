@@ -43,7 +43,7 @@ def default_jobs() -> int:
 
 class Workers:
     """Up to `jobs` processes, started when there is work for them; with one job the work is done in
-    this process, with the BLAS threads that it has.
+    this process, with the BLAS threads that it has (`respond` leaves it one).
 
     with Workers(2) as workers:
         for i in workers.spread(work, common, tasks, report): ...

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from warnings import warn
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from tipdamp.bodies.interface import (
     FILES,
@@ -110,6 +111,8 @@ class Assembly:
         return self.vibrating, closed, force, hz, zeta, self.curves.rows
 
 
+# as in the processes that work side by side: sums are split by threads, and differ in the last bit
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[str]:
     """Forced response of the kept pairs at every excitation level and every number of harmonics."""
     settings, assembly = study.respond, assembled(study, store)
