@@ -2,12 +2,15 @@
 
 0 done; 2 the input cannot be used; 3 a solver gave up, or a curve is incomplete; 4 this machine
 does not allow it: memory, disk or a package is short, or another run uses the results folder; 130
-interrupted (Ctrl-C), 143 terminated (SIGTERM).
+interrupted (Ctrl-C), 143 terminated (SIGTERM). The same where stderr is closed or cannot be written
+to: its messages are lost, not the work.
 """
 
 import argparse
 import errno
+import io
 import logging
+import os
 import resource
 import signal
 import sys
@@ -19,7 +22,7 @@ from pathlib import Path
 
 import tipdamp
 from tipdamp.engine import ranks
-from tipdamp.engine.kernel_cache import choose_kernel_cache
+from tipdamp.engine.kernel_cache import choose_caches
 from tipdamp.hbm.errors import InputError, shown
 from tipdamp.report.libraries import MissingLibrary
 from tipdamp.results import STAGES
@@ -41,10 +44,37 @@ def command() -> None:
 
     A signal that comes while the interpreter is taken down finds the work done: it must not turn it
     into a failure."""
+    _open_streams()
     code = main()
     for late in (signal.SIGINT, signal.SIGTERM):
         signal.signal(late, signal.SIG_IGN)
     sys.exit(code)
+
+
+class _Lossy(io.TextIOWrapper):
+    """Text that cannot be written is lost, and the work goes on."""
+
+    def write(self, text: str) -> int:
+        with suppress(OSError):
+            super().write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        with suppress(OSError):
+            super().flush()
+
+
+def _open_streams() -> None:
+    """Streams that are closed lead nowhere: a file that is opened would take their place, and the
+    messages of the libraries with it."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest free number: this one
+    sys.stdout = sys.stdout or open(1, "w", closefd=False)
+    there = sys.stderr.buffer if sys.stderr else open(2, "wb", closefd=False)
+    sys.stderr = _Lossy(there, errors="backslashreplace", line_buffering=True)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -68,7 +98,7 @@ def _main(argv):
             "unlimited",
             4,
         )
-    choose_kernel_cache()
+    choose_caches()
     # numpy after the check of the memory and the choice of the cache
     from numpy.linalg import LinAlgError
 

@@ -2,6 +2,7 @@
 responses."""
 
 import json
+import os
 import re
 import shutil
 import signal
@@ -266,3 +267,21 @@ def test_an_error_that_is_no_interrupt_stays(monkeypatch):
     monkeypatch.setattr("tipdamp.cli._doctor", fails)
     with pytest.raises(SystemError, match="a fault"):
         main(["doctor"])
+
+
+@pytest.mark.parametrize("stderr", ["2>&-", "2>/dev/full"])
+@pytest.mark.parametrize("arguments, code", [("keys", 0), ("inspect none.toml", 2), ("what", 2)])
+def test_stderr_that_takes_nothing(stderr, arguments, code):
+    """Closed, or on a full disk: messages are lost, the exit code and stdout stay."""
+    command = f"{sys.executable} -m tipdamp {arguments}"
+    here, lost = (
+        subprocess.run(
+            ["sh", "-c", f"{command} {end}"],
+            capture_output=True,
+            text=True,
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+        )
+        for end in ("", stderr)
+    )
+    assert (here.returncode, here.stdout) == (lost.returncode, lost.stdout) and not lost.stderr
+    assert lost.returncode == code and bool(here.stderr) == (code != 0)

@@ -232,7 +232,7 @@ def test_report_names_trouble_repair_and_what_works():
         checks(with_module("dolfinx", error="ModuleNotFoundError: No module named 'dolfinx'"))
     )
     assert f"still works: {OWN_CELLS}" in text and "repair: ./dev setup" in text
-    assert text.endswith("0 failed, 1 warned, 19 looked at")
+    assert text.endswith("0 failed, 1 warned, 20 looked at")
 
 
 def test_import_that_aborts_the_process(tmp_path, monkeypatch):
