@@ -10,6 +10,7 @@ if "TIPDAMP_ROUNDING" in os.environ:  # before anything imports eigh by its name
 
     rounding.install(int(os.environ["TIPDAMP_ROUNDING"]))
 
+LONG_FILES = {"studies", "validation"}  # whose files take minutes each
 STUDY = """
 [material]
 E = 207e9
@@ -90,3 +91,5 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if "rig_results" in item.fixturenames:
             item.add_marker(pytest.mark.slow)
+    if "PYTEST_XDIST_WORKER" in os.environ:  # the longest files first: no worker waits for one
+        items.sort(key=lambda item: not LONG_FILES & set(item.path.parts))
