@@ -45,7 +45,12 @@ def compare(system: System) -> Found:
         warnings.simplefilter("ignore")  # `why_unsolved` has them
         curves = [
             follow_band(
-                system.problem, system.force, band, harmonics=system.H, outputs=system.outputs
+                system.problem,
+                system.force,
+                band,
+                harmonics=system.H,
+                outputs=system.outputs,
+                truncation=False,
             )
             for band in (system.band, system.band[::-1])
         ]

@@ -12,7 +12,12 @@ from tipdamp.hbm.response import follow_band
 def curve_of(problem, F, band, H=1):
     """Response from band[0] to band[1] rad/s."""
     return follow_band(
-        problem, np.array([F]), np.array(band) / (2 * np.pi), harmonics=H, outputs={"x": np.ones(1)}
+        problem,
+        np.array([F]),
+        np.array(band) / (2 * np.pi),
+        harmonics=H,
+        outputs={"x": np.ones(1)},
+        truncation=False,
     )
 
 
