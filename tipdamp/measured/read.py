@@ -17,6 +17,7 @@ PER_NEWTON = "/N"
 FROM_FILE = "from_file"
 TURNS = 2.5  # turns of a phase beyond which radians are degrees
 MIN_POINTS = 5
+LARGEST = 1e30  # SI units: beyond it squares and sums of what follows overflow
 SAME_LEVEL = 0.02  # relative difference of two forces that count as one level
 HELD_FORCE = 0.1  # variation of a measured force over the frequencies beyond which it is no level
 
@@ -199,6 +200,13 @@ def _checked(hz, response, force, places, source):
     if (hz <= 0).any():
         raise InputError(
             f"{source}: {places[int(hz.argmin())]}: frequency {hz.min():g} Hz, must be above 0"
+        )
+    size = np.abs(response)
+    if (size > LARGEST).any():
+        k = int(size.argmax())
+        raise InputError(
+            f"{source}: {places[k]}: amplitude {size[k]:.3g} in SI units at {hz[k]:g} Hz, which "
+            "nothing measures; leave the row out, or check the columns and the unit"
         )
     if (force <= 0).any():
         raise InputError(

@@ -336,3 +336,13 @@ def test_repeats_at_different_levels(tmp_path):
         read_measured(
             files, settings(columns=["frequency_hz", "amplitude", "force"], unit="um", level=None)
         )
+
+
+@pytest.mark.parametrize("amplitude", [1e308, 1e100])
+def test_an_amplitude_that_nothing_measures(tmp_path, amplitude):
+    """Squares of it overflow."""
+    size = 1e6 * np.abs(X)
+    size[7] = amplitude
+    text = rows(HZ, size, np.degrees(np.angle(X)))
+    with pytest.raises(InputError, match=r"run\.csv: .*line 9: amplitude 1e\+.* nothing measures"):
+        read_one(text_file(tmp_path, text), columns=list(POLAR))
