@@ -45,6 +45,7 @@ from tipdamp.study.view import Study
 
 DEVIATIONS = 2  # of the peak frequency over the repeats: scatter of a measured target
 SHOWN_BELOW_HZ = 2 * CHECK_BELOW_HZ
+ABOVE = 1.5  # times the tracked frequency, up to which modes are shown and checked at least
 UNBALANCED = 0.01  # of the pull, by a table's preload: more is told
 
 
@@ -263,11 +264,16 @@ def _full_model_check(study, store, model, sets, tick) -> dict[str, results.Full
         model,
         truncation,
         {
-            name: StuckSet(pairs, sets.springs[name], modes.hz[modes.hz < CHECK_BELOW_HZ])
+            name: StuckSet(pairs, sets.springs[name], _below(CHECK_BELOW_HZ, modes))
             for (name, pairs), modes in zip(sets.pairs.items(), sets.modes.values(), strict=True)
         },
         tick,
     )
+
+
+def _below(limit: float, modes: StuckModes) -> np.ndarray:
+    """Hz of the modes up to a limit, and in any case of those around the tracked one."""
+    return modes.hz[modes.hz < max(limit, ABOVE * modes.tracked_hz)]
 
 
 def stuck_figures(sets: Sets) -> dict:
@@ -278,7 +284,7 @@ def stuck_figures(sets: Sets) -> dict:
         ),
         "mac": results.OfSets[float](**{name: modes.mac for name, modes in sets.modes.items()}),
         "stuck_modes_hz": {
-            name: modes.hz[modes.hz < SHOWN_BELOW_HZ] for name, modes in sets.modes.items()
+            name: _below(SHOWN_BELOW_HZ, modes) for name, modes in sets.modes.items()
         },
         "closed_pairs": results.OfSets[int](
             **{n: int(p.carrying.sum()) for n, p in sets.pairs.items()}

@@ -1,11 +1,13 @@
 """Stage tune: options of [tune], of the kept rows and of their preload."""
 
+import json
 import re
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
+from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import read
 from tipdamp.cli import main
 from tipdamp.hbm.contact import ContactTable
@@ -436,3 +438,19 @@ def test_a_symmetric_damper_is_tuned_symmetrically(tmp_path, changes, damper):
         order = np.lexsort((mine.row, mine.station))
         mirrored = np.lexsort((mine.row, -mine.station))
         assert mine.weight[order] == pytest.approx(mine.weight[mirrored])
+
+
+def test_modes_around_a_tracked_one_of_20_kHz(tmp_path):
+    """Shown, and checked on the full model: the limits of 10 and 5 kHz hold below it alone."""
+    study = corner_study.write(
+        tmp_path, change=[("[respond]", '[tune]\nstations = "all"\n[respond]')]
+    )
+    for verb in ("inspect", "reduce", "preload", "tune"):
+        assert main([verb, str(study), "--quiet"]) == 0
+    found = json.loads((tmp_path / "results" / "corner" / "tune.json").read_text())
+    tracked = found["stuck_hz"]["tuned"]
+    assert tracked > 20e3
+    assert min(abs(hz - tracked) for hz in found["stuck_modes_hz"]["tuned"]) == 0
+    check = found["full_model_check"]["tuned"]
+    assert len(check["full_hz"]) == len(check["reduced_hz"]) > 0
+    assert min(abs(hz - tracked) for hz in check["reduced_hz"]) == 0
