@@ -3,8 +3,9 @@ at any time.
 
 numba reads its cache as pickles without a check: a file that is cut ends in a traceback on every
 later run, and one of which a byte is another may run and be wrong. Here each file begins with its
-checksum, and code names the source and the signature that it is of; what does not fit is compiled
-anew and written again. Where nothing can be written, kernels live as long as the process.
+checksum, and code names the signature and the source that it is of, with those of the kernels that
+it may call in other files; what does not fit is compiled anew and written again. Where nothing can
+be written, kernels live as long as the process.
 """
 
 import logging
@@ -41,9 +42,8 @@ class KernelCache(FunctionCache):
 
     def __init__(self, function):
         super().__init__(function)
-        self._cache_file = KernelFiles(
-            self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
-        )
+        self.stamp = (self._impl.locator.get_source_stamp(), *_stamps_of_others(function))
+        self._cache_file = KernelFiles(self._cache_path, self._impl.filename_base, self.stamp)
 
     def load_overload(self, sig, target_context):
         """The code for a signature, or None."""
@@ -93,6 +93,17 @@ class KernelFiles(IndexDataCacheFile):
         packed = self._dump(content)
         with self._open_for_write(path) as file:
             file.write(_checksum(packed) + packed)
+
+
+def _stamps_of_others(function):
+    """Of the kernels of other files that are known by name in the file of a function."""
+    kernels = (one for one in function.__globals__.values() if isinstance(one, CPUDispatcher))
+    others = (one for one in kernels if _file(one.py_func) != _file(function))
+    return sorted({one._cache.stamp for one in others if isinstance(one._cache, KernelCache)})
+
+
+def _file(function):
+    return function.__code__.co_filename
 
 
 def _cache_of(function):

@@ -52,38 +52,31 @@ def tangents_and_differences(
 
     force, new, t = law.tangents(Motion(*given[:2], dt), given[2], contacts)
     both = np.concatenate([force, new], axis=1)
-    yield (
-        "tangents returns another force or state than step",
-        both,
-        stepped(*given),
-        1e-12 * np.abs(both).max(initial=0.0),
+    allowed = 1e-12 * np.abs(both).max(initial=0.0)
+    yield "tangents returns another force or state than step", both, stepped(*given), allowed
+    names = zip(
+        ("u", "v", "state", "dt"),
+        ("motion", "velocity", "state before", "length of the step"),
+        strict=True,
     )
-    names = (
-        ("u", "motion"),
-        ("v", "velocity"),
-        ("state", "state before"),
-        ("dt", "length of the step"),
-    )
+    largest = np.abs(force).max(initial=0.0)
     for k, (name, what) in enumerate(names):
         by = np.concatenate([vars(t)[f"force_{name}"], vars(t)[f"state_{name}"]], axis=1)
         by = by[:, :, None] if by.ndim == 2 else by
+        size = 0.1 * np.abs(given[k]).max(initial=0.0) or 1.0
+        scale = max(size * np.abs(by).max(initial=0.0), 1e-3 * largest)
+        said = (
+            f"tangents by the {what} are not the derivatives of step; is it analytic (no abs, real "
+            "comparisons)?"
+        )
         for d in range(by.shape[2]):
-            size = 0.1 * np.abs(given[k]).max(initial=0.0) or 1.0
             along = size if k == 3 else size * np.eye(by.shape[2])[d]
             found = size * by[:, :, d]
 
             def moved(s: float, k=k, along=along) -> np.ndarray:
                 return stepped(*(a + s * along if j == k else a for j, a in enumerate(given)))
 
-            expected = differences(found, moved)
-            scale = max(size * np.abs(by).max(initial=0.0), 1e-3 * np.abs(force).max(initial=0.0))
-            yield (
-                f"tangents by the {what} are not the derivatives of step; is it analytic (no abs, "
-                "real comparisons)?",
-                found,
-                expected,
-                1e-6 * scale,
-            )
+            yield said, found, differences(found, moved), 1e-6 * scale
 
 
 def worst_entry(found: np.ndarray, expected: np.ndarray) -> str:

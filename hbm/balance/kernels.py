@@ -1,7 +1,5 @@
 """Compiled loops of Newton's linear system and of the receptance: plain arrays in, plain arrays
 out.
-
-Compiled code is stored per file: nothing compiled here is called from compiled code elsewhere.
 """
 
 import numpy as np

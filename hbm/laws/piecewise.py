@@ -146,13 +146,7 @@ def slider_table(contacts, tangents: int, normal: bool) -> PiecewiseLinear:
     slides = (contacts.kt > 0) & (contacts.mu > 0)
     kt, kn = np.where(slides, contacts.kt, 0.0), contacts.kn if normal else np.zeros(P)
     reach = np.divide(contacts.mu, contacts.kt, out=np.zeros(P), where=slides)
-    # of the slider in each state
-    way_u, way_0 = np.zeros((4, P, tangents, nd)), np.zeros((4, P, tangents))
-    for state, sign in ((FORWARD, -1.0), (BACKWARD, 1.0), (OPEN, 0.0)):
-        way_u[state][:, np.arange(tangents), np.arange(tangents)] = 1.0
-        if normal:
-            way_u[state][:, :, -1] = (sign * reach * kn)[:, None]
-        way_0[state] = (sign * reach * contacts.preload)[:, None]
+    way_u, way_0 = _ways_of_sliders(reach, kn, contacts.preload, tangents, normal)
     closed = list(product((STICK, FORWARD, BACKWARD), repeat=tangents))
     opened = len(closed)
     states = np.array([*closed, (OPEN,) * tangents], dtype=int)
@@ -179,6 +173,19 @@ def slider_table(contacts, tangents: int, normal: bool) -> PiecewiseLinear:
         *(np.array([guard[i] for guard in guards]) for i in range(4)),
         *(np.stack([guard[i] for guard in guards], axis=1) for i in range(4, 8)),
     )
+
+
+def _ways_of_sliders(reach, kn, preload, tangents, normal):
+    """Where the sliders are in each state that moves them: (4, P, tangents, n) of the motion, and
+    (4, P, tangents) m."""
+    P, each = len(reach), np.arange(tangents)
+    way_u, way_0 = np.zeros((4, P, tangents, tangents + normal)), np.zeros((4, P, tangents))
+    for state, sign in ((FORWARD, -1.0), (BACKWARD, 1.0), (OPEN, 0.0)):
+        way_u[state][:, each, each] = 1.0
+        if normal:
+            way_u[state][:, :, -1] = (sign * reach * kn)[:, None]
+        way_0[state] = (sign * reach * preload)[:, None]
+    return way_u, way_0
 
 
 def _opening(preload, kn, closed, tangents):

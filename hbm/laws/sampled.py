@@ -68,29 +68,11 @@ def tangents(law, motion: Motion, state, contacts):
     probe = Motion(motion.u, motion.v + 1j * along, motion.dt + 1j * SETTINGS.step)
     if any(np.imag(a).any() for a in law.step(probe, state, contacts)):
         by_v = _complex_steps(law, motion, state, contacts, rate=True)[2]
-        by_dt = np.concatenate(
-            [
-                np.imag(a) / SETTINGS.step
-                for a in law.step(
-                    Motion(motion.u, motion.v, motion.dt + 1j * SETTINGS.step), state, contacts
-                )
-            ],
-            axis=1,
-        )
-    return (
-        force,
-        new,
-        Tangents(
-            by_u[:, :nd],
-            by_v[:, :nd],
-            by_state[:, :nd],
-            by_dt[:, :nd],
-            by_u[:, nd:],
-            by_v[:, nd:],
-            by_state[:, nd:],
-            by_dt[:, nd:],
-        ),
-    )
+        longer = motion._replace(dt=motion.dt + 1j * SETTINGS.step)
+        changed = law.step(longer, state, contacts)
+        by_dt = np.concatenate([np.imag(a) / SETTINGS.step for a in changed], axis=1)
+    by = (by_u, by_v, by_state, by_dt)
+    return force, new, Tangents(*(a[:, :nd] for a in by), *(a[:, nd:] for a in by))
 
 
 def _complex_steps(law, motion, state, contacts, rate):
@@ -201,6 +183,17 @@ def harmonics(law, contacts, x, start: SliderStart, grid, omega: float) -> Conta
     by_omega = np.ascontiguousarray(D[..., -1]) if c.tangents.of_rate else None
     D = np.ascontiguousarray(D[..., :-1]).reshape(P, nd, nh, nd, nh)
     shares = _shares(law, contacts, c, f, x)
+    s = law.sliders
+    slip = (c.after - c.before)[:, :, :s]
+    work = fourier.work(f[:, s:], x[:, s:]) + slip_work(c.force[:, :, :s], slip)
+    g, active = _deviation(law, contacts, c, f, D, x)
+    return ContactForces(g, active, D[active.any(axis=1)], None, by_omega, shares, work)
+
+
+def _deviation(law, contacts, c, f, D, x):
+    """g (P, nd, nh) of the force f from that of the stuck springs, and which components are active;
+    D becomes its derivative. What is rounding becomes zero."""
+    _, nd, nh = x.shape
     stiffness, constant = law.stuck_stiffness(contacts), law.stuck_force(contacts)
     g = f - stiffness[:, :, None] * x
     g[:, :, 0] -= constant
@@ -210,11 +203,7 @@ def harmonics(law, contacts, x, start: SliderStart, grid, omega: float) -> Conta
     active = np.abs(D).max(axis=(2, 3, 4)) > SETTINGS.rounding * np.maximum(slope, 1e-300)
     largest = np.abs(c.force).max(axis=0) + stiffness * np.abs(x).sum(axis=2) + np.abs(constant)
     g[(np.abs(g).max(axis=2) <= 0.1 * SETTINGS.rounding * largest) & ~active] = 0.0
-    s = law.sliders
-    work = fourier.work(f[:, s:], x[:, s:]) + slip_work(
-        c.force[:, :, :s], (c.after - c.before)[:, :, :s]
-    )
-    return ContactForces(g, active, D[active.any(axis=1)], None, by_omega, shares, work)
+    return g, active
 
 
 def slip_work(force, slip):

@@ -15,7 +15,7 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws import compilation
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear
-from tipdamp.hbm.time import events
+from tipdamp.hbm.time import events, guards
 from tipdamp.hbm.time.base import IntegratedCycle
 from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.time.stuck_system import stuck_system
@@ -114,13 +114,13 @@ class ExactIntegrator:
         period."""
         present = self._present(state)
         motion = np.zeros((4, len(present.a)))
-        events.freeze(self.table, present)
+        guards.freeze(self.table, present)
         events.instant(self.stuck.system, present, 0.0, present.z, motion)
         return motion
 
     def _present(self, state):
         P, nd = self.stuck.shape
-        return events.Present(
+        return guards.Present(
             state.z.copy(),
             np.array(state.state, dtype=np.int64),
             np.array(state.memory, dtype=float, order="C"),
@@ -178,14 +178,14 @@ class ExactIntegrator:
         return self.stuck.change((before.z, after.z), (before.memory, after.memory), cycle.force)
 
 
-def _for_kernels(piecewise: PiecewiseLinear, stiffness, rest) -> events.Table:
+def _for_kernels(piecewise: PiecewiseLinear, stiffness, rest) -> guards.Table:
     """The table of the nonlinear force g = f - K_c u - f_rest, its guards in the order of their
     states."""
     t = piecewise.resolved()
     gamma, diagonal = t.stiffness.copy(), np.arange(t.stiffness.shape[2])
     gamma[:, :, diagonal, diagonal] -= stiffness[:, None]
     order = np.argsort(t.state, kind="stable")
-    return events.Table(
+    return guards.Table(
         gamma,
         t.offset - rest[:, None],
         _rows(t.by_memory),

@@ -1,6 +1,7 @@
 """Compiled kernels on disk: whatever happens to their files, the next run compiles anew and gives
 the same numbers."""
 
+import importlib
 import importlib.util
 import os
 import subprocess
@@ -197,6 +198,28 @@ def test_code_of_another_key_or_source_does_not_count(kernels, tmp_path):
     for path, content in old.items():
         path.write_bytes(content)
     assert kernels().product(2.0, 3.0) == 10.0
+
+
+def test_a_change_in_the_file_of_a_called_kernel_counts(tmp_path, monkeypatch):
+    """numba knows a kernel by its own file alone, and goes on with old code of the other."""
+    monkeypatch.syspath_prepend(tmp_path)
+    called, caller = tmp_path / "called_kernels.py", tmp_path / "calling_kernels.py"
+    called.write_text(SOURCE)
+    caller.write_text(
+        "from called_kernels import shifted\nfrom tipdamp.hbm.compiled import njit\n\n\n"
+        "@njit(cache=True)\ndef twice(a):\n    return 2 * shifted(a)\n"
+    )
+
+    def load():
+        for name in ("called_kernels", "calling_kernels"):
+            sys.modules.pop(name, None)
+        return importlib.import_module("calling_kernels").twice
+
+    assert load()(3.0) == 8.0
+    again = load()
+    assert again(3.0) == 8.0 and hits(again) == 1
+    called.write_text(SOURCE.replace("b + 1", "b + 12"))
+    assert load()(3.0) == 30.0
 
 
 @pytest.mark.slow

@@ -1,5 +1,5 @@
 """Isotropic Coulomb friction in the tangential plane: the formula of a step; its cycle is in
-`kernels`."""
+`cycle`."""
 
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -7,13 +7,11 @@ from typing import ClassVar
 import numpy as np
 
 from tipdamp.hbm.laws import compilation
-from tipdamp.hbm.laws.coupled.kernels import cycle
+from tipdamp.hbm.laws.coupled.cycle import cycle
+from tipdamp.hbm.laws.coupled.motion import SETTINGS
 from tipdamp.hbm.laws.friction import resultant_limited
-from tipdamp.hbm.laws.uncoupled.events import OPEN, TWO_PI, Sliders
+from tipdamp.hbm.laws.uncoupled.breaks import OPEN, TWO_PI, Sliders
 from tipdamp.hbm.laws.uncoupled.law import CoulombFriction, integrated, located
-
-# of the limit, and of its change over a path: a force that near is at it, or goes with it
-ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -137,12 +135,12 @@ def _slips_from(T, d, L0, dL):
     """Share of the path from which on the force is at the limit; above 1 where it comes there by
     rounding alone."""
     a, b, c = d @ d - dL * dL, T @ d - L0 * dL, T @ T - L0 * L0
-    if c.real < -ROUNDING * (L0 * L0).real:
+    if c.real < -SETTINGS.on_limit * (L0 * L0).real:
         square = b * b - a * c
         if square.real <= 0:
             return 2 + 0 * a
         return -c / (b + np.sqrt(square)) if b.real >= 0 else (np.sqrt(square) - b) / a
-    if b.real >= -ROUNDING * (abs(T @ T * (d @ d)) ** 0.5 + abs((L0 * dL).real)):
+    if b.real >= -SETTINGS.on_limit * (abs(T @ T * (d @ d)) ** 0.5 + abs((L0 * dL).real)):
         return 0 * a
     return -2 * b / a if a.real > -b.real else 2 + 0 * a  # leaves the limit and comes back to it
 

@@ -9,124 +9,33 @@ and is pushed by its ends [Yang, Menq 1998; Petrov, Ewins 2003]: w rests (stick)
 (slip forward) or with `high` (slip backward). While the contact is open the interval has no width
 and w follows u, so that on re-contact the slider starts at the current position. The force is T =
 kt (u - w).
-
-The samples only separate the events: the result does not depend on how many there are.
-Compiled code is stored per file: nothing compiled here is called from compiled code elsewhere.
 """
-
-from collections import namedtuple
 
 import numpy as np
 
 from tipdamp.hbm.compiled import njit
-from tipdamp.hbm.laws.records import ContactState
-
-STICK, FORWARD, BACKWARD, OPEN = (int(state) for state in ContactState)
-TWO_PI = 2 * np.pi
-BEGIN, END, PLACE, INSTANT, BY_U, BY_N = range(1, 7)  # columns of a piece after its state
-ROUNDING = 1e-9  # of the value at one end of a bracket: one that small at the other has no sign
-SWITCHES = 12  # at most, between stick and slip within one interval between samples
-
-Sliders = namedtuple("Sliders", "count normal kt kn mu preload")
-Sliders.__doc__ = (
-    "Number of tangents, whether there is a normal component (the last), and the settings (P,)."
+from tipdamp.hbm.laws.uncoupled.breaks import (
+    AT,
+    BACKWARD,
+    BEGIN,
+    BY_N,
+    BY_U,
+    END,
+    FORWARD,
+    OPEN,
+    PLACES,
+    RATES,
+    STICK,
+    TWO_PI,
+    Breaks,
+    break_points,
+    open_pieces,
+    root,
+    series,
+    stick_interval,
 )
 
-Breaks = namedtuple("Breaks", "marks kind closed edges")
-Breaks.__doc__ = """The cycle of a contact cut at its samples and at the instants of contact and
-lift-off.
-
-edges (2, nh) : series of low, which pushes forward, and high, which pushes backward
-marks (., 5) : the instants, the values of both edges there (PLACES) and their rates (RATES)
-kind : number of the sample, or -1; closed : of each interval between the instants
-"""
-AT, PLACES, RATES = 0, 1, 3  # columns of marks; of two, that of the edge follows
-
-
-@njit(cache=True)
-def series(c, tau):
-    """Value, rate and second derivative at tau of the series with real coefficients c."""
-    H = (len(c) - 1) // 2
-    value, rate, curvature = c[0], 0.0, 0.0
-    c1, s1 = np.cos(tau), np.sin(tau)
-    ck, sk = 1.0, 0.0
-    for k in range(1, H + 1):
-        ck, sk = ck * c1 - sk * s1, sk * c1 + ck * s1
-        wave = c[2 * k - 1] * ck - c[2 * k] * sk
-        value += wave
-        rate -= k * (c[2 * k - 1] * sk + c[2 * k] * ck)
-        curvature -= k * k * wave
-    return value, rate, curvature
-
-
-@njit(cache=True)
-def root(c, level, of_rate, a, b):
-    """Where the series (less level), or its rate, changes sign in [a, b]: Newton inside a shrinking
-    bracket."""
-    v, d, dd = series(c, a)
-    at_a = d if of_rate else v - level
-    v, d, dd = series(c, b)
-    at_b = d if of_rate else v - level
-    rising = at_b > 0
-    # at b itself, whose sample had the other sign
-    if at_a * at_b >= 0 and abs(at_b) < ROUNDING * abs(at_a):
-        rising = at_a < 0
-    x = a + (b - a) * at_a / (at_a - at_b) if at_a * at_b < 0 else 0.5 * (a + b)
-    for _ in range(80):
-        v, d, dd = series(c, x)
-        f = d if of_rate else v - level
-        slope = dd if of_rate else d
-        if (f > 0) == rising:
-            b = x
-        else:
-            a = x
-        new = x - f / slope if slope != 0 else a
-        inside = a < new < b
-        if not inside:
-            new = 0.5 * (a + b)
-        # Newton squares the error once more
-        if abs(new - x) <= (1e-9 if inside else 4e-16 * (1 + abs(x))):
-            return new
-        x = new
-    return x
-
-
-@njit(cache=True)
-def contact_instants(N, n_wave, n_rate, tau, breaks):
-    """Fill `at`, `kind` and `closed` of the break points, and return how many intervals there are.
-
-    N are the coefficients of preload + kn u_n; an excursion that begins and ends between two
-    samples is found by its extremum.
-    """
-    at, kind, closed = breaks.marks[:, AT], breaks.kind, breaks.closed
-    n = len(n_wave)
-    m = 0
-    is_closed = n_wave[0] > 0
-    crossings = np.empty(2)
-    for i in range(n):
-        j = (i + 1) % n
-        a, b = tau[i], tau[i + 1]
-        count = 0
-        if (n_wave[i] > 0) != (n_wave[j] > 0):
-            crossings[0] = root(N, 0.0, False, a, b)
-            count = 1
-        else:
-            sign = 1.0 if n_wave[i] > 0 else -1.0
-            if sign * n_rate[i] < 0 and sign * n_rate[j] > 0:
-                turn = root(N, 0.0, True, a, b)
-                if sign * series(N, turn)[0] < 0:
-                    crossings[0] = root(N, 0.0, False, a, turn)
-                    crossings[1] = root(N, 0.0, False, turn, b)
-                    count = 2
-        is_closed = n_wave[i] > 0
-        at[m], kind[m], closed[m] = a, i, is_closed
-        m += 1
-        for q in range(count):
-            is_closed = not is_closed
-            at[m], kind[m], closed[m] = crossings[q], -1, is_closed
-            m += 1
-    at[m], kind[m] = tau[n], 0
-    return m
+SWITCHES = 12  # at most, between stick and slip within one interval between samples
 
 
 @njit(cache=True)
@@ -344,50 +253,6 @@ def shared_slip(a, b):
 
 
 @njit(cache=True)
-def break_points(x, samples, law, p, N, breaks):
-    """Fill N, the instants and which intervals are closed for contact p; return how many intervals
-    there are."""
-    tau, wave, rate = samples
-    n, last = wave.shape[1], len(x) - 1
-    N[:] = 0.0
-    if law.normal:
-        N[:] = law.kn[p] * x[last]
-    N[0] += law.preload[p]
-    if law.normal and law.kn[p] > 0:
-        return contact_instants(
-            N, law.preload[p] + law.kn[p] * wave[last], law.kn[p] * rate[last], tau, breaks
-        )
-    breaks.marks[: n + 1, AT] = tau
-    breaks.kind[:n] = np.arange(n)
-    breaks.kind[n] = 0
-    breaks.closed[:n] = law.preload[p] > 0
-    return n
-
-
-@njit(cache=True)
-def stick_interval(u, N, contact, samples, breaks):
-    """Fill the edges of the stick interval of a tangent; contact: mu/kt, kn (0 without a normal)
-    and preload.
-
-    samples : of u, its rate, u_n and its rate
-    """
-    ratio, kn, preload = contact
-    u_wave, u_rate, n_wave, n_rate = samples
-    edges, marks = breaks.edges, breaks.marks
-    edges[0], edges[1] = u - ratio * N, u + ratio * N
-    for i in range(len(breaks.closed) + 1):
-        s = breaks.kind[i]
-        if s >= 0:
-            limit = ratio * preload + ratio * kn * n_wave[s]
-            limit_rate = ratio * kn * n_rate[s]
-            marks[i, PLACES], marks[i, PLACES + 1] = u_wave[s] - limit, u_wave[s] + limit
-            marks[i, RATES], marks[i, RATES + 1] = u_rate[s] - limit_rate, u_rate[s] + limit_rate
-        else:
-            for e in range(2):
-                marks[i, PLACES + e], marks[i, RATES + e], _ = series(edges[e], marks[i, AT])
-
-
-@njit(cache=True)
 def sticks(x, law, p, places):
     """Whether contact p surely sticks through the cycle, with its sliders at rest where they carry
     no force: the sum of the amplitudes of its motion x (nd, nh) is too small for slip and
@@ -408,6 +273,41 @@ def reach(c):
     for k in range(1, len(c), 2):
         most += np.sqrt(c[k] * c[k] + c[k + 1] * c[k + 1])
     return most
+
+
+@njit(cache=True)
+def slider_pieces(u, N, waves, law, p, breaks, begin, room):
+    """Fill the pieces of one tangent of contact p, and return how many there are; without friction
+    the slider follows throughout.
+
+    waves : of u, its rate, u_n and its rate; begin : `start` of `periodic`; room : its `space` and
+    `pieces`
+    """
+    space, pieces = room
+    if law.mu[p] == 0:
+        pieces[0, 0], pieces[0, BEGIN], pieces[0, END] = OPEN, 0.0, TWO_PI
+        return 1
+    ratio = law.mu[p] / law.kt[p]
+    stick_interval(u, N, (ratio, law.kn[p] if law.normal else 0.0, law.preload[p]), waves, breaks)
+    return periodic(u, N, ratio, breaks, begin, space, pieces)
+
+
+@njit(cache=True)
+def moves(pieces):
+    """Whether a slider is not at a given place throughout."""
+    for q in range(len(pieces)):
+        if pieces[q, 0] != STICK or pieces[q, BY_U] != 0 or pieces[q, BY_N] != 0:
+            return True
+    return False
+
+
+@njit(cache=True)
+def slip_time(law, p, pieces, counts, opened):
+    """Time in which contact p slips; without a limit it does while it is closed."""
+    if law.mu[p] > 0 and law.count:
+        other = law.count - 1
+        return shared_slip(pieces[0, : counts[0]], pieces[other, : counts[other]])
+    return 0.0 if not law.count or law.kt[p] == 0 else TWO_PI - opened
 
 
 @njit(cache=True)
@@ -442,51 +342,12 @@ def find_pieces(x, samples, law, start, found):
         opened = open_pieces(breaks, pieces[p, law.count], counts[p : p + 1, law.count])
         active[p, last] = opened > 0 and law.normal
         for d in range(law.count if law.kt[p] > 0 else 0):
-            if law.mu[p] == 0:
-                pieces[p, d, 0, 0], pieces[p, d, 0, 1], pieces[p, d, 0, 2], counts[p, d] = (
-                    OPEN,
-                    0.0,
-                    TWO_PI,
-                    1,
-                )
-            else:
-                ratio = law.mu[p] / law.kt[p]
-                contact = ratio, law.kn[p] if law.normal else 0.0, law.preload[p]
-                stick_interval(
-                    x[p, d],
-                    N,
-                    contact,
-                    (wave[p, d], rate[p, d], wave[p, last], rate[p, last]),
-                    breaks,
-                )
-                begin = start.positions[p, d], start.from_position
-                counts[p, d] = periodic(x[p, d], N, ratio, breaks, begin, space, pieces[p, d])
-            for q in range(counts[p, d]):
-                piece = pieces[p, d, q]
-                active[p, d] |= piece[0] != STICK or piece[BY_U] != 0 or piece[BY_N] != 0
-        slip = TWO_PI - opened
-        if law.mu[p] > 0 and law.count:
-            other = law.count - 1
-            slip = shared_slip(pieces[p, 0, : counts[p, 0]], pieces[p, other, : counts[p, other]])
-        elif not law.count or law.kt[p] == 0:
-            slip = 0.0
+            waves = wave[p, d], rate[p, d], wave[p, last], rate[p, last]
+            begin = start.positions[p, d], start.from_position
+            own = pieces[p, d]
+            counts[p, d] = slider_pieces(x[p, d], N, waves, law, p, breaks, begin, (space, own))
+            active[p, d] = moves(own[: counts[p, d]])
+        slip = slip_time(law, p, pieces[p], counts[p], opened)
         shares[p, 2] = opened / TWO_PI
         shares[p, 1] = slip / TWO_PI
         shares[p, 0] = 1.0 - shares[p, 1] - shares[p, 2]
-
-
-@njit(cache=True)
-def open_pieces(breaks, pieces, count):
-    """List the intervals in which the contact is open, and return their total."""
-    at, opened, k = breaks.marks[:, AT], 0.0, 0
-    for i in range(len(breaks.closed)):
-        if breaks.closed[i]:
-            continue
-        opened += at[i + 1] - at[i]
-        if k > 0 and pieces[k - 1, END] == at[i]:
-            pieces[k - 1, END] = at[i + 1]
-        else:
-            pieces[k, 0], pieces[k, BEGIN], pieces[k, END] = OPEN, at[i], at[i + 1]
-            k += 1
-    count[0] = k
-    return opened

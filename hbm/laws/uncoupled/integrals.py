@@ -6,13 +6,12 @@ the slider at w, and g_n = N - (preload + kn u_n), zero while closed. Both are c
 and, piece by piece (see `events`), a constant or a combination of the harmonics of u. Pieces are
 integrated in closed form; since g is continuous, the instants of the events contribute only through
 the rest position of the slider.
-Compiled code is stored per file: nothing compiled here is called from compiled code elsewhere.
 """
 
 import numpy as np
 
 from tipdamp.hbm.compiled import njit
-from tipdamp.hbm.laws.uncoupled.events import (
+from tipdamp.hbm.laws.uncoupled.breaks import (
     BACKWARD,
     BEGIN,
     BY_N,

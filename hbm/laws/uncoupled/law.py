@@ -14,7 +14,7 @@ from tipdamp.hbm.laws import compilation
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.piecewise import slider_table
 from tipdamp.hbm.laws.records import ContactForces
-from tipdamp.hbm.laws.uncoupled import events, integrals
+from tipdamp.hbm.laws.uncoupled import breaks, events, integrals
 from tipdamp.hbm.laws.variation import CycleTangents, Variation
 
 
@@ -111,7 +111,7 @@ class CoulombFriction(ContactLaw):
     def harmonics(self, contacts, x, start, grid, omega):
         """Forces of the event-driven cycle, exact for the harmonics of the motion."""
         compilation.announce(integrals.add_forces)
-        law = events.Sliders(
+        law = breaks.Sliders(
             self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload
         )
         x = np.ascontiguousarray(x)
@@ -121,14 +121,14 @@ class CoulombFriction(ContactLaw):
     def variation(self, contacts, x, start, grid, omega):
         """From the pieces of the cycle, between which everything is linear."""
         compilation.announce(integrals.add_forces)
-        law = events.Sliders(
+        law = breaks.Sliders(
             self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload
         )
         x, start, grid = _moving_orders(np.ascontiguousarray(x), start, grid)
         pieces, counts, active, _ = located(law, x, start, grid)
         moving = np.flatnonzero(active.any(axis=1))
         edges = [
-            pieces[p, d, : counts[p, d], (events.BEGIN, events.END)].ravel()
+            pieces[p, d, : counts[p, d], (breaks.BEGIN, breaks.END)].ravel()
             for p in moving
             for d in range(self.sliders + 1)
         ]
@@ -190,28 +190,28 @@ def _open_and_slipping(law, p, pieces, counts, instants, found):
     gamma, n = found.gamma[:, :, p], law.count
     if law.normal:
         spans = pieces[law.count, : counts[law.count]]
-        away = np.searchsorted(spans[:, events.BEGIN], middle) > np.searchsorted(
-            spans[:, events.END], middle
+        away = np.searchsorted(spans[:, breaks.BEGIN], middle) > np.searchsorted(
+            spans[:, breaks.END], middle
         )
         gamma[:, away, n, n] = 0.0
     for d in range(law.count):
         own = pieces[d, : counts[d]]
         if not len(own):
             continue
-        at = np.minimum(np.searchsorted(own[:, events.END], middle), len(own) - 1)
+        at = np.minimum(np.searchsorted(own[:, breaks.END], middle), len(own) - 1)
         state = own[at, 0]
-        gamma[:, :, d, d] = np.where(state == events.STICK, kt, 0.0)
-        found.memory[:, p, d] = np.where(state == events.STICK, -kt, 0.0)
-        rests = own[(own[:, 0] == events.STICK) & (own[:, events.BEGIN] > 0)]
-        rests = rests[rests[:, events.INSTANT] == rests[:, events.BEGIN]]
-        k = np.abs(instants[:, None] - rests[:, events.BEGIN]).argmin(axis=0)
+        gamma[:, :, d, d] = np.where(state == breaks.STICK, kt, 0.0)
+        found.memory[:, p, d] = np.where(state == breaks.STICK, -kt, 0.0)
+        rests = own[(own[:, 0] == breaks.STICK) & (own[:, breaks.BEGIN] > 0)]
+        rests = rests[rests[:, breaks.INSTANT] == rests[:, breaks.BEGIN]]
+        k = np.abs(instants[:, None] - rests[:, breaks.BEGIN]).argmin(axis=0)
         rests, k = rests[k < len(middle)], k[k < len(middle)]
         found.captured[k, p, d] = True
-        found.capture[k, p, d, d] = rests[:, events.BY_U]
+        found.capture[k, p, d, d] = rests[:, breaks.BY_U]
         if law.normal:
-            sign = np.where(state == events.FORWARD, 1.0, np.where(state == events.BACKWARD, -1, 0))
+            sign = np.where(state == breaks.FORWARD, 1.0, np.where(state == breaks.BACKWARD, -1, 0))
             gamma[:, :, d, n] = sign * mu * kn
-            found.capture[k, p, d, n] = rests[:, events.BY_N] * kn
+            found.capture[k, p, d, n] = rests[:, breaks.BY_N] * kn
 
 
 def _moving_orders(x, start, grid):
@@ -225,7 +225,7 @@ def _moving_orders(x, start, grid):
     return np.ascontiguousarray(x[:, :, :used]), start, (tau, E[:, :used], E_rate[:, :used])
 
 
-def located(law: events.Sliders, x, start, grid):
+def located(law: breaks.Sliders, x, start, grid):
     """pieces, counts, active, shares of `events.find_pieces` at the motion x (P, nd, nh)."""
     (P, nd, nh), (tau, E, E_rate) = x.shape, grid
     pieces = np.empty((P, law.count + 1, 8 * nh + 64, 7))
@@ -238,7 +238,7 @@ def located(law: events.Sliders, x, start, grid):
     return pieces, counts, active, shares
 
 
-def integrated(law: events.Sliders, x, pieces, counts, active, shares) -> ContactForces:
+def integrated(law: breaks.Sliders, x, pieces, counts, active, shares) -> ContactForces:
     """Forces of the pieces of a cycle, closed form over each."""
     (P, nd, nh), moving = x.shape, np.flatnonzero(active.any(axis=1))
     place = np.full(P, -1)

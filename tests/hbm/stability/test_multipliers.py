@@ -23,7 +23,7 @@ from tipdamp.hbm.laws import (
     MixedLaw,
     UnilateralSpring,
 )
-from tipdamp.hbm.laws.uncoupled import events
+from tipdamp.hbm.laws.uncoupled import breaks
 from tipdamp.hbm.laws.uncoupled.law import located
 from tipdamp.hbm.response import follow_band, follow_parameter
 from tipdamp.hbm.stability.monodromy import Stability, StabilitySettings
@@ -312,13 +312,13 @@ def touching(point):
     """Whether a slider that sticks through was moved to where it is by the motion."""
     balance = point.detail.balance
     law, of = balance.problem.law, balance.problem.contacts
-    sliders = events.Sliders(
+    sliders = breaks.Sliders(
         law.sliders, law.components[-1] == "n", of.kt, of.kn, of.mu, of.preload
     )
     x = np.ascontiguousarray(point.x.reshape(len(of), balance.nd, -1))
     pieces, counts, *_ = located(sliders, x, balance.start, balance.grid)
     one = counts[:, : law.sliders] == 1
-    return bool((one & (pieces[:, : law.sliders, 0, events.BY_U] != 0)).any())
+    return bool((one & (pieces[:, : law.sliders, 0, breaks.BY_U] != 0)).any())
 
 
 @pytest.mark.parametrize("law", [Jenkins1D(), UnilateralSpring(), DryFriction1T(), DryFriction2T()])

@@ -15,7 +15,7 @@ from tipdamp.hbm.curve.solutions import solutions_at
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws import DryFriction2T, compilation
 from tipdamp.hbm.response import follow_band
-from tipdamp.hbm.time import events, floquet, shooting
+from tipdamp.hbm.time import events, floquet, guards, shooting
 from tipdamp.hbm.time.exact import ExactIntegrator
 from tipdamp.hbm.time.poles import poles
 from tipdamp.hbm.time.settings import IntegrationSettings
@@ -267,14 +267,14 @@ def test_first_crossing_and_turn_of_a_cubic():
     r0 = 0.56
     c1 = 0.01
     r1 = 0.56
-    assert events.crossing(c0, r0, c1, r1, 0.0) == pytest.approx(
+    assert guards.crossing(c0, r0, c1, r1, 0.0) == pytest.approx(
         np.sort(np.roots([1, -1.5, 0.56, -0.05]).real)[0]
     )
-    assert events.turning(-c0, -r0, -c1, -r1, 0.0, 0.0) == pytest.approx(
+    assert guards.turning(-c0, -r0, -c1, -r1, 0.0, 0.0) == pytest.approx(
         (3 - np.sqrt(9 - 4 * 3 * 0.56)) / 6
     )
-    assert events.crossing(-1.0, 0.1, -0.9, 0.1, 0.0) == events.NEVER
-    assert events.crossing(0.1, 0.0, 1.0, 0.0, 0.0) == 0.0
+    assert guards.crossing(-1.0, 0.1, -0.9, 0.1, 0.0) == guards.NEVER
+    assert guards.crossing(0.1, 0.0, 1.0, 0.0, 0.0) == 0.0
 
 
 def test_an_interrupt_is_heard_between_periods(monkeypatch):
