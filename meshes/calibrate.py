@@ -72,7 +72,7 @@ def frequencies(rig: Rig, size: float = 1.0, cells: Cells | None = None) -> dict
 
 
 def _ends(pairs, front, back):
-    from tipdamp.static_contact.tuning.detachment import keep_ends
+    from tipdamp.static_contact.tuning.kept_stations import keep_ends
 
     kept = keep_ends(pairs, front, back)
     return kept.select(kept.carrying)

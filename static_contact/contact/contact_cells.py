@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import Delaunay
 
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.hbm.ties import in_order
+from tipdamp.hbm.ties import SAME, in_order
 from tipdamp.static_contact.contact.mirror import Mirror, mirrored_cells
 
 Order = Literal["from_edge", "least_loaded", "from_middle"]
@@ -34,7 +34,6 @@ class CellSettings:
     alike: float = 1e-2
     # sine: four places that near to one circle have two diagonals, of which none counts
     round: float = 1e-3
-    same: float = 1e-9  # share: nearer ones are the same to rounding
     flat: float = 1e-6  # width over length below which the points lie on one line
 
 
@@ -56,13 +55,13 @@ class Fade:
         return np.where(
             width > 0,
             np.clip((share - self.gone) / np.where(width > 0, width, 1.0), 0, 1),
-            share >= self.begins - SETTINGS.same,
+            share >= self.begins - SAME,
         )
 
     @property
     def shares(self) -> np.ndarray:
         """(n,) descending: all at which a contact begins to leave."""
-        return np.unique(np.round(self.begins / SETTINGS.same))[::-1] * SETTINGS.same
+        return np.unique(np.round(self.begins / SAME))[::-1] * SAME
 
     def whole(self) -> "Fade":
         """With cells that leave whole as soon as they begin to."""
@@ -98,22 +97,30 @@ def fade_of(
         cell = np.unique(cells[mine], return_inverse=True)[1].ravel()
         own = np.bincount(cell, np.where(closed[mine], area[mine], 0.0))
         force = np.bincount(cell, np.where(closed[mine], load[mine], 0.0))
-        pressure = np.where(own > 0, force / np.where(own > 0, own, 1.0), -np.inf)
         if order == "from_middle":
-            middle = (along[mine].min() + along[mine].max()) / 2
-            away = np.bincount(cell, np.abs(along[mine] - middle)) / np.bincount(cell)
-            leaves = in_order(away)
+            leaves = _from_middle(along[mine], cell)
         else:
-            rank = np.round(pressure / pressure.max() / settings.alike + settings.same)
-            leaves = (
-                np.argsort(rank, kind="stable")
-                if order == "least_loaded"
-                else peeled(rank, *_all_surroundings(pairs.select(mine), cell, settings))
-            )
+            pressure = np.where(own > 0, force / np.where(own > 0, own, 1.0), -np.inf)
+            leaves = _by_pressure(pressure, order, pairs.select(mine), cell, settings)
         left = 1 - np.r_[0.0, np.cumsum(own[leaves])] / own.sum()
         place = np.argsort(leaves)
         begins[mine], gone[mine] = left[place][cell], np.maximum(left[place + 1][cell], 0.0)
     return Fade(begins, gone)
+
+
+def _from_middle(along, cell):
+    """Numbers of the cells, the middle of the axis first; along (p,) m."""
+    middle = (along.min() + along.max()) / 2
+    away = np.bincount(cell, np.abs(along - middle)) / np.bincount(cell)
+    return in_order(away)
+
+
+def _by_pressure(pressure, order, pairs, cell, settings):
+    """Numbers of the cells, the least loaded first: wherever they are, or from the edge."""
+    rank = np.round(pressure / pressure.max() / settings.alike + SAME)
+    if order == "least_loaded":
+        return np.argsort(rank, kind="stable")
+    return peeled(rank, *_all_surroundings(pairs, cell, settings))
 
 
 def _exchanged(sides, mirrors):
@@ -161,9 +168,9 @@ def cells_in(plane: np.ndarray, size: float | None) -> np.ndarray:
     if size is None:
         return np.arange(len(plane))
     low, extent = plane.min(axis=0), np.ptp(plane, axis=0)
-    count = np.maximum(np.rint(extent / size + SETTINGS.same), 1)
+    count = np.maximum(np.rint(extent / size + SAME), 1)
     place = (plane - low) / np.where(extent > 0, extent, 1.0) * count
-    square = np.minimum(np.floor(place + SETTINGS.same), count - 1).astype(int)
+    square = np.minimum(np.floor(place + SAME), count - 1).astype(int)
     return np.unique(square, axis=0, return_inverse=True)[1].ravel()
 
 

@@ -34,6 +34,7 @@ from tipdamp.static_contact.bodies.stuck_bodies import (
     stuck_bodies,
     stuck_springs,
 )
+from tipdamp.static_contact.contact.preload import SETTINGS as STATIC
 from tipdamp.static_contact.contact.preload import check_pairs, finite_values
 from tipdamp.static_contact.contact.return_mapping import CoulombSprings
 
@@ -45,7 +46,7 @@ class FrictionSettings:
     iterations: int = 40
     tolerance: float = 1e-11  # of the relative motion
     # of the largest load of the history, in the equilibrium of a state that converged
-    residual: float = 1e-8
+    residual: float = STATIC.residual
     far: float = 1e6  # a step that many times the motion has met a singular matrix
     dashpot_steps: int = 60  # in which the dashpots of an increment fade
     halvings: int = 4  # of an increment that does not converge

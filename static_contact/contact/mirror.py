@@ -94,13 +94,9 @@ def _mirror(pairs, rows, fields, normal, settings):
     facing = {side: pairs.normal[mine].mean(axis=0) for side, mine in of_side.items()}
     for side, mine in of_side.items():
         turned = facing[side] - 2 * (facing[side] @ normal) * normal
-        far, partner, onto[side] = min(
-            (
-                (*cKDTree(pairs.position[of_side[other]]).query(image[mine]), other)
-                for other in sorted(of_side, key=lambda other: other != side)
-            ),
-            key=lambda found: found[0].mean() * (1 + np.linalg.norm(facing[found[2]] - turned)),
-        )
+        sides = sorted(of_side, key=lambda other: other != side)
+        places = {other: pairs.position[of_side[other]] for other in sides}
+        far, partner, onto[side] = _nearest_side(places, facing, image[mine], turned)
         theirs = of_side[onto[side]]
         near, around = _spacing(pairs.position[theirs], settings)
         if far.max() > settings.reach * around:
@@ -116,6 +112,13 @@ def _mirror(pairs, rows, fields, normal, settings):
     if noise > settings.map or any(onto[onto[side]] != side for side in onto):
         return None
     return Mirror(normal, offset, image, onto, noise, pairwise)
+
+
+def _nearest_side(places, facing, image, turned):
+    """(distances, nearest places, side) of the side that comes nearest to an image (p, 3) which
+    faces as `turned`."""
+    found = ((*cKDTree(at).query(image), other) for other, at in places.items())
+    return min(found, key=lambda one: one[0].mean() * (1 + np.linalg.norm(facing[one[2]] - turned)))
 
 
 def _spacing(places, settings):

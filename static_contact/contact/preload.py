@@ -33,6 +33,7 @@ from tipdamp.static_contact.normal.complementarity import (
     solve_complementarity,
     unstressed,
 )
+from tipdamp.static_contact.normal.normal_contact import SETTINGS as SETS
 from tipdamp.static_contact.normal.normal_contact import NormalContact
 
 
@@ -41,7 +42,7 @@ class StaticSettings:
     """Of the static solution."""
 
     # of the load: what may stay unbalanced, in all dofs and in the sum on a damper
-    residual: float = 1e-8
+    residual: float = SETS.residual
     # of the load's reach along a free motion: smaller constraint reactions are rounding
     reported: float = 1e-10
     rigid: RigidMotionSettings = RIGID

@@ -30,6 +30,7 @@ from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.static_contact.full.closed_sets import FullSets
 from tipdamp.static_contact.full.ranks import own_rows
 from tipdamp.static_contact.normal.complementarity import unstressed
+from tipdamp.static_contact.normal.normal_contact import SETTINGS as SETS
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,9 @@ class FullSettings:
 
     tolerance: float = 1e-10  # of the load, at which SNES stops
     iterations: int = 60
-    residual: float = 1e-8  # of the load, in an answer that is accepted
-    set_residual: float = 1e-8  # of the right-hand side, in the solve on one set of closed pairs
+    residual: float = SETS.residual  # of the load, in an answer that is accepted
+    # of the right-hand side, in the solve on one set of closed pairs
+    set_residual: float = SETS.residual
     # of the load's reach along a free motion: smaller constraint reactions are rounding
     reported: float = 1e-8
 
@@ -86,9 +88,8 @@ def full_preload(
     B = motion[2::3].tocsr()
     hard = np.flatnonzero(np.isinf(pairs.kn) & pairs.carrying)
     low, high = own = own_rows(comm, len(f) + len(hard))
-    K = sp.block_diag(
-        [*(b.K for b in bodies), sp.csr_matrix((len(hard), len(hard)))], format="csr"
-    )[low:high]
+    blocks = [*(b.K for b in bodies), sp.csr_matrix((len(hard), len(hard)))]
+    K = sp.block_diag(blocks, format="csr")[low:high]
     diagonal = _whole_diagonal(comm, K, low)[: len(f)]
     k = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
     k[hard] = (B.power(2) @ diagonal)[hard]  # the bodies' own stiffness, for the scale alone
@@ -98,13 +99,9 @@ def full_preload(
         q = unstressed(rigid @ moving(rigid), B[may_close], pairs.gap[may_close])
         if q is not None:
             return _result(pairs, k * (B @ q - pairs.gap), np.zeros(len(pairs)), 0, 0.0, {})
-    motions = unresisted(
-        rigid,
-        moving(rigid),
-        motion,
-        3 * np.flatnonzero(may_close) + 2,
-        np.repeat([b.name for b in bodies], [b.dofs for b in bodies]),
-    )
+    owner = np.repeat([b.name for b in bodies], [b.dofs for b in bodies])
+    resisted = 3 * np.flatnonzero(may_close) + 2
+    motions = unresisted(rigid, moving(rigid), motion, resisted, owner)
     work = motions.shape.T @ f
     motions.refuse(work, f)
     pinned = np.concatenate([_pins(motions, diagonal), -k[hard]])
@@ -123,14 +120,8 @@ def full_preload(
     reaction = motions.shape.T @ (f - B.T @ force)
     scale = f if f.any() else abs(B).T @ force
     motions.refuse(reaction, scale)
-    return _result(
-        pairs,
-        signed,
-        force,
-        iterations,
-        residual,
-        motions.reactions(reaction, scale, settings.reported),
-    )
+    reactions = motions.reactions(reaction, scale, settings.reported)
+    return _result(pairs, signed, force, iterations, residual, reactions)
 
 
 def _with_multipliers(B, hard):

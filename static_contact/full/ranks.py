@@ -82,6 +82,21 @@ def _rows(part, low, high):
     )
     if not mine.any():
         return body
+    piece, used = _touching(mesh, mine)
+    K, M = _assembled(piece, part)
+    held = np.setdiff1d(np.arange(3 * count), keep)
+    place, to_held = _places(keep, used, count), _places(held, used, count)
+    size = (len(keep), len(keep))
+    return replace(
+        body,
+        K=_spread(K, (place, place), (low, high), size),
+        M=_spread(M, (place, place), (low, high), size),
+        M_clamped=_spread(M, (place, to_held), (low, high), (len(keep), len(held))),
+    )
+
+
+def _touching(mesh, mine):
+    """The mesh of the cells that touch the nodes `mine` (n,) bool, and its nodes in the whole."""
     touching = {kind: mine[cells].any(axis=1) for kind, cells in mesh.cells.items()}
     used = np.unique(np.concatenate([mesh.cells[kind][t].ravel() for kind, t in touching.items()]))
     local = {kind: t for kind, t in touching.items() if t.any()}
@@ -93,21 +108,14 @@ def _rows(part, low, high):
         cells={kind: np.searchsorted(used, mesh.cells[kind][t]) for kind, t in local.items()},
         number={kind: mesh.number[kind][t] for kind, t in local.items() if kind in mesh.number},
     )
-    K, M = _assembled(piece, part)
+    return piece, used
+
+
+def _places(dofs, used, count):
+    """Of the dofs of the nodes `used` among `dofs`, -1 where they are not; count - of all nodes."""
     place = np.full(3 * count, -1)
-    place[keep] = np.arange(len(keep))
-    place = place[(3 * used[:, None] + np.arange(3)).ravel()]  # of the piece's dofs in the body
-    size = (len(keep), len(keep))
-    held = np.setdiff1d(np.arange(3 * count), keep)
-    to_held = np.full(3 * count, -1)
-    to_held[held] = np.arange(len(held))
-    to_held = to_held[(3 * used[:, None] + np.arange(3)).ravel()]
-    return replace(
-        body,
-        K=_spread(K, (place, place), (low, high), size),
-        M=_spread(M, (place, place), (low, high), size),
-        M_clamped=_spread(M, (place, to_held), (low, high), (len(keep), len(held))),
-    )
+    place[dofs] = np.arange(len(dofs))
+    return place[(3 * used[:, None] + np.arange(3)).ravel()]
 
 
 def _assembled(piece, part):

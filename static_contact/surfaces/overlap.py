@@ -187,6 +187,14 @@ def _integrate(D, B, i, j, rule, settings):
     return (i[pair], j[pair]), weight, *faces
 
 
+def _solved_in_plane(J, right):
+    """(m, 2): J^-1 right of matrices (m, 2, 2), by Cramer's rule."""
+    det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
+    first = J[:, 1, 1] * right[:, 0] - J[:, 0, 1] * right[:, 1]
+    second = J[:, 0, 0] * right[:, 1] - J[:, 1, 0] * right[:, 0]
+    return np.column_stack([first, second]) / det[:, None]
+
+
 @dataclass(frozen=True)
 class _Landed:
     """m points on faces: reference (m, 2), shape (m, k) functions, place (m, 3) m, normal (m, 3),
@@ -224,16 +232,7 @@ class _Landed:
             J = np.einsum(
                 "mrx,max->mar", np.einsum("mrk,mkx->mrx", slope, F.place[face[left]]), axes[left]
             )
-            det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
-            xi[left] -= (
-                np.column_stack(
-                    [
-                        J[:, 1, 1] * flat[:, 0] - J[:, 0, 1] * flat[:, 1],
-                        J[:, 0, 0] * flat[:, 1] - J[:, 1, 0] * flat[:, 0],
-                    ]
-                )
-                / det[:, None]
-            )
+            xi[left] -= _solved_in_plane(J, flat)
         else:
             at = np.round(place[left[0]], 6).tolist()
             raise InputError(

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.ties import first_largest, in_order
+from tipdamp.hbm.ties import SAME, first_largest, in_order
 from tipdamp.modal.faces import boundary_faces, node_normals
 from tipdamp.modal.mesh import Mesh
 from tipdamp.static_contact.surfaces.normals import smooth_normals
@@ -18,7 +18,6 @@ from tipdamp.static_contact.surfaces.pick import faces_of
 # degrees; a round side meets a flat one along a line, where both normals agree to the angle that a
 # face of it spans
 LARGEST_ANGLE = 20.0
-TIE = 1e-9  # cosines of faces that oppose each other equally well
 
 
 @dataclass(frozen=True)
@@ -175,7 +174,7 @@ def _shared_normal(blade, damper, side, number, mean=None):
     cosine = blade @ damper.T
     i, j = np.unravel_index(cosine.argmin(), cosine.shape)
     if mean is not None:
-        best = np.argwhere(cosine <= cosine[i, j] + TIE)
+        best = np.argwhere(cosine <= cosine[i, j] + SAME)
         i, j = best[first_largest(-blade[best[:, 0]] @ mean)]
     angle = np.degrees(np.arccos(np.clip(-cosine[i, j], -1, 1)))
     if angle > LARGEST_ANGLE:

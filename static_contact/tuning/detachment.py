@@ -5,7 +5,7 @@ detached until the resonance frequency of the model at full-stick matches"]. Pai
 rest do not stick.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
@@ -15,7 +15,13 @@ from scipy.optimize import brentq
 
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.ties import SAME
+from tipdamp.static_contact.tuning.kept_stations import (
+    conserve_total,
+    ends_of,
+    from_middle,
+    halves,
+    least_loaded,
+)
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 from tipdamp.static_contact.tuning.stuck_search import StuckSearch
 
@@ -101,15 +107,6 @@ class DetachmentOptions:
 DEFAULT = DetachmentOptions()
 
 
-@dataclass(frozen=True)
-class _KeptStations:
-    """kept (P,) bool; front, back - number of its stations before and behind the middle."""
-
-    front: int
-    back: int
-    kept: np.ndarray
-
-
 def detach_until(
     assembly: StuckAssembly,
     pairs: ContactTable,
@@ -139,9 +136,9 @@ def detach_until(
     """
     search = search_of(assembly, pairs, follow, options)
     sets = list(
-        _from_middle(pairs, search.closed, options.at_least)
+        from_middle(pairs, search.closed, options.at_least)
         if options.order == "from_middle"
-        else _least_loaded(pairs, search.closed, options)
+        else least_loaded(pairs, search.closed, options.load, options.at_least)
     )
     history = []
     for i, one in enumerate(sets):
@@ -253,54 +250,6 @@ def _best_allowed(sets, history, target_hz, pairs, options) -> tuple[int, tuple[
     )
 
 
-def _from_middle(pairs, closed, at_least) -> Iterator[_KeptStations]:
-    """Every number of stations at the two ends, at least one at each; those that differ in open
-    pairs alone once."""
-    stations = int(pairs.station.max()) + 1
-    yield _KeptStations((stations + 1) // 2, stations // 2, pairs.carrying)
-    counts = range(1, stations)
-    front = [
-        n
-        for n in counts
-        if n == 1 or (closed & ends_of(pairs, n, 0) & ~ends_of(pairs, n - 1, 0)).any()
-    ]
-    back = [
-        n
-        for n in counts
-        if n == 1 or (closed & ends_of(pairs, 0, n) & ~ends_of(pairs, 0, n - 1)).any()
-    ]
-    for count in range(stations - 1, max(at_least, 2) - 1, -1):
-        for f in sorted(
-            (f for f in front if count - f in back), key=lambda f: abs(2 * f - count - 0.5)
-        ):
-            if (closed & ~ends_of(pairs, f, count - f)).any():
-                yield _KeptStations(f, count - f, ends_of(pairs, f, count - f) & pairs.carrying)
-
-
-def _least_loaded(pairs, closed, options) -> Iterator[_KeptStations]:
-    """Stations leave by their part of the side's load, summed over the sides; of equal ones the
-    inner first."""
-    load = np.where(closed, 1.0 if options.load is None else options.load, 0.0)
-    share = sum(
-        (load / load[pairs.side == side].sum()) * (pairs.side == side)
-        for side in pairs.sides
-        if load[pairs.side == side].any()
-    )
-    stations = np.unique(pairs.station[closed])
-    share = np.round(np.bincount(pairs.station, share)[stations] + SAME, 6)
-    order = stations[np.lexsort((-np.abs(stations - pairs.station.max() / 2), -share))]
-    for count in range(len(order), options.at_least - 1, -1):
-        kept = np.isin(pairs.station, order[:count]) & pairs.carrying
-        yield _KeptStations(*halves(pairs, kept), kept)
-
-
-def halves(pairs: ContactTable, kept: np.ndarray) -> tuple[int, int]:
-    """(front, back): kept stations before and behind the middle."""
-    stations = np.unique(pairs.station[kept])
-    front = int((stations <= pairs.station.max() / 2).sum())
-    return front, len(stations) - front
-
-
 def _check_reach(history: Sequence[Step], target_hz, options, stations):
     found = np.sort([s.hz for s in history])
     # half a step beyond the last set is still nearest to it; a graded station reaches no further
@@ -318,20 +267,8 @@ def _graded(search, pairs, sets, history, goal):
     of the target, the smallest difference and the most even set first."""
     best, target_hz, options = goal
     stuck = np.array([one.kept & search.closed for one in sets])
-    own, above = stuck[best], history[best].hz > target_hz
-    nested = (stuck <= own).all(axis=1) if above else (stuck >= own).all(axis=1)
-    beyond = np.array([s.hz <= target_hz if above else s.hz >= target_hz for s in history])
-    there = np.flatnonzero(nested & beyond)
-    if not len(there):
-        raise InputError(
-            f"target {target_hz:g} Hz: no station beside the {history[best].front} + "
-            f"{history[best].back} kept ones bridges it; set [tune] graded = false"
-        )
-    order = sorted(
-        there,
-        key=lambda i: ((stuck[i] != own).sum(), abs(sets[i].front - sets[i].back), -sets[i].front),
-    )
-    for other in order:
+    above = history[best].hz > target_hz
+    for other in _on_the_other_side(stuck, sets, history, best, target_hz):
         large, small = (best, other) if above else (other, best)
         last = stuck[large] & ~stuck[small]
         weight = partial(_with_part, pairs, last, np.where(sets[small].kept, pairs.weight, 0.0))
@@ -357,6 +294,23 @@ def _graded(search, pairs, sets, history, goal):
     return weight(part), step, GradedStation(int(pairs.station[last][0]), part)
 
 
+def _on_the_other_side(stuck, sets, history, best, target_hz):
+    """Sets within the chosen one, or around it, whose frequency lies beyond the target."""
+    own, above = stuck[best], history[best].hz > target_hz
+    nested = (stuck <= own).all(axis=1) if above else (stuck >= own).all(axis=1)
+    beyond = np.array([s.hz <= target_hz if above else s.hz >= target_hz for s in history])
+    there = np.flatnonzero(nested & beyond)
+    if not len(there):
+        raise InputError(
+            f"target {target_hz:g} Hz: no station beside the {history[best].front} + "
+            f"{history[best].back} kept ones bridges it; set [tune] graded = false"
+        )
+    return sorted(
+        there,
+        key=lambda i: ((stuck[i] != own).sum(), abs(sets[i].front - sets[i].back), -sets[i].front),
+    )
+
+
 def _with_part(pairs, last, base, part):
     """(P,) weights with a part of the pairs `last` (P,) beside the others."""
     return np.where(last, part * pairs.weight, base)
@@ -376,33 +330,3 @@ def _worth(search, pairs, weight) -> tuple[StationWorth, ...]:
 
 def _stations(pairs, weight) -> tuple[int, ...]:
     return tuple(np.unique(pairs.station[weight > 0]).tolist())
-
-
-def conserve_total(pairs: ContactTable, whole: ContactTable) -> ContactTable:
-    """The pairs with the stiffness of all pairs of their side that carry in `whole`, in the same
-    proportions."""
-    kn, kt = pairs.kn.copy(), pairs.kt.copy()
-    for side in pairs.sides:
-        mine = (pairs.side == side) & pairs.carrying
-        full = (whole.side == side) & whole.carrying
-        for own, of_all in ((kn, whole.kn), (kt, whole.kt)):
-            if mine.any() and own[mine].any():
-                own[mine] *= of_all[full].sum() / own[mine].sum()
-    return pairs.replace(kn=kn, kt=kt)
-
-
-def keep_ends(
-    pairs: ContactTable, front: int, back: int, *, conserve: bool = False
-) -> ContactTable:
-    """Detach all but the first `front` and the last `back` stations of every side.
-
-    conserve=False: the others keep their stiffness [Zucca 2016, sec. 7.1]; True: they take over
-    that of all."""
-    detached = pairs.replace(weight=np.where(ends_of(pairs, front, back), pairs.weight, 0.0))
-    return conserve_total(detached, pairs) if conserve else detached
-
-
-def ends_of(pairs: ContactTable, front: int, back: int) -> np.ndarray:
-    """(P,) bool: the first `front` and the last `back` stations of every side."""
-    last = np.array([pairs.station[pairs.side == s].max() for s in pairs.side])
-    return (pairs.station < front) | (pairs.station > last - back)

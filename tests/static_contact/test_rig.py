@@ -8,7 +8,8 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.static_contact.contact.equilibrium import side_forces, side_normals
 from tipdamp.static_contact.contact.preload import StaticContact
-from tipdamp.static_contact.tuning.detachment import detach_until, keep_ends
+from tipdamp.static_contact.tuning.detachment import detach_until
+from tipdamp.static_contact.tuning.kept_stations import keep_ends
 from tipdamp.static_contact.tuning.redistribution import redistribute
 from tipdamp.static_contact.tuning.reduction_error import stuck_error_bound
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly

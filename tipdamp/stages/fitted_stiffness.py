@@ -10,7 +10,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.stages.reduce import free_modes
 from tipdamp.static_contact.stiffness.nodal_weights import calibrate_scale
-from tipdamp.static_contact.tuning.detachment import keep_ends
+from tipdamp.static_contact.tuning.kept_stations import keep_ends
 from tipdamp.static_contact.tuning.redistribution import carried
 from tipdamp.static_contact.tuning.roll_springs import spring_rows
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
