@@ -148,25 +148,25 @@ def reduce_interface(
         return None
     errors = estimated(space, np.hstack([space.force, system.force(columns)]), top, settings)
     V = system.motion(basis)
-    points = {
-        body: _points(model, pairs, body, V)
-        for body in dict.fromkeys([*pairs.blade_body.tolist(), *pairs.damper_body.tolist()])
-        if body != GROUND
-    }
-    made = ReducedModel.from_matrices(
-        *(_projected(V, matrix) for matrix in (model.M, model.K, model.C)),
-        body="modes",
-        points=points,
-        loads={name: V.T @ f for name, f in model.loads.items()},
-        provenance=model.provenance,
-    )
     # of forces, on the dofs and on the new ones
     size = float(np.linalg.norm(loads) / np.linalg.norm(V.T @ loads))
     there = tuple(
         replace(one, row=one.row @ V, motion=V.T @ (K @ one.motion), extent=size * one.extent)
         for one in held
     )
-    return InterfaceReduction(made, V, there, followed, *errors)
+    return InterfaceReduction(_in_shapes(model, pairs, V), V, there, followed, *errors)
+
+
+def _in_shapes(model, pairs, V):
+    """The model in the shapes V (r, m), with the points of the pairs."""
+    bodies = dict.fromkeys([*pairs.blade_body.tolist(), *pairs.damper_body.tolist()])
+    return ReducedModel.from_matrices(
+        *(_projected(V, matrix) for matrix in (model.M, model.K, model.C)),
+        body="modes",
+        points={body: _points(model, pairs, body, V) for body in bodies if body != GROUND},
+        loads={name: V.T @ f for name, f in model.loads.items()},
+        provenance=model.provenance,
+    )
 
 
 def grow(space: Space, block: np.ndarray, top: float, settings: InterfaceSettings) -> None:

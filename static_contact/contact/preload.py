@@ -170,18 +170,11 @@ class StaticContact:
         """StaticForces of a solution that leaves `left` (r,) N of the load unbalanced, and how much
         that is."""
         force, kn = found.N, self.kn
-        along, idle = self.motions.shape.T @ load, self.loose.idle
-        applied = load - taken
+        along, applied = self.motions.shape.T @ load, load - taken
         scale, reaction = load if load.any() else abs(self.B).T @ np.abs(force), {}
         if _ratio(left, scale) > self.settings.residual:
-            # the gauge balances the part of the contact forces along nearly free motions: tilted
-            # normals slide a little
-            taken = taken - idle @ (idle.T @ (left + taken))
+            taken, reaction = self._taken_by_constraints(left, taken, scale, constrain)
             left = left + taken
-            amounts = self.motions.shape.T @ taken
-            if not constrain:
-                self.motions.refuse(amounts, scale)
-            reaction = self.motions.reactions(amounts, scale, self.settings.reported)
         if not _ratio(left, scale) <= self.settings.residual:
             raise InputError(
                 f"the static solution leaves {_ratio(left, scale):.1e} of the load unbalanced "
@@ -214,6 +207,17 @@ class StaticContact:
             iterations=found.sets,
             method=found.method,
         ), _ratio(left, scale)
+
+    def _taken_by_constraints(self, left, taken, scale, constrain):
+        """What constraints take up (r,) N where `left` stays unbalanced, and their reactions: the
+        gauge balances the part of the contact forces along nearly free motions, on which tilted
+        normals slide a little."""
+        idle = self.loose.idle
+        taken = taken - idle @ (idle.T @ (left + taken))
+        amounts = self.motions.shape.T @ taken
+        if not constrain:
+            self.motions.refuse(amounts, scale)
+        return taken, self.motions.reactions(amounts, scale, self.settings.reported)
 
     def _contact(self, applied, loading, gap, near):
         """The solution of the contact, and the displacement (r,) where no load acts and the bodies

@@ -276,14 +276,14 @@ def reach(c):
 
 
 @njit(cache=True)
-def slider_pieces(u, N, waves, law, p, breaks, begin, room):
+def slider_pieces(u, waves, law, p, cut, begin, room):
     """Fill the pieces of one tangent of contact p, and return how many there are; without friction
     the slider follows throughout.
 
-    waves : of u, its rate, u_n and its rate; begin : `start` of `periodic`; room : its `space` and
-    `pieces`
+    waves : of u, its rate, u_n and its rate; cut : series of preload + kn u_n, and Breaks; begin :
+    `start` of `periodic`; room : its `space` and `pieces`
     """
-    space, pieces = room
+    (N, breaks), (space, pieces) = cut, room
     if law.mu[p] == 0:
         pieces[0, 0], pieces[0, BEGIN], pieces[0, END] = OPEN, 0.0, TWO_PI
         return 1
@@ -345,7 +345,7 @@ def find_pieces(x, samples, law, start, found):
             waves = wave[p, d], rate[p, d], wave[p, last], rate[p, last]
             begin = start.positions[p, d], start.from_position
             own = pieces[p, d]
-            counts[p, d] = slider_pieces(x[p, d], N, waves, law, p, breaks, begin, (space, own))
+            counts[p, d] = slider_pieces(x[p, d], waves, law, p, (N, breaks), begin, (space, own))
             active[p, d] = moves(own[: counts[p, d]])
         slip = slip_time(law, p, pieces[p], counts[p], opened)
         shares[p, 2] = opened / TWO_PI
