@@ -116,30 +116,15 @@ class ReducedModel:
         M, K = symmetric("M", M), symmetric("K", K)
         C = None if C is None else symmetric("C", C)
         r = K.shape[0]
-        if any(matrix is not None and matrix.shape != K.shape for matrix in (M, C)):
-            shapes = ", ".join(
-                f"{n} is {m.shape}" for n, m in (("M", M), ("C", C), ("K", K)) if m is not None
-            )
-            columns = {"body": body} | {n: table.get(n) for n in ("node", "direction", "position")}
-            tables = [
-                f"{n} has {len(c)} rows"
-                for n, c in columns.items()
-                if c is not None and not isinstance(c, str)
-            ]
-            raise InputError("; ".join([shapes, *tables]) + ": all must have the same size")
-        groups = {
-            k: np.asarray(v, dtype=np.int64) for k, v in (table.pop("groups", None) or {}).items()
-        }
-        loads = {k: np.asarray(v, dtype=float) for k, v in (table.pop("loads", None) or {}).items()}
+        _check_sizes({"M": M, "C": C, "K": K}, {"body": body} | table)
+        groups, loads, rigid = (
+            {k: np.asarray(v, dtype=kind) for k, v in (table.pop(name, None) or {}).items()}
+            for name, kind in (("groups", np.int64), ("loads", float), ("rigid", float))
+        )
         provenance, points = (
             dict(table.pop(name, None) or {}) for name in ("provenance", "points")
         )
-        for name, load in loads.items():
-            if load.shape != (r,) or not np.isfinite(load).all():
-                raise InputError(
-                    f"load '{name}' must hold {r} finite numbers, got shape {load.shape}"
-                )
-        rigid = {k: np.asarray(v, dtype=float) for k, v in (table.pop("rigid", None) or {}).items()}
+        _check_loads(loads, r)
         owner, node, direction, position = _columns(r, body, **table)
         model = cls(
             M, K, C, owner, node, direction, position, groups, loads, provenance, points, rigid
@@ -390,6 +375,27 @@ def _check_definite(model):
             "alone restrains it",
             stacklevel=4,
         )
+
+
+def _check_sizes(matrices, table):
+    """InputError where the matrices differ in shape, with what the columns of the dof table say."""
+    given = {name: matrix.shape for name, matrix in matrices.items() if matrix is not None}
+    if len(set(given.values())) == 1:
+        return
+    shapes = ", ".join(f"{name} is {shape}" for name, shape in given.items())
+    columns = {name: table.get(name) for name in ("body", "node", "direction", "position")}
+    tables = [
+        f"{name} has {len(column)} rows"
+        for name, column in columns.items()
+        if column is not None and not isinstance(column, str)
+    ]
+    raise InputError("; ".join([shapes, *tables]) + ": all must have the same size")
+
+
+def _check_loads(loads, r):
+    for name, load in loads.items():
+        if load.shape != (r,) or not np.isfinite(load).all():
+            raise InputError(f"load '{name}' must hold {r} finite numbers, got shape {load.shape}")
 
 
 def _check_rigid(model):

@@ -128,14 +128,7 @@ class Reduction:
         rest = np.setdiff1d(np.arange(len(self.omega)), part)
         w, omega, T = self.omega[part], np.empty(0), np.empty((len(part), 0))
         if c:  # made again: they were orthogonal to the modes that are dropped
-            W = spread(
-                sp.csr_matrix(self.model.points[self.body.name].motion[:, b + part]), self.tractions
-            )
-            # on coordinates of unit stiffness, where weights go with energies
-            omega, T = contact_shapes(
-                lambda f: f, sp.diags(1 / w**2), W @ sp.diags(1 / w), np.empty(0), T
-            )
-            T /= w[:, None]
+            omega, T = self._shapes_again(b + part, w)
         # what is dropped beside the shapes, by its coupling with masters and shapes
         left = np.vstack([M[:b, b + part], T.T]) / w
         energy = w[:, None] * T / omega
@@ -154,6 +147,16 @@ class Reduction:
             np.r_[omega, self.omega[rest]],
             Truncation(self.truncation.body, np.array([X.shape[1]]), free_to, (G + left @ left.T,)),
         )
+
+    def _shapes_again(self, part, w):
+        """(omega, T) of the contact shapes in the dofs `part`, of frequencies w rad/s."""
+        W = spread(sp.csr_matrix(self.model.points[self.body.name].motion[:, part]), self.tractions)
+        # on coordinates of unit stiffness, where weights go with energies
+        none = np.empty((len(part), 0))
+        omega, T = contact_shapes(
+            lambda f: f, sp.diags(1 / w**2), W @ sp.diags(1 / w), np.empty(0), none
+        )
+        return omega, T / w[:, None]
 
     def in_basis(self, cut: "Cut") -> ReducedModel:
         """The model of `fewer`."""

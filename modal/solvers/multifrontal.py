@@ -125,30 +125,27 @@ class _FrontAssembly:
         rows = np.unique(np.concatenate([W[0], *(one.rows for one in children)]))
         self.at[pivots], self.at[later] = np.arange(f), f + np.arange(len(later))
         self.row_at[rows] = np.arange(len(rows))
-        own, below, square, first, rest = (
-            np.zeros(shape, order="F")
-            for shape in (
-                (f, f),
-                (len(later), f),
-                (len(later),) * 2,
-                (len(rows), f),
-                (len(rows), len(later)),
-            )
-        )
+        b, c = len(later), len(rows)
+        shapes = (f, f), (b, f), (b, b), (c, f), (c, b)
+        matrices = own, below, _, first, _ = [np.zeros(shape, order="F") for shape in shapes]
         row = self.at[row]
         inside = row < f
         own[row[inside], column[inside]] = value[inside]
         below[row[~inside] - f, column[~inside]] = value[~inside]
         first[self.row_at[W[0]], W[1]] = W[2]
         for one in children:
-            at, here = self.at[one.later], self.row_at[one.rows]
-            k = int(np.searchsorted(at, f))
-            _add(own, at[:k], at[:k], one.square[:k, :k], True)
-            _add(below, at[k:] - f, at[:k], one.square[k:, :k], False)
-            _add(square, at[k:] - f, at[k:] - f, one.square[k:, k:], True)
-            _add(first, here, at[:k], one.rest[:, :k], False)
-            _add(rest, here, at[k:] - f, one.rest[:, k:], False)
-        return (pivots, later, rows), own, below, square, first, rest
+            self._take_in(one, f, *matrices)
+        return (pivots, later, rows), *matrices
+
+    def _take_in(self, child, f, own, below, square, first, rest):
+        """Add what a child has left to the matrices of a front of f pivots."""
+        at, here = self.at[child.later], self.row_at[child.rows]
+        k = int(np.searchsorted(at, f))
+        _add(own, at[:k], at[:k], child.square[:k, :k], True)
+        _add(below, at[k:] - f, at[:k], child.square[k:, :k], False)
+        _add(square, at[k:] - f, at[k:] - f, child.square[k:, k:], True)
+        _add(first, here, at[:k], child.rest[:, :k], False)
+        _add(rest, here, at[k:] - f, child.rest[:, k:], False)
 
     @staticmethod
     def _entries(matrix, pivots):

@@ -56,19 +56,8 @@ def pair(
     match = _match(blade.position[b_index], damper.position[d_index], side, tolerance, shown)
     d_nodes, d_index = d_nodes[match], d_index[match]
     along_axis = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    facing = [
-        (on_blade, on_damper, side, number)
-        for on_blade, on_damper, number in zip(
-            _normals(blade, side.blade, b_index),
-            _normals(damper, side.damper, d_index),
-            b_nodes,
-            strict=True,
-        )
-    ]
-    mean = np.mean([_shared_normal(*one) for one in facing], axis=0)
-    # an edge node may face two ways
-    normals = np.array([_shared_normal(*one, mean) for one in facing])
-    frame = contact_frames(normals, along_axis, side)
+    both = _normals(blade, side.blade, b_index), _normals(damper, side.damper, d_index)
+    frame = contact_frames(_shared_normals(*both, side, b_nodes), along_axis, side)
     position = blade.position[b_index]
     along = position @ along_axis
     station, row = _grid(along, position @ np.asarray(pull, float), side, tolerance)
@@ -92,6 +81,16 @@ def pair(
         preload=np.zeros(P),
         weight=np.ones(P),
     ).select(order)
+
+
+def _shared_normals(on_blade, on_damper, side, number):
+    """(P, 3); an edge node, which may face two ways, faces as the mean of the side."""
+    facing = [
+        (mine, theirs, side, node)
+        for mine, theirs, node in zip(on_blade, on_damper, number, strict=True)
+    ]
+    mean = np.mean([_shared_normal(*one) for one in facing], axis=0)
+    return np.array([_shared_normal(*one, mean) for one in facing])
 
 
 def matches(blade: Mesh, damper: Mesh, side: Side, tolerance: float) -> bool:

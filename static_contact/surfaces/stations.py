@@ -29,24 +29,26 @@ def stations_and_rows(
         place = (along - along.min()) / max(float(np.ptp(along)), 1e-300) * count
         label = np.minimum(place + SAME, count - 1).astype(int)
     found = []
-    for place, own, station in zip(
-        places, sizes, np.split(label, np.cumsum([len(p) for p in places])[:-1]), strict=True
-    ):
+    labels = np.split(label, np.cumsum([len(place) for place in places])[:-1])
+    for place, own, station in zip(places, sizes, labels, strict=True):
         station = np.unique(station, return_inverse=True)[1]
-        height = _height(place, axis, up)
-        interval, spread = _lines(height, settings.line * own)
-        if spread > settings.line * own:
-            low, whole = height.min(), float(np.ptp(height))
-            interval = np.rint((height - low) / whole * np.ceil(whole / own - SAME) + SAME).astype(
-                int
-            )
-        row = np.empty(len(place), dtype=np.int64)
-        for k in np.unique(station):
-            mine = np.flatnonzero(station == k)
-            mine, rank = mine[in_order(height[mine])], np.arange(len(mine))
-            row[mine] = np.maximum.accumulate(interval[mine] - rank) + rank
-        found.append((station, row))
+        found.append((station, _rows(_height(place, axis, up), station, own, settings)))
     return found
+
+
+def _rows(height, station, size, settings):
+    """(n,) rows of the points of a side with the heights (n,) m, whose faces are `size` m."""
+    interval, spread = _lines(height, settings.line * size)
+    if spread > settings.line * size:
+        low, whole = height.min(), float(np.ptp(height))
+        steps = np.ceil(whole / size - SAME)
+        interval = np.rint((height - low) / whole * steps + SAME).astype(int)
+    row = np.empty(len(height), dtype=np.int64)
+    for k in np.unique(station):
+        mine = np.flatnonzero(station == k)
+        mine, rank = mine[in_order(height[mine])], np.arange(len(mine))
+        row[mine] = np.maximum.accumulate(interval[mine] - rank) + rank
+    return row
 
 
 def _height(place, axis, up):
