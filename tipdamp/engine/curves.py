@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property
+from itertools import count
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -251,10 +252,10 @@ class Curves:
             yield block
 
     def _keep(self, case):
+        name, number = f".stages/{case.name}.{self.key(case)}", count(len(self._blocks(case)))
+
         def keep(block):
-            with self.store.writing(
-                f".stages/{case.name}.{self.key(case)}.{len(self._blocks(case)):05d}.npz"
-            ) as path:
+            with self.store.writing(f"{name}.{next(number):05d}.npz") as path:
                 np.savez(path, **block._asdict())
 
         return keep

@@ -20,7 +20,7 @@ from tests.tipdamp.rig_study import CHAIN, files
 from tipdamp.cli import main
 from tipdamp.engine import curves
 from tipdamp.engine.store import Store
-from tipdamp.hbm.curve.journal import Journal
+from tipdamp.hbm.curve.journal import Journal, JournalBlock
 from tipdamp.hbm.hold.spring import HeldMotion
 from tipdamp.hbm.laws import IsotropicFriction
 from tipdamp.hbm.result import ForcedResponse
@@ -219,6 +219,21 @@ def interrupted(study, made, monkeypatch):
     return Store(study.parent / "results" / "study"), whole
 
 
+def test_a_block_costs_the_same_however_many_there_are(tmp_path, monkeypatch):
+    """Its file alone is asked for, and a further run goes on with the next number."""
+    problem, store = oscillator(), Store(tmp_path)
+    one = curves.Curves(problem, FORCE.real, Y2, None, store)
+    case, asked, real = curves.CurveCase(1.0, 3, (1.0, 2.0)), [], Store.path
+    monkeypatch.setattr(Store, "path", lambda self, name: asked.append(name) or real(self, name))
+    blocks = [JournalBlock(np.array([float(i)]), np.array([i, 1, 0, 0])) for i in range(12)]
+    for part in (blocks[:8], blocks[8:]):
+        keep, before = one._keep(case), len(asked)
+        for block in part:
+            keep(block)
+        assert len(asked) - before <= len(part)
+    assert [block.numbers[0] for block in one._journal(case)] == list(range(12))
+
+
 def test_curves_of_an_interrupted_study(study, made, monkeypatch, capsys):
     """Two curves are kept, and the third goes on."""
     store, whole = interrupted(study, made, monkeypatch)
@@ -340,7 +355,7 @@ def alive(mark):
 ENDED = """
 import os, signal, sys
 from contextlib import contextmanager
-from tipdamp.hbm.curve.journal import Journal
+from tipdamp.hbm.curve.journal import Journal, JournalBlock
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
 
