@@ -50,6 +50,8 @@ class Fault:
 
     path: Path
     line: int
+    was: str  # the line, which begins at the character
+    begins: int
     first: int
     last: int
     new: str
@@ -58,9 +60,9 @@ class Fault:
         return text[: self.first] + self.new + text[self.last :]
 
     def __str__(self):
-        text = (ROOT / self.path).read_text()
-        before, after = (t.split("\n")[self.line - 1].strip() for t in (text, self.planted(text)))
-        return f"{self.path}:{self.line}\n    - {before}\n    + {after}"
+        first, last = self.first - self.begins, self.last - self.begins
+        after = self.was[:first] + self.new + self.was[last:]
+        return f"{self.path}:{self.line}\n    - {self.was.strip()}\n    + {after.strip()}"
 
 
 class Candidates(ast.NodeVisitor):
@@ -82,7 +84,8 @@ class Candidates(ast.NodeVisitor):
 
     def add(self, line, first, last, *new):
         if "\n" not in self.text[first:last]:
-            self.found += [Fault(self.path, line, first, last, n) for n in new]
+            place = self.lines[line - 1], self.starts[line - 1]
+            self.found += [Fault(self.path, line, *place, first, last, n) for n in new]
 
     def change(self, node, *new):
         self.add(node.lineno, *self.span(node), *new)
@@ -94,6 +97,7 @@ class Candidates(ast.NodeVisitor):
         sign = re.search(r"[^\s()\\]+(?: not| in)?", re.sub(r"#.*", "", self.text[first:last]))
         if not new or not sign:
             return
+        new += "=" * (sign[0] in ("+=", "-=", "*=", "/="))
         line = left.end_lineno + self.text[first : first + sign.start()].count("\n")
         self.add(line, first + sign.start(), first + sign.end(), new)
 
