@@ -242,3 +242,21 @@ console.log(JSON.stringify([0, Math.PI / 2, Math.PI].map(frame)));"""
     assert np.allclose(frames[1], 1e3 * surf.position, atol=1e-4)
     assert np.allclose(frames[0] + frames[2], 2 * frames[1], atol=1e-4)
     assert np.array_equal(unpacked(shape), first.shapes["damper"])
+
+
+def test_what_is_shown_first_is_what_the_first_button_shows():
+    """Each button shows its own case and what belongs to all; names that start switched off wait in
+    the legend, wherever they are shown."""
+    pairs = curved_pairs()
+    cases = {"the pull": pairs, "another": pairs.replace(preload=0.5 * pairs.preload)}
+    picture = pressure_map(cases, {}, (0, 1, 0))
+    off = next(item.name for item in picture.items if item.name)
+    drawn = plotly_scene.figure_of(replace(picture, hidden=frozenset({off})))
+    buttons = drawn.layout.updatemenus[0].buttons
+    assert len(buttons) == len(picture.cases) == 2
+    assert [trace.visible for trace in drawn.data] == list(buttons[0].args[0]["visible"])
+    for button, case in zip(buttons, picture.cases, strict=True):
+        states = button.args[0]["visible"]
+        for item, state in zip(picture.items, states, strict=True):
+            there = item.case in ("", case)
+            assert state == (("legendonly" if item.name == off else True) if there else False)

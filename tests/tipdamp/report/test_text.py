@@ -56,3 +56,19 @@ def test_colors_of_levels_go_from_dark_to_light():
         for c in figure.level_colors(5)
     ]
     assert grey == sorted(grey) and min(np.diff(grey)) > 20  # of 255: apart in grey print
+
+
+@pytest.mark.parametrize("size", [3e-13, 2.5e-9, 4e-7, 0.031, 7.0])
+@pytest.mark.parametrize(
+    "written", [text.number, text.micro, text.distance, text.percent, lambda v: text.amount(v, "N")]
+)
+def test_a_number_and_its_negative_differ_by_the_sign(written, size):
+    """What counts as nothing does so on both sides."""
+    minus = written(-size)
+    assert minus.removeprefix("\N{MINUS SIGN}") == written(size).removeprefix("+")
+    assert minus.startswith("\N{MINUS SIGN}") == any(c in "123456789" for c in written(size))
+
+
+def test_deviation_from_a_reference():
+    assert text.deviation(1590.0, 1590.0) == "0.00 %" and text.deviation(103.0, 100.0) == "+3.00 %"
+    assert text.deviation(None, 100.0) == text.deviation(100.0, None) == text.NOTHING
