@@ -29,7 +29,10 @@ class ProposalSettings:
     # of the faces of a patch that a group must have: the plane of a side may go on beyond it
     covered: float = 0.6
     larger: float = 4.0  # times as many faces as the patch a group may have
-    round: float = 10.0  # degrees that the normals of a flat side may differ
+    round: float = 10.0  # degrees that the normals of a flat side may differ, ...
+    turn: float = 1.0  # ... and of a side whose normals turn in proportion to the place
+    fan: float = 0.1  # of the width: how far from that proportion they may be
+    whole: float = 0.95  # of the faces of a patch: a group with them beats one of a part
 
 
 SETTINGS = ProposalSettings()
@@ -40,7 +43,7 @@ class Patch:
     """A candidate. damper, blades : (f, 4) keys of the faces, as `faces.face_keys` of the user's
     node numbers
     normal : (3,) mean, out of the damper; spread - degrees of a face from it; box : (2, 3) of its
-    nodes, and area, in the units of the mesh"""
+    nodes, area, and radius where the normals are those of a cylinder, in the units of the mesh"""
 
     damper: np.ndarray
     blades: np.ndarray
@@ -48,11 +51,12 @@ class Patch:
     spread: float
     box: np.ndarray
     area: float
+    radius: float = np.inf
 
     @property
     def flat(self) -> bool:
         """Whether the side is flat rather than round."""
-        return self.spread <= SETTINGS.round
+        return self.spread <= SETTINGS.round and np.isinf(self.radius)
 
 
 def reach_of(damper: Mesh) -> float:
@@ -116,7 +120,23 @@ def _patch(damper, mine, own, blades):
         float(spread),
         np.array([nodes.min(axis=0), nodes.max(axis=0)]),
         float(mine.area[own].sum()),
+        _radius(mine, own, normal),
     )
+
+
+def _radius(mine, own, mean):
+    """Of the cylinder on which the faces lie: what their places differ by over what their normals
+    do, along the direction in which these turn; inf where that is no proportion, and of a flat."""
+    normal, weight = mine.normal[own] - mean, mine.area[own]
+    _, _, ways = np.linalg.svd(np.sqrt(weight)[:, None] * normal, full_matrices=False)
+    turned, place = normal @ ways[0], mine.centre[own] @ ways[0]
+    turned, place = (v - np.average(v, weights=weight) for v in (turned, place))
+    steps = len(np.unique(np.round(turned, 4)))
+    if steps < 3 or np.ptp(turned) < 2 * np.sin(np.radians(SETTINGS.turn)):
+        return np.inf
+    radius = (weight * turned) @ place / ((weight * turned) @ turned)
+    off = weight @ (place - radius * turned) ** 2
+    return float(radius) if off <= SETTINGS.fan**2 * (weight @ place**2) else np.inf
 
 
 def _among(keys, wanted):
@@ -127,7 +147,8 @@ def _among(keys, wanted):
 
 
 def group_of(mesh: Mesh, faces: np.ndarray) -> str:
-    """The smallest group that has most of these faces (f, 4); '' where there is none."""
+    """The smallest group that has these faces (f, 4), or else most of them; '' where there is
+    none."""
     wanted, found = {tuple(k) for k in faces.tolist()}, {}
     for name in mesh.groups:
         if mesh.dimension.get(name, 0) in (0, 2):
@@ -139,7 +160,8 @@ def group_of(mesh: Mesh, faces: np.ndarray) -> str:
             if len(own & wanted) >= SETTINGS.covered * len(wanted) and len(
                 own
             ) <= SETTINGS.larger * len(wanted):
-                found[name] = len(own)
+                part = len(own & wanted) < SETTINGS.whole * len(wanted)
+                found[name] = part, len(own)
     return min(found, key=lambda name: found[name], default="")
 
 

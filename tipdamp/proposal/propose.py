@@ -27,7 +27,7 @@ from tipdamp.readers.dispatch import read_mesh
 
 # parts of the names that pre-processors and people give to groups, by what they are for
 WORDS = {
-    "clamp": "clamp|fix|encastre|root|spc|support|ground",
+    "clamp": "clamp|bound|fix|encastre|root|spc|support|ground",
     "load_points": "load|pull",
     "excitation": "excit|(?<![a-z])exc(?![a-z])|shaker|drive",
     "patches": "patch|resp|tip",

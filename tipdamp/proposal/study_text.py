@@ -119,10 +119,12 @@ def _size(found, patch):
     width = patch.area / float(np.ptp(nodes @ found.axis))
     if patch.flat:
         return f"width = {width:.4g}               # area over length"
-    return (
-        f"radius = {width / np.radians(2 * patch.spread):.4g}              # area over length and "
-        "turn of normals"
-    )
+    if np.isinf(patch.radius):
+        return (
+            f"radius = {width / np.radians(2 * patch.spread):.4g}              # area over length "
+            "and turn of normals"
+        )
+    return f"radius = {abs(patch.radius):.4g}              # by how the normals turn"
 
 
 def _faces(found, body: str, keys: np.ndarray, group: str) -> str:

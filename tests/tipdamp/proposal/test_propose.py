@@ -20,7 +20,7 @@ from tipdamp.bodies.split import cut
 from tipdamp.bodies.surfaces import surface_points
 from tipdamp.cli import main
 from tipdamp.modal.faces import boundary_faces, face_keys
-from tipdamp.proposal.patches import Patch, _Faces, within_group
+from tipdamp.proposal.patches import Patch, _Faces, _patch, group_of, within_group
 from tipdamp.proposal.propose import propose
 from tipdamp.proposal.study_text import study_text
 from tipdamp.readers.dispatch import read_mesh
@@ -188,6 +188,55 @@ def test_round_side(rig):
     found = propose([rig / "asymmetric_blades.msh", rig / "asymmetric_damper.msh"])
     shapes = {s.patch.flat for s in found.sides}
     assert len(found.sides) == 2 and shapes == {True, False} and found.length == "m"
+
+
+def arched(radius, rows=6, height=lambda z, radius: np.sqrt(radius**2 - z**2) - radius):
+    """(mesh, its faces, mask of those towards x): a cube whose face x = A is a cylinder along y."""
+    x, y, z = (mesh := corner_study.cube(divisions=(2, 2, rows))).position.T
+    top = np.where(x > 0.9 * A, height(z - A / 2, radius), 0.0)
+    mesh = replace(mesh, position=np.column_stack([x + top, y, z]))
+    mine = _Faces(mesh, boundary_faces(mesh))
+    return mesh, mine, mine.normal[:, 0] > 0.9
+
+
+@pytest.mark.parametrize("rows", [3, 4, 12])
+def test_normals_that_turn_in_proportion_are_a_radius(rows):
+    """Within 5.8 degrees of their mean at most, as on a flat side: R by the place of the faces."""
+    radius = A / 2 / np.sin(np.radians(5.8))
+    mesh, mine, facing = arched(radius, rows)
+    patch = _patch(mesh, mine, facing, np.empty((0, 4), int))
+    assert patch.spread < 6 and not patch.flat
+    assert patch.radius == pytest.approx(radius, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    "height",
+    [
+        lambda z, _: 0 * z,
+        lambda z, _: -0.05 * np.abs(z),  # a roof
+        lambda z, _: 3e-4 * A * np.sin(900 * z / A),  # an uneven flat
+    ],
+)
+def test_normals_that_turn_otherwise_are_none(height):
+    mesh, mine, facing = arched(1.0, 12, height)
+    assert _patch(mesh, mine, facing, np.empty((0, 4), int)).flat
+
+
+def test_a_set_of_the_whole_side_beats_one_of_its_part(tmp_path):
+    """Surfaces of which an arc is put together are groups, too."""
+    mesh, mine, facing = arched(5 * A)
+    lower = mine.key[facing & (mine.centre[:, 2] < 0.7 * A)]
+    groups = {"surface_7": np.unique(lower), "flank": np.unique(mine.key[facing])}
+    assert group_of(replace(mesh, groups=groups), mine.key[facing]) == "flank"
+
+
+def test_a_boundary_is_a_candidate_of_the_clamp(tmp_path):
+    blades = corner_study.blades()
+    names = {"clamp_one": "Boundary_1", "clamp_two": "Boundary_2"}
+    groups = {names.get(name, name): nodes for name, nodes in blades.groups.items()}
+    corner_study.write(tmp_path, replace(blades, groups=groups))
+    found = propose([tmp_path / "blades.inp", tmp_path / "damper.inp"])
+    assert found.groups["clamp"] == ["Boundary_1", "Boundary_2"]
 
 
 def with_lands():
