@@ -161,7 +161,7 @@ class InterfaceFacts(Record):
 class RespondResult(Result):
     """respond.json. zeta - damping ratios of the stuck modes; stuck_difference {file: largest
     difference from the linear stuck response over its peak} of the curves on which no pair slips;
-    interface - its reduction."""
+    interface - its reduction; size_m - largest extent of the bodies."""
 
     file: ClassVar[str] = "respond.json"
     responses: tuple[CurveResult, ...]
@@ -169,6 +169,7 @@ class RespondResult(Result):
     zeta: Numbers
     stuck_difference: dict[str, float] = {}
     interface: InterfaceFacts | None = None
+    size_m: Number = None
 
 
 # ---- measured ------------------------------------------------------------------------------------

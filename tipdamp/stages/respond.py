@@ -34,7 +34,7 @@ from tipdamp.hbm.interface import InterfaceReduction
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import DOUBTFUL, ForcedResponse
 from tipdamp.results.response_results import CurveResult, Peak, RespondResult
-from tipdamp.results.static_results import PreloadResult, TuneResult
+from tipdamp.results.static_results import PreloadResult, ReduceResult, TuneResult
 from tipdamp.stages.adrift import adrift, held_in
 from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
 from tipdamp.stages.stage import Stage
@@ -69,6 +69,8 @@ class ResponseLimits:
 
     balanced: float = 1e-6  # of the input: larger errors of the energy balance
     truncated: float = 1e-2  # of the amplitude: larger estimates of what more harmonics change
+    small: float = 1e-2  # of the size of the bodies: larger motions are no small displacements
+    near: float = 0.03  # of the frequency, up to which a peak is that of the tracked mode
     points: int = 801  # of the linear stuck response
 
 
@@ -163,8 +165,15 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         interface=facts_of(
             study, assembly.interface, found, pair_names(assembly.kept, slice(None))
         ),
+        size_m=_size(assembly.model),
     ).save(store)
     return [*files, *keep_shapes(store, assembly.interface)]
+
+
+def _size(model):
+    """Largest extent of its nodes, m; None where it has no places."""
+    placed = model.position[np.isfinite(model.position).all(axis=1)]
+    return float(np.ptp(placed, axis=0).max()) if len(placed) else None
 
 
 def _case(settings, Fe, H, way):
@@ -356,6 +365,8 @@ def warnings(study: Study, store: Store) -> list[str]:
         *(text for c in found for text in _unstable(c)),
         *(text for c in found for text in _beside(c)),
         *_another_mode(found),
+        *_not_the_tracked(found, store),
+        *_too_far(found, whole.size_m),
         *(text for c in found for text in _without_resonance(c, stuck)),
     ]
 
@@ -481,6 +492,39 @@ def _another_mode(found):
                 f"than at {below.Fe_N:g} N, {_micro(below.peak_m, below.peak_hz)}: the MAC of "
                 f"their shapes is {one.mac:.2f}; heights and frequencies of the two are no trend"
             )
+
+
+def _not_the_tracked(found, store):
+    """Where the largest peak lies beyond the frequencies between which the tracked mode moves, free
+    to stuck: the level at which that is first so."""
+    if store.record("tune") is None or store.record("reduce") is None:
+        return
+    tune, free = TuneResult.load(store), ReduceResult.load(store).free_hz
+    ends = [tune.stuck_hz.tuned, *(hz for name, hz in free.items() if name not in tune.other_modes)]
+    low, high = (1 - LIMITS.near) * min(ends), (1 + LIMITS.near) * max(ends)
+    off = [one for one in found if one.peak_hz is not None and not low <= one.peak_hz <= high]
+    if off:
+        one, modes = min(off, key=lambda c: (c.Fe_N, c.H)), np.array(tune.stuck_modes_hz.tuned)
+        nearest = int(np.abs(modes - one.peak_hz).argmin())
+        yield (
+            f"the largest amplitude, {_micro(one.peak_m, one.peak_hz)} at Fe = {one.Fe_N:g} N, H = "
+            f"{one.H}, is not that of the tracked mode, which sticks at {tune.stuck_hz.tuned:.1f} "
+            f"Hz: nearest is stuck mode {nearest + 1}, {modes[nearest]:.1f} Hz "
+            f"({len(off)} of {len(found)} curves)"
+        )
+
+
+def _too_far(found, size):
+    """The largest motion of all, beside the bodies that make it."""
+    moved = [(one.peak_m or one.at_least_m or 0.0, one) for one in found]
+    most, one = max(moved, key=lambda m: m[0])
+    if size and most > LIMITS.small * size:
+        yield (
+            f"the largest amplitude, {1e3 * most:.3g} mm at Fe = {one.Fe_N:g} N, H = {one.H}, is "
+            f"{100 * most / size:.2g} % of the size of the bodies, {1e3 * size:.4g} mm: the model "
+            "is one of small displacements, in which contact points keep their partners; check "
+            "the level, its unit and the damping"
+        )
 
 
 def _hold(case):

@@ -9,7 +9,7 @@ import pytest
 
 from tests.hbm.cases import jenkins, load
 from tests.tipdamp import corner_study
-from tests.tipdamp.report.files import table
+from tests.tipdamp.report.files import FULL, artefacts, table
 from tests.tipdamp.rig_study import read, text
 from tipdamp.cli import main
 from tipdamp.engine import curves
@@ -455,3 +455,38 @@ def test_further_solutions_are_warned_of(tmp_path):
         RespondResult(responses=[given], law={"name": "DryFriction2T"}, zeta=(0.01,)).save(store)
         sentence = "the curve Fe = 1 N, H = 1: the branch leaves the band before its fold"
         assert (sentence in respond.warnings(None, store)) is told
+
+
+def test_what_moves_too_far_and_another_mode_than_the_tracked_are_told(tmp_path):
+    """Blades of 130 mm that move by 12.8 mm at 428 Hz, tuned to 580 Hz: both are told of the first
+    level; within 1 % of the size and between free and stuck neither is."""
+    study, store = artefacts(tmp_path, sections=FULL)
+    for name in ("reduce", "tune"):
+        store.finish(name, "", [f"{name}.json"], 0.0)
+    tune = store.read_json("tune.json")
+    tune |= {
+        "stuck_hz": {"full_area": 600.0, "full_line": 590.0, "tuned": 580.0},
+        "stuck_modes_hz": {"full_area": [], "full_line": [], "tuned": [428.3, 580.0]},
+        "other_modes": {"in_phase": {"hz": 428.3, "mac": 0.9}},
+    }
+    store.write_json("tune.json", tune)
+    free = {"out_of_phase": 420.0, "in_phase": 421.0}
+    store.write_json("reduce.json", store.read_json("reduce.json") | {"free_hz": free})
+    whole = RespondResult.load(store).model_copy(update={"size_m": 0.13})
+
+    def told(hz, m):
+        curves = tuple(
+            one.model_copy(update={"peak_hz": hz, "peak_m": m * one.Fe_N / 20})
+            for one in whole.responses
+        )
+        whole.model_copy(update={"responses": curves}).save(store)
+        return [
+            text
+            for text in respond.warnings(study, store)
+            if "tracked mode" in text or "size of the bodies" in text
+        ]
+
+    first, second = told(390.0, 12.8e-3)
+    assert "640 um at 390.0 Hz at Fe = 1 N" in first and "nearest is stuck mode 1, 428.3" in first
+    assert "12.8 mm at Fe = 20 N" in second and "9.8 % of the size of the bodies, 130 mm" in second
+    assert told(500.0, 1e-3) == [] and len(told(620.0, 1e-3)) == 1
