@@ -1,11 +1,14 @@
 """Points between two of a branch where a motion is all but undetermined."""
 
 import numpy as np
+import pytest
 
 from tests.hbm.cases import jenkins
+from tests.hbm.continuation.equations import Dense
 from tipdamp.hbm.continuation.arc import metric_at
-from tipdamp.hbm.continuation.corrector import between
+from tipdamp.hbm.continuation.corrector import between, polished
 from tipdamp.hbm.continuation.crossings import with_tangent
+from tipdamp.hbm.continuation.point import Metric, Plane, Point
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.response import follow_band
@@ -35,3 +38,23 @@ def test_a_point_between_two_whose_residual_is_rounding():
     for point in solved:
         again = equation.evaluate(point.x, point.parameter)
         assert np.linalg.norm(again.residual) <= DEFAULT.patient_residual * np.linalg.norm(point.x)
+
+
+@pytest.mark.parametrize("nearly", range(DEFAULT.max_polish + 1))
+def test_steps_that_are_not_yet_small_are_taken_while_they_may_be(nearly):
+    """Each a hundredth of the one before, and 4 times what is small after so many: one more makes
+    it small; behind the last the safety still lets it pass, and then the point does not stand."""
+    share, last = 0.01, DEFAULT.max_polish - 1
+
+    def slow(x, p):
+        return Dense(x, np.eye(1) / (1 - share), np.zeros(1))
+
+    x = np.array([4 * DEFAULT.peak_step * share**-nearly / (1 - share)])
+    plane = Plane(np.zeros(1), 0.0, np.zeros(1), 1.0)
+    found = polished(
+        slow, Point(x, 0.0, True, 1, slow(x, 0.0)), plane, Metric(np.ones(1), 1.0, 1.0), DEFAULT
+    )
+    assert found.converged == (nearly <= last)
+    steps = nearly + 2 if nearly < last else DEFAULT.max_polish
+    assert found.x == pytest.approx(x * share**steps, rel=1e-6)
+    assert found.iterations == 1 + steps - found.converged
