@@ -11,7 +11,14 @@ from tests.tipdamp.report.files import artefacts, cut, damage, results_of, write
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.checks import warnings_of
 from tipdamp.report.summary import summarise
-from tipdamp.report.tables import assumptions, key_figures, peaks, reduction_check, stress
+from tipdamp.report.tables import (
+    assumptions,
+    kept_sets,
+    key_figures,
+    peaks,
+    reduction_check,
+    stress,
+)
 from tipdamp.report.text import NOTHING
 from tipdamp.results.response_results import PeakStress, StressPlace, StressResult
 from tipdamp.stages import tune
@@ -246,3 +253,28 @@ def test_words_fit_areas_and_contact_points(tmp_path):
     assert [row[0] for row in next(reduction_check.tables(results_of(study, store))).rows] == [
         "whole area, kept area"
     ]
+
+
+@pytest.mark.parametrize("count", [0, 1, 2, 30])
+def test_sets_within_the_scatter_of_the_target(tmp_path, count):
+    """Those that the tuning found, twenty at most; without any the nearest of its steps."""
+
+    def change(files):
+        sets = [dict(front=9, back=k, hz=2801.25 + k, mac=0.5) for k in range(count)]
+        files["tune.json"] |= {"scatter_hz": 5.0, "equivalent": sets}
+
+    (table,) = kept_sets.tables(results_of(*artefacts(tmp_path, damage=change)))
+    assert re.match(f"{count} of 2 sets" if count else "No set .* the nearest of 2", table.caption)
+    assert "within 5.00 Hz of the target of 2800 Hz" in table.caption
+    assert ("nearest 20 are shown" in table.caption) == (count > 20)
+    nearest = ("2 + 2", "2801.0", "+1.0", "0.900")
+    rows = [(f"9 + {k}", f"{2801.25 + k:.1f}", f"{1.25 + k:+.1f}", "0.500") for k in range(20)]
+    assert table.rows == (tuple(rows[:count]) or (nearest,))
+
+
+@pytest.mark.parametrize("missing", [("scatter_hz", 0.0), ("history", []), ("target_hz", None)])
+def test_no_sets_without_scatter_history_or_target(tmp_path, missing):
+    def change(files):
+        files["tune.json"] |= {"scatter_hz": 5.0} | dict([missing])
+
+    assert not list(kept_sets.tables(results_of(*artefacts(tmp_path, damage=change))))
