@@ -69,5 +69,5 @@ def _normal(loops, i) -> Panel:
         "force (N)",
         (Curve(share, force, "normal force", INK),),
         x_range=(0.0, 1.0),
-        y_range=(min(0.0, 1.1 * float(force.min())), 1.15 * float(force.max()) or 1.0),
+        y_range=(min(0.0, 1.1 * float(force.min())), max(0.0, 1.15 * float(force.max())) or 1.0),
     )
