@@ -24,7 +24,7 @@ from itertools import islice
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-NO_TESTS = 5  # exit code of pytest
+WRONG_USE, NO_TESTS = 4, 5  # exit codes of pytest
 
 OPERATORS = {
     ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.Lt: ">=", ast.LtE: ">",
@@ -209,16 +209,16 @@ def compiles(fault):
     return True
 
 
-def tests_of(path: Path):
+def tests_of(path: Path, root: Path = ROOT):
     """Test files of a module's room; its own file first, then those that name it."""
-    folder = ROOT / "tests" / path.parent
+    folder = root / "tests" / path.parent
     while not folder.is_dir():
         folder = folder.parent
     rooms = any(p.is_dir() and list(p.glob("test_*.py")) for p in folder.iterdir())
     files = sorted(folder.glob("test_*.py" if rooms else "**/test_*.py"))
     own, name = f"test_{path.stem}.py", re.compile(rf"\b{path.stem}\b")
     files.sort(key=lambda f: (f.name != own, not name.search(f.read_text())))
-    return [str(f.relative_to(ROOT)) for f in files]
+    return [str(f.relative_to(root)) for f in files]
 
 
 def importers(tree: Path, path: Path):
@@ -243,7 +243,7 @@ def seen_by(fault: Fault, whole: Path, marked: str, seconds: float):
     for path in importers(tree, fault.path):
         for kept in (tree / path).parent.glob(f"__pycache__/{path.stem}.*.nb?"):
             kept.unlink()
-    return run(tree, [*tests_of(fault.path), "-m", marked], seconds)
+    return run(tree, [*tests_of(fault.path, tree), "-m", marked], seconds)
 
 
 def run(tree: Path, arguments, seconds):
@@ -263,6 +263,8 @@ def run(tree: Path, arguments, seconds):
     )
     if done.returncode in (0, NO_TESTS):
         return None
+    if done.returncode == WRONG_USE:
+        raise RuntimeError(done.stdout)
     if done.returncode < 0:
         return "no end" if -done.returncode in (9, 24) else f"signal {-done.returncode}"
     named = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.M)

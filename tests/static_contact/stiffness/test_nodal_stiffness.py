@@ -187,6 +187,20 @@ def test_scale_is_calibrated_to_a_frequency():
         calibrate_scale(frequency, 1e6)
 
 
+@pytest.mark.parametrize("size", [1e-4, 0.3, 1.0, 1e5])
+@pytest.mark.parametrize("scale", [1.1e-3, 0.4, 900.0])
+def test_calibration_in_closed_form_at_any_frequency(size, scale):
+    """Of size times the root of the scale, however low a body sways; 0 Hz calibrates nothing."""
+
+    def frequency(scale):
+        return size * np.sqrt(scale)
+
+    assert calibrate_scale(frequency, frequency(scale)) == pytest.approx(scale, rel=1e-9)
+    for target in (0.0, -size, 1.01 * frequency(1e3), 0.99 * frequency(1e-3)):
+        with pytest.raises(InputError, match="target"):
+            calibrate_scale(frequency, target)
+
+
 def test_weights_of_the_nodes():
     line = np.array([0.0, 1.0, 3.0, 4.0])
     assert tributary_weights(line) == pytest.approx(np.array([0.5, 1.5, 1.5, 0.5]) / 4)

@@ -8,7 +8,7 @@ from scipy import ndimage
 from tests.contact_tables import contact_table
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.static_contact.contact.contact_cells import SETTINGS, cells_in, fade_of, surroundings
+from tipdamp.static_contact.contact.contact_cells import cells_in, fade_of
 from tipdamp.static_contact.contact.mirror import mirrors_of
 from tipdamp.static_contact.tuning.area_detachment import detach_area, keep_area
 from tipdamp.static_contact.tuning.detachment import DetachmentOptions
@@ -55,21 +55,6 @@ def bed(n, m, seed=None):
         area=area,
     )
     return pairs, area
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_neighbours_of_a_grid_do_not_hang_on_rounding(seed):
-    """A rectangle is cut along either of its diagonals: neighbours share an edge, and not a
-    corner."""
-    place = np.stack(np.meshgrid(np.arange(5) * 1.1, np.arange(4.0)), axis=-1).reshape(-1, 2)
-    place = place * (1 + 1e-15 * np.random.default_rng(seed).normal(size=place.shape))
-    rim, beside = surroundings(place, np.arange(20), SETTINGS)
-    assert (
-        rim.sum() == 14
-        and beside[0] == {1, 5}
-        and beside[6] == {1, 5, 7, 11}
-        and beside[12] == {7, 11, 13, 17}
-    )
 
 
 def hz_of(area):
