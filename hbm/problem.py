@@ -193,13 +193,10 @@ class Problem:
         return response.follow_band(problem, self._forcing(), band, **options)
 
     @with_options_named
-    def solve_at(
-        self, hz: float, *, guess: np.ndarray | None = None, **options: Unpack[CurveKeywords]
-    ) -> PeriodicSolution:
-        """The periodic response at one frequency in Hz; guess and options as in
-        `hbm.response.solve_at`."""
+    def solve_at(self, hz: float, **options: Unpack[CurveKeywords]) -> PeriodicSolution:
+        """The periodic response at one frequency in Hz; options as in `hbm.response.solve_at`."""
         problem, options = self.contact_problem, self._with_rows(options)
-        return response.solve_at(problem, self._forcing(), hz, guess=guess, **options)
+        return response.solve_at(problem, self._forcing(), hz, **options)
 
     def _unit(self, dof: int) -> np.ndarray:
         if not 0 <= dof < self.size:

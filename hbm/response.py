@@ -36,6 +36,7 @@ from tipdamp.hbm.curve.automatic import AUTO, enough_harmonics
 from tipdamp.hbm.curve.band_end import further_solutions
 from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
+from tipdamp.hbm.curve.guess import orders_of_guess, place_and_unknowns, solved, with_orders
 from tipdamp.hbm.curve.hold_check import hold_in_words, stiffer_change
 from tipdamp.hbm.curve.journal import Journal
 from tipdamp.hbm.curve.options import (
@@ -69,6 +70,7 @@ from tipdamp.hbm.validation import (
     check_outputs,
     check_settings,
     check_values,
+    check_whole,
     interval,
     numbers,
     one_of,
@@ -201,17 +203,13 @@ def solve_at(
     problem: ContactProblem,
     forcing: Forcing,
     hz: float,
-    *,
-    guess: np.ndarray | None = None,
     **options: Unpack[CurveKeywords],
 ) -> PeriodicSolution:
     """The periodic response of a ContactProblem at one frequency in Hz.
 
-    guess : (N,) unknowns of a PeriodicSolution that is near; None starts from the stuck response,
-        then raises the force from zero, then integrates in time, then comes from other frequencies.
-        Where several solutions exist it is one of them: the crossings of a curve are all
-        (`forced_response`, `solutions_at`).
-    options : outputs, harmonics, start, samples, settings of CurveOptions
+    options : outputs, harmonics, periods, guess, start, samples, settings of CurveOptions
+    Where several solutions exist it is one of them: the crossings of a curve are all
+    (`forced_response`, `solutions_at`).
     Raises InputError on unusable input; where no solution is found, `converged` is False. Warns
     where rounding, as of static forces 1e12 times the excitation, leaves a residual that is more
     than that of the points of a curve.
@@ -228,15 +226,13 @@ def solve_at(
     chosen = curve_options(options)
     case = _CheckedInput.checked(problem, forcing, chosen)
     hz = positive("hz", hz, " Hz")
-    w = 2 * np.pi * hz
+    w = 2 * np.pi * hz / chosen.periods
     check_carried(problem, case.forces, w)
     balance, settings = case.balance(problem, chosen, w), case.settings
-    if guess is None:
+    if chosen.guess is None:
         point = first_of(starts(balance, w, settings))
     else:
-        x = numbers("guess", guess, f"must be {len(balance.weights)} numbers in m")
-        if x.shape != balance.weights.shape:
-            raise InputError(f"guess: has the shape {x.shape}, must be ({len(balance.weights)},)")
+        x = with_orders(place_and_unknowns(chosen.guess, hz, hz)[1], balance)
         point = solve_fixed(balance.evaluate, x, w, balance.weights, settings)
     points = [point]
     (residual,), (energy,), (bad,) = settle(Equation(balance, Frequency()), points, [w])
@@ -273,7 +269,10 @@ class _CheckedInput:
     def checked(cls, problem, forcing, options):
         check_kind("problem", problem, ContactProblem, "ContactProblem(M, C, K, B, law, contacts)")
         r, H = problem.K.shape[0], check_harmonics(options.harmonics)
-        forces = check_forcing(forcing, r, H)
+        periods = check_whole("periods", options.periods, 1)
+        forces = {periods * k: F for k, F in check_forcing(forcing, r, MOST_HARMONICS).items()}
+        if max(forces, default=0) > H:
+            raise InputError(_too_few_harmonics(H, periods, max(forces) // periods))
         if options.journal is not None:
             check_kind("journal", options.journal, Journal, "Journal(keep, blocks)")
         names, rows = check_outputs(options.outputs, r)
@@ -299,6 +298,15 @@ class _CheckedInput:
         return made
 
 
+def _too_few_harmonics(H, periods, order):
+    if periods == 1:
+        return f"forcing of harmonic {order}: harmonics = {H} keeps orders 0..{H} only"
+    return (
+        f"harmonics = {H}: are counted in the frequency of a motion of {periods} periods, in which "
+        f"the excitation of order {order} stands at {periods * order}: at least that many"
+    )
+
+
 def _curve(
     problem, forcing, varied: tuple[Parameter, float], between, options: CurveOptions
 ) -> ForcedResponse:
@@ -312,12 +320,13 @@ def _curve(
             "journal: is of one curve, and harmonics = 'auto' makes several; give a number"
         )
     orders = check_forcing(forcing, problem.K.shape[0], MOST_HARMONICS)
+    of_guess = orders_of_guess(options.guess, problem.B.shape[0])
     return enough_harmonics(
         lambda H: _branch(
             problem, forcing, varied, between, replace(options, harmonics=H, truncation=True)
         ),
         tolerance,
-        max(orders, default=1),
+        max(check_whole("periods", options.periods, 1) * max(orders, default=1), of_guess),
     )
 
 
@@ -328,13 +337,18 @@ def _branch(
     Hz)."""
     began, (parameter, hz), (argument, ends) = time.perf_counter(), varied, between
     first, last = interval(argument, ends, parameter.unit)
+    parameter = parameter.over(check_whole("periods", options.periods, 1))
     case = _CheckedInput.checked(problem, forcing, options)
     at = check_values(options.at, argument, first, last, parameter.unit)
     for value in (first, last):
         there, forces = parameter.rebuild(problem, case.forces, value)
-        w = parameter.angular_frequency(2 * np.pi * hz, parameter.scale * value)
+        w = parameter.angular_frequency(2 * np.pi * hz / options.periods, parameter.scale * value)
         check_carried(there, forces, w)
-    equation = Equation(case.balance(problem, options, w), parameter, hz)
+    equation = Equation(case.balance(problem, options, w), parameter, hz, options.periods)
+    begin = None
+    if options.guess is not None:
+        value, x = place_and_unknowns(options.guess, first, last)
+        begin = solved(equation, x, value, settings=case.settings)
     settings = case.settings
     scale, peak_points = parameter.scale, np.empty((0, 0), dtype=bool)
     outputs = Outputs(case.rows)
@@ -350,7 +364,8 @@ def _branch(
         if estimate:
             estimate.of(point)
 
-    branch = trace(equation, scale * first, scale * last, settings, options.progress, note, past)
+    ends = scale * first, scale * last
+    branch = trace(equation, *ends, settings, options.progress, note, past, begin)
     further = further_solutions(equation, branch, scale * last, past, settings)
     for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
         warnings.warn(

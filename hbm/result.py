@@ -51,6 +51,8 @@ class ForcedResponse(ArrayRecord):
         inside it, in words; empty where none was found (see `hbm.curve.band_end`)
     searched : what was looked for beside the curve and found, in words (see `curves_beside`)
     reached_end : the end of the band, perhaps past failed points; a curve that did not has no peak
+    periods : of the excitation in one of the motion, of whose orders `harmonics` are: 1, or that of
+        a subharmonic curve; the frequency is always that of the excitation
     H, origin, start : harmonics; 'preloaded' or 'unloaded'; 'zero_slider', 'zero_force' or 'given'
     force_residual : (n,) residual of the equation of motion with the contact law on the motion of
         each point, over the force scale (see `hbm.curve.equilibrium`); at most 5e-9, or with the
@@ -144,6 +146,7 @@ class ForcedResponse(ArrayRecord):
     energy_error: np.ndarray = _none(0)
     truncation: np.ndarray = _none(0, 0)
     multipliers: np.ndarray = _none(0, 0, dtype=complex)
+    periods: int = 1
 
     def __post_init__(self):
         object.__setattr__(self, "reached_end", self.reached_end or self.complete)

@@ -51,6 +51,10 @@ class Parameter:
         """(problem, forces {harmonic: (r,) N}) at a value."""
         return problem, forces
 
+    def over(self, periods: int) -> "Parameter":
+        """The same for motions that repeat after so many periods of the excitation."""
+        return self
+
     def check(self, problem: ContactProblem) -> None:
         """InputError where it cannot vary in a problem at a fixed frequency."""
 
@@ -94,6 +98,10 @@ class Frequency(Parameter):
     name: str = "frequency"
     unit: str = " Hz"
     scale: float = 2 * np.pi
+
+    def over(self, periods: int) -> Parameter:
+        """The branch runs in rad/s of the motion, its values stay those of the excitation."""
+        return replace(self, scale=2 * np.pi / periods)
 
     def check(self, problem: ContactProblem) -> None:
         """It varies in a band only."""
@@ -373,11 +381,19 @@ class ForceParameter(Rebuilt):
 
     name: str
     of_value: Callable
+    periods: int = field(default=1, init=False)
+
+    def over(self, periods: int) -> Parameter:
+        """Its forces stand at that many times their orders."""
+        same = replace(self)
+        object.__setattr__(same, "periods", periods)
+        return same
 
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value; InputError where the given ones are zero, or of other
         orders."""
         made = check_forcing(self.of_value(value), len(problem.K), MOST_HARMONICS)
+        made = {self.periods * k: F for k, F in made.items()}
         if made.keys() != forces.keys() or not any(np.any(F) for F in forces.values()):
             raise InputError(
                 f"parameter '{self.name}': its forcing has the orders {sorted(made)}, the forcing "
@@ -409,13 +425,20 @@ def as_parameter(parameter: Parameter | str) -> Parameter:
 class Equation:
     """R(x, p) = 0 of a branch: a harmonic balance in which one parameter varies.
 
-    p : in units of the branch, parameter.scale times the value; hz : where the frequency does not
-    vary
+    p : in units of the branch, parameter.scale times the value; hz : of the excitation, where the
+    frequency does not vary; periods : of the excitation in one of the motion, whose orders the
+    balance has
     """
 
     balance: HarmonicBalance
     parameter: Parameter
     hz: float = np.nan
+    periods: int = 1
+
+    @property
+    def w(self) -> float:
+        """rad/s of the motion, where the frequency does not vary."""
+        return 2 * np.pi * self.hz / self.periods
 
     @property
     def weights(self) -> np.ndarray:
@@ -424,11 +447,11 @@ class Equation:
 
     def evaluate(self, x: np.ndarray, p: float) -> Linearisation:
         """Linearisation at x (n,) and p."""
-        return self.parameter.evaluate(self.balance, x, 2 * np.pi * self.hz, p)
+        return self.parameter.evaluate(self.balance, x, self.w, p)
 
     def balance_at(self, p: float) -> tuple[HarmonicBalance, float]:
         """(balance, angular frequency) with the parameter fixed."""
-        b, w = self.balance, self.parameter.angular_frequency(2 * np.pi * self.hz, p)
+        b, w = self.balance, self.parameter.angular_frequency(self.w, p)
         problem, forces = self.parameter.rebuild(b.problem, b.forces, p / self.parameter.scale)
         return (b if problem is b.problem and forces is b.forces else b.rebuilt(problem, forces)), w
 

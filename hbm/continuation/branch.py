@@ -62,8 +62,9 @@ ENDS = {  # why a branch ended, and the remedy
     "static": "no force: the static state",
     "round": "closed: it returned to where it begins",
     "through": "it leaves the band at both ends",
+    "meets": "reached the curve again from which it branches off",
 }
-COMPLETE = ("end", "round", "through")
+COMPLETE = ("end", "round", "through", "meets")
 ACROSS = (0.003, 0.01, 0.03, 0.1)  # arc lengths tried across a place where branches cross
 ALONG = 0.9  # cosine of the angle by which the branch may turn there
 

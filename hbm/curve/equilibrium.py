@@ -176,10 +176,7 @@ class KeptPoints:
         self.g = np.array([point.detail.forces.g for point in points])
         self.sticks = np.array([point.detail.forces.shares[:, 0] == 1 for point in points])
         self.w = np.array(
-            [
-                parameter.angular_frequency(2 * np.pi * equation.hz, point.parameter)
-                for point in points
-            ]
+            [parameter.angular_frequency(equation.w, point.parameter) for point in points]
         )
         u = fourier.to_real(_times(self.balance.shapes, self.modal))
         self.u = np.ascontiguousarray(u.reshape(self.g.shape))

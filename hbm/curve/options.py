@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.automatic import Harmonics
+from tipdamp.hbm.curve.guess import Guess
 from tipdamp.hbm.curve.journal import Journal
 from tipdamp.hbm.errors import InputError, nearest
 
@@ -24,7 +25,9 @@ class CurveKeywords(TypedDict, total=False):
 
     outputs: Required[Mapping[str, ArrayLike]]
     harmonics: Harmonics
+    periods: int
     tolerance: float
+    guess: Guess | None
     start: str | np.ndarray | None
     at: tuple | list | np.ndarray
     beyond: float | None
@@ -45,7 +48,16 @@ class CurveOptions:
 
     outputs : {name: (r,) row that takes the output out of q}
     harmonics : H, orders 0..H are kept; 'auto' takes as many as `tolerance` needs
+    periods : of the excitation in one of the motion: 2 for subharmonic motions of the order 1/2.
+        `harmonics` are then counted in the frequency of the motion, the excitation stands at that
+        many times its orders, multipliers are those of the longer period, and frequencies stay
+        those of the excitation
     tolerance : of harmonics = 'auto': relative `truncation` at 99 % of the points
+    guess : (n,) unknowns of a solution that is near (`PeriodicSolution.unknowns`, or a row of
+        `ForcedResponse.unknowns`, of as many orders or fewer) where the band begins, or (value,
+        unknowns) of one at a value inside it: the curve is then followed from there both ways, once
+        round where it is closed. None starts from the stuck response, then raises the force from
+        zero, then integrates in time, then comes from other frequencies
     start : where the sliders start, before the first of two periods: 'zero_slider', the default (T
         = 0 at q = 0), 'zero_force' (T = 0 at the position of t = 0: means then depend on the phase
         of the force) or positions (P, nt) in m
@@ -82,7 +94,9 @@ class CurveOptions:
 
     outputs: "Mapping[str, ArrayLike]"
     harmonics: Harmonics = 5
+    periods: int = 1
     tolerance: float = 1e-3
+    guess: Guess | None = None
     start: str | np.ndarray | None = None
     at: tuple | list | np.ndarray = ()
     beyond: float | None = None

@@ -83,7 +83,8 @@ def time_history(
     n: int = 256,
     parameter: Parameter | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(t (n,) s, x (n,) m) of an output over one period; value, which : place in `solutions_at`.
+    """(t (n,) s, x (n,) m) of an output over one period of the motion; value, which : place in
+    `solutions_at`.
 
     Raises InputError as `solutions_at`, and where the curve has no such solution.
 
@@ -104,7 +105,7 @@ def time_history(
         )
     hz = value if curve.parameter_name == "frequency" else curve.frequency[0]
     tau = 2 * np.pi * np.arange(n) / n
-    return tau / (2 * np.pi * hz), fourier.basis(tau, curve.H) @ fourier.to_real(
+    return tau / (2 * np.pi * hz / curve.periods), fourier.basis(tau, curve.H) @ fourier.to_real(
         found[which, curve.column(name)]
     )
 
@@ -121,6 +122,7 @@ def restored(
             "with"
         )
     parameter = known[curve.parameter_name] if parameter is None else parameter
+    parameter = parameter.over(curve.periods)
     if parameter.name != curve.parameter_name:
         raise InputError(
             f"parameter: the curve runs over {curve.parameter_name}, not over {parameter.name}"
@@ -148,7 +150,7 @@ def restored(
         Point(x, p, bool(good), int(calls), orientation=sign, jump=bool(jump))
         for x, p, good, calls, sign, jump in zip(*columns, strict=True)
     ]
-    equation = Equation(balance, parameter, float(curve.frequency[0]))
+    equation = Equation(balance, parameter, float(curve.frequency[0]), curve.periods)
     _check_solves(equation, [point for point in points if point.converged])
     return equation, points
 

@@ -10,6 +10,7 @@ from tipdamp.hbm.balance.parameter import Equation, Parameter
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.continuation.beyond import cut_at_end
 from tipdamp.hbm.continuation.branch import Branch
+from tipdamp.hbm.continuation.closed import follow_both_ways
 from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
 from tipdamp.hbm.continuation.point import Point, failed, size
 from tipdamp.hbm.continuation.settings import Settings
@@ -31,6 +32,7 @@ def trace(
     progress: Callable | None = None,
     note: Callable | None = None,
     beyond: float | None = None,
+    begin: Point | None = None,
 ) -> Branch:
     """The branch from `first` to `last`, in units of the branch; progress(value, step, calls) or
     None.
@@ -38,6 +40,7 @@ def trace(
     beyond : up to where it is followed past `last`, for what comes back; None ends it at `last`
     note(point) : called for every point with its tangent, before the next one, or None: a journal
     knows these alone
+    begin : a solution through which it runs: from `first`, or from a value inside both ways
 
     Of the branches from several solutions at `first`, the first one that does not leave the band
     for good.
@@ -47,7 +50,10 @@ def trace(
     found: list[Branch] = []
     try:
         stop = last if beyond is None else beyond
-        _first_staying(equation, first, stop, settings, budget, found, note)
+        if begin is not None and begin.parameter != first:
+            found.append(_both_ways(equation, begin, first, stop, settings, budget, note))
+            return found[0]
+        _first_staying(equation, first, stop, settings, budget, found, note, begin)
     except BudgetExceeded:  # while further first points were sought
         pass
     finally:
@@ -62,7 +68,28 @@ def trace(
     return best
 
 
-def _first_staying(equation, first, last, settings, budget, found, note):
+def _both_ways(equation, begin, first, last, settings, budget, note):
+    """The branch through a solution inside the band, in the direction of the band."""
+
+    def report(point, step):
+        budget.point(point.parameter / equation.parameter.scale, step, point.iterations)
+        if note:
+            note(point)
+
+    branch = follow_both_ways(
+        equation.evaluate,
+        begin,
+        (first, last),
+        equation.weights,
+        settings,
+        settings.max_points,
+        report,
+    )
+    branch.calls = budget.calls
+    return branch
+
+
+def _first_staying(equation, first, last, settings, budget, found, note, begin):
     """Fill `found` with branches from `first`, up to the first one that does not leave the band for
     good."""
     passed: list[Point] = []
@@ -76,7 +103,8 @@ def _first_staying(equation, first, last, settings, budget, found, note):
         if note and point.converged and point.tangent is not None:
             note(point)
 
-    for begin in _starts(equation, first, settings, True):
+    given = None if begin is None else [begin]
+    for begin in given or _starts(equation, first, settings, True):
         if not begin.converged or any(_same(begin, other, equation.weights) for other in known):
             continue
         known.append(begin)
@@ -184,6 +212,7 @@ def record(
         orientation=np.array([p.orientation for p in branch.points]),
         jumps=np.array([p.jump for p in branch.points]),
         samples=len(balance.grid[0]) - 1,
+        periods=equation.periods,
         reached_end=bool(branch.complete),
     )
 

@@ -80,7 +80,7 @@ class TruncationEstimate:
         if not self.stability:
             return size
         parameter, H = self.equation.parameter, here.balance.H
-        w = parameter.angular_frequency(2 * np.pi * self.equation.hz, point.parameter)
+        w = parameter.angular_frequency(self.equation.w, point.parameter)
         plain = _padded(here.x, here.balance, H).reshape(motion.shape)
         moved = np.linalg.norm((motion - plain)[:, :, 1:])
         # larger, it is none of first order: the motion itself is nearer

@@ -9,13 +9,21 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.journal import Journal, JournalBlock, StaleJournal, packed, unpacked
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.response import follow_band
+from tipdamp.hbm.response import follow_band, solve_at
 
 
 def folding():
     """A unilateral spring whose branch folds, leaves the band and comes back, with crossings."""
     problem, force = unilateral(load("C1")["parameters"] | {"F": 1.2})
     return problem, force, (0.3, 0.1), {"harmonics": 5, "outputs": {"x": [1.0]}, "at": (0.2,)}
+
+
+def from_a_guess_inside():
+    """Both ways from a solution in the middle of the band."""
+    problem, force = unilateral(load("C1")["parameters"] | {"F": 1.2})
+    options = {"harmonics": 5, "outputs": {"x": [1.0]}}
+    guess = 0.2, solve_at(problem, force, 0.2, **options).unknowns
+    return problem, force, (0.1, 0.3), options | {"guess": guess}
 
 
 def rubbing():
@@ -61,7 +69,9 @@ def interrupted(case, steps):
     return blocks
 
 
-@pytest.mark.parametrize("case", [folding, rubbing, clamped, with_many_modes, out_of_budget])
+@pytest.mark.parametrize(
+    "case", [folding, from_a_guess_inside, rubbing, clamped, with_many_modes, out_of_budget]
+)
 def test_interrupted_anywhere(case, monkeypatch):
     """Equal in every bit, and solved from where the journal ends."""
     made = []

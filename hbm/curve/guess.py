@@ -1,0 +1,99 @@
+"""The guess from which a curve or a single solution starts, in the place of the usual ways."""
+
+import warnings
+
+import numpy as np
+
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.point import Point, size
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.validation import numbers
+
+Guess = np.ndarray | tuple[float, np.ndarray]
+"""(n,) unknowns of a motion that is near, or (value of the parameter, these)."""
+FAR = 0.5  # of the motion: a solution that lies further away may be another one than was meant
+SHORTER = 1e-6  # of the motion: the orders of a motion that repeats earlier are less than that
+
+
+def place_and_unknowns(guess: Guess, first: float, last: float) -> tuple[float, np.ndarray]:
+    """(value, (n,) unknowns); a guess without a value is one for `first`. InputError for anything
+    else, and outside the band."""
+    value, x = first, guess
+    if isinstance(guess, tuple) and len(guess) == 2 and np.ndim(guess[1]) == 1:
+        value, x = guess
+    x = numbers("guess", x, "must be (n,) unknowns in m, or (value, unknowns)")
+    if x.ndim != 1 or not np.isfinite(x).all():
+        raise InputError(
+            f"guess: has the shape {x.shape}, must be (n,) finite unknowns in m, or (value, these)"
+        )
+    value = float(numbers("guess", value, "its value must be a number"))
+    if not min(first, last) <= value <= max(first, last):
+        raise InputError(f"guess: is one at {value:g}, must be between {first:g} and {last:g}")
+    return value, x
+
+
+def orders_of_guess(guess: Guess | None, components: int) -> int:
+    """H of the unknowns of a guess for so many components; 0 without one."""
+    if guess is None:
+        return 0
+    return (len(place_and_unknowns(guess, 0.0, np.inf)[1]) // components - 1) // 2
+
+
+def with_orders(x: np.ndarray, balance: HarmonicBalance) -> np.ndarray:
+    """Unknowns of as many or fewer orders as unknowns of a balance; InputError for another size."""
+    n = balance.n_components
+    orders = (len(x) / n - 1) / 2
+    if orders % 1 or not 0 <= orders <= balance.H:
+        raise InputError(
+            f"guess: has {len(x)} unknowns, must have n (2 h + 1) for n = {n} components of the "
+            f"contacts and h orders, at most {balance.H}: {n * balance.nh}"
+        )
+    found = np.zeros((n, balance.nh))
+    found[:, : int(2 * orders) + 1] = x.reshape(n, -1)
+    return found.ravel()
+
+
+def with_periods(x: np.ndarray, balance: HarmonicBalance, times: int) -> np.ndarray:
+    """The motion x (n,) of a balance over `times` of its periods: its orders k are `times` k."""
+    u = fourier.to_complex(x.reshape(balance.n_components, -1))
+    found = np.zeros((len(u), times * balance.H + 1), dtype=complex)
+    found[:, ::times] = u
+    return fourier.to_real(found).ravel()
+
+
+def solved(equation: Equation, x: np.ndarray, value: float, settings: Settings) -> Point:
+    """The solution near a guess at a value of the parameter.
+
+    Raises InputError where Newton's method finds none; warns where it lies far from the guess, and
+    where it repeats earlier than after the periods that were asked for."""
+    x, named = with_orders(x, equation.balance), equation.parameter.named(value)
+    p, weights = equation.parameter.scale * value, equation.weights
+    point = solve_fixed(equation.evaluate, x, p, weights, settings, settings.start_calls)
+    if not point.converged:
+        raise InputError(
+            f"guess: Newton's method leads from it to no solution at {named}; give one that is "
+            "nearer, such as the unknowns of a solution at a neighbouring value"
+        )
+    for doubt in (_far(point, x, weights), _repeats(point, equation)):
+        if doubt:
+            warnings.warn(f"guess: the solution found at {named} {doubt}", stacklevel=6)
+    return point
+
+
+def _far(point, x, weights):
+    away = size(weights * (point.x - x)) / max(size(weights * point.x), 1e-300)
+    return f"lies {away:.0%} of its motion away: it may be another one" if away > FAR else ""
+
+
+def _repeats(point, equation):
+    """That the motion repeats after fewer periods of the excitation than those of the equation."""
+    u = np.abs(fourier.to_complex(point.x.reshape(equation.balance.n_components, -1)))
+    orders, periods = np.arange(u.shape[1]), equation.periods
+    for times in (d for d in range(periods, 1, -1) if periods % d == 0):
+        if u[:, orders % times != 0].max(initial=0.0) <= SHORTER * u[:, 1:].max(initial=0.0):
+            return f"repeats after {periods // times} of {periods} periods of the excitation"
+    return ""
