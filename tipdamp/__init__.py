@@ -122,6 +122,7 @@ if TYPE_CHECKING:
         PeriodicSolution as PeriodicSolution,
     )
     from tipdamp.hbm.search.beside import Search as Search
+    from tipdamp.hbm.search.branches import branch_from as branch_from
     from tipdamp.hbm.search.curves import CurvesBeside as CurvesBeside
     from tipdamp.hbm.search.curves import curves_beside as curves_beside
     from tipdamp.hbm.testing import check_force as check_force
@@ -183,6 +184,7 @@ else:  # a module __getattr__ would let type checkers accept any name
         "Settings": "hbm.continuation.settings",
         **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "hbm.result"),
         "Search": "hbm.search.beside",
+        "branch_from": "hbm.search.branches",
         **dict.fromkeys(("CurvesBeside", "curves_beside"), "hbm.search.curves"),
         **dict.fromkeys(("NamedPoint", "named_points"), "hbm.curve.named_points"),
         "find_peaks": "hbm.curve.peaks",

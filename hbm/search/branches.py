@@ -1,0 +1,269 @@
+"""Other branches through a named point of a curve: where its symmetry breaks, and where its period
+doubles.
+
+At such a point the Jacobian of the harmonic balance has a null vector beside the tangent of the
+curve; where the period doubles, that of the balance over two periods has, among the orders between
+those of the curve. A step along it, and Newton's method on the plane across, lead to the other
+branch [Seydel, Practical Bifurcation and Stability Analysis, 3rd ed. 2010, sec. 5.6].
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from tipdamp.hbm.balance.parameter import Equation, Parameter
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation import arc
+from tipdamp.hbm.continuation.branch import Branch
+from tipdamp.hbm.continuation.closed import follow_away
+from tipdamp.hbm.continuation.corrector import damped, solve_fixed
+from tipdamp.hbm.continuation.crossings import crossings
+from tipdamp.hbm.continuation.point import Plane, Point, size
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.curve.guess import with_periods
+from tipdamp.hbm.curve.named_points import NamedPoint
+from tipdamp.hbm.curve.solutions import restored
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.search.curves import as_curve
+from tipdamp.hbm.search.symmetry import symmetries
+
+LEADS_ON = ("branch point", "period doubling")
+
+
+@dataclass(frozen=True)
+class BranchSettings:
+    """How the other branch is reached.
+
+    steps : along the null vector, of the size of the motion, tried in this order; calls : of the
+    residual for each; stray : times the step, within which a point found belongs to the other
+    branch
+    symmetric : of the motion, within which it has a symmetry
+    iterations : of the inverse iteration; null : eigenvalue of the Jacobian, whose largest are near
+    1, up to which a second one counts as zero; directions : tried in the plane of two null vectors
+    points : most of a branch, each way; same : distance, of the motion, below which points are one
+    """
+
+    steps: tuple = (0.05, 0.1, 0.02, 0.2, 0.4)
+    calls: int = 60
+    stray: float = 4.0
+    symmetric: float = 1e-6
+    iterations: int = 30
+    null: float = 1e-2
+    directions: int = 12
+    points: int = 1000
+    same: float = 1e-3
+
+
+SETTINGS = BranchSettings()
+Kept = Callable[[np.ndarray], np.ndarray]
+
+
+def branch_from(
+    curve: ForcedResponse,
+    problem: ContactProblem,
+    point: NamedPoint,
+    parameter: Parameter | None = None,
+) -> tuple[ForcedResponse, ...]:
+    """The other curves through a branch point or a period doubling of a curve, over its band.
+
+    point : of `named_points`; problem : the ContactProblem that the curve was made with; parameter
+    : as in `solutions_at`
+    Each begins at the point, and ends where it meets the first curve again, or at the end of the
+    band. A branch point has two, one each way: where a symmetry breaks, they are images of each
+    other. From a period doubling begins one of twice the period, with twice as many orders
+    (`ForcedResponse.periods`). Raises InputError for points of other kinds, where the problem is
+    another one, and where Newton's method leads to no other branch.
+
+    >>> duffing = Problem([[1.0]], [[0.1]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 2.0)
+    >>> curve = duffing.follow_band((0.12, 0.16), outputs={"x": 0}, harmonics=7)
+    >>> point = named_points(curve, duffing.contact_problem)[0]
+    >>> one, other = branch_from(curve, duffing.contact_problem, point)
+    >>> for branch in (curve, one, other):  # what it moves more to one side than to the other
+    ...     print(f"{np.abs(branch.harmonics[:, 0, 0]).max():.2f} m")
+    0.00 m
+    0.19 m
+    0.19 m
+    """
+    if point.kind not in LEADS_ON:
+        raise InputError(
+            f"branch_from: the point is a {point.kind}, from which no other branch of periodic "
+            f"motions begins; must be a {' or a '.join(LEADS_ON)}"
+        )
+    equation, points = restored(curve, problem, parameter)
+    ends = points[point.index : point.index + 2]
+    doubled = point.kind == "period doubling"
+    if doubled:
+        equation, ends = _over_two_periods(equation, ends)
+    p = equation.parameter.scale * point.parameter
+    root = _at(equation, ends, p)
+    keeps = _kept_by_time(equation) if doubled else _kept_by_symmetry(equation, root)
+    band = tuple(equation.parameter.scale * end for end in _ends(curve))
+    found = list[Branch]()
+    for start in _Through(equation, root, ends, keeps).beside():
+        if any(_holds(equation, branch, start) for branch in found):
+            continue
+        found.append(_followed(equation, (root, start), band, keeps))
+        if doubled:
+            break  # the other way is the same, a period later
+    if not found:
+        raise InputError(
+            f"branch_from: no other branch was found at the {point.kind} at "
+            f"{equation.parameter.named(point.parameter)}; try more harmonics"
+        )
+    names = curve.output_names.tolist()
+    return tuple(as_curve(branch, equation, names, curve.output_rows) for branch in found)
+
+
+class _Through:
+    """A point of a curve, and the solutions beside it that are not of the curve.
+
+    ends : points of the curve around it; keeps : of a motion, the part that the curve has; None
+    where that is all
+    """
+
+    def __init__(self, equation: Equation, point: Point, ends: list[Point], keeps: Kept | None):
+        self.equation, self.point, self.weights = equation, point, equation.weights
+        self.metric = arc.metric_at(point, self.weights)
+        self.along = ends[1].x - ends[0].x, ends[1].parameter - ends[0].parameter
+        self.keeps = keeps or np.zeros_like
+
+    def beside(self) -> Iterator[Point]:
+        """Of each direction of the null vectors, both ways, where one is found."""
+        for direction in self._directions():
+            for way in (1, -1):
+                found = self._step(way * direction)
+                if found is not None:
+                    yield found
+
+    def _directions(self):
+        """(n,) each, at right angles to the curve and of the size of the motion."""
+        vectors = self._null_vectors()
+        if vectors.shape[1] == 1:
+            yield self._across(vectors[:, 0])
+            return
+        for angle in np.pi * np.arange(SETTINGS.directions) / SETTINGS.directions:
+            yield self._across(vectors @ [np.cos(angle), np.sin(angle)])
+
+    def _null_vectors(self):
+        """(n, 1 or 2) eigenvectors of the Jacobian to its smallest eigenvalues."""
+        n, random = len(self.point.x), np.random.default_rng(0)
+        v = np.linalg.qr(self._lost(random.normal(size=(n, 2))))[0]
+        zero, here = np.zeros(n), self.equation.evaluate(self.point.x, self.point.parameter)
+        for _ in range(SETTINGS.iterations):
+            inverse = np.array([here.solve(zero, 1.0, 0.0, -one)[0] for one in v.T]).T
+            inverse = self._lost(inverse)
+            small = v.T @ inverse
+            v = np.linalg.qr(inverse)[0]
+        values, mixed = np.linalg.eig(small)
+        order = np.argsort(-np.abs(values))
+        least = 1 / np.abs(values[order])
+        if least[1] <= SETTINGS.null:
+            return v
+        return (v @ mixed[:, order[:1]]).real
+
+    def _lost(self, vectors):
+        """Of vectors (n, k), the part that the curve has not."""
+        return vectors - np.array([self.keeps(one) for one in vectors.T]).T
+
+    def _across(self, vector):
+        """The vector less what of it runs along the curve, of the size of the motion."""
+        dx, dp = self.along
+        share = self.metric.inner(vector, 0.0, dx, dp) / self.metric.inner(dx, dp, dx, dp)
+        vector = vector - share * dx
+        return vector * (size(self.point.x) / size(vector))
+
+    def _step(self, direction):
+        """The solution a step along a direction away, or None."""
+        x, p = self.point.x, self.point.parameter
+        row, corner = self.metric.border(direction, 0.0)
+        for step in SETTINGS.steps:
+            plane = Plane(x + step * direction, p, row, corner)
+            found = damped(self.equation.evaluate, plane, self.weights, DEFAULT, SETTINGS.calls)
+            if found.converged and size(found.x - x) < SETTINGS.stray * step * size(x):
+                return found
+        return None
+
+
+def _kept_by_time(equation: Equation) -> Kept:
+    """Of a motion over two periods, the part that repeats after one."""
+    orders = np.r_[0, np.repeat(np.arange(1, equation.balance.H + 1), 2)]
+    even = np.tile(orders % 2 == 0, equation.balance.n_components)
+    return lambda x: np.where(even, x, 0.0)
+
+
+def _kept_by_symmetry(equation: Equation, root: Point) -> Kept | None:
+    """Of a motion, the part that has the symmetries of the root; None where that has none."""
+    balance, w = equation.balance_at(root.parameter)
+    if balance.problem.reducible:
+        return None
+    near = SETTINGS.symmetric * size(root.x)
+    own = [one for one in symmetries(balance, w) if size(one(root.x) - root.x) <= near]
+    if not own:
+        return None
+    return lambda x: sum((image(x) for image in own), x) / (1 + len(own))
+
+
+def _over_two_periods(equation, points):
+    """(equation, points) of the same motions seen over twice the period, with twice the orders."""
+    balance, parameter, periods = equation.balance, equation.parameter, 2 * equation.periods
+    forces = {2 * k: F for k, F in balance.forces.items()}
+    samples = 2 * (len(balance.grid[0]) - 1)
+    doubled = HarmonicBalance(balance.problem, forces, 2 * balance.H, balance.given_start, samples)
+    over = Equation(doubled, parameter.over(periods), equation.hz, periods)
+    share = over.parameter.scale / parameter.scale
+    seen = [
+        Point(with_periods(point.x, balance, 2), share * point.parameter, True, 0)
+        for point in points
+    ]
+    return over, seen
+
+
+def _at(equation, ends, p):
+    """The point of the curve between two of its points, at a value of the parameter."""
+    a, b = ends
+    apart = b.parameter - a.parameter
+    share = np.clip((p - a.parameter) / apart, 0, 1) if apart else 0.5
+    guess = a.x + share * (b.x - a.x)
+    point = solve_fixed(equation.evaluate, guess, p, equation.weights)
+    return point if point.converged else Point(guess, p, True, 0)
+
+
+def _ends(curve):
+    return float(curve.parameter.min()), float(curve.parameter.max())
+
+
+def _holds(equation: Equation, branch: Branch, start: Point) -> bool:
+    """Whether a branch runs through a solution."""
+    weights = equation.weights
+    found = crossings(equation.evaluate, branch.points, start.parameter, weights, DEFAULT)
+    there = [point for point, _, _ in found]
+    there += [point for point in branch.points if point.parameter == start.parameter]
+    near = SETTINGS.same * size(weights * start.x)
+    return any(size(weights * (point.x - start.x)) <= near for point in there)
+
+
+def _followed(equation: Equation, ends: tuple[Point, Point], band: tuple, keeps) -> Branch:
+    """The branch from the root over its first solution, up to where it meets the curve again: what
+    the curve does not have of its motion changes its sign there."""
+
+    def meets(before, new):
+        if keeps is None:
+            return None
+        lost, gained = (point.x - keeps(point.x) for point in (before, new))
+        gone = size(gained) <= SETTINGS.symmetric * size(new.x)  # it has gone over to the curve
+        if lost @ gained >= 0 and not gone:
+            return None
+        before_nearer = gone or size(lost) < size(gained)
+        near, rest = (before, lost) if before_nearer else (new, gained)
+        # what is kept, and the parameter, change with the square of what is lost
+        dx, dp = near.tangent
+        back = 0.5 * (rest @ rest) / (rest @ dx)
+        x, p = keeps(near.x - back * dx), near.parameter - back * dp
+        return solve_fixed(equation.evaluate, x, p, equation.weights)
+
+    return follow_away(
+        equation.evaluate, ends, band, equation.weights, DEFAULT, SETTINGS.points, meets
+    )
