@@ -2,9 +2,12 @@
 
 The level of the force is followed from each known solution: where its branch folds it comes back
 through the level that was asked for. Then Newton's method starts from many motions: from mixtures,
-in which each contact moves as in one of the known solutions, from known motions enlarged and
-delayed, and from known motions by deflation. What is found is completed by the symmetries of the
-system, and counts as known for the next start.
+in which each contact moves as in one of the known solutions or one contact otherwise than in all
+others, from known motions enlarged and delayed, and from known motions by deflation. What is found
+is completed by the symmetries of the system, its level is followed in turn, and it counts as known
+for the next start.
+
+Solutions that differ in the mean position of sliders alone are one.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,7 +18,7 @@ import numpy as np
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.parameter import Equation, Level
 from tipdamp.hbm.balance.residual import HarmonicBalance
-from tipdamp.hbm.continuation.closed import follow_both_ways
+from tipdamp.hbm.continuation.closed import follow_both_ways, follow_one_way
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import crossings
 from tipdamp.hbm.continuation.point import size
@@ -29,7 +32,8 @@ class Search:
     """How far is looked for solutions beside a curve.
 
     frequencies : values of the parameter, spread over the band, at which is looked
-    starts : of Newton's method at each of them, in a row that leads to nothing new
+    starts : of Newton's method at each of them, in a row that leads to nothing new; four more for
+        each further solution that is known there
     level : up to so many times the force its branch over the level is followed there; 0 not at all
     curves : most further curves that are followed
     points : most of each, each way
@@ -65,11 +69,15 @@ class SearchSettings:
     aim: float = 0.01
     largest_step: float = 1.0
     most_starts: int = 1000
-    scatter: float = 0.1  # decades, of the amplitudes in a mixture
+    other: float = 0.1  # of the motion of a contact: motions that are nearer are mixed as one
+    for_each: int = 4  # further known solution: as many more starts in a row that lead to nothing
+    near: int = 2000  # mixtures, most of them, that differ from a known motion in one contact
+    tries: int = 20  # for a mixture that is not one of those before
     enlarged: tuple = (-1.0, 1.5)  # decades, of a known motion
 
 
 SETTINGS = SearchSettings()
+JUST_BELOW = 0.999  # of the level: up to where a branch is followed that comes back to it
 
 
 class Beside:
@@ -91,6 +99,9 @@ class Beside:
         self.balance, self.w, self.search, self.settings = balance, w, search, settings
         self.here, self.known = settings_here, list[np.ndarray]()
         self.tried, self.by_start = 0, 0
+        self.weights = balance.weights.copy()
+        if balance.problem.law.sliders:  # these may rest anywhere
+            self.weights[:: balance.nh] = 0.0
         self.symmetries: list[Symmetry] = (
             [] if balance.problem.reducible else symmetries(balance, w)
         )
@@ -100,6 +111,14 @@ class Beside:
         """Further solutions that are known here."""
         for x in known:
             self.known += self._new(x)
+
+    def above_level(self) -> Iterator[np.ndarray]:
+        """(n,) unknowns of each further solution over which the smallest known motion comes back to
+        the level from above, as it is found."""
+        if self.known and self.search.level > 1:
+            x = min(self.known, key=lambda one: size(self.weights * one))
+            for found in self._over_level(x, follow_one_way, JUST_BELOW):
+                yield from self._added(found)
 
     def over_level(self) -> Iterator[np.ndarray]:
         """(n,) unknowns of each further solution on the branches over the level, as it is found."""
@@ -113,9 +132,9 @@ class Beside:
 
     def from_starts(self) -> Iterator[np.ndarray]:
         """(n,) unknowns of each further solution that starts lead to, as it is found."""
-        random, last = np.random.default_rng(self.search.seed), 0
-        while self.known and self.tried < min(last + self.search.starts, self.here.most_starts):
-            guess, away = self._guess(random)
+        random, last, mixed = np.random.default_rng(self.search.seed), 0, _Mixtures(self)
+        while self.known and self.tried < min(last + self._patience, self.here.most_starts):
+            guess, away = self._guess(random, mixed)
             self.tried += 1
             point = newton(
                 self.balance.evaluate,
@@ -126,10 +145,17 @@ class Beside:
                 self.settings,
                 self.here.calls,
             )
-            for found in self._added(point.x) if point.converged else ():
-                last = self.tried
-                self.by_start += 1
-                yield found
+            if not point.converged or not (new := list(self._added(point.x))):
+                continue
+            last = self.tried
+            self.by_start += len(new)
+            yield from new
+            for found in self._over_level(point.x) if self.search.level else ():
+                yield from self._added(found)
+
+    @property
+    def _patience(self):
+        return self.search.starts + self.here.for_each * (len(self.known) - 1)
 
     def _added(self, x):
         """What is new of it and its images, after it is known."""
@@ -147,42 +173,114 @@ class Beside:
 
     def same(self, x: np.ndarray, other: np.ndarray) -> bool:
         """Whether two motions (n,) are one solution."""
-        weights = self.balance.weights
+        weights = self.weights
         return size(weights * (x - other)) <= self.here.differs * size(weights * other)
 
     def _among(self, x, known):
         return any(self.same(x, one) for one in known)
 
-    def _over_level(self, x):
+    @property
+    def _level(self):
+        return Equation(self.balance, Level(), self.w / (2 * np.pi))
+
+    def _over_level(self, x, follow=follow_both_ways, lowest=None):
         """The solutions at level 1 on the branch over the level of the force through x."""
-        equation = Equation(self.balance, Level(), self.w / (2 * np.pi))
-        evaluate, weights = equation.evaluate, equation.weights
+        evaluate, weights = self._level.evaluate, self._level.weights
         start = solve_fixed(evaluate, x, 1.0, weights, self.settings)
         if not start.converged:
             return
-        band = self.here.lowest, self.search.level
+        band = lowest or self.here.lowest, self.search.level
         rough = replace(
             self.settings,
             aim=self.here.aim,
             largest_error=20 * self.here.aim,
             largest_step=self.here.largest_step,
         )
-        branch = follow_both_ways(evaluate, start, band, weights, rough, self.here.points)
+        branch = follow(evaluate, start, band, weights, rough, self.here.points)
         for point, _, _ in crossings(evaluate, branch.points, 1.0, weights, self.settings):
             if point.converged:
                 yield point.x
 
-    def _guess(self, random):
+    def _guess(self, random, mixed):
         """((n,) motion to start from, the solutions to keep away from)."""
         shape = len(self.balance.problem.contacts), self.balance.nd, self.balance.nh
         one = self.known[random.integers(len(self.known))]
-        if self.tried % 3 == 2:
+        if self.tried % 4:
+            mixture = mixed.near(random) if self.tried % 2 else mixed.any(random)
+            if mixture is not None:
+                return mixture, []
+        if self.tried % 2:
             return one * (1 + 0.1 * random.normal(size=one.shape)), self.known
-        if self.tried % 3 and shape[0] > 1:
-            every = np.reshape(self.known, (-1, *shape))
-            chosen = every[random.integers(len(every), size=shape[0]), np.arange(shape[0])]
-            scatter = random.uniform(-self.here.scatter, self.here.scatter, size=(shape[0], 1, 1))
-            return (chosen * 10**scatter).ravel(), []
         larger = 10 ** random.uniform(*self.here.enlarged)
         later = np.exp(1j * random.uniform(0, 2 * np.pi) * np.arange(self.balance.H + 1))
         return fourier.to_real(larger * later * fourier.to_complex(one.reshape(shape))).ravel(), []
+
+
+def growth(balance: HarmonicBalance, w: float, x: np.ndarray) -> float:
+    """By how many per cent the motion x (n,) at w rad/s grows with one per cent of the force: more
+    than one where its branch over the level nears a fold."""
+    here = Equation(balance, Level(), w / (2 * np.pi)).evaluate(x, 1.0)
+    along, by_level, _ = here.direction(np.zeros(len(x)), 1.0)
+    weights = balance.weights**2
+    return float((weights * x) @ along / max((weights * x) @ x, 1e-300) / by_level)
+
+
+class _Mixtures:
+    """Motions in which each contact moves as it does in some known solution, none twice, and none
+    that is the image of another one."""
+
+    def __init__(self, beside: Beside):
+        self.beside, self.here = beside, beside.here
+        self.shape = len(beside.balance.problem.contacts), beside.balance.nd * beside.balance.nh
+        self.motions = list[np.ndarray]()  # (nd nh,) of a contact
+        self.solutions = list[tuple[int, ...]]()  # the motion of each contact, by its number
+        self.made = set[tuple[int, ...]]()
+        self.orders = {tuple(one.order) for one in beside.symmetries}
+
+    def near(self, random: np.random.Generator) -> np.ndarray | None:
+        """(n,) that differs from a known solution in one contact alone, at random; None where there
+        is no further one."""
+        places, _ = self._known()
+        every = [
+            (*solution[:p], motion, *solution[p + 1 :])
+            for solution in self.solutions
+            for p, own in enumerate(places)
+            for motion in own
+        ]
+        if len(every) > self.here.near:
+            return self.any(random)
+        left = [one for one in dict.fromkeys(every) if self._least(one) not in self.made]
+        return self._taken(left[random.integers(len(left))]) if left else self.any(random)
+
+    def any(self, random: np.random.Generator) -> np.ndarray | None:
+        """(n,) in which all contacts may differ; None where no further one was found."""
+        places, several = self._known()
+        for _ in range(self.here.tries if several else 0):
+            one = tuple(own[random.integers(len(own))] for own in places)
+            if self._least(one) not in self.made:
+                return self._taken(one)
+        return None
+
+    def _known(self):
+        """([numbers of the motions known at each contact], whether there are several anywhere)."""
+        for x in self.beside.known[len(self.solutions) :]:
+            solution = tuple(self._number(u) for u in x.reshape(self.shape))
+            self.solutions.append(solution)
+            self.made.add(self._least(solution))
+        places = [sorted(set(own)) for own in zip(*self.solutions, strict=True)]
+        return places, max(map(len, places)) > 1
+
+    def _number(self, u):
+        for number, motion in enumerate(self.motions):
+            if size(u - motion) <= self.here.other * max(size(u), size(motion)):
+                return number
+        self.motions.append(u)
+        return len(self.motions) - 1
+
+    def _least(self, mixture):
+        """Of its images under exchanges of contacts, the first."""
+        return min([mixture, *(tuple(mixture[p] for p in order) for order in self.orders)])
+
+    def _taken(self, mixture):
+        self.made.add(self._least(mixture))
+        return np.concatenate([self.motions[number] for number in mixture])

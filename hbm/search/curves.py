@@ -1,5 +1,6 @@
 """Curves beside a curve: detached resonances and other branches of its band."""
 
+import itertools
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.closed import follow_both_ways
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import crossings
+from tipdamp.hbm.continuation.point import size
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.equilibrium import settle, with_residuals
@@ -22,7 +24,7 @@ from tipdamp.hbm.curve.trace import record
 from tipdamp.hbm.curve.truncation import peak_multipliers
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.hbm.search.beside import Beside, Search
+from tipdamp.hbm.search.beside import Beside, Search, growth
 
 
 @dataclass(frozen=True)
@@ -85,10 +87,11 @@ def curves_beside(
     looked = _Looked(equation, Branch(points), search, curve.residual_calls, progress)
     looked.everywhere(float(curve.parameter.min()), float(curve.parameter.max()))
     names = curve.output_names.tolist()
-    found = tuple(_as_curve(branch, equation, names, curve.output_rows) for branch in looked.found)
+    found = tuple(as_curve(branch, equation, names, curve.output_rows) for branch in looked.found)
     searched = replace(curve, searched=looked.words())
-    counts = (len(beside.known) for beside in looked.besides.values())
-    return CurvesBeside(searched, found, tuple(looked.besides), tuple(counts))
+    places = {value: one for value, one in looked.besides.items() if value in looked.looked}
+    counts = (len(beside.known) for beside in places.values())
+    return CurvesBeside(searched, found, tuple(places), tuple(counts))
 
 
 class _Looked:
@@ -108,19 +111,23 @@ class _Looked:
         self.until = time.monotonic() + search.seconds
         self.calls, self.tried, self.by_start = 0, 0, 0
         self.progress = progress or (lambda places, curves: None)
-        self.besides = dict[float, Beside]()
+        self.besides, self.crossed = dict[float, Beside](), dict[float, int]()
+        self.looked = set[float]()
 
     def everywhere(self, low: float, high: float) -> None:
         """Look at all places of a band, in units of the parameter; far from each other first."""
         count, scale = self.search.frequencies, self.equation.parameter.scale
         shares = (np.arange(count) + 0.5) / count
-        values = low + shares[_far_apart(count)] * (high - low)
+        values = (low + shares[_far_apart(count)] * (high - low)).tolist()
         try:
-            # the surer way everywhere, before the other one: the effort may not last
-            for way in (Beside.over_level, Beside.from_starts):
-                for i, value in enumerate(values.tolist()):
+            # first where the motion grows faster than the force: a fold lies ahead
+            values.sort(key=self._growth, reverse=True)
+            # the cheapest way everywhere, before the others: the effort may not last
+            for way in (Beside.above_level, Beside.over_level, Beside.from_starts):
+                for i, value in enumerate(values):
                     self.progress(i, len(self.found))
                     self._at(value, way, (scale * low, scale * high))
+                    self.looked.add(value)
         except _LimitReached as limit:
             self.stopped = f"stopped after {limit}"
         finally:
@@ -134,19 +141,42 @@ class _Looked:
         if self.by_start and not stopped:
             stopped = "; random starts led to some of them, more may exist"
         return (
-            f"looked for further solutions at {len(self.besides)} of {self.search.frequencies} "
+            f"looked for further solutions at {len(self.looked)} of {self.search.frequencies} "
             f"values, over the level of the force and from {self.tried} starts: "
             f"{found} found{stopped}"
         )
 
-    def _at(self, value, way, band):
+    def _beside(self, value):
+        """The Beside of a value, which knows what the branches known hold there."""
         equation, p = self.equation, self.equation.parameter.scale * value
-        balance, w = equation.balance_at(p)
-        known = [x for branch in self.branches for x in self._crossing(branch, p)]
         if value not in self.besides:
-            self.besides[value] = Beside(balance, w, [], self.search, DEFAULT)
-        beside = self.besides[value]
-        beside.add(known)
+            balance, w = equation.balance_at(p)
+            self.besides[value], self.crossed[value] = (
+                Beside(balance, w, [], self.search, DEFAULT),
+                0,
+            )
+        beside, equation.balance.on_call = self.besides[value], self._call
+        for branch in self.branches[self.crossed[value] :]:
+            beside.add(self._crossing(branch, p))
+            self.crossed[value] += 1
+        equation.balance.on_call = None
+        return beside
+
+    def _growth(self, value):
+        """That of the smallest motion of the curve's points beside a value."""
+        equation, p = self.equation, self.equation.parameter.scale * value
+        points = self.branches[0].points
+        near = [
+            min(ends, key=lambda point: abs(point.parameter - p))
+            for ends in itertools.pairwise(points)
+            if (ends[0].parameter - p) * (ends[1].parameter - p) <= 0
+        ]
+        least = min(near, key=lambda point: size(equation.weights * point.x))
+        self._call()
+        return growth(*equation.balance_at(least.parameter), least.x)
+
+    def _at(self, value, way, band):
+        beside, p = self._beside(value), self.equation.parameter.scale * value
         known, balance = list(beside.known), beside.balance
         tried, by_start = beside.tried, beside.by_start
         try:
@@ -159,7 +189,10 @@ class _Looked:
                     continue
                 balance.on_call = None
                 self._follow(x, p, band)
-                known += [x, *self._crossing(self.branches[-1], p)]
+                here = self._crossing(self.branches[-1], p)
+                beside.add(here)
+                known += [x, *here]
+                self.crossed[value] = len(self.branches)
                 balance.on_call = self._call
         finally:
             balance.on_call = None
@@ -199,7 +232,7 @@ def _far_apart(count):
     return [(i + count // 2) % count for i in order]
 
 
-def _as_curve(branch, equation, names, rows):
+def as_curve(branch, equation, names, rows):
     """ForcedResponse of a branch, with its peaks solved."""
     outputs, marks = Outputs(rows), np.zeros((len(branch.points), len(rows)), dtype=bool)
     if len(branch.points) > 2:

@@ -9,7 +9,7 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.closed import follow_both_ways
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.settings import DEFAULT
-from tipdamp.hbm.search.beside import Beside
+from tipdamp.hbm.search.beside import Beside, _Mixtures
 
 HZ = 1 / (2 * np.pi)  # of 1 rad/s
 M, C = np.diag([1.0, 0.05]), np.array([[0.01, -0.005], [-0.005, 0.005]])
@@ -37,7 +37,7 @@ def test_detached_resonance_of_an_absorber():
     beside = curves_beside(curve, ABSORBER.contact_problem, Search(frequencies=5, starts=4))
     (detached,) = beside.curves
     assert beside.curve.searched.endswith(
-        "5 of 5 values, over the level of the force and from 20 starts: 1 further curve found"
+        "5 of 5 values, over the level of the force and from 36 starts: 1 further curve found"
     )
     w = np.linspace(0.7, 1.0, 3001)
     closed_form = [amplitudes_in_closed_form(one) for one in w]
@@ -70,9 +70,11 @@ def test_more_harmonics_of_the_absorber():
     assert detached.force_residual.max() < 5e-9 and detached.energy_error.max() < 1e-8
 
 
+RING = 3 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0)
+
+
 def ring():
-    stiffness = 3 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0)
-    problem = Problem(np.eye(4), 0.1 * np.eye(4), stiffness)
+    problem = Problem(np.eye(4), 0.1 * np.eye(4), RING)
     for i in range(4):
         problem = problem.add(CubicSpring(1.0), i).force(i, 2.0)
     return HarmonicBalance(problem.contact_problem, dict(problem.forces), 3)
@@ -92,6 +94,61 @@ def test_all_solutions_of_a_ring():
         assert np.linalg.norm(residual) <= 1e-9 * np.linalg.norm(x)
         turned = np.roll(x.reshape(4, -1), 1, axis=0).ravel()
         assert sum(beside.same(turned, one) for one in found) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("w, count", [(2.0, 11), (2.5, 39)])
+def test_solutions_of_a_ring_by_a_search_of_its_curve(w, count):
+    """With the default search, at one frequency, and with the word that more may exist."""
+    problem = Problem(np.eye(4), 0.1 * np.eye(4), RING)
+    for i in range(4):
+        problem = problem.add(CubicSpring(1.0), i).force(i, 2.0)
+    band = (w - 0.02) * HZ, (w + 0.02) * HZ
+    curve = problem.follow_band(band, outputs={"x": 0}, harmonics=3)
+    beside = curves_beside(curve, problem.contact_problem, Search(frequencies=1, curves=2))
+    assert beside.solutions[0] >= count and (w > 2 or beside.solutions[0] == count)
+    assert "more may exist" in beside.curve.searched
+
+
+def test_no_mixture_is_tried_twice_nor_its_images():
+    balance, w = ring(), 2.0
+    first = solve_fixed(balance.evaluate, balance.linear(w), w, balance.weights)
+    beside = Beside(balance, w, [first.x], Search(), DEFAULT)
+    list(beside.over_level())
+    assert len(beside.known) == 3  # equal motions of three sizes: 81 mixtures, 21 up to symmetry
+    mixed, random = _Mixtures(beside), np.random.default_rng(0)
+    every = []
+    while (one := mixed.near(random)) is not None:
+        every.append(one)
+    for i, one in enumerate(every):
+        images = [image(one) for image in beside.symmetries] + [one]
+        assert not any(np.array_equal(a, b) for a in images for b in every[:i])
+    assert 12 <= len(every) <= 18
+
+
+def test_means_of_sliders_are_one_solution():
+    blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    for problem, one in ((damped, True), (ABSORBER.contact_problem, False)):
+        balance = HarmonicBalance(problem, {1: np.ones(len(problem.K))}, 1)
+        x = np.zeros(3)
+        x[1] = 1.0
+        moved = x + [10.0, 0.0, 0.0]
+        beside = Beside(balance, 1.0, [x, moved], Search(), DEFAULT)
+        assert beside.same(x, moved) == one
+
+
+def test_a_study_finds_the_detached_resonance():
+    """As a study does: with 0.3 of the evaluations of the curve."""
+    curve = ABSORBER.follow_band((0.6 * HZ, 1.6 * HZ), outputs={"x": 0}, harmonics=5)
+    search = Search(effort=0.3, least_calls=0)
+    beside = curves_beside(curve, ABSORBER.contact_problem, search)
+    (detached,) = beside.curves
+    assert detached.frequency.min() / HZ < 0.725 and detached.frequency.max() / HZ > 0.968
+    assert "more may exist" in beside.curve.searched
+    # H = 5: less than the closed form of H = 1
+    highest = max(amplitudes_in_closed_form(one)[-1] for one in np.linspace(0.9, 1.0, 500))
+    assert 0.9 * highest < np.abs(detached.harmonics[:, 0, 1]).max() < highest
 
 
 def test_a_branch_is_followed_across_others():
