@@ -199,7 +199,7 @@ class BranchTracer:
         return Metric(self.weights, max(now, 1e-3 * self.largest) or 1.0, self.length)
 
     def next_point(self) -> Point | None:
-        """The next point of the branch; None where the step was too long."""
+        """The next point of the branch; None where the step was too long, or the branch is lost."""
         last, metric = self.run[-1], self.metric()
         x, p = predict(self.run, metric, self.step, self.order)
         new = self._correct(metric.plane(x, p, x - last.x, p - last.parameter), metric)
@@ -214,8 +214,9 @@ class BranchTracer:
                 return turned
         self.lost = self.step <= self.settings.smallest_step
         self.shortened = True
-        if not self.lost:
-            self.order, self.step = shorter_step(self.step, self.order)
+        if self.lost:
+            return self._across()
+        self.order, self.step = shorter_step(self.step, self.order)
         return None
 
     def _correct(self, plane, metric):
@@ -331,7 +332,7 @@ class BranchTracer:
                     return tried
         return None
 
-    def across(self) -> Point | None:
+    def _across(self) -> Point | None:
         """The next point behind a place where another branch crosses: the determinant changes its
         sign there, and with it the orientation of this one. None where there is no such place."""
         last, metric = self.run[-1], self.metric()

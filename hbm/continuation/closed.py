@@ -96,7 +96,7 @@ def _one_way(evaluate, start, band, weights, settings, on_point, meets=None):
     branch = tracer.branch
     while not branch.end:
         try:
-            new = tracer.next_point() or (tracer.across() if tracer.lost else None)
+            new = tracer.next_point()
         except BudgetExceeded:
             branch.finish("budget", branch.points[-1].parameter)
             return branch

@@ -98,9 +98,7 @@ def test_a_broken_symmetry_both_ways():
 
 def test_two_equal_oscillators_move_unequally():
     """Over the level; the two branches are images under their exchange."""
-    two = Problem(np.eye(2), 0.1 * np.eye(2), [[2, -1], [-1, 2]])
-    for i in (0, 1):
-        two = two.add(CubicSpring(1.0), i).force(i, 2.0)
+    two = two_alike()
     problem, rows = two.contact_problem, {"a": [1, 0], "b": [0, 1]}
     given = {"outputs": rows, "harmonics": 3}
     curve = follow_parameter(problem, dict(two.forces), 2 * HZ, "level", (0.05, 3), **given)
@@ -111,6 +109,25 @@ def test_two_equal_oscillators_move_unequally():
     assert np.abs(X[:, 0] - X[:, 1]).max() > 0.1
     assert one.parameter[0] == first.parameter
     assert one.parameter[-1] == pytest.approx(second.parameter, rel=1e-3)
+
+
+def two_alike():
+    two = Problem(np.eye(2), 0.1 * np.eye(2), [[2, -1], [-1, 2]])
+    for i in (0, 1):
+        two = two.add(CubicSpring(1.0), i).force(i, 2.0)
+    return two
+
+
+@pytest.mark.parametrize("w", [2.0, 2.5])
+def test_a_curve_runs_across_the_branches_that_leave_it(w):
+    """Equal motions stay equal, past the levels at which unequal ones branch off."""
+    two = two_alike()
+    given = {"outputs": {"a": [1, 0], "b": [0, 1]}, "harmonics": 3, "truncation": False}
+    forces = dict(two.forces)
+    curve = follow_parameter(two.contact_problem, forces, w * HZ, "level", (0.05, 3), **given)
+    assert curve.complete and not len(curve.restarts) and curve.residual_calls < 1000
+    X = curve.harmonics
+    assert np.abs(X[:, 0] - X[:, 1]).max() < 1e-8 * np.abs(X).max()
 
 
 def test_four_equal_oscillators_have_branches_in_pairs():
