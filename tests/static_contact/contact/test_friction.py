@@ -367,3 +367,25 @@ def test_stiff_springs_tend_to_rigid_ones(rig_results):
 def test_steps_are_counted(steps):
     with pytest.raises(InputError, match=f"steps = {steps}: must be a whole number, 1 or more"):
         FrictionalContact(block(), table(V)).solve([[0, 0, 113.0]], steps=steps)
+
+
+@pytest.mark.parametrize("missed", [0, 1, 2, 5])
+def test_every_newton_step_is_counted(monkeypatch, missed):
+    """Those in vain and those with dashpots, too; the state is the same however it was found."""
+    problem, steps = FrictionalContact(block((2e5, 0.0, 0.0)), table(V)), []
+    (expected,) = problem.solve([[40.0, 20.0, 113.0]], steps=1)
+    real = FrictionalContact._equilibrium
+
+    def failing(self, load, z, w, gap, damped=0.0):
+        found, count = real(self, load, z, w, gap, damped)
+        steps.append(count)
+        undamped = damped == 0.0 and sum(plain) < missed
+        plain.append(damped == 0.0)
+        return (None if undamped else found), count
+
+    plain: list[bool] = []
+    monkeypatch.setattr(FrictionalContact, "_equilibrium", failing)
+    (found,) = problem.solve([[40.0, 20.0, 113.0]], steps=1)
+    assert found.converged and found.iterations == sum(steps)
+    assert len(steps) == 1 + 2 * missed
+    assert found.force == pytest.approx(expected.force, rel=1e-9)
