@@ -23,13 +23,16 @@ class PressurePatch:
     cells : (c, 3) triangles of an area or (c, 2) pieces of a line - indices into `rows`
     tributary : (p,) m2 or m - area or length of each pair: the part of the cells that is nearest to
     it
-    loaded : (p,) m2 or m - that on which its force acts, of the same sum."""
+    loaded : (p,) m2 or m - that on which its force acts, of the same sum
+    stations : the rows of the table that each of `rows` stands for, where that is not itself alone
+    """
 
     side: str
     rows: np.ndarray
     cells: np.ndarray
     tributary: np.ndarray
     loaded: np.ndarray
+    stations: tuple[np.ndarray, ...] = ()
 
     @property
     def is_area(self) -> bool:
@@ -41,9 +44,16 @@ class PressurePatch:
         """Of `load`."""
         return "N/mm²" if self.is_area else "N/mm"
 
+    def carried(self, force: np.ndarray) -> np.ndarray:
+        """(p,) N of the preload of the table, (P,) N; open pairs carry nothing."""
+        closed = np.maximum(force, 0.0)
+        if self.stations:
+            return np.array([closed[rows].sum() for rows in self.stations])
+        return closed[self.rows]
+
     def load(self, force: np.ndarray) -> np.ndarray:
         """(p,) N/mm2 or N/mm from the preload of the table, (P,) N; open pairs carry nothing."""
-        closed = np.maximum(np.asarray(force)[self.rows], 0.0)
+        closed = self.carried(force)
         # a pair in the place of another may have none
         loaded = np.where(self.loaded > 0, self.loaded, np.nan)
         pressure = closed / loaded

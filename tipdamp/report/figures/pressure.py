@@ -1,12 +1,13 @@
 """Figure: preload and contact pressure on the damper in three dimensions, at rest and in each load
 case."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tipdamp.fields.line_contact import LineContact
 from tipdamp.fields.pressure import PressurePatch, patches
 from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm.contact import ContactTable
@@ -20,6 +21,7 @@ from tipdamp.report.figures.surroundings import (
     view_of,
 )
 from tipdamp.report.results import Results
+from tipdamp.report.tables.line_contact import lines_of
 from tipdamp.report.text import MM, listing, number
 
 PULL = "the pull"
@@ -32,7 +34,11 @@ def figures(results: Results) -> Iterator[Scene]:
         rest = results.study.preload.case or PULL
         tables = {rest: results.whole, **results.loads}
         yield pressure_map(
-            tables, results.surfaces, results.axis, results.study.contact.normal == "hard"
+            tables,
+            results.surfaces,
+            results.axis,
+            results.study.contact.normal == "hard",
+            lines_of(results),
         )
 
 
@@ -41,11 +47,14 @@ def pressure_map(
     surfaces: Mapping[str, OuterSurface],
     axis: ArrayLike,
     hard: bool = False,
+    lines: Sequence[LineContact] = (),
 ) -> Scene:
     """Preload of {load case: ContactTable} on the damper: colour is pressure (or force per length),
-    stems are pairs; hard - it is that of pairs without springs."""
+    stems are pairs; hard - it is that of pairs without springs; lines - sides that are in contact
+    along a line, which show force per length of each station."""
     first = next(iter(tables.values()))
-    sides = patches(first, hard)
+    on_line = {line.side: line.patch(first) for line in lines}
+    sides = [on_line.get(patch.side, patch) for patch in patches(first, hard)]
     top = max(float(table.preload.max()) for table in tables.values())
     scales = _scales(sides, tables)
     length = 0.09 * float(np.ptp(first.position @ np.asarray(axis)) or np.ptp(first.position)) * MM
@@ -125,6 +134,10 @@ def _texts(table: ContactTable, patch: PressurePatch) -> Iterator[str]:
 
 def _meaning(patch: PressurePatch) -> str:
     what = "preload over area" if patch.is_area else "preload over length, as the pairs form a line"
+    if patch.stations:
+        return (
+            f"side '{patch.side}' {patch.unit} (preload of a station over length: a line contact)"
+        )
     by = (
         "tributary"
         if np.allclose(patch.loaded, patch.tributary)
@@ -137,8 +150,7 @@ def _totals(sides, tables) -> str:
     parts = []
     for case, table in tables.items():
         sums = listing(
-            f"{number(np.maximum(table.preload[p.rows], 0).sum())} N on side '{p.side}'"
-            for p in sides
+            f"{number(p.carried(table.preload).sum())} N on side '{p.side}'" for p in sides
         )
         most = listing(f"{number(float(np.nanmax(p.load(table.preload))))} {p.unit}" for p in sides)
         under = case if case == PULL else f"'{case}'"

@@ -1,0 +1,68 @@
+"""Line contact on a round side: force per length whatever the rows, and Hertz by hand."""
+
+import numpy as np
+import pytest
+
+from tests.contact_tables import contact_table, frames
+from tipdamp.fields.line_contact import line_contacts
+
+R, LENGTH, LOAD = 6e-3, 20e-3, 96.0
+E_STAR = 205e9 / (2 * (1 - 0.3**2))  # two bodies of steel
+
+
+def flank(stations, rows):
+    """(table, forces) of a flank along y that carries LOAD evenly over its length, as whatever rows
+    it has share it."""
+    y, z = np.meshgrid(np.linspace(0, LENGTH, stations), np.linspace(-4e-4, 4e-4, rows))
+    n = y.size
+    table = contact_table(
+        frames(np.tile([1.0, 0, 0], (n, 1))),
+        blade_body="blades",
+        damper_body="damper",
+        blade_node=np.arange(n) + 1,
+        damper_node=np.arange(n) + 1,
+        side="left",
+        station=np.tile(np.arange(stations), rows),
+        row=np.repeat(np.arange(rows), stations),
+        position=np.column_stack([0 * y.ravel(), y.ravel(), z.ravel()]),
+    )
+    share = np.ones(stations)
+    share[[0, -1]] = 0.5
+    across = np.random.default_rng(1).uniform(0.1, 1, rows)
+    force = LOAD * np.outer(across / across.sum(), share / share.sum()).ravel()
+    return table, force
+
+
+@pytest.mark.parametrize(("stations", "rows"), [(5, 1), (5, 4), (9, 3)])
+def test_hertz_by_hand(stations, rows):
+    """4.8 N/mm on R = 6 mm: a = sqrt(4 P R / (pi E*)), p0 = sqrt(P E* / (pi R)), and the pressure
+    over the strip, half an ellipse, carries P; on every mesh the same."""
+    table, force = flank(stations, rows)
+    (line,) = line_contacts(table, np.array([0, 1.0, 0]), {"left": (R, E_STAR)})
+    P = LOAD / LENGTH
+    assert line.load(force) == pytest.approx(np.full(stations, P))
+    assert line.half_width(force) == pytest.approx(np.sqrt(4 * P * R / (np.pi * E_STAR)))
+    assert line.peak(force) == pytest.approx(np.sqrt(P * E_STAR / (np.pi * R)))
+    carried = np.pi / 2 * line.peak(force) * line.half_width(force)
+    assert carried == pytest.approx(np.full(stations, P))
+    assert line.length.sum() == pytest.approx(LENGTH)
+
+
+def test_an_open_station_has_no_pressure():
+    table, force = flank(5, 2)
+    force[table.station == 2] = -1.0
+    (line,) = line_contacts(table, np.array([0, 1.0, 0]), {"left": (R, E_STAR)})
+    assert line.load(force)[2] == line.half_width(force)[2] == line.peak(force)[2] == 0.0
+
+
+def test_what_is_drawn_carries_the_side_whatever_the_rows():
+    """Force per length at a node of each station, and a spacing that tells a line from a face."""
+    axis, round_sides = np.array([0, 1.0, 0]), {"left": (R, E_STAR)}
+    for rows, spacing in ((1, np.inf), (3, 4e-4), (5, 2e-4)):
+        table, force = flank(5, rows)
+        (line,) = line_contacts(table, axis, round_sides)
+        assert line.spacing == pytest.approx(spacing)
+        patch = line.patch(table)
+        assert patch.unit == "N/mm" and patch.carried(force).sum() == pytest.approx(LOAD)
+        assert patch.load(force) == pytest.approx(np.full(5, 1e-3 * LOAD / LENGTH))
+        assert np.abs(table.position[patch.rows, 2]).max() <= 4e-4 / max(rows - 1, 1) + 1e-12

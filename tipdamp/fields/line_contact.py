@@ -1,0 +1,90 @@
+"""Contact along a line: force per length, and the half-width and peak pressure that Hertz gives it.
+
+On a round side the strip in contact is narrower than a row of nodes: nodal force over tributary
+area is a matter of the mesh there, force per length is not. [Hertz 1881; Johnson, Contact Mechanics
+(1985), section 4.2]
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.distance import pdist
+
+from tipdamp.fields.pressure import PressurePatch
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.static_contact.stiffness.hertz import hertz_half_width, hertz_peak_pressure
+
+
+@dataclass(frozen=True)
+class LineContact:
+    """One round side, station by station along the axis.
+
+    rows : the pairs of each station, as rows of the contact table
+    along, length : (s,) m - place along the axis, and what of it belongs to a station
+    radius, E_star : m, Pa - of the two bodies together
+    spacing : m - mean distance of neighbouring rows; inf where each station has one
+    """
+
+    side: str
+    rows: tuple[np.ndarray, ...]
+    along: np.ndarray
+    length: np.ndarray
+    radius: float
+    E_star: float
+    spacing: float
+
+    def load(self, force: np.ndarray) -> np.ndarray:
+        """(s,) N/m from the forces of the pairs of the table, (P,) N; open pairs carry nothing."""
+        closed = np.maximum(force, 0.0)
+        return np.array([closed[rows].sum() for rows in self.rows]) / self.length
+
+    def half_width(self, force: np.ndarray) -> np.ndarray:
+        """(s,) m"""
+        return hertz_half_width(self.load(force), self.radius, self.E_star)
+
+    def peak(self, force: np.ndarray) -> np.ndarray:
+        """(s,) Pa on the centre line, 0 where a station is open."""
+        half_width = self.half_width(force)
+        pressed = np.where(half_width > 0, half_width, 1.0)
+        return np.asarray(hertz_peak_pressure(self.load(force), pressed))
+
+    def patch(self, pairs: ContactTable) -> PressurePatch:
+        """A line of the stations, each at its pair nearest to the middle."""
+        middle = [
+            rows[np.linalg.norm(place - place.mean(axis=0), axis=1).argmin()]
+            for rows in self.rows
+            if len(place := pairs.position[rows])
+        ]
+        steps = np.arange(len(middle))
+        cells = np.column_stack([steps[:-1], steps[1:]])
+        return PressurePatch(
+            self.side, np.array(middle), cells, self.length, self.length, self.rows
+        )
+
+
+def line_contacts(
+    pairs: ContactTable, axis: np.ndarray, round_sides: Mapping[str, tuple[float, float]]
+) -> list[LineContact]:
+    """Of the sides {name: (radius m, E* Pa)} those with two stations or more along the unit axis
+    (3,)."""
+    found = []
+    for side, (radius, e_star) in round_sides.items():
+        mine = np.flatnonzero(pairs.side == side)
+        stations = np.unique(pairs.station[mine])
+        rows = tuple(mine[pairs.station[mine] == k] for k in stations)
+        along = np.array([float((pairs.position[r] @ axis).mean()) for r in rows])
+        if len(along) < 2 or not np.ptp(along):
+            continue
+        order = np.argsort(along)
+        edge = np.r_[along[order][0], (along[order][1:] + along[order][:-1]) / 2, along[order][-1]]
+        ordered = tuple(rows[k] for k in order)
+        spacing = float(np.median([_step(pairs.position[r]) for r in rows]))
+        found.append(
+            LineContact(side, ordered, along[order], np.diff(edge), radius, e_star, spacing)
+        )
+    return found
+
+
+def _step(place):
+    return float(pdist(place).max()) / (len(place) - 1) if len(place) > 1 else np.inf
