@@ -303,13 +303,15 @@ def _gap_warnings(study, points):
         far = mine[points.gap[mine] > 0.1 * np.sqrt(points.area[mine])]
         if len(far):
             i = far[points.gap[far].argmax()]
-            shown = length_text(study.length_unit)
+            shown, side = length_text(study.length_unit), study.sides[name]
+            # on a round side only those that can touch do, see node_stiffness
+            shared = side.shape == "flat"
             yield (
                 f"side '{name}': {len(far)} of {len(mine)} contact points have gaps of more than "
                 f"a tenth of their size, up to {shown(points.gap[i])} at point "
-                f"{points.damper_node[i]}; they carry nothing until they close, and take their "
-                "share of a stiffness of the whole side (kn_total, a model): kn_per_area is that "
-                "of each point"
+                f"{points.damper_node[i]}; they carry nothing until they close"
+                + ", and take their share of a stiffness of the whole side (kn_total, a model): "
+                "kn_per_area is that of each point" * shared
             )
 
 

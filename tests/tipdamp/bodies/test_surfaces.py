@@ -216,15 +216,18 @@ def test_tables_that_mean_nothing(tmp_path, capsys, table, message):
     assert "[contact.one] damper = " in error and message in error
 
 
-def test_gaps_of_whole_faces_are_said(tmp_path, capsys):
+@pytest.mark.parametrize("flat", [True, False])
+def test_gaps_of_whole_faces_are_said(tmp_path, capsys, flat):
     """A side that stands off by more than a tenth of its faces: a warning with the count and the
-    gap in mm."""
+    gap in mm. Points of a round side that cannot touch take no share of its stiffness."""
+    shape = () if flat else (('"flat"', '"cylinder"'), ("width = 0.01", "radius = 0.1"))
     apart = corner_study.damper(at=(-6e-4, 0.0, 0.0))
     code, _, warnings = inspect(
-        corner_study.write(tmp_path, damper_mesh=apart, change=TOTAL), capsys
+        corner_study.write(tmp_path, damper_mesh=apart, change=[*TOTAL, *shape]), capsys
     )
     assert code == 0
-    [found] = [w for w in warnings if w.startswith("side 'one'")]
+    [found] = [w for w in warnings if w.startswith("side 'one'") and "have gaps" in w]
+    assert ("take their share" in found) == flat
     checks = json.loads((tmp_path / "results/corner/inspect.json").read_text())["pair_checks"]
     # two: 0.6 mm beside
     assert [checks[s]["area_m2"] / A**2 for s in ("one", "two")] == pytest.approx([1, 0.94])
