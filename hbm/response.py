@@ -33,12 +33,13 @@ from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.automatic import AUTO, enough_harmonics
-from tipdamp.hbm.curve.band_end import further_solutions
+from tipdamp.hbm.curve.band_end import band_ends
 from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
 from tipdamp.hbm.curve.guess import orders_of_guess, place_and_unknowns, solved, with_orders
 from tipdamp.hbm.curve.hold_check import hold_in_words, stiffer_change
 from tipdamp.hbm.curve.journal import Journal
+from tipdamp.hbm.curve.named_points import named_points
 from tipdamp.hbm.curve.options import (
     CurveKeywords,
     CurveOptions,
@@ -364,9 +365,9 @@ def _branch(
         if estimate:
             estimate.of(point)
 
-    ends = scale * first, scale * last
-    branch = trace(equation, *ends, settings, options.progress, note, past, begin)
-    further = further_solutions(equation, branch, scale * last, past, settings)
+    along = scale * first, scale * last
+    branch = trace(equation, *along, settings, options.progress, note, past, begin)
+    at_ends = band_ends(equation, branch, scale * last, past, settings)
     for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
         warnings.warn(
             f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3
@@ -400,10 +401,14 @@ def _branch(
         truncation=errors,
         multipliers=multipliers,
         energy_error=energies,
-        further=further,
-        ended=f"{curve.ended}; {further}" if further else curve.ended,
+        further=at_ends.further,
+        end_confirmed=at_ends.confirmed,
+        ended=f"{curve.ended}; {at_ends.further}" if at_ends.further else curve.ended,
     )
-    return with_residuals(curve, residuals, bad, equation, branch.points)
+    curve = with_residuals(curve, residuals, bad, equation, branch.points)
+    if everywhere and curve.converged.any():
+        curve = replace(curve, named_points=named_points(curve, problem, parameter))
+    return curve
 
 
 def _with_all_pairs(curve, kept):
@@ -416,7 +421,9 @@ def _with_all_pairs(curve, kept):
         if part.size:
             columns[name] = np.zeros((n, len(kept), *part.shape[2:]), dtype=part.dtype)
             columns[name][:, kept] = part
-    return replace(curve, **columns)
+    every = np.r_[np.flatnonzero(kept), -1]  # the last for a point that is no contact's
+    named = tuple(replace(one, contact=int(every[one.contact])) for one in curve.named_points)
+    return replace(curve, **columns, named_points=named)
 
 
 def _solution(point, balance, hz, case, residual):

@@ -14,6 +14,7 @@ from tipdamp.hbm import fourier
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord
 from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
 from tipdamp.hbm.validation import brief
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
@@ -49,6 +50,8 @@ class ForcedResponse(ArrayRecord):
     point
     further : what is known of solutions at the end of the band that the branch does not reach
         inside it, in words; empty where none was found (see `hbm.curve.band_end`)
+    end_confirmed : whether the solution at the end of the band to which the linear response leads
+        is that of the curve
     searched : what was looked for beside the curve and found, in words (see `curves_beside`)
     reached_end : the end of the band, perhaps past failed points; a curve that did not has no peak
     periods : of the excitation in one of the motion, of whose orders `harmonics` are: 1, or that of
@@ -67,6 +70,9 @@ class ForcedResponse(ArrayRecord):
     multipliers : (n, 4) complex, the leading Floquet multipliers of each point, the largest first
         (see `hbm.stability`); NaN where there are no more, where a point failed, or where the law
         does not say how its force follows a disturbance; empty where they were not asked for
+    named_points : where the curve folds, changes its stability, or a contact begins to slip or
+        opens (see `named_points`), in the order of the curve; empty where the stability of all
+        points was not asked for
     seconds, residual_calls : cost; the calls are those of the continuation
     restarts : (k, 2) parameters at which a branch that folds without progress was left, and at
         which a solution further ahead was taken up; between them there may be points solved one
@@ -141,12 +147,14 @@ class ForcedResponse(ArrayRecord):
     samples: int = 0
     reached_end: bool = False
     further: str = ""
+    end_confirmed: bool = False
     searched: str = NOT_SEARCHED
     force_residual: np.ndarray = _none(0)
     energy_error: np.ndarray = _none(0)
     truncation: np.ndarray = _none(0, 0)
     multipliers: np.ndarray = _none(0, 0, dtype=complex)
     periods: int = 1
+    named_points: tuple[NamedPoint, ...] = ()
 
     def __post_init__(self):
         object.__setattr__(self, "reached_end", self.reached_end or self.complete)
@@ -323,6 +331,13 @@ class ForcedResponse(ArrayRecord):
         return float(self.truncation[i, j] / self.amplitude("rms")[i, j])
 
     @property
+    def alike_backwards(self) -> bool:
+        """Whether the band followed from its other end would be this curve again: its solution
+        there is found from the linear response, too, and it is one whole branch."""
+        whole = self.complete and not len(self.restarts) and not self.jumps.any()
+        return whole and self.end_confirmed and not self.further
+
+    @property
     def stable(self) -> np.ndarray:
         """(n,) bool: every disturbance of the point dies out. False, too, where `multipliers` are
         not known, or more harmonics would change the motion by more than can be estimated."""
@@ -379,7 +394,8 @@ class ForcedResponse(ArrayRecord):
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
         path = Path(path)
-        arrays: dict[str, Any] = {f.name: np.asarray(vars(self)[f.name]) for f in fields(self)}
+        table = as_table(self.named_points, len(self.output_names))
+        arrays: dict[str, Any] = {**vars(self), "named_points": table}
         np.savez(path, **arrays)
         return path
 
@@ -393,13 +409,14 @@ class ForcedResponse(ArrayRecord):
         plain = {str: str, bool: bool, int: int, float: float}
         try:
             with open_npz(path) as z:
-                return cls(
-                    **{
-                        f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name]
-                        for f in fields(cls)
-                        if f.name in z
-                    }
-                )
+                found = {
+                    f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name]
+                    for f in fields(cls)
+                    if f.name in z
+                }
+                if "named_points" in found:
+                    found["named_points"] = from_table(found["named_points"])
+                return cls(**found)
         except InputError:
             raise
         except (OSError, ValueError, TypeError, EOFError, BadZipFile) as error:

@@ -42,6 +42,7 @@ ROOMS = {
         "example",
         "contact_doubts",
         "matrices_out",
+        "named_point",
         "result",
         "hold",
         "balance",

@@ -58,7 +58,6 @@ if TYPE_CHECKING:
     from tipdamp.hbm.curve.cycles import (
         whole_motion as whole_motion,
     )
-    from tipdamp.hbm.curve.named_points import NamedPoint as NamedPoint
     from tipdamp.hbm.curve.named_points import named_points as named_points
     from tipdamp.hbm.curve.options import CurveOptions as CurveOptions
     from tipdamp.hbm.curve.peaks import find_peaks as find_peaks
@@ -102,6 +101,7 @@ if TYPE_CHECKING:
         UnilateralSpring as UnilateralSpring,
     )
     from tipdamp.hbm.model import ReducedModel as ReducedModel
+    from tipdamp.hbm.named_point import NamedPoint as NamedPoint
     from tipdamp.hbm.problem import Problem as Problem
     from tipdamp.hbm.response import (
         follow_band as follow_band,
@@ -186,7 +186,8 @@ else:  # a module __getattr__ would let type checkers accept any name
         "Search": "hbm.search.beside",
         "branch_from": "hbm.search.branches",
         **dict.fromkeys(("CurvesBeside", "curves_beside"), "hbm.search.curves"),
-        **dict.fromkeys(("NamedPoint", "named_points"), "hbm.curve.named_points"),
+        "named_points": "hbm.curve.named_points",
+        "NamedPoint": "hbm.named_point",
         "find_peaks": "hbm.curve.peaks",
         **dict.fromkeys(("solutions_at", "time_history"), "hbm.curve.solutions"),
         **dict.fromkeys(("contact_cycles", "energy_balance", "whole_motion"), "hbm.curve.cycles"),

@@ -38,25 +38,34 @@ class EndSettings:
 SETTINGS = EndSettings()
 
 
-def further_solutions(
+@dataclass(frozen=True)
+class BandEnds:
+    """further : solutions at the ends of the band that the branch does not reach inside it, in
+    words; empty where none was found
+    confirmed : whether the solution to which the linear response leads at the last end is that of
+        the branch: followed back from there it would be the same
+    """
+
+    further: str = ""
+    confirmed: bool = False
+
+
+def band_ends(
     equation: Equation, branch: Branch, last: float, beyond: float | None, settings: Settings
-) -> str:
-    """What is known of solutions at the ends of the band that the branch does not reach inside it,
-    in words; empty where none was found.
+) -> BandEnds:
+    """What is known of solutions at the ends of the band.
 
     beyond : up to which value the branch was followed past its end; None looks for its fold here
     """
     if branch.end != "end" or not branch.points[-1].converged:
-        return ""
+        return BandEnds()
     first, end = branch.points[0], branch.points[-1]
     onwards = np.sign(last - first.parameter)
-    found = (
-        _at_an_end(equation, branch, first, -onwards, None, settings)
-        or _folds_outside(equation, branch, first, -onwards, settings),
-        _at_an_end(equation, branch, end, onwards, beyond, settings)
-        or _folds_outside(equation, branch, end, onwards, settings),
-    )
-    return "; ".join(words for words in found if words)
+    begin, _ = _at_an_end(equation, branch, first, -onwards, None, settings)
+    begin = begin or _folds_outside(equation, branch, first, -onwards, settings)
+    there, confirmed = _at_an_end(equation, branch, end, onwards, beyond, settings)
+    there = there or _folds_outside(equation, branch, end, onwards, settings)
+    return BandEnds("; ".join(words for words in (begin, there) if words), confirmed)
 
 
 def _folds_outside(equation, branch, point, outwards, settings):
@@ -85,14 +94,16 @@ def _elastic(point):
 
 
 def _at_an_end(equation, branch, end, outwards, beyond, settings):
-    """Words on the solution at an end of the branch to which Newton's method leads from the linear
-    response; empty where the branch has it."""
+    """(words on the solution at an end of the branch to which Newton's method leads from the linear
+    response, empty where the branch has it; whether it has it)"""
     value = end.parameter
     known = [point for point in branch.points if point.converged and point.parameter == value]
     other = _from_linear_response(equation, value, settings)
     branch.calls += other.iterations
-    if not other.converged or any(_alike(other, point, equation.weights) for point in known):
-        return ""
+    if not other.converged:
+        return "", False
+    if any(_alike(other, point, equation.weights) for point in known):
+        return "", True
     fold, looked = None, beyond
     if beyond is None:
         most = SETTINGS.fold_calls
@@ -102,7 +113,7 @@ def _at_an_end(equation, branch, end, outwards, beyond, settings):
         None if one is None else parameter.named(one / parameter.scale)
         for one in (value, fold, looked)
     )
-    return (_at_the_begin if end is branch.points[0] else _at_the_end)(*named)
+    return (_at_the_begin if end is branch.points[0] else _at_the_end)(*named), False
 
 
 def _at_the_end(value, fold, looked):

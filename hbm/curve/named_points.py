@@ -9,7 +9,6 @@ parameter; every other change is enclosed by halving the arc.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -23,58 +22,14 @@ from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.curve.truncation import TruncationEstimate
+from tipdamp.hbm.named_point import Kind, NamedPoint
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.stability.monodromy import Stability
 
-Kind = Literal[
-    "fold",
-    "branch point",
-    "period doubling",
-    "Neimark-Sacker",
-    "grazing",
-    "onset of slip",
-    "lift-off",
-    "separation",
-]
 ENCLOSED = 1e-5  # arc length: a hundredth of that, relative, in the parameter
 SHARE = 1e-6  # of the cycle, above which a contact slips or is open
 JUMP = 0.02  # of a multiplier at the unit circle: with more it has not passed, but jumped
 REAL = 1e-3  # imaginary part, relative, below which a multiplier is real
-
-
-@dataclass(frozen=True)
-class NamedPoint:
-    """One point of a curve that has a name.
-
-    kind : 'fold' - the parameter turns back; 'branch point' - a real multiplier passes 1 where the
-        curve does not fold: another curve meets it there, most often by a break of symmetry;
-        'period doubling', 'Neimark-Sacker' - a multiplier passes -1, or a complex pair the unit
-        circle; 'grazing' - multipliers jump across it, as a contact touches or begins to slip;
-        'onset of slip', 'lift-off' - a contact does so somewhere in the cycle on one side of the
-        point; 'separation' - it is open through the cycle on one side
-    parameter, frequency : of the point, Hz where the curve runs over the frequency
-    within : of the parameter, what is not known of its place
-    index : of the point of the curve after which it lies
-    contact : index in the curve's contacts, -1 where it is none's
-    multiplier : complex, the one that passes; NaN for others
-    amplitudes : (m,) m, half of peak to peak of the outputs
-
-    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
-    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
-    >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
-    >>> begin: NamedPoint = named_points(curve, problem)[0]
-    >>> print(f"{begin.kind} at {begin.frequency:.2f} Hz")
-    onset of slip at 835.63 Hz
-    """
-
-    kind: Kind
-    parameter: float
-    frequency: float
-    within: float
-    index: int
-    contact: int
-    multiplier: complex
-    amplitudes: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -143,9 +98,9 @@ class _Along:
     ):
         self.curve, self.equation, self.points = curve, equation, points
         self.outputs = Outputs(curve.output_rows)
-        self.estimate = TruncationEstimate(
-            equation, curve.output_rows, Stability() if stability else None
-        )
+        self.estimate = None
+        if stability:
+            self.estimate = TruncationEstimate(equation, curve.output_rows, Stability())
         self._known = dict[int, tuple[Point, _Leading]]()
         self.silent = list[int]()  # places of folds at which no multiplier passes 1
 
@@ -161,7 +116,7 @@ class _Along:
                 continue
             metric = arc.metric_at(point, self.equation.weights)
             here = with_tangent(self.equation.evaluate, self.points, i, metric)
-            if self.estimate.stability and np.isfinite(stored[i]).any():
+            if self.estimate and np.isfinite(stored[i]).any():
                 self._known[id(here)] = here, _Leading(stored[i][np.isfinite(stored[i])])
             if before is not None and not point.jump:
                 found += self._between(before, here, i - 1, metric)
@@ -258,7 +213,7 @@ class _Along:
     def _leading(self, point: Point) -> _Leading:
         if id(point) not in self._known:
             multipliers = np.empty(0, dtype=complex)
-            if self.estimate.stability:
+            if self.estimate:
                 multipliers = self.estimate.multipliers(point)
             self._known[id(point)] = point, _Leading(multipliers[np.isfinite(multipliers)])
         return self._known[id(point)][1]
@@ -273,8 +228,8 @@ class _Along:
             float(within / parameter.scale),
             index,
             contact,
-            complex(multiplier),
-            self.outputs.amplitudes([point])[0][0],
+            None if np.isnan(multiplier) else multiplier,
+            tuple(self.outputs.amplitudes([point])[0][0].tolist()),
         )
 
 

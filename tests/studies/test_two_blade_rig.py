@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.tipdamp.backwards import followed_back
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.stages.run import STAGES, applies, results_folder, run_stage
 from tipdamp.study.study import load_study
@@ -77,11 +78,14 @@ def test_curves_are_complete_from_both_ends(asymmetric):
     assert {(r["Fe_N"], r["H"]) for r in responses} == {
         (Fe, H) for Fe in (1, 6, 10, 12, 20) for H in (1, 5)
     }
+    study = load_study(asymmetric.folder.parent.parent / "asymmetric.toml")
     for r in responses:
         assert r["complete"] and r["failed_points"] == 0, r["ended"]
-        assert r["back"]["complete"] and r["back"]["failed_points"] == 0
-        assert r["back"]["peak_m"] == pytest.approx(r["peak_m"], rel=1e-6)
-        assert r["back"]["peak_hz"] == pytest.approx(r["peak_hz"], rel=1e-6)
+        assert r["alike_backwards"]
+        down, peak, _ = followed_back(study, asymmetric, r)
+        assert down.complete and down.converged.all()
+        assert peak.peak_m == pytest.approx(r["peak_m"], rel=1e-6)
+        assert peak.peak_hz == pytest.approx(r["peak_hz"], rel=1e-6)
 
 
 def test_slip_lowers_the_linear_peak(asymmetric):

@@ -114,12 +114,7 @@ def size_of(study: Study, found: InspectResult, jobs: int = 1, kept: int | None 
     curves = (
         ()
         if "respond" not in study
-        else tuple(
-            H
-            for H in study.respond.harmonics
-            for _ in study.respond.levels
-            for _ in range(1 + study.respond.both_ways)
-        )
+        else tuple(H for H in study.respond.harmonics for _ in study.respond.levels)
     )
     pairs = sum(found.pairs.values())
     detached = "tune" in study and bool(study.tune.target_hz or study.tune.target_from)

@@ -4,7 +4,6 @@ curve has is kept too.
 responses/Fe_5N_H3.npz, Fe_5N_H3_back.npz    the finished curves
 responses/Fe_5N_H3_beside.json               what was looked for beside one, in words ...
 responses/Fe_5N_H3_beside1.npz               ... and each curve that was found
-responses/Fe_5N_H3_named.json                its named points
 .stages/Fe_5N_H3.json                        key and fingerprints of the files
 .stages/Fe_5N_H3.<key>.<n>.npz               the journal of one that runs, or was interrupted
 """
@@ -13,7 +12,7 @@ import logging
 import re
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import asdict, dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property
 from itertools import count
 from pathlib import Path
@@ -27,7 +26,6 @@ from tipdamp import hbm
 from tipdamp.engine.store import Store, fingerprint
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.curve.journal import Journal, JournalBlock, StaleJournal
-from tipdamp.hbm.curve.named_points import named_points
 from tipdamp.hbm.curve.options import PointsOfInterest
 from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.laws import ContactLaw, Contacts
@@ -44,14 +42,12 @@ DAMAGED = (OSError, ValueError, KeyError, EOFError, RuntimeError, BadZipFile)
 @dataclass(frozen=True)
 class CurveCase:
     """One curve: force level in N, harmonics, and the band in Hz as it is followed; search : the
-    residual calls for what may lie beside it, as a multiple of its own, 0 for none; named : whether
-    its named points are located."""
+    residual calls for what may lie beside it, as a multiple of its own, 0 for none."""
 
     Fe_N: float
     H: int
     band: tuple[float, float]
     search: float = 0.0
-    named: bool = False
 
     @property
     def name(self) -> str:
@@ -68,11 +64,6 @@ class CurveCase:
     def beside(self) -> str:
         """Of the files of what was looked for beside it."""
         return f"{self.name}_beside"
-
-    @property
-    def points(self) -> str:
-        """Of the file of its named points."""
-        return f"{self.name}_named"
 
     @property
     def title(self) -> str:
@@ -100,10 +91,8 @@ class Curves:
 
     def finished(self, case: CurveCase) -> bool:
         """Whether the store has this curve, made from the same, and unaltered."""
-        return (
-            self._kept(case.name, self.key(case))
-            and (not case.search or self._kept(case.beside, self._search_key(case)))
-            and (not case.named or self._kept(case.points, self.key(case)))
+        return self._kept(case.name, self.key(case)) and (
+            not case.search or self._kept(case.beside, self._search_key(case))
         )
 
     def _kept(self, name, key):
@@ -136,15 +125,9 @@ class Curves:
             if file != case.file and file.endswith(".npz")
         }
 
-    def named(self, case: CurveCase) -> list[dict]:
-        """Named points of a finished curve: the fields of NamedPoint, a multiplier as its real and
-        imaginary part."""
-        return self.store.read_json(f"responses/{case.points}.json")["points"] if case.named else []
-
     def files(self, case: CurveCase) -> list[str]:
         """Of a finished curve and of what was looked for beside it."""
-        further = [case.beside] * bool(case.search) + [case.points] * case.named
-        return [case.file, *(file for name in further for file in self.store.outputs(name))]
+        return [case.file, *(self.store.outputs(case.beside) if case.search else ())]
 
     def key(self, case: CurveCase) -> str:
         """Fingerprint of all that the curve follows from: equations, law, excitation, outputs,
@@ -169,8 +152,6 @@ class Curves:
             self._make_curve(case, progress)
         if case.search and not self._kept(case.beside, self._search_key(case)):
             self._search(case, progress)
-        if case.named and not self._kept(case.points, self.key(case)):
-            self._name(case)
 
     def _make_curve(self, case, progress):
         try:
@@ -204,19 +185,6 @@ class Curves:
                 one.save(path)
         seconds = time.perf_counter() - began
         self.store.finish(case.beside, self._search_key(case), files, seconds, before)
-
-    def _name(self, case):
-        """Locate the named points of a curve, and keep them."""
-        began, curve = time.perf_counter(), ForcedResponse.load(self.store.path(case.file))
-        found = named_points(curve, self.problem) if curve.converged.any() else ()
-        points = [
-            asdict(one) | {"multiplier": [one.multiplier.real, one.multiplier.imag]}
-            for one in found
-        ]
-        file = f"responses/{case.points}.json"
-        self.store.write_json(file, {"points": points})
-        seconds = time.perf_counter() - began
-        self.store.finish(case.points, self.key(case), [file], seconds)
 
     def _followed(self, case, progress, journal):
         try:
@@ -273,7 +241,6 @@ def sweep(store: Store, cases: Collection[CurveCase]) -> None:
     """
     kept = {case.name for case in cases}
     kept |= {case.beside for case in cases if case.search}
-    kept |= {case.points for case in cases if case.named}
     for record in filter(Path.is_file, store.path(".stages").glob("Fe_*.json")):
         if record.stem in kept:
             continue
@@ -290,10 +257,9 @@ def sweep(store: Store, cases: Collection[CurveCase]) -> None:
 
 
 def _of(name: str, outputs: dict[str, str]) -> dict[str, str]:
-    """Those of the {file: fingerprint} that belong to the curve, its search or its named points, by
-    the name of their record, which may be forged."""
-    endings = {"beside": r"(\.json|\d+\.npz)", "named": r"\.json"}
-    ending = endings.get(name.rpartition("_")[2], r"\.npz")
+    """Those of the {file: fingerprint} that belong to the curve, or to its search, by the name of
+    their record, which may be forged."""
+    ending = r"(\.json|\d+\.npz)" if name.endswith("_beside") else r"\.npz"
     own = re.compile(rf"responses/{re.escape(name)}{ending}")
     return {file: mark for file, mark in outputs.items() if own.fullmatch(file)}
 

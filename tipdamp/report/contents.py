@@ -38,6 +38,7 @@ from tipdamp.report.tables import (
     provenance,
     reduction_check,
     stress,
+    trust,
 )
 from tipdamp.report.tables import held as held_table
 
@@ -76,6 +77,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
         "Forced response",
         (
             peaks.tables,
+            trust.tables,
             response_family.figures,
             response_levels.figures,
             peak_trend.figures,

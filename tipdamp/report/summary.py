@@ -28,6 +28,7 @@ COPIED = {
     "seconds",
     "complete",
     "ended",
+    "alike_backwards",
     "patches",
     "held",
     "held_change",
@@ -57,8 +58,9 @@ def summarise(results: Results) -> dict:
     the peak and the largest of the points by the harmonics left out, relative; unstable - whether
     the largest amplitude is that of an unstable motion, unstable_points - how many are;
     searched - what was looked for beside the curve, beside - the curves that were found;
-    named - its named points, with stability = "all"; back - the
-    same curve followed from the other end of the band; held - force on what holds a motion.
+    named - its named points, with stability = "all"; alike_backwards - whether the curve
+    followed from the other end of the band would be the same, back - that curve otherwise;
+    held - force on what holds a motion.
     A curve that stopped, or whose highest point borders a gap, has no peak: at_least_m is the
     largest amplitude that was solved, ended the reason.
     """

@@ -3,7 +3,7 @@ was measured."""
 
 from typing import ClassVar
 
-from tipdamp.hbm.curve.named_points import Kind
+from tipdamp.hbm.named_point import Kind
 from tipdamp.hbm.result import NOT_SEARCHED
 from tipdamp.results.record import Number, Numbers, Record, Result, Texts
 from tipdamp.study.law import LawChoice
@@ -105,9 +105,10 @@ class CurveResult(Peak):
     energy_error - of input = damping + friction over a period, relative to the input, the
     largest of its points; worst_truncation - the largest `relative_truncation` of its points;
     unstable - whether the largest amplitude of the first patch is that of an unstable motion;
-    unstable_points - how many points are, None where it is not known of any; back - None where
-    the band was followed one way; held {motion: ...}; held_change, held_reaction_change - see
-    ForcedResponse; hold_doubts - sentences of `hold_in_words`."""
+    unstable_points - how many points are, None where it is not known of any; alike_backwards -
+    see ForcedResponse; back - None where the band was followed one way; held {motion: ...};
+    held_change, held_reaction_change - see ForcedResponse; hold_doubts - sentences of
+    `hold_in_words`."""
 
     file: str
     Fe_N: float
@@ -132,6 +133,7 @@ class CurveResult(Peak):
     unstable: bool = False
     unstable_points: int | None = None
     mac: Number = None
+    alike_backwards: bool = False
     back: BackCurve | None = None
     held: dict[str, HeldForce] = {}
     held_change: Number = 0.0

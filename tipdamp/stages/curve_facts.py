@@ -37,13 +37,12 @@ def curve_result(
     case: CurveCase,
     ways: Sequence[ForcedResponse],
     beside: Mapping[str, ForcedResponse] = MappingProxyType({}),
-    named: Sequence[Mapping] = (),
 ) -> CurveResult:
     """Peaks over the patches (the first blade's on top), half of peak-to-peak along the force;
     counts.
 
     ways : the curve, and where it was followed back, that too; beside : {file: curve} found beside
-    it; named : its named points, as `Curves.named`
+    it
     """
     (curve, *back), held = ways, problem.held
     patches = {
@@ -83,9 +82,10 @@ def curve_result(
         further=curve.further,
         searched=curve.searched,
         beside=tuple(_beside(file, one, first) for file, one in beside.items()),
-        named=tuple(_named(one, kept, first) for one in named),
+        named=tuple(_named(one, kept, first) for one in curve.named_points),
         origin=curve.origin,
         start=curve.start,
+        alike_backwards=curve.alike_backwards,
         back=other[0] if other else None,
         held=held_forces(curve, held, first),
         held_change=curve.held_change,
@@ -116,14 +116,14 @@ def _beside(file, curve, outputs):
 
 
 def _named(one, kept, outputs):
-    amplitudes = np.array(one["amplitudes"], dtype=float)
+    known = one.multiplier is not None
     return NamedPlace(
-        kind=one["kind"],
-        hz=one["frequency"],
-        within_hz=one["within"],
-        pair="" if one["contact"] < 0 else pair_names(kept, [one["contact"]])[0],
-        multiplier=one["multiplier"],
-        largest_m=amplitudes[outputs].max(),
+        kind=one.kind,
+        hz=one.frequency,
+        within_hz=one.within,
+        pair="" if one.contact < 0 else pair_names(kept, [one.contact])[0],
+        multiplier=(one.multiplier.real, one.multiplier.imag) if known else (None, None),
+        largest_m=np.array(one.amplitudes)[outputs].max(),
     )
 
 

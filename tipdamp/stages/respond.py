@@ -118,28 +118,30 @@ class Assembly:
 def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[str]:
     """Forced response of the kept pairs at every excitation level and every number of harmonics."""
     settings, assembly = study.respond, assembled(study, store)
-    ways = (settings.band, settings.band[::-1]) if settings.both_ways else (settings.band,)
-    cases = [
-        [_case(settings, Fe, H, way) for way in ways]
-        for H in settings.harmonics
-        for Fe in settings.levels
-    ]
     contact = assembly.vibrating, assembly.kept
     for text in adrift(
         study, PreloadResult.load(store).free_motions, contact, assembly.curves.force
     ):
         # before the curves: the first point may not be found
         logging.getLogger("tipdamp").warning(text)
-    _make([case for both in cases for case in both], assembly.curves, tick, workers)
+    cases = [
+        CurveCase(Fe, H, settings.band, _search(settings, H))
+        for H in settings.harmonics
+        for Fe in settings.levels
+    ]
+    _make(cases, assembly.curves, tick, workers)
+    back = {case: _back(settings, case, assembly.curves) for case in cases}
+    both = [*cases, *(case for others in back.values() for case in others)]
+    _make(both, assembly.curves, tick, workers)
+    sweep(store, both)
     found, shapes, difference = list[CurveResult](), [], {}
     files = list[str]()
-    for there, *back in cases:
-        curve, *others = map(assembly.curves.load, (there, *back))
+    for there in cases:
+        curve, *others = map(assembly.curves.load, (there, *back[there]))
         beside = assembly.curves.beside(there)
-        files += [file for case in (there, *back) for file in assembly.curves.files(case)]
+        files += [file for case in (there, *back[there]) for file in assembly.curves.files(case)]
         made = assembly.kept, assembly.curves.problem
-        more = beside, assembly.curves.named(there)
-        found.append(curve_result(settings, *made, there, (curve, *others), *more))
+        found.append(curve_result(settings, *made, there, (curve, *others), beside))
         shapes.append(peak_shape(curve, found[-1]))
         # the damping is that of all kept pairs stuck: the linear response is the same where none is
         # open at rest
@@ -176,11 +178,11 @@ def _size(model):
     return float(np.ptp(placed, axis=0).max()) if len(placed) else None
 
 
-def _case(settings, Fe, H, way):
-    """Further curves and named points are looked for on the curve that is followed first."""
-    first = way is settings.band
-    search = _search(settings, H) if first else 0.0
-    return CurveCase(Fe, H, way, search, first and settings.stability == "all")
+def _back(settings, case, curves):
+    """[the same from the other end], where that is asked for and may be another curve."""
+    if not settings.both_ways or curves.load(case).alike_backwards:
+        return []
+    return [replace(case, band=case.band[::-1], search=0.0)]
 
 
 def _search(settings: Respond, H: int) -> float:
@@ -189,8 +191,7 @@ def _search(settings: Respond, H: int) -> float:
     unknowns."""
     if H < max(settings.harmonics):
         return 0.0
-    ways = 1 + settings.both_ways
-    return settings.search * ways * sum((2 * h + 1) / (2 * H + 1) for h in settings.harmonics)
+    return settings.search * sum((2 * h + 1) / (2 * H + 1) for h in settings.harmonics)
 
 
 def _make(cases: list[CurveCase], curves: Curves, tick: Ticker, workers: Workers) -> None:
@@ -230,7 +231,6 @@ def _make(cases: list[CurveCase], curves: Curves, tick: Ticker, workers: Workers
                 if not curves.load(missing[i]).converged.any():
                     bars[i][1](1.0, "no point solved")
                 bars[i][0].close()
-    sweep(curves.store, cases)
 
 
 def make_curve(curves: Curves, case: CurveCase, report: Callable[[float, str], None]) -> None:
@@ -575,7 +575,7 @@ STAGE = Stage(
     line,
     warnings=warnings,
     outputs=("respond.json", "stuck.npz"),
-    may_write=("responses/*.npz", "responses/*_beside.json", "responses/*_named.json", *FILES),
+    may_write=("responses/*.npz", "responses/*_beside.json", *FILES),
     needs=("reduce", "tune"),
     requires=("tune", "respond"),
     reads=READS,

@@ -907,13 +907,18 @@ class Respond(StudySection):
         Key(
             CHOICE,
             "points of which is found whether a disturbance dies out or grows (Floquet "
-            "multipliers); with 'all' the report dots unstable parts of a curve and marks where "
+            "multipliers); with 'all' the report dashes unstable parts of a curve and marks where "
             "it folds or stability changes, summary.json names these and where pairs begin to slip "
             "or lift off, and a curve of many pairs takes a few times as long",
         ),
     ] = "peaks"
     both_ways: Annotated[
-        bool, Key(FLAG, "follow every curve from the other end too and compare the peaks")
+        bool,
+        Key(
+            FLAG,
+            "follow a curve from the other end too, and compare the peaks, where its solution "
+            "there is not found again by itself or the curve is not one whole branch",
+        ),
     ] = True
     search: Annotated[
         float,

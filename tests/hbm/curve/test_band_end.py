@@ -75,6 +75,19 @@ def test_the_branch_leaves_its_band_before_the_fold(c, F, cubic, band, w, beyond
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("ends_inside", [False, True])
+def test_what_would_be_the_same_backwards(ends_inside):
+    """Up to past the fold of a Duffing oscillator; or to between its folds, where the linear
+    response leads to the lower solution and the branch ends on the upper one."""
+    w = 2.0 if ends_inside else 4.0
+    assert len(amplitudes(0.02, 0.2, 1.0, w)) == (3 if ends_inside else 1)
+    up = curve_of(0.02, 0.2, 1.0, (0.4, w))
+    assert up.complete and up.end_confirmed == up.alike_backwards == (not ends_inside)
+    down = curve_of(0.02, 0.2, 1.0, (w, 0.4))
+    ends = [abs(curve.harmonics[i, 0, 1]) for curve, i in ((up, -1), (down, 0))]
+    assert (abs(ends[0] / ends[1] - 1) < 1e-6) == (not ends_inside)
+
+
 def test_said_exactly_where_the_end_has_three_solutions():
     """Random oscillators whose bands end before, in and behind what has three solutions."""
     rng, counts = np.random.default_rng(5), [0, 0]

@@ -1,5 +1,7 @@
 """Named points against closed forms and an integration of its own."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
@@ -9,13 +11,17 @@ from tests.hbm.search.test_curves_beside import ABSORBER, HZ
 from tests.hbm.stability.test_multipliers import largest_multiplier, solved
 from tipdamp import (
     CubicSpring,
+    DryFriction2T,
+    ForcedResponse,
     InputError,
     Jenkins1D,
     Problem,
     follow_band,
     follow_parameter,
+    forced_response,
     named_points,
 )
+from tipdamp.hbm.example import two_blades
 from tipdamp.hbm.time.exact import ExactIntegrator
 
 
@@ -112,6 +118,23 @@ def test_unequal_motions_branch_off_equal_ones():
     assert set(kinds(found)) == {"branch point", "fold"} and len(branches) >= 3
     for point in branches:
         assert point.multiplier == pytest.approx(1, abs=1e-4)
+
+
+def test_a_curve_keeps_its_named_points(tmp_path):
+    """Those of the function, with the contact among all pairs, and in the file."""
+    model, pairs = two_blades()
+    pairs = pairs.select(np.array([0, 0, 1])).replace(weight=np.array([0.0, 1.0, 1.0]))
+    tip = model.displacement_row("blade1", 1, [0, 1, 0])
+    given = {"damping_ratio": 0.01, "outputs": {"tip": tip}, "harmonics": 1, "stability": "all"}
+    curve = forced_response(model, pairs, DryFriction2T(), 100 * tip, (600, 690), **given)
+    slips = [one.contact for one in curve.named_points if one.kind == "onset of slip"]
+    assert set(slips) == set(curve.slipping_pairs.tolist()) == {1, 2}
+    assert ForcedResponse.load(curve.save(tmp_path / "curve.npz")) == curve
+    assert replace(curve, named_points=curve.named_points[1:]) != curve
+    duffing = Problem([[1.0]], [[0.02]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 0.02)
+    curve = duffing.follow_band((0.14, 0.24), outputs={"x": 0}, stability="all")
+    assert curve.named_points == named_points(curve, duffing.contact_problem)
+    assert ForcedResponse.load(curve.save(tmp_path / "folds.npz")).named_points[0].multiplier
 
 
 def test_another_problem_is_refused():

@@ -18,6 +18,7 @@ from tipdamp.report.tables import (
     peaks,
     reduction_check,
     stress,
+    trust,
 )
 from tipdamp.report.text import NOTHING
 from tipdamp.results.response_results import PeakStress, StressPlace, StressResult
@@ -91,7 +92,7 @@ def test_warnings_of_every_stage_are_there(tmp_path):
 )
 def test_state_of_a_curve(tmp_path, key, value, state):
     table = next(
-        peaks.tables(
+        trust.tables(
             results_of(*artefacts(tmp_path, damage=damage("responses", 1, key, value=value)))
         )
     )
@@ -100,8 +101,11 @@ def test_state_of_a_curve(tmp_path, key, value, state):
 
 def test_cut_curve_has_no_peak_in_the_table(tmp_path):
     """At least 15 um, and the peak of the other way; the complete curves keep theirs."""
-    table = next(peaks.tables(results_of(*artefacts(tmp_path, damage=cut()))))
-    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    cut_one = results_of(*artefacts(tmp_path, damage=cut()))
+    table, trusted = next(peaks.tables(cut_one)), next(trust.tables(cut_one))
+    rows, other = (
+        [dict(zip(one.columns, row, strict=True)) for row in one.rows] for one in (table, trusted)
+    )
     last = rows[-1]
     assert (
         last["peak (Hz)"],
@@ -109,11 +113,9 @@ def test_cut_curve_has_no_peak_in_the_table(tmp_path):
         last["smallest (\N{MICRO SIGN}m)"],
     ) == (NOTHING, "at least 15.00", NOTHING)
     assert last["largest per force (\N{MICRO SIGN}m/N)"] == "at least 0.7500"
-    assert (
-        last["other way"] == "peak of 20.00 \N{MICRO SIGN}m at 2798.7 Hz"
-        and "has no peak" in table.caption
-    )
-    assert rows[0]["other way"] == "equal" and rows[0]["peak (Hz)"] == "2798.7"
+    assert other[-1]["other way"] == "peak of 20.00 \N{MICRO SIGN}m at 2798.7 Hz"
+    assert "has no peak" in table.caption and other[0]["other way"] == "equal"
+    assert rows[0]["peak (Hz)"] == "2798.7"
 
 
 def test_places_of_the_largest_stress(tmp_path):

@@ -49,7 +49,8 @@ class Band:
 
 @dataclass(frozen=True)
 class Marks:
-    """Points. symbol - circle, diamond, square or x; labels - one text beside each, or none."""
+    """Points. symbol - circle, diamond, square, x, cross, triangle-up, triangle-down or star;
+    labels - one text beside each, or none."""
 
     x: np.ndarray
     y: np.ndarray

@@ -17,7 +17,16 @@ from tipdamp.report.libraries import need
 
 DPI, PANEL_WIDTH, PIXELS_PER_INCH = 150, {1: 7.5, 2: 5.2, 3: 4.0}, 100
 DASH = {"solid": "-", "dash": (0, (5, 3)), "dashdot": (0, (6, 2, 1, 2)), "dot": (0, (1, 1.6))}
-SYMBOL = {"circle": "o", "diamond": "D", "square": "s", "x": "x"}
+SYMBOL = {
+    "circle": "o",
+    "diamond": "D",
+    "square": "s",
+    "x": "x",
+    "cross": "P",
+    "triangle-up": "^",
+    "triangle-down": "v",
+    "star": "*",
+}
 LEGEND_ROW = 0.25  # inch
 SETTINGS = {
     "font.size": 9.5,

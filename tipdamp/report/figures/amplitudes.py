@@ -2,13 +2,24 @@
 of levels."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from tipdamp.hbm.result import ForcedResponse
 from tipdamp.report.drawing.figure import VERMILION, Curve, Item, Marks, Panel
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import hertz, listing, micro
+from tipdamp.results.response_results import NamedPlace
+
+BIFURCATIONS = {  # symbol of each kind of named point
+    "fold": "square",
+    "branch point": "diamond",
+    "period doubling": "x",
+    "Neimark-Sacker": "circle",
+    "grazing": "cross",
+}
+CONTACTS = {"onset of slip": "triangle-up", "lift-off": "triangle-down", "separation": "star"}
 
 
 def amplitude_panel(results: Results, title: str, label: str, items: Sequence[Item]) -> Panel:
@@ -25,6 +36,44 @@ def amplitude_panel(results: Results, title: str, label: str, items: Sequence[It
         x_range=tuple(results.study.respond.band),
         y_range=(0.0, 1.06 * top),
     )
+
+
+def branch_lines(
+    curve: ForcedResponse, amplitude: np.ndarray, name: str, color: str, width: float = 1.6
+) -> Iterator[Item]:
+    """An amplitude (n,) along a curve: unstable parts dashed, each up to the points beside it."""
+    hz, unstable = curve.frequency, curve.unstable
+    yield Curve(hz, np.where(unstable, np.nan, amplitude), name, color, width=width)
+    if unstable.any():
+        beside = unstable | np.r_[False, unstable[:-1]] | np.r_[unstable[1:], False]
+        yield Curve(hz, np.where(beside, amplitude, np.nan), "", color, "dash", width)
+
+
+def unstable_parts(cases: Sequence[ReportedCurve]) -> str:
+    """Of how many curves a part is dashed."""
+    n = sum(bool(case.facts.unstable_points) for case in cases)
+    return (
+        f"Dashed on {n} of {len(cases)} curves: unstable motions, whose disturbances grow. "
+        if n
+        else ""
+    )
+
+
+def named_marks(
+    named: Sequence[NamedPlace], kinds: Mapping[str, str], factor: float, color: str
+) -> Iterator[Item]:
+    """Marks of the named points of some kinds {kind: symbol}, each kind an entry of the legend."""
+    for kind, symbol in kinds.items():
+        at = [one for one in named if one.kind == kind]
+        if at:
+            x, y = np.array([[one.hz, factor * one.largest_m] for one in at]).T
+            yield Marks(x, y, kind, color, symbol, size=6.0)
+
+
+def outermost(named: Sequence[NamedPlace]) -> list[NamedPlace]:
+    """Of the points of contacts, the first and the last of each kind along the curve."""
+    of_kind = ([one for one in named if one.kind == kind] for kind in CONTACTS)
+    return [one for at in of_kind for one in ((at[0], at[-1]) if len(at) > 1 else at)]
 
 
 def failures(case: ReportedCurve, amplitude: np.ndarray) -> Iterator[Item]:

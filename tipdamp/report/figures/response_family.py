@@ -6,23 +6,19 @@ import numpy as np
 
 from tipdamp.report.drawing.figure import INK, Band, Curve, Figure, Item, Marks, level_colors
 from tipdamp.report.figures.amplitudes import (
+    BIFURCATIONS,
     amplitude_panel,
+    branch_lines,
     failures,
     levels_of,
+    named_marks,
     of_one_mode,
     peakless,
+    unstable_parts,
 )
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import MICRO, hertz, micro, number
 from tipdamp.statics.model_inputs import in_patch
-
-DASHES = ("solid", "dash", "dashdot")
-STABILITY = {  # symbols of named points
-    "fold": "square",
-    "branch point": "diamond",
-    "period doubling": "x",
-    "Neimark-Sacker": "circle",
-}
 
 
 def figures(results: Results) -> Iterator[Figure]:
@@ -31,10 +27,9 @@ def figures(results: Results) -> Iterator[Figure]:
         cases = results.of_order(H)
         per_force: list[Item] = []
         absolute: list[Item] = []
-        for k, (case, color) in enumerate(zip(cases, level_colors(len(cases)), strict=True)):
-            dash = DASHES[k % len(DASHES)]
-            per_force += _curve(results, case, color, dash, MICRO / case.Fe)
-            absolute += _curve(results, case, color, dash, MICRO)
+        for case, color in zip(cases, level_colors(len(cases)), strict=True):
+            per_force += _curve(results, case, color, MICRO / case.Fe)
+            absolute += _curve(results, case, color, MICRO)
         if results.stuck:
             per_force.append(
                 Curve(
@@ -51,9 +46,8 @@ def figures(results: Results) -> Iterator[Figure]:
             "per newton of force, right absolute. Lines are the largest amplitude over the "
             "response patch, shaded down to the smallest; circles mark the peaks. "
             f"{_truncated(cases)}"
-            f"{_unstable(cases)}"
+            f"{unstable_parts(cases)}"
             f"{_beside(cases)}"
-            f"{_named(cases)}"
             f"{_trend(cases)}{peakless(cases)}"
             + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14")
         )
@@ -69,7 +63,7 @@ def figures(results: Results) -> Iterator[Figure]:
         )
 
 
-def _curve(results, case: ReportedCurve, color, dash, factor) -> Iterator[Item]:
+def _curve(results, case: ReportedCurve, color, factor) -> Iterator[Item]:
     amplitude = factor * case.patch(results.first_patch)
     top, low = amplitude.max(axis=1), amplitude.min(axis=1)
     hz, facts = case.curve.frequency, case.facts
@@ -78,19 +72,11 @@ def _curve(results, case: ReportedCurve, color, dash, factor) -> Iterator[Item]:
     if error is not None:
         of_top = factor * np.take_along_axis(error, amplitude.argmax(axis=1)[:, None], axis=1)[:, 0]
         yield Band(hz, top - of_top, top + of_top, "", color, 0.4)
-    unstable = case.curve.unstable
-    yield Curve(hz, np.where(unstable, np.nan, top), f"Fe = {case.Fe:g} N", color, dash)
-    if unstable.any():
-        beside = unstable | np.r_[False, unstable[:-1]] | np.r_[unstable[1:], False]
-        yield Curve(hz, np.where(beside, top, np.nan), "", color, "dot")
+    yield from branch_lines(case.curve, top, f"Fe = {case.Fe:g} N", color)
     for one in case.beside:
         highest = one.amplitude()[:, in_patch(one.output_names, results.first_patch)].max(axis=1)
-        yield Curve(one.frequency, factor * highest, "", color, "dash", 1.0)
-    for kind, symbol in STABILITY.items():
-        at = [one for one in facts.named if one.kind == kind]
-        if at:
-            x, y = np.array([[one.hz, factor * one.largest_m] for one in at]).T
-            yield Marks(x, y, "", color, symbol)
+        yield from branch_lines(one, factor * highest, "", color, 0.9)
+    yield from named_marks(facts.named, BIFURCATIONS, factor, color)
     if case.has_peak:
         yield Marks(
             np.array([facts.peak_hz]), np.array([factor * facts.peak_m]), "", color, filled=False
@@ -109,28 +95,11 @@ def _truncated(cases) -> str:
     )
 
 
-def _unstable(cases) -> str:
-    """Of how many curves a part is dotted."""
-    n = sum(bool(c.facts.unstable_points) for c in cases)
-    return (
-        f"Dotted on {n} of {len(cases)} curves: unstable motions, whose disturbances grow. "
-        if n
-        else ""
-    )
-
-
 def _beside(cases) -> str:
     """Of how many curves further ones were found."""
     n = sum(len(c.beside) for c in cases)
     curves = "a further curve that was" if n == 1 else f"{n} further curves that were"
-    return f"Thin and dashed: {curves} found beside them. " if n else ""
-
-
-def _named(cases) -> str:
-    """Which named points are marked, and how."""
-    there = {one.kind for case in cases for one in case.facts.named}
-    said = [f"{kind} ({symbol})" for kind, symbol in STABILITY.items() if kind in there]
-    return f"Filled marks: {', '.join(said)}. " if said else ""
+    return f"Thin: {curves} found beside them. " if n else ""
 
 
 def _trend(cases) -> str:

@@ -3,7 +3,18 @@
 from collections.abc import Iterator
 
 from tipdamp.report.drawing.figure import BLUE, DASHES, GREY, VERMILION, Band, Curve, Figure, Item
-from tipdamp.report.figures.amplitudes import amplitude_panel, failures, panel_title, peakless
+from tipdamp.report.figures.amplitudes import (
+    BIFURCATIONS,
+    CONTACTS,
+    amplitude_panel,
+    branch_lines,
+    failures,
+    named_marks,
+    outermost,
+    panel_title,
+    peakless,
+    unstable_parts,
+)
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import MICRO, listing, percent
 
@@ -23,6 +34,7 @@ def figures(results: Results) -> Iterator[Figure]:
         "Each level from the largest force down: the largest and the smallest amplitude over the "
         f"nodes of the patch of blade 1 at H = {most}{beside}, and the linear response with all "
         "kept pairs stuck. "
+        f"{unstable_parts(results.of_order(most))}{_marked(results.of_order(most))}"
         f"{_orders_apart(results)}{peakless(unsolved)}"
         + results.beside_paper("Corresponds to figures 10 to 14, without their measured curves,")
     )
@@ -40,8 +52,8 @@ def _items(results, case: ReportedCurve) -> Iterator[Item]:
     amplitude = MICRO * case.patch(results.first_patch)
     hz, top, low = case.curve.frequency, amplitude.max(axis=1), amplitude.min(axis=1)
     yield Band(hz, low, top, f"H = {case.H}, patch of blade 1", VERMILION, 0.28)
-    yield Curve(hz, top, f"H = {case.H}, largest and smallest", VERMILION)
-    yield Curve(hz, low, "", VERMILION, width=1.0)
+    yield from branch_lines(case.curve, top, f"H = {case.H}, largest and smallest", VERMILION)
+    yield from branch_lines(case.curve, low, "", VERMILION, 1.0)
     same_level = (c for H in results.orders[:-1] for c in results.of_order(H) if c.Fe == case.Fe)
     for k, other in enumerate(same_level):
         yield Curve(
@@ -59,7 +71,20 @@ def _items(results, case: ReportedCurve) -> Iterator[Item]:
             GREY,
             "dot",
         )
+    named = case.facts.named
+    yield from named_marks(named, BIFURCATIONS, MICRO, VERMILION)
+    yield from named_marks(outermost(named), CONTACTS, MICRO, VERMILION)
     yield from failures(case, top)
+
+
+def _marked(cases) -> str:
+    """What the marks of contacts are."""
+    if not any(outermost(case.facts.named) for case in cases):
+        return ""
+    return (
+        "Triangles and stars: where along the curve the first contact begins to slip, lifts off "
+        "or parts, and where the last one ends. "
+    )
 
 
 def _orders_apart(results) -> str:
