@@ -29,6 +29,7 @@ from tipdamp.report.tables import (
     contact_stiffness,
     energies,
     full_preload,
+    harmonics,
     kept_moment,
     kept_sets,
     key_figures,
@@ -76,6 +77,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
         "Forced response",
         (
             peaks.tables,
+            harmonics.tables,
             response_family.figures,
             response_levels.figures,
             peak_trend.figures,
