@@ -189,7 +189,8 @@ class InterfaceFacts(Record):
 
 
 class RespondResult(Result):
-    """respond.json. zeta - damping ratios of the stuck modes; stuck_difference {file: largest
+    """respond.json. zeta - damping ratios of the stuck modes; tolerance - of the error by the
+    harmonics left out, as the study has it; stuck_difference {file: largest
     difference from the linear stuck response over its peak} of the curves on which no pair slips;
     interface - its reduction; size_m - largest extent of the bodies."""
 
@@ -197,6 +198,7 @@ class RespondResult(Result):
     responses: tuple[CurveResult, ...]
     law: LawChoice
     zeta: Numbers
+    tolerance: float = 1e-3
     stuck_difference: dict[str, float] = {}
     interface: InterfaceFacts | None = None
     size_m: Number = None

@@ -162,6 +162,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         responses=tuple(with_macs(found, shapes)),
         law=settings.law,
         zeta=settings.damping_ratio,
+        tolerance=settings.tolerance,
         stuck_difference=difference,
         interface=facts_of(
             study, assembly.interface, found, pair_names(assembly.kept, slice(None))
@@ -356,7 +357,7 @@ def warnings(study: Study, store: Store) -> list[str]:
         *(text for kind in (_unsolved, _further, _hold) for c in found for text in kind(c)),
         *doubts(whole.interface),
         *_unbalanced(found),
-        *_truncated(found, study.respond.tolerance),
+        *_truncated(found, whole.tolerance),
         *(text for c in found for text in _unstable(c)),
         *(text for c in found for text in _beside(c)),
         *_another_mode(found),
