@@ -39,27 +39,34 @@ def enough_harmonics(
     """The first curve whose estimated truncation is within the tolerance, relative to the vibration
     of each point, at 99 % of the points; curve_of(H) : makes one.
 
-    Warns where none is, with the numbers of harmonics that were tried; the last one is returned. A
-    curve that stops is returned as it is.
+    Warns where none is, with the numbers of harmonics that were tried; the last one that is
+    complete is returned. A first curve that stops is returned as it is.
     """
+    complete: ForcedResponse | None = None
     tried: list[tuple[int, float]] = []
     further: int | None = first_orders(force_order, settings)
     while further is not None:
         curve = curve_of(further)
         tried.append((further, error_of(curve, settings)))
-        if not curve.complete or tried[-1][1] <= tolerance:
+        if not curve.complete:
+            break
+        complete = curve
+        if tried[-1][1] <= tolerance:
             return curve
         further = next_orders(tried, tolerance, settings)
-    warnings.warn(f"harmonics = 'auto': {not_met(tried, tolerance)}", stacklevel=4)
-    return curve
+    if complete is None:
+        return curve
+    cut = "" if curve.complete else f"; the curve with H = {curve.H} is incomplete"
+    warnings.warn(f"harmonics = 'auto': {not_met(tried, tolerance)}{cut}", stacklevel=4)
+    return complete
 
 
-def not_met(tried: Sequence[tuple[int, float]], tolerance: float) -> str:
+def not_met(tried: Sequence[tuple[int, float]], tolerance: float, where: str = "") -> str:
     """What was tried, and what helps."""
     said = ", ".join(f"{error:.1e} with H = {orders}" for orders, error in tried)
     return (
-        f"the tolerance {tolerance:g} is not met, the estimated error is {said}; accept a larger "
-        "tolerance, or smooth the contact"
+        f"the tolerance {tolerance:g} is not met{where}, the estimated error is {said}; accept a "
+        "larger tolerance, or smooth the contact"
     )
 
 

@@ -17,6 +17,7 @@ from tipdamp.hbm.interface import (
 )
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.results.response_results import CurveResult, InterfaceFacts
+from tipdamp.study.schema import named_orders
 from tipdamp.study.view import Study
 
 
@@ -26,6 +27,7 @@ class Choice:
 
     whole: int = 200  # pairs up to which all dofs are kept, unless the study says otherwise
     error: float = 0.01  # stated error above which it is warned of
+    orders: int = 15  # that the shapes are made for, of harmonics = 'auto' which may take more
     least_damping: float = 1e-3  # by which pairs are ranked: an undamped resonance has no amplitude
 
 
@@ -57,7 +59,9 @@ def shapes_of(
     chosen = InterfaceSettings(
         followed=settings.followed, ratio=max(*settings.damping_ratio, CHOICE.least_damping)
     )
-    excitation = Excitation(forces, settings.band, max(settings.harmonics))
+    excitation = Excitation(
+        forces, settings.band, max(named_orders(settings.harmonics), default=CHOICE.orders)
+    )
     return reduce_interface(model, kept, settings.law.make(), excitation, held, chosen)
 
 

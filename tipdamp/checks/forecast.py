@@ -14,6 +14,7 @@ from tipdamp.engine.progress import duration
 from tipdamp.hbm.memory import available_bytes, curve_bytes
 from tipdamp.modal.memory import predicted_bytes
 from tipdamp.results.static_results import InspectResult
+from tipdamp.study.schema import Respond, named_orders
 from tipdamp.study.view import Study
 
 
@@ -45,6 +46,7 @@ class ForecastSettings:
     contact: float = 8e-6  # s a pair and step for its force of one harmonic
     slipping: float = 0.25  # of the pairs; all of them is the upper bound
     kept: float = 0.3  # of the pairs, where they are detached to a frequency: 9 of 31 [Zucca 2016]
+    tried: tuple[int, ...] = (3, 8, 11)  # H of harmonics = "auto" [the two-blade rig]
     short: float = 60.0  # s below which nothing is measured and nothing said
     slow: float = 600.0  # s above which a stage is warned of
     many: int = 900  # masters and contact shapes of which fewer are advised
@@ -111,11 +113,7 @@ def size_of(study: Study, found: InspectResult, jobs: int = 1, kept: int | None 
         name: (b.free_dofs or b.dofs or 0, found.columns.get(name, 0), modes.get(name, b.dofs or 0))
         for name, b in found.bodies.items()
     }
-    curves = (
-        ()
-        if "respond" not in study
-        else tuple(H for H in study.respond.harmonics for _ in study.respond.levels)
-    )
+    curves = () if "respond" not in study else _orders(study.respond)
     pairs = sum(found.pairs.values())
     detached = "tune" in study and bool(study.tune.target_hz or study.tune.target_from)
     share = kept / pairs if kept is not None and pairs else SETTINGS.kept if detached else 1.0
@@ -130,6 +128,11 @@ def size_of(study: Study, found: InspectResult, jobs: int = 1, kept: int | None 
         _fewer(study, found, pairs),
         jobs,
     )
+
+
+def _orders(settings: Respond) -> tuple[int, ...]:
+    """H of every curve; with harmonics = 'auto' as is usual."""
+    return (named_orders(settings.harmonics) or SETTINGS.tried) * len(settings.levels)
 
 
 def _sets(study: Study, found: InspectResult) -> int:

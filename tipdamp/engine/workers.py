@@ -82,7 +82,7 @@ class Workers:
         report: Callable[[int, float, str], None],
     ) -> Iterator[int]:
         """Indices of the tasks as they are finished; report(index, share done, figures) of those
-        that run.
+        that run. Tasks that are appended meanwhile are done, too.
 
         An error of a task is raised here, and those that run beside it are stopped.
         """
@@ -96,13 +96,13 @@ class Workers:
                 work(common, task, partial(report, i))
                 yield i
             return
-        waiting = list(enumerate(tasks))
-        while waiting or self.busy:
-            while waiting and (self.idle or len(self.busy) < self.jobs):
-                i, task = waiting.pop(0)
+        begun = 0
+        while begun < len(tasks) or self.busy:
+            while begun < len(tasks) and (self.idle or len(self.busy) < self.jobs):
                 worker = self.idle.pop() if self.idle else _Worker()
-                self.busy[worker.pipe] = worker, i
-                worker.start(work, common, task)
+                self.busy[worker.pipe] = worker, begun
+                worker.start(work, common, tasks[begun])
+                begun += 1
             for pipe in connection.wait(list(self.busy)):
                 yield from self._heard(pipe, report)
 

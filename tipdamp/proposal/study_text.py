@@ -154,6 +154,8 @@ def _response(found):
         'levels = "?"                # N, amplitudes of the excitation, such as [1, 5]',
         'band = "?"                  # Hz, such as [700, 900]',
         "damping_ratio = 0.005",
+        'harmonics = "auto"          # as many as the tolerance needs, at every level',
+        "tolerance = 1e-3            # of the vibration, error by the harmonics left out",
     ]
     return [
         "# for the forced response complete these and take the marks off",

@@ -29,6 +29,7 @@ from tipdamp.report.tables import (
     contact_stiffness,
     energies,
     full_preload,
+    harmonics,
     kept_moment,
     kept_sets,
     key_figures,
@@ -78,6 +79,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
         (
             peaks.tables,
             trust.tables,
+            harmonics.tables,
             response_family.figures,
             response_levels.figures,
             peak_trend.figures,

@@ -56,11 +56,10 @@ def _kept(results) -> Iterator[str]:
 
 
 def _response(results) -> Iterator[str]:
-    of_order = results.of_order(results.orders[-1]) if results.cases else []
-    cases = [c for c in of_order if c.has_peak]
+    cases = [c for c in results.finest if c.has_peak]
     if cases:
         yield _peaks(cases[0], cases[-1])
-    for c in of_order:
+    for c in results.finest:
         if c.facts.solved_nothing:
             yield f"At {c.Fe:g} N the curve has no solved point: {reason(c)}; see the warnings."
         elif not c.has_peak:

@@ -23,8 +23,10 @@ from tipdamp.results.response_results import (
     CurveResult,
     CyclesResult,
     MeasuredResult,
+    PeakCycle,
     RespondResult,
     StressResult,
+    families,
 )
 from tipdamp.results.static_results import (
     FullResult,
@@ -73,12 +75,14 @@ class ReportedCurve:
         """m/N, largest amplitude that was solved of a curve without a peak."""
         return None if self.facts.at_least_m is None else self.facts.at_least_m / self.Fe
 
-    def truncation(self, name: str) -> np.ndarray | None:
-        """(n, k) m, estimated error of `patch` by the orders left out, as that of one harmonic;
-        None where the curve holds none."""
+    def error_of_top(self, name: str) -> np.ndarray | None:
+        """(n,) m, estimated error of the largest amplitude of `patch` by the orders left out, as
+        that of one harmonic; None where the curve holds none."""
         if not self.curve.truncation.size:
             return None
-        return np.sqrt(2) * self.curve.truncation[:, in_patch(self.curve.output_names, name)]
+        error = np.sqrt(2) * self.curve.truncation[:, in_patch(self.curve.output_names, name)]
+        largest = self.patch(name).argmax(axis=1)
+        return np.take_along_axis(error, largest[:, None], axis=1)[:, 0]
 
     def patch(self, name: str) -> np.ndarray:
         """(n, k) m, half of peak-to-peak of the k nodes of a patch; NaN where a point failed."""
@@ -111,7 +115,7 @@ class Results:
     whole, kept - contact tables of the whole patch and after `tune`; loads {case: table of the
     whole patch} loops {file of cycles.json: one period of the contacts}; bands {name: measured
     curve}
-    cases - the curves, ascending in H, then in Fe; stuck - their linear limit
+    cases - the curves, family by family; stuck - their linear limit
     said {stage: its warnings} of the stages that the study asks for; seconds {stage: s} of those
     that have run model - the reduced one; surfaces {body: Surface}, empty without meshes; shapes -
     modes, stuck ones first"""
@@ -146,17 +150,32 @@ class Results:
         return self.study.respond.patches[0]
 
     @property
-    def orders(self) -> list[int]:
-        """Values of H, ascending."""
-        return sorted({case.H for case in self.cases})
+    def families(self) -> list[list[ReportedCurve]]:
+        """The curves in sets of one for each level, as `response_results.families`."""
+        case_of = {case.facts.file: case for case in self.cases}
+        found = families([case.facts for case in self.cases])
+        return [[case_of[one.file] for one in family] for family in found]
 
-    def of_order(self, H: int) -> list[ReportedCurve]:
-        """The curves of one H, ascending in Fe."""
-        return [case for case in self.cases if case.H == H]
+    @property
+    def finest(self) -> list[ReportedCurve]:
+        """The curves of most harmonics, ascending in Fe."""
+        return self.families[-1] if self.cases else []
 
-    def solved(self, H: int) -> list[ReportedCurve]:
-        """Those of one H with a solved point."""
-        return [case for case in self.of_order(H) if not case.facts.solved_nothing]
+    @property
+    def solved(self) -> list[ReportedCurve]:
+        """Those of the finest with a solved point."""
+        return [case for case in self.finest if not case.facts.solved_nothing]
+
+    @property
+    def periods(self) -> list[PeakCycle]:
+        """The periods at the peaks of the curves of most harmonics that have one."""
+        every = self.cycles.curves if self.cycles is not None else ()
+        for family in reversed(self.families):
+            mine = {(case.Fe, case.H) for case in family}
+            found = [one for one in every if (one.Fe_N, one.H) in mine]
+            if found:
+                return sorted(found, key=lambda one: one.Fe_N)
+        return []
 
     def beside_paper(self, words: str) -> str:
         """A sentence on the figures of the seed paper where the study states its values as
@@ -198,7 +217,8 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
             ForcedResponse.load(store.path(c.file)),
             tuple(ForcedResponse.load(store.path(one.file)) for one in c.beside),
         )
-        for c in (respond.responses if respond else ())
+        for family in (families(respond.responses) if respond else ())
+        for c in family
     ]
     records = {stage: store.record(stage) for stage in said}
     model, skins = store.path("model.npz"), store.path("surface.npz")
@@ -227,7 +247,7 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
             case: ContactTable.load(store.path(c.file))
             for case, c in (preload.cases if preload else {}).items()
         },
-        cases=tuple(sorted(cases, key=lambda c: (c.H, c.Fe))),
+        cases=tuple(cases),
         stuck=_stuck(study, store) if respond else None,
         said=said,
         seconds={stage: record.seconds for stage, record in records.items() if record},

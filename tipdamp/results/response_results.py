@@ -1,6 +1,7 @@
 """What the stages of the forced response found: curves, periods at their peaks, stresses, and what
 was measured."""
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 from tipdamp.hbm.named_point import Kind
@@ -97,18 +98,34 @@ class NamedPlace(Record):
     largest_m: float
 
 
+class TriedHarmonics(Record):
+    """A number of harmonics that harmonics = 'auto' tried: error - that 99 % of the points keep,
+    relative to their vibration, None where it is not finite; complete - the curve is, as it must
+    be to be taken."""
+
+    H: int
+    error: Number
+    complete: bool = True
+
+    @property
+    def size(self) -> float:
+        """The error as a number."""
+        return float("inf") if self.error is None else self.error
+
+
 class CurveResult(Peak):
     """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of
     `pair_names` of those that slip or open, lift_off_pairs - of those that open somewhere and
     are closed at rest; further, searched - see ForcedResponse; beside - the curves that were
     found; mac - of the outputs at the peak with those at the peak of the next lower level;
     energy_error - of input = damping + friction over a period, relative to the input, the
-    largest of its points; worst_truncation - the largest `relative_truncation` of its points;
-    unstable - whether the largest amplitude of the first patch is that of an unstable motion;
-    unstable_points - how many points are, None where it is not known of any; alike_backwards -
-    see ForcedResponse; back - None where the band was followed one way; held {motion: ...};
-    held_change, held_reaction_change - see ForcedResponse; hold_doubts - sentences of
-    `hold_in_words`."""
+    largest of its points; tried, within_tolerance - with harmonics = 'auto': the numbers of
+    harmonics, and whether this one meets the tolerance; worst_truncation - the largest
+    `relative_truncation` of its points; unstable - whether the largest amplitude of the first
+    patch is that of an unstable motion; unstable_points - how many points are, None where it is
+    not known of any; alike_backwards - see ForcedResponse; back - None where the band was
+    followed one way; held {motion: ...}; held_change, held_reaction_change - see ForcedResponse;
+    hold_doubts - sentences of `hold_in_words`."""
 
     file: str
     Fe_N: float
@@ -129,6 +146,8 @@ class CurveResult(Peak):
     origin: str
     start: str
     energy_error: Number = None
+    tried: tuple[TriedHarmonics, ...] = ()
+    within_tolerance: bool | None = None
     worst_truncation: Number = None
     unstable: bool = False
     unstable_points: int | None = None
@@ -146,6 +165,16 @@ class CurveResult(Peak):
         return self.mac is not None and self.mac < SAME_MODE
 
 
+def families(curves: Sequence[CurveResult]) -> list[list[CurveResult]]:
+    """The curves in sets of one for each level, ascending in Fe: the first of the smallest H, the
+    last of the largest; with harmonics = 'auto' one set, in which H differs."""
+    levels = [
+        sorted((one for one in curves if one.Fe_N == Fe), key=lambda one: one.H)
+        for Fe in sorted({one.Fe_N for one in curves})
+    ]
+    return [list(family) for family in zip(*levels, strict=True)]
+
+
 class InterfaceFacts(Record):
     """Interface reduction: pairs, and those followed; dofs of the model and shapes in their place;
     response_error - estimate; frequency_error - bound of the stuck frequencies; not_followed -
@@ -161,7 +190,8 @@ class InterfaceFacts(Record):
 
 
 class RespondResult(Result):
-    """respond.json. zeta - damping ratios of the stuck modes; stuck_difference {file: largest
+    """respond.json. zeta - damping ratios of the stuck modes; tolerance - of the error by the
+    harmonics left out, as the study has it; stuck_difference {file: largest
     difference from the linear stuck response over its peak} of the curves on which no pair slips;
     interface - its reduction; size_m - largest extent of the bodies."""
 
@@ -169,6 +199,7 @@ class RespondResult(Result):
     responses: tuple[CurveResult, ...]
     law: LawChoice
     zeta: Numbers
+    tolerance: float = 1e-3
     stuck_difference: dict[str, float] = {}
     interface: InterfaceFacts | None = None
     size_m: Number = None

@@ -25,6 +25,7 @@ from tipdamp.results.response_results import (
     HeldForce,
     NamedPlace,
     Peak,
+    families,
 )
 from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.schema import Respond
@@ -146,13 +147,12 @@ def peak_shape(curve: ForcedResponse, case: CurveResult) -> np.ndarray:
 
 
 def with_macs(found: Sequence[CurveResult], shapes: Sequence[np.ndarray]) -> list[CurveResult]:
-    """The curves with the MAC of the shape at their peak and that at the next lower level of the
-    same H."""
+    """The curves with the MAC of the shape at their peak and that at the next lower level of their
+    family."""
     done = list(found)
-    for H in {one.H for one in found}:
-        order = sorted(
-            (i for i, one in enumerate(found) if one.H == H), key=lambda i: found[i].Fe_N
-        )
+    index = {one.file: i for i, one in enumerate(found)}
+    for family in families(found):
+        order = [index[one.file] for one in family]
         for before, i in zip(order, order[1:], strict=False):
             a, b = shapes[before], shapes[i]
             if len(a) and len(b):

@@ -4,6 +4,7 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from itertools import pairwise, product
 from warnings import warn
 
 import numpy as np
@@ -28,15 +29,17 @@ from tipdamp.engine.workers import Workers
 from tipdamp.hbm.balance.problem import doubted_problem
 from tipdamp.hbm.balance.receptance import linear_response, linear_response_with_peaks
 from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.curve.automatic import not_met
 from tipdamp.hbm.curve.trace import SLIDES
 from tipdamp.hbm.hold import spring
 from tipdamp.hbm.interface import InterfaceReduction
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.hbm.result import DOUBTFUL, ForcedResponse
-from tipdamp.results.response_results import CurveResult, Peak, RespondResult
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.results.response_results import CurveResult, Peak, RespondResult, families
 from tipdamp.results.static_results import PreloadResult, ReduceResult, TuneResult
 from tipdamp.stages.adrift import adrift, held_in
 from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
+from tipdamp.stages.levels import Level, level_of
 from tipdamp.stages.stage import Stage
 from tipdamp.static_contact.tuning.roll_springs import with_springs
 from tipdamp.statics import friction
@@ -68,13 +71,13 @@ class ResponseLimits:
     """What is warned of, and how finely the linear response is drawn."""
 
     balanced: float = 1e-6  # of the input: larger errors of the energy balance
-    truncated: float = 1e-2  # of the amplitude: larger estimates of what more harmonics change
     small: float = 1e-2  # of the size of the bodies: larger motions are no small displacements
     near: float = 0.03  # of the frequency, up to which a peak is that of the tracked mode
     points: int = 801  # of the linear stuck response
 
 
 LIMITS = ResponseLimits()
+SHOWN = 8  # levels of one warning
 
 
 @dataclass(frozen=True)
@@ -124,24 +127,19 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     ):
         # before the curves: the first point may not be found
         logging.getLogger("tipdamp").warning(text)
-    cases = [
-        CurveCase(Fe, H, settings.band, _search(settings, H))
-        for H in settings.harmonics
-        for Fe in settings.levels
-    ]
-    _make(cases, assembly.curves, tick, workers)
-    back = {case: _back(settings, case, assembly.curves) for case in cases}
-    both = [*cases, *(case for others in back.values() for case in others)]
-    _make(both, assembly.curves, tick, workers)
-    sweep(store, both)
+    levels = _make(settings, assembly.curves, tick, workers)
     found, shapes, difference = list[CurveResult](), [], {}
-    files = list[str]()
-    for there in cases:
-        curve, *others = map(assembly.curves.load, (there, *back[there]))
+    files = [assembly.curves.files(case) for level in levels for case in level.forward]
+    for k, level in product(range(len(levels[0].wanted)), levels):
+        there, *back = level.wanted[k]
+        curve, *others = map(assembly.curves.load, (there, *back))
         beside = assembly.curves.beside(there)
-        files += [file for case in (there, *back[there]) for file in assembly.curves.files(case)]
+        files += [assembly.curves.files(case) for case in (there, *back)]
         made = assembly.kept, assembly.curves.problem
-        found.append(curve_result(settings, *made, there, (curve, *others), beside))
+        one = curve_result(settings, *made, there, (curve, *others), beside)
+        found.append(
+            one.model_copy(update={"tried": level.tried, "within_tolerance": level.within})
+        )
         shapes.append(peak_shape(curve, found[-1]))
         # the damping is that of all kept pairs stuck: the linear response is the same where none is
         # open at rest
@@ -163,13 +161,15 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
         responses=tuple(with_macs(found, shapes)),
         law=settings.law,
         zeta=settings.damping_ratio,
+        tolerance=settings.tolerance,
         stuck_difference=difference,
         interface=facts_of(
             study, assembly.interface, found, pair_names(assembly.kept, slice(None))
         ),
         size_m=_size(assembly.model),
     ).save(store)
-    return [*files, *keep_shapes(store, assembly.interface)]
+    own = dict.fromkeys(file for of_case in files for file in of_case)
+    return [*own, *keep_shapes(store, assembly.interface)]
 
 
 def _size(model):
@@ -178,27 +178,13 @@ def _size(model):
     return float(np.ptp(placed, axis=0).max()) if len(placed) else None
 
 
-def _back(settings, case, curves):
-    """[the same from the other end], where that is asked for and may be another curve."""
-    if not settings.both_ways or curves.load(case).alike_backwards:
-        return []
-    return [replace(case, band=case.band[::-1], search=0.0)]
-
-
-def _search(settings: Respond, H: int) -> float:
-    """Effort of the search beside a curve, in evaluations of its own: the share of those of all
-    curves of its level, spent where H is largest; an evaluation costs in proportion to the
-    unknowns."""
-    if H < max(settings.harmonics):
-        return 0.0
-    return settings.search * sum((2 * h + 1) / (2 * H + 1) for h in settings.harmonics)
-
-
-def _make(cases: list[CurveCase], curves: Curves, tick: Ticker, workers: Workers) -> None:
-    """Make the curves that the store does not have, each with a bar of its own; the longest
-    first."""
+def _make(settings: Respond, curves: Curves, tick: Ticker, workers: Workers) -> list[Level]:
+    """Make the curves of every level that the store does not have, each with a bar of its own; the
+    longest first. A curve that is finished may tell what its level needs next."""
+    levels = {Fe: level_of(settings, curves, Fe) for Fe in settings.levels}
+    kept = [case for level in levels.values() for case in level.cases if curves.finished(case)]
     missing = sorted(
-        (case for case in cases if not curves.finished(case)),
+        (case for level in levels.values() for case in level.cases if case not in kept),
         key=lambda case: (-case.H, -case.Fe_N),
     )
     check_room(curves, missing, workers.jobs)
@@ -206,14 +192,14 @@ def _make(cases: list[CurveCase], curves: Curves, tick: Ticker, workers: Workers
         curves.problem.receptance()  # once for all curves and processes
     with ExitStack() as all_bars:
         bars: dict[int, tuple[ExitStack, Ticker]] = {}
-        shares = dict.fromkeys(range(len(missing)), 0.0)
+        shares: dict[int, float] = {}
 
         def show() -> None:
-            done = len(cases) - len(missing) + sum(share == 1.0 for share in shares.values())
-            tick(
-                1 - (len(missing) - sum(shares.values())) / len(cases),
-                f"{done} of {len(cases)} curves",
-            )
+            done = len(kept) + sum(share == 1.0 for share in shares.values())
+            known = len(kept) + len(missing)
+            # an undecided level has its curve before it
+            total = known + sum(not level.wanted for level in levels.values())
+            tick((len(kept) + sum(shares.values())) / total, f"{done} of {known} curves")
 
         def report(i: int, share: float, figures: str) -> None:
             if i not in bars:
@@ -226,11 +212,19 @@ def _make(cases: list[CurveCase], curves: Curves, tick: Ticker, workers: Workers
 
         for i in workers.spread(make_curve, curves, missing, report):
             shares[i] = 1.0
+            level = levels[missing[i].Fe_N] = level_of(settings, curves, missing[i].Fe_N)
+            further = [case for case in level.cases if case not in [*kept, *missing]]
+            busy = [case for k, case in enumerate(missing) if shares.get(k) != 1.0]
+            if further:
+                check_room(curves, [*busy, *further], workers.jobs)
+                missing += further
             show()
             if i in bars:
                 if not curves.load(missing[i]).converged.any():
                     bars[i][1](1.0, "no point solved")
                 bars[i][0].close()
+    sweep(curves.store, [case for level in levels.values() for case in level.cases])
+    return list(levels.values())
 
 
 def make_curve(curves: Curves, case: CurveCase, report: Callable[[float, str], None]) -> None:
@@ -361,7 +355,7 @@ def warnings(study: Study, store: Store) -> list[str]:
         *(text for kind in (_unsolved, _further, _hold) for c in found for text in kind(c)),
         *doubts(whole.interface),
         *_unbalanced(found),
-        *_truncated(found),
+        *_truncated(found, whole.tolerance),
         *(text for c in found for text in _unstable(c)),
         *(text for c in found for text in _beside(c)),
         *_another_mode(found),
@@ -402,16 +396,27 @@ def _unbalanced(found: Sequence[CurveResult]) -> Iterator[str]:
         )
 
 
-def _truncated(found: Sequence[CurveResult]) -> Iterator[str]:
-    """Where the most harmonics are too few."""
-    most = max(case.H for case in found)
-    errors = [(case.truncation or 0.0, case.Fe_N) for case in found if case.H == most]
-    worst, level = max(errors)
-    if worst > LIMITS.truncated:
-        size = f"{100 * worst:.1f} % of" if worst < DOUBTFUL else "more than can be estimated of"
+def _truncated(found: Sequence[CurveResult], tolerance: float) -> Iterator[str]:
+    """Levels at which harmonics = 'auto' does not meet the tolerance; otherwise those at which the
+    most harmonics are too few for it, in one sentence."""
+    finest = families(found)[-1]
+    for case in finest:
+        if case.within_tolerance is False and case.complete:
+            tried = [(one.H, one.size) for one in case.tried if one.complete]
+            cut = [f"; the curve with H = {one.H} is incomplete" for one in case.tried[-1:]]
+            yield (
+                f"harmonics = 'auto': {not_met(tried, tolerance, f' at Fe = {case.Fe_N:g} N')}"
+                + "".join(cut) * (not case.tried[-1].complete)
+            )
+    missed = [case for case in finest if not case.tried and (case.truncation or 0.0) > tolerance]
+    if missed:
+        size = [f"{case.truncation:.1e}" for case in missed]
+        at = [f"{case.Fe_N:g} N ({said})" for case, said in zip(missed, size, strict=True)]
+        more = f" and {len(at) - SHOWN} more levels" * (len(at) > SHOWN)
         yield (
-            f"what harmonics above H = {most} would change is {size} the largest amplitude at Fe = "
-            f"{level:g} N (above {100 * LIMITS.truncated:g} %): give [respond] harmonics more"
+            f"with H = {missed[0].H} the estimated error of the peak is above the tolerance "
+            f"{tolerance:g} at Fe = {', '.join(at[:SHOWN])}{more}: set [respond] harmonics = "
+            '"auto", or accept it with a larger tolerance'
         )
 
 
@@ -481,17 +486,16 @@ def _unsolved(case):
 
 
 def _another_mode(found):
-    for one in found:
-        if one.of_another_mode:
-            below = max(
-                (c for c in found if c.H == one.H and c.Fe_N < one.Fe_N), key=lambda c: c.Fe_N
-            )
-            at = _micro(one.peak_m, one.peak_hz)
-            yield (
-                f"the peak at Fe = {one.Fe_N:g} N, H = {one.H}, {at}, is that of another mode "
-                f"than at {below.Fe_N:g} N, {_micro(below.peak_m, below.peak_hz)}: the MAC of "
-                f"their shapes is {one.mac:.2f}; heights and frequencies of the two are no trend"
-            )
+    for family in families(found):
+        for below, one in pairwise(family):
+            if one.of_another_mode:
+                at = _micro(one.peak_m, one.peak_hz)
+                yield (
+                    f"the peak at Fe = {one.Fe_N:g} N, H = {one.H}, {at}, is that of another mode "
+                    f"than at {below.Fe_N:g} N, {_micro(below.peak_m, below.peak_hz)}: the MAC of "
+                    f"their shapes is {one.mac:.2f}; heights and frequencies of the two are no "
+                    "trend"
+                )
 
 
 def _not_the_tracked(found, store):

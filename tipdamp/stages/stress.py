@@ -15,7 +15,13 @@ from tipdamp.hbm.curve.cycles import whole_motion
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.ties import SAME, in_order
 from tipdamp.modal.mesh import Mesh
-from tipdamp.results.response_results import PeakStress, RespondResult, StressPlace, StressResult
+from tipdamp.results.response_results import (
+    PeakStress,
+    RespondResult,
+    StressPlace,
+    StressResult,
+    families,
+)
 from tipdamp.stages.cycles import highest_point
 from tipdamp.stages.respond import READS, Assembly, assembled
 from tipdamp.stages.stage import Stage
@@ -48,8 +54,7 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
     assembly = assembled(study, store, responded=True)
     respond = RespondResult.load(store)
     bodies = _at_rest(study, assembly, tick)
-    H = max(case.H for case in respond.responses)
-    cases = [case for case in respond.responses if case.H == H]
+    cases = families(respond.responses)[-1]
     found = []
     for k, case in enumerate(cases):
         tick(0.9 + 0.1 * k / len(cases), f"Fe = {case.Fe_N:g} N, H = {case.H}")

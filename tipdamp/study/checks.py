@@ -5,13 +5,23 @@ from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
+from tipdamp.hbm.curve.automatic import SETTINGS as AUTOMATIC
 from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.hbm.io.room import check_size
 from tipdamp.hbm.validation import check_samples
 from tipdamp.study.law import laws_with_sliders
-from tipdamp.study.schema import ContactSection, LoadCase, Respond, SideSection, StudySection, Tune
+from tipdamp.study.schema import (
+    ContactSection,
+    LoadCase,
+    Respond,
+    SideSection,
+    StudySection,
+    Tune,
+    named_orders,
+)
 from tipdamp.study.view import Study
 
+TRIED = 3  # numbers of harmonics of harmonics = 'auto', as counted
 MOST_CURVES, CURVE_SECONDS, CURVE_MB = 1000, 1, 0.05  # of a study; of a curve of a small model
 OF_MODELS = ("kind", "scale", "fit_hz")  # keys of [contact] on how a model gives the stiffness
 GIVEN = (
@@ -178,16 +188,20 @@ def refuse_beside_pairs(path: Path, contact: ContactSection, sides: dict[str, Si
 
 def check_respond(where: str, respond: Respond) -> None:
     """No curve or patch twice; one patch on each blade."""
-    for key in ("levels", "harmonics", "patches", "excitation"):
-        names = [f"{v:g}" if isinstance(v, float) else str(v) for v in dict(respond)[key]]
+    orders = named_orders(respond.harmonics)
+    listed: dict[str, tuple] = {"levels": respond.levels, "harmonics": orders}
+    listed |= {"patches": respond.patches, "excitation": respond.excitation}
+    for key, values in listed.items():
+        names = [f"{v:g}" if isinstance(v, float) else str(v) for v in values]
         double = [n for n, times in Counter(names).items() if times > 1]
         if double:
             raise InputError(f"{where} {key}: {shown(double[0])} is given twice")
     try:
-        check_samples(respond.samples, max(respond.harmonics))
+        check_samples(respond.samples, max(orders, default=AUTOMATIC.most))
     except InputError as error:
         raise InputError(f"{where} {error}") from None
-    curves = len(respond.levels) * len(respond.harmonics) * (1 + respond.both_ways)
+    of_each = len(orders) or TRIED
+    curves = len(respond.levels) * of_each * (1 + respond.both_ways)
     if curves > MOST_CURVES:
         raise InputError(
             f"{where} levels and harmonics make {curves} curves, at most {MOST_CURVES} are "

@@ -4,7 +4,7 @@ range and meaning.
 docs/study_files.md and the JSON schema for editors are made from them (study/keys.py). Values are
 in SI units."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
@@ -19,6 +19,7 @@ from tipdamp.study.values import (
     COUNT,
     COUNT_OR_AUTO,
     COUNTS,
+    COUNTS_OR_AUTO,
     FLAG,
     GROUP_VALUES,
     GROUP_VECTORS,
@@ -792,6 +793,14 @@ class Free(StudySection):
     ] = (0.005,)
 
 
+Orders: TypeAlias = tuple[int, ...] | Literal["auto"]
+
+
+def named_orders(harmonics: Orders) -> tuple[int, ...]:
+    """Values of H that a study names; none with 'auto'."""
+    return () if harmonics == "auto" else harmonics
+
+
 class Respond(StudySection):
     """[respond]: excitation, outputs and settings of the forced response."""
 
@@ -858,9 +867,27 @@ class Respond(StudySection):
         Numbers, Key(NUMBERS, "Fe, amplitudes of the excitation", "force", low=0, open_low=True)
     ]
     harmonics: Annotated[
-        tuple[int, ...],
-        Key(COUNTS, "H, highest order kept; several give several curves", low=1, high=99),
-    ] = (5,)
+        Orders,
+        Key(
+            COUNTS_OR_AUTO,
+            "H, highest order kept; several give several curves; 'auto': of each level curves with "
+            "more and more, up to 45, until the estimated error of 99 % of the points is within "
+            "the tolerance, relative to the vibration of each point",
+            low=1,
+            high=99,
+        ),
+    ] = "auto"
+    tolerance: Annotated[
+        float,
+        Key(
+            NUMBER,
+            "error by the harmonics above H that is accepted, relative to the vibration: harmonics "
+            "= 'auto' meets it, with a number of harmonics a peak that misses it is warned of",
+            low=0,
+            open_low=True,
+            high=0.1,  # a larger one is none that an estimate knows
+        ),
+    ] = 1e-3
     band: Annotated[Band, Key(BAND, "first and last frequency in Hz", low=0, open_low=True)]
     samples: Annotated[
         int | None,

@@ -62,7 +62,8 @@ class Key:
     ) -> dict:
         found = self.kind.json() if self.kind.json else _ranged(handler(schema), self)
         if self.kind.alone:
-            found = {"anyOf": [found["items"], found]}
+            ways = found.get("anyOf", [found])
+            found = {"anyOf": [ways[0]["items"], *ways]}
         return {
             **found,
             "description": self.text
@@ -158,6 +159,8 @@ def _or(word: str, read: Callable) -> Callable:
     def either(value: Any, key: Key, factor: float) -> Any:
         if value == word:
             return value
+        if isinstance(value, list) and word in value:
+            raise ValueError(f"'{word}' stands alone, not in a list")
         try:
             return read(value, key, factor)
         except ValueError as error:
@@ -264,6 +267,7 @@ COUNT = Kind("whole number", _count)
 COUNTS = Kind("whole number or list", _each(_count, True), alone=True)
 STATIONS = Kind("[front, back] or 'all'", _or("all", _each(_count, True)))
 ROLL = Kind("'from_flat' or number", _or("from_flat", number))
+COUNTS_OR_AUTO = Kind("'auto', whole number or list", _or("auto", _each(_count, True)), alone=True)
 COUNT_OR_AUTO = Kind("'auto' or whole number", _or("auto", _count))
 PHASE = Kind(
     "degrees, list, 'in_phase' or 'out_of_phase'",

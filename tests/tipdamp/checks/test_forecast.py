@@ -224,7 +224,7 @@ def test_inspect_says_it(tmp_path, capsys):
     )
     assert (
         size.pairs == 18
-        and size.curves == (5, 5)
+        and size.curves == (3, 8, 11)
         and set(costs) == {"reduce", "preload", "tune", "respond"}
     )
     assert np.isfinite([cost.seconds for cost in costs.values()]).all() and size.reduced == 99 + 8

@@ -7,6 +7,7 @@ import pytest
 
 from tipdamp.report.drawing.figure import Curve
 from tipdamp.report.figures import hysteresis
+from tipdamp.report.results import Results
 from tipdamp.results.loops import Loops
 
 AMPLITUDE, MEAN = 2e-6, 5e-6  # m
@@ -15,7 +16,7 @@ NORMAL = [(-4.0, 10.0), (3.0, 8.0), (-7.0, -1.0), (0.0, 0.0)]  # N, from and to,
 
 
 def results(components=("t1", "t2", "n")):
-    """Each pair turns its work in t1, half of it in t2; three curves, of which the last counts."""
+    """Each pair turns its work in t1, half of it in t2; four curves, of which the last counts."""
     phase = np.linspace(0, 2 * np.pi, 401)
     motion, force = np.zeros((2, len(phase), len(WORK), len(components)))
     for k, name in enumerate(components):
@@ -29,12 +30,15 @@ def results(components=("t1", "t2", "n")):
     pairs = tuple(f"left {i}" for i in range(len(WORK)))
     done = dict(zip(pairs, WORK, strict=True))
     curves = [
-        SimpleNamespace(file=f"{Fe}_{H}", Fe_N=Fe, H=H, hz=2800.0, friction_J=done)
-        for Fe, H in ((40.0, 1), (5.0, 3), (20.0, 3))
+        SimpleNamespace(file=f"{Fe}_{H}", Fe_N=Fe, H=H, hz=2800.0, friction_J=done, tried=())
+        for Fe, H in ((5.0, 1), (20.0, 1), (5.0, 3), (20.0, 3))
     ]
     loops = Loops(phase / (2 * np.pi * 2800.0), motion, force, components, pairs)
-    return SimpleNamespace(
-        cycles=SimpleNamespace(curves=tuple(curves)), loops={curves[-1].file: loops}
+    return Results(
+        None,
+        cycles=SimpleNamespace(curves=tuple(curves)),
+        loops={curves[-1].file: loops},
+        cases=tuple(SimpleNamespace(Fe=one.Fe_N, H=one.H, facts=one) for one in curves),
     )
 
 

@@ -1,20 +1,27 @@
-"""Curves of a family: per newton and absolute."""
+"""Curves of a family: per newton and absolute; with harmonics = "auto" one of each level."""
 
 import numpy as np
 import pytest
 
-from tests.tipdamp.report.files import artefacts, results_of
-from tipdamp.report.drawing.figure import Curve, Marks
-from tipdamp.report.figures import response_family
+from tests.tipdamp.report.files import FULL, artefacts, results_of
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.report.drawing.figure import Band, Curve, Marks
+from tipdamp.report.figures import (
+    contact_states,
+    peak_trend,
+    response_family,
+    response_levels,
+)
+from tipdamp.report.summary import summarise
+from tipdamp.report.tables import assumptions, harmonics, peaks
 
 
 def test_left_per_newton_and_right_absolute(tmp_path):
     """In µm/N and µm, of m; a circle at the peak of the curve file."""
     results = results_of(*artefacts(tmp_path))
     figures = list(response_family.figures(results))
-    assert len(figures) == len(results.orders)
-    for figure, H in zip(figures, reversed(results.orders), strict=True):
-        cases = results.of_order(H)
+    assert [{case.H for case in family} for family in results.families] == [{1}, {3}]
+    for figure, cases in zip(figures, reversed(results.families), strict=True):
         assert {case.Fe for case in cases} != {1.0}
         for panel, scale in zip(
             figure.panels, ([1e6 / case.Fe for case in cases], [1e6] * len(cases)), strict=True
@@ -25,3 +32,57 @@ def test_left_per_newton_and_right_absolute(tmp_path):
                 top = case.patch(results.first_patch).max(axis=1)
                 np.testing.assert_allclose(curve.y, factor * top)
                 assert circle.y == pytest.approx([factor * case.facts.peak_m])
+
+
+def found_automatically(files):
+    """1 N with H = 1, 20 N with H = 3, which misses the tolerance."""
+    low, _, _, high = files["responses"]
+    low |= {"tried": [{"H": 1, "error": 2e-4}], "within_tolerance": True, "truncation": 1e-4}
+    tried = [{"H": 1, "error": None}, {"H": 3, "error": 5e-3}]
+    tried.append({"H": 5, "error": 2e-3, "complete": False})
+    high |= {"tried": tried, "within_tolerance": False, "truncation": 4e-3}
+    files["responses"] = [high, low]
+
+
+def test_each_level_with_its_own_harmonics(tmp_path):
+    """One family, with H in its legends; the estimated error as a band in place of curves with
+    fewer; and a table of what was tried."""
+    sections = FULL.replace("[1, 3]", '"auto"')
+    study, store = artefacts(tmp_path, sections=sections, damage=found_automatically)
+    path = store.path("responses/Fe_20N_H3.npz")
+    curve = ForcedResponse.load(path)
+    vars(curve)["truncation"] = 1e-8 * np.ones((41, 4))
+    curve.save(path)
+    results = results_of(study, store)
+    assert [[case.H for case in family] for family in results.families] == [[1, 3]]
+    (family,) = response_family.figures(results)
+    assert family.name == "family_auto" and "H = 1 to 3" in family.title
+    legends = [item.name for item in family.panels[0].items if isinstance(item, Curve)]
+    assert legends[:2] == ["Fe = 1 N, H = 1", "Fe = 20 N, H = 3"]
+    (levels,) = response_levels.figures(results)
+    assert [panel.title for panel in levels.panels] == ["Fe = 20 N, H = 3", "Fe = 1 N, H = 1"]
+    bands = [item for item in levels.panels[0].items if isinstance(item, Band)]
+    (error,) = [band for band in bands if band.name == "estimated error"]
+    np.testing.assert_allclose(error.high - error.low, 2 * np.sqrt(2) * 1e-2)
+    assert "at the peaks 0.40 % at most (Fe = 20 N)" in levels.caption
+    (trend,) = peak_trend.figures(results)
+    assert [item.name for item in trend.panels[0].items if isinstance(item, Marks)] == [
+        "H = 1 to 3"
+    ]
+    (states,) = contact_states.figures(results)
+    assert "at H = 1 to 3:" in states.caption
+    (table,) = harmonics.tables(results)
+    assert table.rows == (
+        ("1", "1", "0.0002", "met", "0.0002 with 1"),
+        ("20", "3", "0.005", "not met", "– with 1; 0.005 with 3; 0.002 with 5, incomplete"),
+    )
+    (rows,) = peaks.tables(results)
+    assert [row[:2] for row in rows.rows] == [("1", "1"), ("3", "20")]
+    (assumed,) = assumptions.tables(results)
+    assert any("99 % of the points" in row[1] for row in assumed.rows if row[0] == "harmonics")
+    one = summarise(results)["responses"][1]
+    assert one["within_tolerance"] is False and one["tried"][1]["error"] == 5e-3
+
+
+def test_named_harmonics_have_no_table_of_tries(tmp_path):
+    assert not list(harmonics.tables(results_of(*artefacts(tmp_path))))

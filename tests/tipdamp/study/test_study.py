@@ -90,6 +90,28 @@ def test_units_are_converted_once(tmp_path):
         ("levels = [1, 20]", "levels = []", "must be a list that is not empty"),
         ("harmonics = [1]", "harmonics = [0]", "must lie between 1 and 99"),
         ("harmonics = [1]", "harmonics = [1.5]", "must be a whole number"),
+        (
+            "harmonics = [1]",
+            'harmonics = "automatic"',
+            r"\[respond\] harmonics = 'automatic': must be a whole number from 1 to 99, or 'auto'",
+        ),
+        ("harmonics = [1]", 'harmonics = ["auto", 5]', "'auto' stands alone, not in a list"),
+        (
+            "harmonics = [1]",
+            'harmonics = "auto"\nsamples = 64',
+            r"\[respond\] samples = 64: .* at least 180 for harmonics = 45",
+        ),
+        (
+            "harmonics = [1]",
+            "harmonics = [1]\ntolerance = 0",
+            r"\[respond\] tolerance = 0: must be above 0 and at most 0.1",
+        ),
+        ("harmonics = [1]", "harmonics = [1]\ntolerance = 1", "tolerance = 1: must be above 0"),
+        (
+            "harmonics = [1]",
+            'harmonics = [1]\ntolerance = "low"',
+            r"\[respond\] tolerance = 'low': must be a number",
+        ),
         ("damping_ratio = 0.022", "damping_ratio = 1.2", "must be at least 0 and at most 0.9999"),
         ("stations = [5, 4]", "", "needs either target_hz, or stations"),
         ("stations = [5, 4]", "stations = [5]", r"must be two numbers \[front, back\]"),

@@ -10,7 +10,7 @@ from tipdamp.hbm.result import ForcedResponse
 from tipdamp.report.drawing.figure import VERMILION, Curve, Item, Marks, Panel
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import hertz, listing, micro
-from tipdamp.results.response_results import NamedPlace
+from tipdamp.results.response_results import NamedPlace, PeakCycle
 
 BIFURCATIONS = {  # symbol of each kind of named point
     "fold": "square",
@@ -98,6 +98,17 @@ def levels_of(cases: Sequence[ReportedCurve]) -> str:
     return f"Fe = {listing(f'{c.Fe:g}' for c in cases)} N"
 
 
+def orders_of(cases: Sequence[ReportedCurve | PeakCycle]) -> str:
+    """'H = 5', or 'H = 3 to 11' where each has as many as it needs."""
+    few, *_, most = sorted([case.H for case in cases] * 2)
+    return f"H = {few}" if few == most else f"H = {few} to {most}"
+
+
+def level_title(case: ReportedCurve) -> str:
+    """Of a curve among those of its family: 'Fe = 20 N', with H where each has its own."""
+    return f"Fe = {case.Fe:g} N" + f", H = {case.H}" * bool(case.facts.tried)
+
+
 def peakless(cases: Sequence[ReportedCurve]) -> str:
     """Sentences on the curves that have no peak, and on those without a solved point; empty where
     all have one."""
@@ -131,7 +142,7 @@ def reason(case: ReportedCurve) -> str:
 
 def panel_title(case: ReportedCurve) -> str:
     """Of a panel for one level."""
-    return f"Fe = {case.Fe:g} N" + ": no point solved" * case.facts.solved_nothing
+    return level_title(case) + ": no point solved" * case.facts.solved_nothing
 
 
 def of_one_mode(cases: Sequence[ReportedCurve]) -> list[list[ReportedCurve]]:

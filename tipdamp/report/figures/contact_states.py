@@ -5,22 +5,21 @@ from collections.abc import Iterator
 import numpy as np
 
 from tipdamp.report.drawing.figure import DARK, ORANGE, PALE, Band, Figure, Panel
-from tipdamp.report.figures.amplitudes import failures
+from tipdamp.report.figures.amplitudes import failures, level_title, orders_of
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import listing
 
 
 def figures(results: Results) -> Iterator[Figure]:
     """One panel for each level with a solved point, from the largest, at the largest H."""
-    most = results.orders[-1] if results.cases else 0
-    cases = results.solved(most)
+    cases = results.solved
     if not cases:
         return
     pairs = cases[0].curve.share_stick.shape[1]
     panels = [_panel(case, pairs, tuple(results.study.respond.band)) for case in reversed(cases)]
     caption = (
-        f"Contact states over frequency at H = {most}: share of the cycle in which each of the "
-        f"{pairs} kept pairs sticks, slips or is open, summed over the pairs. "
+        f"Contact states over frequency at {orders_of(cases)}: share of the cycle in which each of "
+        f"the {pairs} kept pairs sticks, slips or is open, summed over the pairs. "
         f"{_where_slip_begins(cases)}"
     )
     yield Figure(
@@ -46,7 +45,7 @@ def _panel(case: ReportedCurve, pairs: int, band: tuple) -> Panel:
         *failures(case, opened + slip),
     )
     return Panel(
-        f"Fe = {case.Fe:g} N", "frequency (Hz)", "pairs", items, y_range=(0, pairs), x_range=band
+        level_title(case), "frequency (Hz)", "pairs", items, y_range=(0, pairs), x_range=band
     )
 
 

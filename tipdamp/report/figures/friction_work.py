@@ -18,6 +18,7 @@ from tipdamp.report.drawing.figure import (
     Tiles,
     level_colors,
 )
+from tipdamp.report.figures.amplitudes import orders_of
 from tipdamp.report.figures.axial import AXIAL, of_side, side_title
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import MICRO
@@ -28,28 +29,28 @@ MOST_PAIRS = 60  # rows of the state map that can be told apart
 def figures(results: Results) -> Iterator[Figure]:
     """Friction work along the axis, a panel for each side; states at the largest level; both at the
     largest H."""
-    if results.cycles is None or results.kept is None or not results.cycles.curves:
+    if results.cycles is None or results.kept is None or not results.periods:
         return
-    H = max(one.H for one in results.cycles.curves)
     if any(one.friction_share > 0 for one in results.cycles.curves):
         yield Figure(
             "friction_work",
             "Friction work of the pairs",
-            f"Energy that friction takes in each period at the peak, H = {H}: sum over the rows "
-            "of each station, one line for each level.",
-            tuple(_work(results, side, H) for side in results.kept.sides),
+            "Energy that friction takes in each period at the peak, "
+            f"{orders_of(results.periods)}: sum over the rows of each station, one line for each "
+            "level.",
+            tuple(_work(results, side) for side in results.kept.sides),
             row_height=310,
         )
-        yield _map(results, H)
+        yield _map(results)
         if len(results.cycles.pairs) <= MOST_PAIRS:
-            yield _states(results, results.solved(H)[-1])
+            yield _states(results, results.solved[-1])
 
 
-def _work(results, side, H) -> Panel:
+def _work(results, side) -> Panel:
     kept = results.kept.select(results.kept.carrying)
     mine = of_side(kept, side)
     names = np.array(results.cycles.pairs)[kept.side == side].tolist()
-    curves = sorted((one for one in results.cycles.curves if one.H == H), key=lambda one: one.Fe_N)
+    curves = results.periods
     stations = np.unique(mine.station)
     x = np.array([results.along(mine)[mine.station == s].mean() for s in stations])
     apart = 1 + np.flatnonzero(np.abs(np.diff(stations[np.argsort(x)])) > 1)
@@ -69,9 +70,9 @@ def _work(results, side, H) -> Panel:
     return Panel(side_title(results, side), AXIAL, "friction work (µJ per period)", tuple(items))
 
 
-def _map(results, H) -> Figure:
+def _map(results) -> Figure:
     """A panel for each side, at the largest level."""
-    one = max((c for c in results.cycles.curves if c.H == H), key=lambda c: c.Fe_N)
+    one = results.periods[-1]
     kept = results.kept.select(results.kept.carrying)
     work = MICRO * np.array([one.friction_J[name] for name in results.cycles.pairs])
     panels = []
@@ -106,8 +107,8 @@ def _map(results, H) -> Figure:
         "friction_map",
         "Friction work over the contact sides",
         f"Energy that friction takes in each pair in one period at the peak, Fe = {one.Fe_N:g} N, "
-        f"H = {H}: stations along the axis, rows across the side (0 is the lower edge). Blank: no "
-        "kept pair.",
+        f"H = {one.H}: stations along the axis, rows across the side (0 is the lower edge). Blank: "
+        "no kept pair.",
         tuple(panels),
         row_height=240,
     )

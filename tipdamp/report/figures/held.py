@@ -5,14 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from tipdamp.report.drawing.figure import DASHES, Curve, Figure, Item, Marks, Panel, level_colors
-from tipdamp.report.figures.amplitudes import levels_of
+from tipdamp.report.figures.amplitudes import levels_of, orders_of
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import hertz, listing, number
 
 
 def figures(results: Results) -> Iterator[Figure]:
     """Mean force over the band at every level, one panel for each motion, at the largest H."""
-    cases = results.solved(results.orders[-1]) if results.cases else []
+    cases = results.solved
     if not cases or not cases[0].facts.held:
         return
     panels = tuple(
@@ -27,7 +27,7 @@ def figures(results: Results) -> Iterator[Figure]:
     yield Figure(
         "held",
         "Force on what holds the damper",
-        f"Mean force of the damper on what holds it at {levels_of(cases)} with H = {cases[0].H}, "
+        f"Mean force of the damper on what holds it at {levels_of(cases)} with {orders_of(cases)}, "
         "positive along the motion, beside the one at rest: what a stop there would have to "
         f"take. Circles mark the highest amplitude of blade 1: {listing(at)}.",
         panels,

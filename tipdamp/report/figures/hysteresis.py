@@ -15,10 +15,9 @@ COLORS = {"t1": BLUE, "t2": VERMILION, "n": INK}
 def figures(results: Results) -> Iterator[Figure]:
     """A panel for each pair that takes most energy, tangential force over motion; and their normal
     forces in time."""
-    curves = results.cycles.curves if results.cycles else ()
-    if not curves:
+    if not results.periods:
         return
-    one = max(curves, key=lambda c: (c.H, c.Fe_N))
+    one = results.periods[-1]
     loops = results.loops[one.file]
     work = np.array([one.friction_J[name] for name in loops.pairs])
     chosen = [

@@ -18,7 +18,7 @@ from tipdamp.report.drawing.figure import (
     Marks,
     Panel,
 )
-from tipdamp.report.figures.amplitudes import of_one_mode, peakless
+from tipdamp.report.figures.amplitudes import of_one_mode, orders_of, peakless
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import MICRO, hertz, number
 
@@ -33,16 +33,16 @@ def figures(results: Results) -> Iterator[Figure]:
         return
     height: list[Item] = []
     place: list[Item] = []
-    for k, H in enumerate(results.orders):
-        rank = (len(results.orders) - 1 - k) % 4
-        cases = [c for c in results.of_order(H) if c.has_peak]
+    for k, family in enumerate(results.families):
+        rank = (len(results.families) - 1 - k) % 4
+        cases = [c for c in family if c.has_peak]
         for run in of_one_mode(cases):
             Fe, hz, peak = _peaks(run)
             for items, y in ((height, peak), (place, hz)):
                 items.append(Curve(Fe, y, "", COLORS[rank], DASHES[rank]))
         Fe, hz, peak = _peaks(cases)
         for items, y in ((height, peak), (place, hz)):
-            items.append(Marks(Fe, y, f"H = {H}", COLORS[rank], SYMBOLS[k % 3]))
+            items.append(Marks(Fe, y, orders_of(family), COLORS[rank], SYMBOLS[k % 3]))
     if results.tune:
         stuck = results.tune.stuck_hz.tuned
         place.append(_limit(stuck, f"stuck {hertz(stuck)} Hz", place))

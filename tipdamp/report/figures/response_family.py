@@ -10,9 +10,11 @@ from tipdamp.report.figures.amplitudes import (
     amplitude_panel,
     branch_lines,
     failures,
+    level_title,
     levels_of,
     named_marks,
     of_one_mode,
+    orders_of,
     peakless,
     unstable_parts,
 )
@@ -23,8 +25,8 @@ from tipdamp.statics.model_inputs import in_patch
 
 def figures(results: Results) -> Iterator[Figure]:
     """Per newton beside the linear stuck response, and absolute; the largest H first."""
-    for H in reversed(results.orders):
-        cases = results.of_order(H)
+    for cases in reversed(results.families):
+        orders = orders_of(cases)
         per_force: list[Item] = []
         absolute: list[Item] = []
         for case, color in zip(cases, level_colors(len(cases)), strict=True):
@@ -42,7 +44,7 @@ def figures(results: Results) -> Iterator[Figure]:
                 )
             )
         caption = (
-            f"Response of blade 1 at {levels_of(cases)} with H = {H}, half of peak-to-peak: left "
+            f"Response of blade 1 at {levels_of(cases)} with {orders}, half of peak-to-peak: left "
             "per newton of force, right absolute. Lines are the largest amplitude over the "
             "response patch, shaded down to the smallest; circles mark the peaks. "
             f"{_truncated(cases)}"
@@ -52,8 +54,8 @@ def figures(results: Results) -> Iterator[Figure]:
             + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14")
         )
         yield Figure(
-            f"family_H{H}",
-            f"Forced response, H = {H}",
+            "family_auto" if cases[0].facts.tried else f"family_H{cases[0].H}",
+            f"Forced response, {orders}",
             caption,
             (
                 amplitude_panel(results, "per newton", "amplitude per force (µm/N)", per_force),
@@ -68,11 +70,10 @@ def _curve(results, case: ReportedCurve, color, factor) -> Iterator[Item]:
     top, low = amplitude.max(axis=1), amplitude.min(axis=1)
     hz, facts = case.curve.frequency, case.facts
     yield Band(hz, low, top, "", color, 0.13)
-    error = case.truncation(results.first_patch)
+    error = case.error_of_top(results.first_patch)
     if error is not None:
-        of_top = factor * np.take_along_axis(error, amplitude.argmax(axis=1)[:, None], axis=1)[:, 0]
-        yield Band(hz, top - of_top, top + of_top, "", color, 0.4)
-    yield from branch_lines(case.curve, top, f"Fe = {case.Fe:g} N", color)
+        yield Band(hz, top - factor * error, top + factor * error, "", color, 0.4)
+    yield from branch_lines(case.curve, top, level_title(case), color)
     for one in case.beside:
         highest = one.amplitude()[:, in_patch(one.output_names, results.first_patch)].max(axis=1)
         yield from branch_lines(one, factor * highest, "", color, 0.9)

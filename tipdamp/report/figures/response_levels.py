@@ -10,32 +10,35 @@ from tipdamp.report.figures.amplitudes import (
     branch_lines,
     failures,
     named_marks,
+    orders_of,
     outermost,
     panel_title,
     peakless,
     unstable_parts,
 )
 from tipdamp.report.results import ReportedCurve, Results
-from tipdamp.report.text import MICRO, listing, percent
+from tipdamp.report.text import MICRO, listing, number, percent
 
 
 def figures(results: Results) -> Iterator[Figure]:
-    """One panel for each level, from the largest, at the largest H; smaller H beside it."""
+    """One panel for each level, from the largest, at the most harmonics; beside it the curves with
+    fewer, or where there are none the error that is estimated."""
     if not results.cases:
         return
-    most, others = results.orders[-1], results.orders[:-1]
+    cases, others = results.finest, results.families[:-1]
     panels = [
         amplitude_panel(results, panel_title(case), "amplitude (µm)", list(_items(results, case)))
-        for case in reversed(results.of_order(most))
+        for case in reversed(cases)
     ]
-    unsolved = [c for c in results.of_order(most) if c.facts.solved_nothing]
-    beside = f", beside the largest at H = {listing(others)}" if others else ""
+    unsolved = [c for c in cases if c.facts.solved_nothing]
+    fewer = listing(f"{family[0].H}" for family in others)
+    beside = f", beside the largest at H = {fewer}" if others else ""
     caption = (
         "Each level from the largest force down: the largest and the smallest amplitude over the "
-        f"nodes of the patch of blade 1 at H = {most}{beside}, and the linear response with all "
-        "kept pairs stuck. "
-        f"{unstable_parts(results.of_order(most))}{_marked(results.of_order(most))}"
-        f"{_orders_apart(results)}{peakless(unsolved)}"
+        f"nodes of the patch of blade 1 at {orders_of(cases)}{beside}, and the linear response "
+        "with all kept pairs stuck. "
+        f"{unstable_parts(cases)}{_marked(cases)}"
+        f"{_orders_apart(others[0], cases) if others else _estimated(cases)}{peakless(unsolved)}"
         + results.beside_paper("Corresponds to figures 10 to 14, without their measured curves,")
     )
     yield Figure(
@@ -54,7 +57,11 @@ def _items(results, case: ReportedCurve) -> Iterator[Item]:
     yield Band(hz, low, top, f"H = {case.H}, patch of blade 1", VERMILION, 0.28)
     yield from branch_lines(case.curve, top, f"H = {case.H}, largest and smallest", VERMILION)
     yield from branch_lines(case.curve, low, "", VERMILION, 1.0)
-    same_level = (c for H in results.orders[:-1] for c in results.of_order(H) if c.Fe == case.Fe)
+    others = results.families[:-1]
+    error = case.error_of_top(results.first_patch)
+    if error is not None and not others:
+        yield Band(hz, top - MICRO * error, top + MICRO * error, "estimated error", BLUE, 0.5)
+    same_level = (c for family in others for c in family if c.Fe == case.Fe)
     for k, other in enumerate(same_level):
         yield Curve(
             other.curve.frequency,
@@ -87,17 +94,23 @@ def _marked(cases) -> str:
     )
 
 
-def _orders_apart(results) -> str:
+def _orders_apart(coarse, fine) -> str:
     """Where the smallest H misses the peak of the largest most."""
-    few, most = results.orders[0], results.orders[-1]
-    peaks = [
-        (a, b)
-        for a in results.of_order(few)
-        for b in results.of_order(most)
-        if a.Fe == b.Fe and a.has_peak and b.has_peak
-    ]
-    if few == most or not peaks:
+    peaks = [(a, b) for a, b in zip(coarse, fine, strict=True) if a.has_peak and b.has_peak]
+    if not peaks:
         return ""
     a, b = max(peaks, key=lambda p: abs(p[0].facts.peak_m / p[1].facts.peak_m - 1))
     off = percent(a.facts.peak_m / b.facts.peak_m - 1, 1)
-    return f"The peaks at H = {few} and H = {most} differ most at {a.Fe:g} N, by {off}."
+    return f"The peaks at H = {a.H} and H = {b.H} differ most at {a.Fe:g} N, by {off}. "
+
+
+def _estimated(cases) -> str:
+    """The largest error of a peak."""
+    known = [c for c in cases if c.facts.truncation is not None]
+    if not known:
+        return ""
+    worst = max(known, key=lambda c: c.facts.truncation)
+    return (
+        "Blue, where it is wider than the line: the estimated error by the harmonics above H, at "
+        f"the peaks {number(worst.facts.truncation, 2, 100)} % at most (Fe = {worst.Fe:g} N). "
+    )

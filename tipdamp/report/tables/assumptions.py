@@ -9,6 +9,7 @@ from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import amount, force_along, listing, micro, moment, number
 from tipdamp.results.static_results import SideStiffness
+from tipdamp.study.schema import named_orders
 
 MANY = 12  # load points beyond which a table names their ends alone
 PER_MM3 = 1e9  # N/m3 in a N/mm3
@@ -203,7 +204,15 @@ def _response(results):
         first = results.cases[0].facts
         yield "displacements measured from", ORIGIN[first.origin]
         yield "initial slider positions", START.get(first.start, first.start)
-    yield "harmonics", f"orders 0 to H, H = {listing(settings.harmonics)}"
+    named = named_orders(settings.harmonics)
+    yield (
+        "harmonics",
+        f"orders 0 to H, H = {listing(named)}; the estimated error of the peaks is held against "
+        f"{settings.tolerance:g} of them"
+        if named
+        else "orders 0 to H, H as large as 99 % of the points of a curve need for an estimated "
+        f"error of {settings.tolerance:g} of their vibration",
+    )
     if results.respond is not None:
         law = results.respond.law
         own = listing(f"{name} = {value:g}" for name, value in law.parameters.items())

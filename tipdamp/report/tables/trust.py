@@ -20,7 +20,7 @@ def tables(results: Results) -> Iterator[Table]:
         "How far to trust this. Harmonics: estimated error of the largest peak by the orders above "
         "H. From fewer: change of the peak from the next smaller H. Energy: largest error of input "
         "= damping + friction over a period, relative to the input, of all points. Other way: the "
-        "band followed from its other end; the same, where the solution there is found by itself, "
+        "band followed from its other end; not needed where the solution there is found by itself, "
         "too, and the curve is one whole branch; else the change of the peak. Unstable: motions of "
         "which a disturbance grows, of the peaks or of all points. Beside: further curves that a "
         "search found, such as detached resonances; none found is no proof that there is none."
@@ -89,7 +89,7 @@ def _state(case: ReportedCurve) -> str:
 
 def _other_way(facts) -> str:
     if facts.back is None:
-        return "the same" if facts.alike_backwards else "not followed"
+        return "not needed" if facts.alike_backwards else "not followed"
     if facts.back.peak_m is None:
         return (
             "no peak"

@@ -1,0 +1,68 @@
+"""The curves of one level: of the numbers of harmonics that the study names, or with harmonics =
+"auto" of more and more, until one meets the tolerance. Which ones follows from the curves that the
+store has: a study that was interrupted, or has another tolerance, goes on from there."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from tipdamp.engine.curves import CurveCase, Curves
+from tipdamp.hbm.curve.automatic import error_of, first_orders, next_orders
+from tipdamp.results.response_results import TriedHarmonics
+from tipdamp.study.schema import Respond, named_orders
+
+
+@dataclass(frozen=True)
+class Level:
+    """tried - with harmonics = 'auto', with their errors; within - whether one meets the tolerance,
+    the last; without it the last complete curve is taken; forward - the curves of these, and one
+    that is still to be made and judged; wanted - for each H of the result its curve and, where
+    that may be another, the one from the other end; empty while H is not known."""
+
+    tried: tuple[TriedHarmonics, ...]
+    within: bool | None
+    forward: tuple[CurveCase, ...]
+    wanted: tuple[tuple[CurveCase, ...], ...]
+
+    @property
+    def cases(self) -> list[CurveCase]:
+        """All of them."""
+        return [*self.forward, *(case for ways in self.wanted for case in ways)]
+
+
+def level_of(settings: Respond, curves: Curves, Fe: float) -> Level:
+    """What a level of Fe N consists of, as far as the finished curves tell."""
+    if orders := named_orders(settings.harmonics):
+        search = {H: 0.0 for H in orders} | {max(orders): _search(settings, orders)}
+        cases = [CurveCase(Fe, H, settings.band, search[H]) for H in orders]
+        return Level((), None, (), tuple(_ways(settings, curves, case) for case in cases))
+    tried, cases = list[TriedHarmonics](), []
+    further: int | None = first_orders()
+    while further is not None:
+        case = CurveCase(Fe, further, settings.band)
+        cases.append(case)
+        if not curves.finished(case):
+            return Level(tuple(tried), None, tuple(cases), ())
+        curve = curves.load(case)
+        tried.append(TriedHarmonics(H=further, error=error_of(curve), complete=curve.complete))
+        within = curve.complete and error_of(curve) <= settings.tolerance
+        if within or not curve.complete:
+            break
+        further = next_orders([(one.H, one.size) for one in tried], settings.tolerance)
+    H = ([one.H for one in tried if one.complete] or [tried[0].H])[-1]
+    chosen = CurveCase(Fe, H, settings.band, _search(settings, [one.H for one in tried]))
+    return Level(tuple(tried), within, tuple(cases), (_ways(settings, curves, chosen),))
+
+
+def _ways(settings: Respond, curves: Curves, case: CurveCase) -> tuple[CurveCase, ...]:
+    """The curve and, once it is finished and may be another one from there, that from the other end
+    of the band; further curves are looked for beside the first."""
+    if not settings.both_ways or not curves.finished(case) or curves.load(case).alike_backwards:
+        return (case,)
+    return case, replace(case, band=case.band[::-1], search=0.0)
+
+
+def _search(settings: Respond, made: Sequence[int]) -> float:
+    """Effort of the search beside the curve of the largest H, in evaluations of its own: the share
+    of those of the curves of a level, their H in `made`; an evaluation costs in proportion to the
+    unknowns."""
+    return settings.search * sum((2 * H + 1) / (2 * max(made) + 1) for H in made)
