@@ -76,4 +76,4 @@ def test_normal_forces_lie_within_their_axes():
 def test_only_what_the_law_has_is_drawn():
     assert [f.name for f in hysteresis.figures(results(("n",)))] == ["normal_force"]
     assert [f.name for f in hysteresis.figures(results(("t1",)))] == ["hysteresis"]
-    assert not list(hysteresis.figures(SimpleNamespace(cycles=None)))
+    assert not list(hysteresis.figures(Results(None)))
