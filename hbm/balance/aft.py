@@ -81,10 +81,13 @@ class Cycle:
         further = self.law.stuck_stiffness(self.contacts) - self.springs
         return further if further.any() else None
 
-    def forces(self, u: np.ndarray, omega: float) -> ContactForces:
+    def forces(
+        self, u: np.ndarray, omega: float, known: ContactForces | None = None
+    ) -> ContactForces:
         """Contact forces at the relative motion u (P, nd, nh) m and omega rad/s, as the deviation
-        from the force at rest and the springs."""
-        forces = evaluate(self.law, self.contacts, u, self.start, self.grid, omega)
+        from the force at rest and the springs; known : those with fewer orders, where those that u
+        has beyond are zero."""
+        forces = evaluate(self.law, self.contacts, u, self.start, self.grid, omega, known)
         if not self.counts_from_zero:
             forces.g[:, :, 0] += self.beyond_rest
             # open at rest and through the cycle: nothing cancels, however wide the gap
@@ -113,9 +116,17 @@ class Cycle:
         )
 
 
-def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: float) -> ContactForces:
+def evaluate(
+    law,
+    contacts,
+    x: np.ndarray,
+    start: SliderStart,
+    grid,
+    omega: float,
+    known: ContactForces | None = None,
+) -> ContactForces:
     """Contact forces of a law at the relative motion x (P, nd, nh) m and omega rad/s; grid from
-    `sample_grid`.
+    `sample_grid`; known : as in `Cycle.forces`.
 
     Of many contacts those that stick surely are passed over: they are springs, by their largest
     distance from where the sliders start.
@@ -124,17 +135,19 @@ def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: floa
     x = np.require(x, requirements=("C", "W"))
     P = len(contacts)
     if P <= DEFAULT.few_contacts or start.from_position or start.positions.any():
-        return law.harmonics(contacts, x, start, grid, omega)
+        return _of_law(law, contacts, x, start, grid, omega, known)
     moves = ~law.sticks_surely(contacts, np.abs(fourier.to_complex(x)).sum(axis=2))
     moves[:1] |= not moves.any()
     if moves.all():
-        return law.harmonics(contacts, x, start, grid, omega)
-    some = law.select(moves).harmonics(
+        return _of_law(law, contacts, x, start, grid, omega, known)
+    some = _of_law(
+        law.select(moves),
         contacts.select(moves),
         x[moves],
         start._replace(positions=start.positions[moves]),
         grid,
         omega,
+        known and replace(known, active=known.active[moves], shares=known.shares[moves]),
     )
     sticks = np.tile([1.0, 0.0, 0.0], (P, 1))
     sticks[moves] = some.shares
@@ -146,7 +159,14 @@ def evaluate(law, contacts, x: np.ndarray, start: SliderStart, grid, omega: floa
         _among(moves, some.by_omega),
         sticks,
         _among(moves, some.work),
+        some.events,
     )
+
+
+def _of_law(law, contacts, x, start, grid, omega, known):
+    if known is None:
+        return law.harmonics(contacts, x, start, grid, omega)
+    return law.more_orders(contacts, x, start, grid, omega, known)
 
 
 def _among(moves, part):

@@ -197,12 +197,75 @@ def applied(D, places, contacts, x):
 
 
 @njit(cache=True)
-def order_system(D, places, G, u, k):
-    """System (2n, 2n) and right side (2n,) of I + D G and D u at order k alone, real and imaginary
-    part of each of n active components side by side; D (a, nd, nh, nd, nh), places (n,) of the
-    active components in (a nd), G (a nd, n) and u (a nd,) complex."""
-    n, nd, j = len(places), D.shape[1], 2 * k - 1
-    system, right = np.zeros((2 * n, 2 * n)), np.zeros(2 * n)
+def orders_apart(D, places, G, u, H):
+    """(n, k) complex y of (I + D G) y = D u at each of the k orders above H by itself, and u less
+    G y in its place; D (a, nd, nh, nd, nh), places (n,) of the active components in (a nd), G (a
+    nd, n, k) and u (a nd, k) complex. NaN where a system is singular."""
+    n, count = len(places), u.shape[1]
+    y = np.empty((n, count), np.complex128)
+    system, right = np.empty((2 * n, 2 * n)), np.empty(2 * n)
+    for i in range(count):
+        order_system((D, places, G[:, :, i], u[:, i]), 2 * (H + 1 + i) - 1, system, right)
+        eliminated(system, right)
+        for m in range(n):
+            y[m, i] = complex(right[2 * m], right[2 * m + 1])
+        for c in range(len(u)):
+            for m in range(n):
+                u[c, i] -= G[c, m, i] * y[m, i]
+    return y
+
+
+@njit(cache=True)
+def eliminated(A, b):
+    """A^-1 b (n,) in place of b, by elimination with pivots; A is used up, NaN where singular."""
+    n = len(b)
+    for k in range(n):
+        top = k
+        for i in range(k + 1, n):
+            if abs(A[i, k]) > abs(A[top, k]):
+                top = i
+        if A[top, k] == 0.0:
+            b[:] = np.nan
+            return
+        if top != k:
+            b[k], b[top] = b[top], b[k]
+            for c in range(k, n):
+                A[k, c], A[top, c] = A[top, c], A[k, c]
+        for i in range(k + 1, n):
+            factor = A[i, k] / A[k, k]
+            if factor != 0.0:
+                b[i] -= factor * b[k]
+                for c in range(k + 1, n):
+                    A[i, c] -= factor * A[k, c]
+    for k in range(n - 1, -1, -1):
+        for c in range(k + 1, n):
+            b[k] -= A[k, c] * b[c]
+        b[k] /= A[k, k]
+
+
+@njit(cache=True)
+def coupled_orders(D, motion, low):
+    """(a, nd, low) change of the lower orders of the forces, D (a, nd, nh, nd, nh), under a motion
+    (a, nd, nh - low) of the higher ones."""
+    a, nd, count = motion.shape
+    found = np.zeros((a, nd, low))
+    for c in range(a):
+        for d in range(nd):
+            for j in range(low):
+                for e in range(nd):
+                    for m in range(count):
+                        found[c, d, j] += D[c, d, j, e, low + m] * motion[c, e, m]
+    return found
+
+
+@njit(cache=True)
+def order_system(linear, j, system, right):
+    """Fill system (2n, 2n) and right side (2n,) of I + D G and D u at the order of the coefficients
+    j and j + 1 alone, real and imaginary part of each of n active components side by side; linear :
+    D, places, G (a nd, n) and u (a nd,) of `orders_apart`."""
+    D, places, G, u = linear
+    n, nd = len(places), D.shape[1]
+    system[:], right[:] = 0.0, 0.0
     for i in range(n):
         c, d = places[i] // nd, places[i] % nd
         for r in range(2):
@@ -218,7 +281,6 @@ def order_system(D, places, G, u, k):
                     g = G[at, m]
                     system[row, 2 * m] += real * g.real + imag * g.imag
                     system[row, 2 * m + 1] += imag * g.real - real * g.imag
-    return system, right
 
 
 @njit(cache=True)

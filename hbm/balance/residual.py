@@ -276,14 +276,18 @@ class HarmonicBalance:
         )
 
     def contact_forces(
-        self, u: np.ndarray, w: float, contacts: Contacts | None = None
+        self,
+        u: np.ndarray,
+        w: float,
+        contacts: Contacts | None = None,
+        known: ContactForces | None = None,
     ) -> ContactForces:
         """At the relative motion u (P, nd, nh), their g as the deviation from the force at rest and
         the stuck springs.
 
         contacts : other settings; the springs stay those of the problem, and their difference goes
-        into the forces."""
-        return (self.own if contacts is None else self.cycle(contacts)).forces(u, w)
+        into the forces. known : as in `aft.Cycle.forces`."""
+        return (self.own if contacts is None else self.cycle(contacts)).forces(u, w, known)
 
     def sampled(self, x: np.ndarray, w: float) -> bool:
         """Whether the contact forces at x (n,) and w rad/s depend on the samples of the cycle."""

@@ -56,13 +56,14 @@ class ContactReceptance:
         w: float,
         orders: np.ndarray | None = None,
     ) -> np.ndarray:
-        """(len(to), len(at), k) complex between components, at k orders of w, None for all; factors
-        (m, H+1) : of the modes at the orders of w.
+        """(len(to), len(at), k) complex between components, at k orders of w, None for 0..H;
+        factors (m, k) : of the modes there.
 
         From one point of a branch to the next the same contacts act: what does not depend on w is
         kept.
         """
-        highest = factors.shape[1] - 1
+        orders = np.arange(factors.shape[1]) if orders is None else orders
+        highest = orders[-1]
         # a power of two, whatever came before: a curve that is continued later has the same series
         reach = 2.0 ** np.ceil(np.log2(max(abs(w) * max(highest, 1), TINY)))
         asked = to.tobytes(), at.tobytes(), reach
@@ -73,10 +74,6 @@ class ContactReceptance:
             self._between[asked] = low, self._weights(to, at, low, powers)
         low, weights = self._between[asked]
         own = factors[low]
-        if orders is None:
-            orders = np.arange(highest + 1)
-        else:
-            own = own[:, orders]
         x = (1j * w * orders) ** np.arange(DEFAULT.series_terms)[:, None]
         terms = np.concatenate([own, x]) if weights.shape[1] > len(own) else own
         return real_times(weights, terms).reshape(len(to), len(at), len(orders))

@@ -12,19 +12,19 @@ truncation; the correction is a step of Newton's method with more orders, by par
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.kernels import order_system
+from tipdamp.hbm.balance.kernels import coupled_orders, orders_apart
 from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.parameter import Equation
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.outputs import ModalRows
+from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.stability.monodromy import SETTINGS, Stability
 
 FAR = 0.1  # of the vibration: a larger correction is none of first order
@@ -49,8 +49,8 @@ class TruncationEstimate:
         balance = equation.balance
         self.rows, self.equation, self.stability = rows, equation, stability
         self._low, self._high = ModalRows(rows), ModalRows(rows)
-        self._wide = replace(equation, balance=_wider(balance))
-        self._known: dict[int, tuple[Point, np.ndarray]] = {}
+        self._wide = _wider(balance)
+        self._known: dict[int, tuple[Any, np.ndarray]] = {}
 
     def of(self, point: Point) -> np.ndarray:
         """(m,) m, root mean square over a cycle of the change of the vibration; NaN where the point
@@ -67,10 +67,10 @@ class TruncationEstimate:
         if not point.converged:
             kept = self.stability.settings.kept if self.stability else 0
             return np.full(len(self.rows) + 2 * kept, np.nan)
-        if id(point) not in self._known:
-            found = point.detail.further(lambda here: self._both(here, point))
-            self._known[id(point)] = point, found
-        return self._known[id(point)][1]
+        here = point.detail  # the same for a point of a part that is turned round
+        if id(here) not in self._known:
+            self._known[id(here)] = here, here.further(lambda real: self._both(real, point))
+        return self._known[id(here)][1]
 
     def _both(self, here: Linearisation, point: Point) -> np.ndarray:
         with np.errstate(all="ignore"):
@@ -101,16 +101,29 @@ class TruncationEstimate:
         motion = _padded(here.x, here.balance, H).reshape(P, nd, -1)
         if not here.forces.g.any():  # all stick: what the forces hold is the motion
             return found, motion
-        more = self._wide.evaluate(motion.ravel(), point.parameter)
-        high = _higher_orders(more, H)
-        dg = _of_samples(more, here)
-        _add_coupled(dg, more, high.motion)
+        wide, forces = self._more_orders(here, point, motion)
+        high = _higher_orders(wide, forces, here.w, H)
+        dg = forces.g[:, :, : here.balance.nh] - here.forces.g  # of the samples, if any
+        _add_coupled(dg, forces, high.motion)
         low, moved = _lower_orders(here, dg, point.tangent)
         found[:, : H + 1] = real_times(self._low.of(here.balance), low)
-        found[:, H + 1 :] = real_times(self._high.of(more.balance), high.modal)
+        found[:, H + 1 :] = real_times(self._high.of(wide), high.modal)
         motion[:, :, : here.balance.nh] += moved.reshape(P, nd, -1)
-        motion[more.forces.contacts, :, here.balance.nh :] = high.motion
+        motion[forces.contacts, :, here.balance.nh :] = high.motion
         return found, motion
+
+    def _more_orders(self, here, point, motion) -> tuple[HarmonicBalance, ContactForces]:
+        """The balance with further orders, with modes by those of the point alone, and its contact
+        forces at the motion of the point."""
+        own, wide = here.balance, self._wide
+        if own.problem is not wide.problem:  # the parameter changes the linear system
+            wide = _wider(own)
+        contacts = self.equation.parameter.settings_at(own.problem, point.parameter)
+        forces = wide.contact_forces(
+            motion, here.w, None if contacts is own.problem.contacts else contacts, here.forces
+        )
+        reach = own.cover[0] * wide.H / max(own.H, 1)
+        return wide.covering(np.r_[reach, own.cover[1:]]), forces
 
 
 def peak_multipliers(
@@ -139,60 +152,40 @@ def _padded(x, balance, H):
     return found.ravel()
 
 
-def _higher_orders(more: Linearisation, H: int) -> _High:
+def _higher_orders(hb: HarmonicBalance, b: ContactForces, w: float, H: int) -> _High:
     """The orders above H, each by itself: u = -G (g + D u)."""
-    hb, b = more.balance, more.forces
-    shapes, factors = hb.contact_receptance.rows_of, more.factors[:, H + 1 :]
-    g = fourier.to_complex(b.g.reshape(-1, hb.nh))[:, H + 1 :]
+    orders, shapes = np.arange(H + 1, hb.H + 1), hb.contact_receptance.rows_of
+    factors = hb.receptance.factors(w * orders)[0]
+    g = fourier.to_complex(b.g[:, :, 2 * H :].reshape(b.g.shape[0] * hb.nd, -1))[:, 1:]
     rows = np.flatnonzero(g.any(axis=1))
     modal = -factors * real_times(shapes(rows).T, g[rows])
     if not len(b.contacts):
         return _High(modal, np.zeros((0, hb.nd, 2 * factors.shape[1])))
     components = (b.contacts[:, None] * hb.nd + np.arange(hb.nd)).ravel()
     active = np.flatnonzero(b.active[b.contacts].ravel())
-    G = hb.contact_receptance.between(
-        components, components[active], more.factors, more.w, np.arange(H + 1, hb.H + 1)
-    )
+    G = hb.contact_receptance.between(components, components[active], factors, w, orders)
     u = real_times(shapes(components), modal)
-    push = np.empty((len(active), factors.shape[1]), dtype=complex)
-    for i, k in enumerate(range(H + 1, hb.H + 1)):
-        own = np.ascontiguousarray(G[:, :, i])
-        try:
-            parts = np.linalg.solve(*order_system(b.D, active, own, u[:, i].copy(), k))
-        except np.linalg.LinAlgError:  # the estimate is infinite
-            parts = np.full(2 * len(active), np.nan)
-        push[:, i] = parts[::2] + 1j * parts[1::2]
-        u[:, i] -= own @ push[:, i]
+    push = orders_apart(b.D, active, G, u, H)
     modal -= factors * real_times(shapes(components[active]).T, push)
-    real = np.stack([u.real, u.imag], axis=2).reshape(len(b.contacts), hb.nd, -1)
-    return _High(modal, real)
+    return _High(modal, u.view(float).reshape(len(b.contacts), hb.nd, -1))
 
 
-def _add_coupled(dg, more, motion):
-    """Add to dg (P, nd, nh') what the motion (a, nd, 2k) of the higher orders changes in the forces
-    of the lower ones."""
-    b, low = more.forces, more.balance.nh - motion.shape[2]
-    dg[b.contacts, :, :low] += np.einsum("adjek,aek->adj", b.D[:, :, :low, :, low:], motion)
+def _add_coupled(dg, b, motion):
+    """Add to dg (P, nd, nh) what the motion (a, nd, 2k) of the higher orders changes in the forces
+    b of the lower ones."""
+    low = dg.shape[2]
+    dg[b.contacts] += coupled_orders(b.D, motion, low)
 
 
 def _lower_orders(here: Linearisation, dg: np.ndarray, tangent) -> tuple[np.ndarray, np.ndarray]:
     """The change of the orders up to H, modal (m, H+1) and of the contacts (n,), under a change of
-    the contact forces (P, nd, nh'), with the derivative of the law; tangent : of the point, or
+    the contact forces (P, nd, nh), with the derivative of the law; tangent : of the point, or
     None."""
     hb = here.balance
-    g = dg.reshape(-1, dg.shape[2])[:, : hb.nh]
+    g = dg.reshape(-1, hb.nh)
     rows = np.flatnonzero(g.any(axis=1))
     shapes = hb.contact_receptance.rows_of(rows)
     direct = -here.factors * real_times(shapes.T, fourier.to_complex(g[rows]))
     R = -fourier.to_real(real_times(hb.shapes, direct)).ravel()
     step = here.solve_held(R, tangent)
     return direct + here.moved(step, 0.0).modal - here.modal, step
-
-
-def _of_samples(more, here):
-    """(P, nd, nh') N: what the samples of the higher orders change in the forces up to H: nothing
-    for a law whose events are located."""
-    change = np.zeros_like(more.forces.g)
-    low = slice(here.balance.nh)
-    change[:, :, low] = more.forces.g[:, :, low] - here.forces.g
-    return change

@@ -167,6 +167,19 @@ class ContactLaw:
         """
         return sampled.harmonics(self, contacts, x, start, grid, omega)
 
+    def more_orders(
+        self,
+        contacts: Contacts,
+        x: np.ndarray,
+        start: SliderStart,
+        grid: Any,
+        omega: float,
+        known: ContactForces,
+    ) -> ContactForces:
+        """`harmonics` of a motion with further orders, which are zero in x; known : without
+        them."""
+        return self.harmonics(contacts, x, start, grid, omega)
+
     def variation(
         self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any, omega: float
     ) -> Variation | None:

@@ -144,7 +144,8 @@ class ContactForces:
     depend on the rate
     shares : (P, 3) share of the cycle in stick, slip, open; 0 where the force is no contact
     work : (P,) J per cycle that the contacts take, of friction along the paths of the sliders;
-    None: by the harmonics"""
+    None: by the harmonics
+    events : of the cycle, as the law keeps them for `ContactLaw.more_orders`; None: it does not"""
 
     g: np.ndarray
     active: np.ndarray
@@ -153,6 +154,7 @@ class ContactForces:
     by_omega: np.ndarray | None
     shares: np.ndarray
     work: np.ndarray | None = None
+    events: tuple | None = None
 
     @cached_property
     def contacts(self) -> np.ndarray:

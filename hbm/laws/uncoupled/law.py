@@ -5,7 +5,7 @@ Their cycle is event-driven: stick, slip and lift-off are located in time (`even
 in closed form (`integrals`), so that the forces do not depend on the number of samples.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -111,19 +111,31 @@ class CoulombFriction(ContactLaw):
     def harmonics(self, contacts, x, start, grid, omega):
         """Forces of the event-driven cycle, exact for the harmonics of the motion."""
         compilation.announce(integrals.add_forces)
-        law = breaks.Sliders(
-            self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload
-        )
+        law = self._sliders_of(contacts)
         x = np.ascontiguousarray(x)
         pieces, counts, active, shares = located(law, *_moving_orders(x, start, grid))
-        return integrated(law, x, pieces, counts, active, shares)
+        forces = integrated(law, x, pieces, counts, active, shares)
+        most = counts.max(initial=0)
+        return replace(forces, events=(np.ascontiguousarray(pieces[:, :, :most]), counts))
+
+    def _sliders_of(self, contacts):
+        """What the compiled code asks of the contacts."""
+        own = contacts.kt, contacts.kn, contacts.mu, contacts.preload
+        return breaks.Sliders(self.sliders, self._normal, *own)
+
+    def more_orders(self, contacts, x, start, grid, omega, known):
+        """With the events of the same motion."""
+        if known.events is None:
+            return self.harmonics(contacts, x, start, grid, omega)
+        law = self._sliders_of(contacts)
+        pieces, counts = known.events
+        x = np.ascontiguousarray(x)
+        return integrated(law, x, pieces, counts, known.active, known.shares)
 
     def variation(self, contacts, x, start, grid, omega):
         """From the pieces of the cycle, between which everything is linear."""
         compilation.announce(integrals.add_forces)
-        law = breaks.Sliders(
-            self.sliders, self._normal, contacts.kt, contacts.kn, contacts.mu, contacts.preload
-        )
+        law = self._sliders_of(contacts)
         x, start, grid = _moving_orders(np.ascontiguousarray(x), start, grid)
         pieces, counts, active, _ = located(law, x, start, grid)
         moving = np.flatnonzero(active.any(axis=1))
