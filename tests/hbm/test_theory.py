@@ -2,6 +2,7 @@
 there."""
 
 import re
+import runpy
 from pathlib import Path
 
 import pytest
@@ -54,3 +55,15 @@ def test_files_and_links_of_the_page(page):
         assert any((ROOT / "hbm").rglob(name)), name
     for link in re.findall(r"\]\(([^)]+)\)", text):
         assert (THEORY / link).exists(), link
+
+
+@pytest.mark.slow
+def test_pictures_of_trusted_curves(tmp_path):
+    """The script still draws those that are not from the rows of the validation page."""
+    pytest.importorskip("matplotlib")
+    main = runpy.run_path(str(THEORY / "trusted_curves.py"))["main"]
+    names = "detached_curve", "stiff_stop"
+    main(tmp_path, names)
+    for name in names:
+        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+        assert f"{name}.png" in (THEORY / "trusted_curves.md").read_text(encoding="utf-8")

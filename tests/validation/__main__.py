@@ -39,6 +39,7 @@ SUBJECTS = (
     "hertz",
     "peaks_from_both_ends",
     "random_residuals",
+    "trusted_curves",
 )
 
 
