@@ -29,8 +29,11 @@ class StabilitySettings:
         move the leading multiplier of the rig by 4e-4
     slow : poles that keep their mass however fast
     foreign_share : as in `IntegrationSettings`
-    steps, per_mode : of a period at least, and for each period of the fastest mode; twice as many
-        move it by 1e-7
+    steps, per_mode : of a period at first, and for each period of the fastest mode
+    halved : change of the leading multipliers, by modulus, between half the steps and all of them;
+        what is larger takes twice as many: a contact that is open or slips and would be stiff
+        where it sticks needs more, and errors fall by 16
+    doublings : at most; what still changes is not known
     kept : leading multipliers
     neutral : distance from 1 within which a multiplier is that of a motion that nothing holds
     """
@@ -40,6 +43,8 @@ class StabilitySettings:
     foreign_share: float = 0.02
     steps: int = 48
     per_mode: int = 3
+    halved: float = 1e-4
+    doublings: int = 6
     kept: int = 4
     neutral: float = 1e-7
 
@@ -98,15 +103,33 @@ class Stability:
         steps = max(
             self.settings.steps, variation.steps, int(np.ceil(self.settings.per_mode * fastest))
         )
-        instants = _joined(np.linspace(0, 2 * np.pi, steps + 1), variation.events)
+        before = np.empty(0)
+        for doubling in range(self.settings.doublings + 2):
+            half = max(steps // 2, 1) * 2**doubling
+            instants = _joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
+            every = self._after(variation.between(instants), instants / w, slow, place, balance, w)
+            if self._same(every, before):
+                return every
+            before = every
+        return np.empty(0)
+
+    def _same(self, every, before):
+        """Whether the leading multipliers of two numbers of steps are."""
+        if not len(every) or len(every) != len(before):
+            return False
+        moduli = (np.sort(np.abs(some))[::-1][: self.settings.kept] for some in (every, before))
+        return bool(np.abs(np.subtract(*moduli)).max() <= self.settings.halved)
+
+    def _after(self, tangents, times, slow, place, balance, w):
+        """All multipliers, with the tangents between the times, s; none where they overflow."""
+        acts = place >= 0
         of = np.flatnonzero(acts.any(axis=1))
-        tangents = variation.between(instants)
         gamma, diagonal = tangents.gamma[:, :, of], np.arange(balance.nd)
         gamma[..., diagonal, diagonal] -= balance.springs[of]
         rests = tangents.captured.any(axis=0) & (tangents.memory[0] != 0)
         segments = Segments(
             place[of],
-            np.diff(instants) / w,
+            np.diff(times),
             gamma,
             w * tangents.rate[:, :, of],
             tangents.memory[:, of] * acts[of],

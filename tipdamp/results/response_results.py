@@ -247,10 +247,21 @@ class MeasuredResult(Result):
 # ---- cycles --------------------------------------------------------------------------------------
 
 
+class Integration(Record):
+    """Time integration from a point of a curve, see `hbm.comparison.Comparison`: difference - of
+    the amplitude; agrees - whether it is periodic and stayed on the orbit; stable - None where that
+    is not known; said - one sentence."""
+
+    difference: Number
+    agrees: bool
+    stable: bool | None
+    said: str
+
+
 class PeakCycle(Record):
     """One period at the highest solved point of a curve, J per period. friction_J {pair: work of
     friction}; error - of input = damping + friction, relative to the input; file - npz of the
-    hysteresis loops."""
+    hysteresis loops; integration - None where it was not asked for."""
 
     file: str
     Fe_N: float
@@ -260,6 +271,7 @@ class PeakCycle(Record):
     damping_J: float
     friction_J: dict[str, float]
     error: float
+    integration: Integration | None = None
 
     @property
     def friction_share(self) -> float:

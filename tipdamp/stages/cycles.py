@@ -1,5 +1,5 @@
 """Stage cycles: inside of the contacts at the peak of every curve, hysteresis loops, friction work,
-energy balance."""
+energy balance; on demand the peaks beside time integration."""
 
 from collections.abc import Sequence
 
@@ -8,12 +8,22 @@ import numpy as np
 from tipdamp.checks.pairs import pair_names
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.comparison import compare_point
 from tipdamp.hbm.curve.cycles import contact_cycles
 from tipdamp.hbm.curve.energy import EnergyBalance
+from tipdamp.hbm.curve.solutions import points_at
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.results.loops import save_loops
-from tipdamp.results.response_results import CurveResult, CyclesResult, PeakCycle, RespondResult
+from tipdamp.results.response_results import (
+    CurveResult,
+    CyclesResult,
+    Integration,
+    PeakCycle,
+    RespondResult,
+    families,
+)
 from tipdamp.stages.respond import READS, assembled
 from tipdamp.stages.stage import Stage
 from tipdamp.study.view import Study
@@ -27,6 +37,7 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
     respond = RespondResult.load(store)
     names = pair_names(assembly.kept, slice(None))
     found, said = [], []
+    finest = families(respond.responses)[-1] if study.respond.compare else []
     for k, case in enumerate(respond.responses):
         tick(k / len(respond.responses), f"Fe = {case.Fe_N:g} N, H = {case.H}")
         curve = ForcedResponse.load(store.path(case.file))
@@ -38,7 +49,11 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
         except InputError as error:
             said.append(f"no hysteresis loops at Fe = {case.Fe_N:g} N, H = {case.H}: {error}")
             continue
-        found.append(_facts(case, curve, point, cycle.energy, names))
+        beside = _integrated(curve, assembly.curves.problem, point) if case in finest else None
+        if beside and not (beside.agrees and beside.stable):
+            said.append(f"Fe = {case.Fe_N:g} N, H = {case.H}: {beside.said}")
+        facts = _facts(case, curve, point, cycle.energy, names)
+        found.append(facts.model_copy(update={"integration": beside}))
         with store.writing(found[-1].file) as path:
             save_loops(path, cycle, names)
     CyclesResult(curves=tuple(found), pairs=tuple(names), warnings=tuple(said)).save(store)
@@ -53,6 +68,16 @@ def highest_point(case: CurveResult, curve: ForcedResponse) -> int | None:
     solved = np.flatnonzero(curve.converged)
     near = solved[np.isclose(curve.frequency[solved], hz, rtol=1e-9)]
     return int(near[0] if len(near) else solved[np.abs(curve.frequency[solved] - hz).argmin()])
+
+
+def _integrated(curve: ForcedResponse, problem: ContactProblem, point: int) -> Integration:
+    """The point beside time integration."""
+    balance, there = points_at(curve, problem, float(curve.frequency[point]))
+    mine = min(there, key=lambda one: np.linalg.norm(one.x - curve.unknowns[point]))
+    found = compare_point(balance, mine, curve.output_rows)
+    return Integration(
+        difference=found.difference, agrees=found.agrees, stable=found.stable, said=found.said
+    )
 
 
 def _facts(
@@ -96,5 +121,5 @@ STAGE = Stage(
     may_write=("cycles/*.npz",),
     needs=("reduce", "tune", "respond"),
     requires=("tune", "respond"),
-    reads=READS,
+    reads=(*READS, "respond.compare"),
 )

@@ -56,7 +56,7 @@ from tipdamp.study.view import Study, every_key
 
 # of `assembled`
 READS = (
-    *every_key("respond", but=("stress",)),
+    *every_key("respond", but=("compare", "stress")),
     "sides",
     "preload.friction",
     "driver.hold",

@@ -958,6 +958,15 @@ class Respond(StudySection):
             high=1e4,
         ),
     ] = 0.3
+    compare: Annotated[
+        bool,
+        Key(
+            FLAG,
+            "compare the highest point of each curve of the largest H with time integration from "
+            "there: how far it is off, and whether it is stable; it takes from seconds to minutes "
+            "a level",
+        ),
+    ] = False
     stress: Annotated[
         bool,
         Key(

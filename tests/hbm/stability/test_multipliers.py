@@ -25,6 +25,7 @@ from tipdamp.hbm.laws import (
 )
 from tipdamp.hbm.laws.uncoupled import breaks
 from tipdamp.hbm.laws.uncoupled.law import located
+from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band, follow_parameter
 from tipdamp.hbm.stability.monodromy import Stability, StabilitySettings
 from tipdamp.hbm.time.exact import ExactIntegrator
@@ -354,3 +355,14 @@ def test_random_systems(law):
         if compared == 6:
             break
     assert compared == 6
+
+
+@pytest.mark.parametrize("kn, f", [(10.0, 0.3), (100.0, 0.3), (10.0, 0.1), (1000.0, 0.9)])
+def test_a_stiff_stop_that_is_never_touched(kn, f):
+    """Linear: the multipliers are exp(s T), whatever the stiffness that it would have."""
+    mass = Problem([[1.0]], [[0.02]], [[1.0]]).add(UnilateralSpring(), 0, kn=kn, preload=-kn)
+    band = np.array([0.99, 1.01]) * f / (2 * np.pi)
+    curve = mass.force(0, 0.01).follow_band(band, outputs={"x": 0}, harmonics=3, stability="all")
+    exact = np.exp((-0.01 + 1j * np.sqrt(1 - 1e-4)) / curve.frequency)
+    exact = np.where(exact.imag >= 0, exact, exact.conj())
+    assert np.abs(curve.multipliers[:, 0] - exact).max() < 1e-5

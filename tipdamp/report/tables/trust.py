@@ -23,8 +23,9 @@ def tables(results: Results) -> Iterator[Table]:
         "band followed from its other end; not needed where the solution there is found by itself, "
         "too, and the curve is one whole branch; else the change of the peak. Unstable: motions of "
         "which a disturbance grows, of the peaks or of all points. Beside: further curves that a "
-        "search found, such as detached resonances; none found is no proof that there is none."
-        + _of_the_model(results),
+        "search found, such as detached resonances; none found is no proof that there is none. "
+        "Integration: difference from time integration that starts on the orbit of the peak, "
+        "with [respond] compare = true." + _of_the_model(results),
         (
             "H",
             "Fe (N)",
@@ -36,6 +37,7 @@ def tables(results: Results) -> Iterator[Table]:
             "other way",
             "unstable",
             "beside",
+            "integration",
         ),
         tuple(_row(results, case) for case in results.cases),
         left=(2,),
@@ -47,7 +49,8 @@ def _of_the_model(results) -> str:
     checks = results.tune.full_model_check.values() if results.tune else ()
     errors = [check.largest_error for check in checks]
     return (
-        f" Stuck frequencies are off those of the full model by {percent(max(errors))} at most."
+        " Stuck frequencies are off those of the full model by "
+        f"{number(max(errors), 1, 100)} % at most."
         if errors
         else ""
     )
@@ -60,13 +63,28 @@ def _row(results, case: ReportedCurve):
         f"{case.Fe:g}",
         _state(case),
         f"{facts.points}",
-        number(facts.truncation, 1),
+        _share(facts.truncation),
         _from_fewer(results, case),
         number(facts.energy_error, 1),
         _other_way(facts),
         NOTHING if facts.unstable_points is None else f"{facts.unstable_points}",
         "not searched" if facts.searched == NOT_SEARCHED else f"{len(facts.beside)}",
+        _integration(results, case),
     )
+
+
+def _share(value: float | None) -> str:
+    return NOTHING if value is None else f"{number(value, 1, 100)} %"
+
+
+def _integration(results, case: ReportedCurve) -> str:
+    cycles = results.cycles.curves if results.cycles else ()
+    mine = [one.integration for one in cycles if (one.Fe_N, one.H) == (case.Fe, case.H)]
+    if not mine or mine[0] is None:
+        return NOTHING
+    if not mine[0].agrees:
+        return "leaves the orbit"
+    return _share(mine[0].difference) + ", unstable" * (mine[0].stable is False)
 
 
 def _from_fewer(results, case: ReportedCurve) -> str:

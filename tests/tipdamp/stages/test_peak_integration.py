@@ -1,0 +1,42 @@
+"""[respond] compare: the peaks of the largest H beside time integration."""
+
+import pytest
+
+from tests.tipdamp.rig_study import CHAIN
+from tipdamp import compare
+from tipdamp.cli import main
+from tipdamp.engine.store import Store
+from tipdamp.hbm.result import ForcedResponse
+from tipdamp.report.results import load_results
+from tipdamp.report.tables import trust
+from tipdamp.report.text import NOTHING, number
+from tipdamp.stages.report import said
+from tipdamp.stages.respond import assembled
+from tipdamp.study.study import load_study
+
+pytestmark = pytest.mark.slow
+
+
+def test_peaks_beside_time_integration(matrices_study):
+    """As from Python, of the largest H alone; curves are not made again for it."""
+    text = CHAIN.replace("levels = [5]\nharmonics = [1]", "levels = [30]\nharmonics = [1, 3]")
+    assert text != CHAIN
+    matrices_study.write_text(text)
+    assert main(["run", str(matrices_study), "--quiet"]) == 0
+    store = Store(matrices_study.parent / "results" / "study")
+    made = store.path("responses/Fe_30N_H3.npz").stat().st_mtime_ns
+    matrices_study.write_text(text.replace("levels", "compare = true\nlevels"))
+    assert main(["run", str(matrices_study), "--quiet"]) == 0
+    assert store.path("responses/Fe_30N_H3.npz").stat().st_mtime_ns == made
+    few, many = store.read_json("cycles.json")["curves"]
+    assert few["integration"] is None
+    study = load_study(matrices_study)
+    curve = ForcedResponse.load(store.path("responses/Fe_30N_H3.npz"))
+    own = compare(curve, assembled(study, store, responded=True).curves.problem, many["hz"])
+    assert many["integration"]["difference"] == pytest.approx(own.difference, rel=1e-6)
+    assert many["integration"]["agrees"] and many["integration"]["stable"]
+    assert 0 < own.difference < 0.05
+    (table,) = trust.tables(load_results(study, store, said(study, store)))
+    shown = [row[table.columns.index("integration")] for row in table.rows]
+    assert shown[0] == NOTHING
+    assert shown[1] == f"{number(own.difference, 1, 100)} %"
