@@ -33,7 +33,8 @@ class StabilitySettings:
     halved : change of the leading multipliers, by modulus, between half the steps and all of them;
         what is larger takes twice as many: a contact that is open or slips and would be stiff
         where it sticks needs more, and errors fall by 16
-    doublings : at most; what still changes is not known
+    doublings, work : at most so many, and so many operations of dense systems at the contacts
+        that act, which takes seconds; what still changes is not known
     kept : leading multipliers
     neutral : distance from 1 within which a multiplier is that of a motion that nothing holds
     """
@@ -45,6 +46,7 @@ class StabilitySettings:
     per_mode: int = 3
     halved: float = 1e-4
     doublings: int = 6
+    work: float = 2e9
     kept: int = 4
     neutral: float = 1e-7
 
@@ -106,6 +108,8 @@ class Stability:
         before = np.empty(0)
         for doubling in range(self.settings.doublings + 2):
             half = max(steps // 2, 1) * 2**doubling
+            if doubling > 1 and half * float(acts.sum()) ** 3 > self.settings.work:
+                break
             instants = _joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
             every = self._after(variation.between(instants), instants / w, slow, place, balance, w)
             if self._same(every, before):

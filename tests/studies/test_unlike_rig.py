@@ -26,11 +26,12 @@ KNOWN = {
     "pull": "113",
     "mu": "0.6",
     "levels": "[6]",
-    "band": "[2600, 3400]\nharmonics = 1\nboth_ways = false",
+    "band": "[2600, 3400]\nboth_ways = false",
 }
 # of matching nodes, of contact points
 STATIONS = r'(?m)^(stations = "all"|by = "area"\nkept_share = 1) .*$'
 WRITTEN = {
+    'harmonics = "auto"': "harmonics = 1",
     "damping_ratio = 0.005": "damping_ratio = 0.022",
     'shape = "flat"': 'shape = "flat"\nkn_per_area = 5.7e11\nkt_per_area = 5.2e11',
 }
