@@ -184,7 +184,7 @@ def test_curves_that_are_found_beside_one(tmp_path, made):
     (said,) = respond._beside(facts)
     assert "lies a further curve, detached, over 0.1153 to 0.1542 Hz" in said
     reported = ReportedCurve(facts, curve, tuple(beside.values()))
-    assert trust._row(Results(study=None), reported)[-1] == "1"
+    assert trust._row(Results(study=None), reported)[-2] == "1"
     shown = SimpleNamespace(first_patch="patch")
     drawn = [
         item
