@@ -7,6 +7,7 @@ import pytest
 from tests.conftest import STUDY, changed
 from tests.tipdamp.rig_study import SAID_BY_THE_TABLE, write_chain
 from tipdamp.cli import main
+from tipdamp.engine import curves
 
 
 @pytest.fixture
@@ -44,6 +45,18 @@ def variant(rig_results, tmp_path):
 def matrices_study(tmp_path):
     """Path of a valid study from matrices, without finite elements."""
     return write_chain(tmp_path)
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Names of the curves that are computed, in their order."""
+    names, real = [], curves.Curves._followed
+    monkeypatch.setattr(
+        curves.Curves,
+        "_followed",
+        lambda self, case, *a: names.append(case.name) or real(self, case, *a),
+    )
+    return names
 
 
 @pytest.fixture

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tipdamp.cli import main
 from tipdamp.hbm.model import ReducedModel
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "studies" / "matrices_only" / "make_matrices.py"
@@ -30,6 +31,8 @@ harmonics = [1]
 band = [900, 1400]
 damping_ratio = 0.01
 """
+
+CHAIN_OF_STAGES = ("reduce", "preload", "tune", "respond")
 
 
 def write_chain(folder):
@@ -103,3 +106,11 @@ def text(old, new):
         study.write_text(CHAIN.replace(old, new))
 
     return change
+
+
+def run_chain(study, *options):
+    """Exit code of `respond`, with the options, after the stages before it."""
+    return [
+        main([stage, str(study), "--quiet", *(options if stage == "respond" else ())])
+        for stage in CHAIN_OF_STAGES
+    ][-1]

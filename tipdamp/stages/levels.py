@@ -12,7 +12,7 @@ from tipdamp.study.schema import Respond, named_orders
 
 
 @dataclass(frozen=True)
-class Level:
+class LevelCurves:
     """tried - with harmonics = 'auto', with their errors; within - whether one meets the tolerance,
     the last; without it the last complete curve is taken; forward - the curves of these, and one
     that is still to be made and judged; wanted - for each H of the result its curve and, where
@@ -29,19 +29,19 @@ class Level:
         return [*self.forward, *(case for ways in self.wanted for case in ways)]
 
 
-def level_of(settings: Respond, curves: Curves, Fe: float) -> Level:
+def level_of(settings: Respond, curves: Curves, Fe: float) -> LevelCurves:
     """What a level of Fe N consists of, as far as the finished curves tell."""
     if orders := named_orders(settings.harmonics):
         search = {H: 0.0 for H in orders} | {max(orders): _search(settings, orders)}
         cases = [CurveCase(Fe, H, settings.band, search[H]) for H in orders]
-        return Level((), None, (), tuple(_ways(settings, curves, case) for case in cases))
+        return LevelCurves((), None, (), tuple(_ways(settings, curves, case) for case in cases))
     tried, cases = list[TriedHarmonics](), []
     further: int | None = first_orders()
     while further is not None:
         case = CurveCase(Fe, further, settings.band)
         cases.append(case)
         if not curves.finished(case):
-            return Level(tuple(tried), None, tuple(cases), ())
+            return LevelCurves(tuple(tried), None, tuple(cases), ())
         curve = curves.load(case)
         tried.append(TriedHarmonics(H=further, error=error_of(curve), complete=curve.complete))
         within = curve.complete and error_of(curve) <= settings.tolerance
@@ -50,7 +50,7 @@ def level_of(settings: Respond, curves: Curves, Fe: float) -> Level:
         further = next_orders([(one.H, one.size) for one in tried], settings.tolerance)
     H = ([one.H for one in tried if one.complete] or [tried[0].H])[-1]
     chosen = CurveCase(Fe, H, settings.band, _search(settings, [one.H for one in tried]))
-    return Level(tuple(tried), within, tuple(cases), (_ways(settings, curves, chosen),))
+    return LevelCurves(tuple(tried), within, tuple(cases), (_ways(settings, curves, chosen),))
 
 
 def _ways(settings: Respond, curves: Curves, case: CurveCase) -> tuple[CurveCase, ...]:

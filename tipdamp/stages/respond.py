@@ -39,7 +39,7 @@ from tipdamp.results.response_results import CurveResult, Peak, RespondResult, f
 from tipdamp.results.static_results import PreloadResult, ReduceResult, TuneResult
 from tipdamp.stages.adrift import adrift, held_in
 from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
-from tipdamp.stages.levels import Level, level_of
+from tipdamp.stages.levels import LevelCurves, level_of
 from tipdamp.stages.stage import Stage
 from tipdamp.static_contact.tuning.roll_springs import with_springs
 from tipdamp.statics import friction
@@ -178,7 +178,7 @@ def _size(model):
     return float(np.ptp(placed, axis=0).max()) if len(placed) else None
 
 
-def _make(settings: Respond, curves: Curves, tick: Ticker, workers: Workers) -> list[Level]:
+def _make(settings: Respond, curves: Curves, tick: Ticker, workers: Workers) -> list[LevelCurves]:
     """Make the curves of every level that the store does not have, each with a bar of its own; the
     longest first. A curve that is finished may tell what its level needs next."""
     levels = {Fe: level_of(settings, curves, Fe) for Fe in settings.levels}

@@ -16,7 +16,8 @@ import pytest
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.hbm.search.test_curves_beside import ABSORBER, HZ
 from tests.tipdamp.report.files import table
-from tests.tipdamp.rig_study import CHAIN, files
+from tests.tipdamp.rig_study import CHAIN, CHAIN_OF_STAGES, files
+from tests.tipdamp.rig_study import run_chain as run
 from tipdamp.cli import main
 from tipdamp.engine import curves
 from tipdamp.engine.store import Store
@@ -36,32 +37,12 @@ ROOT = Path(__file__).parents[3]
 # Without a search: twice in a fresh checkout a repeated study said something else with one, why is
 # not known
 STUDY = CHAIN.replace("levels = [5]", "levels = [5, 40]\nsearch = 0")
-CHAIN_OF_STAGES = ("reduce", "preload", "tune", "respond")
 
 
 @pytest.fixture
 def study(matrices_study):
     matrices_study.write_text(STUDY)
     return matrices_study
-
-
-@pytest.fixture
-def made(monkeypatch):
-    """Names of the curves that are computed, in their order."""
-    names, real = [], curves.Curves._followed
-    monkeypatch.setattr(
-        curves.Curves,
-        "_followed",
-        lambda self, case, *a: names.append(case.name) or real(self, case, *a),
-    )
-    return names
-
-
-def run(study, *options):
-    return [
-        main([stage, str(study), "--quiet", *(options if stage == "respond" else ())])
-        for stage in CHAIN_OF_STAGES
-    ][-1]
 
 
 def results(study):

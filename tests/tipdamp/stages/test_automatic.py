@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.tipdamp.rig_study import CHAIN
+from tests.tipdamp.rig_study import run_chain as run
 from tipdamp.checks import room
 from tipdamp.cli import main
 from tipdamp.engine import curves
@@ -21,32 +22,12 @@ from tipdamp.study.study import load_study
 AUTO = CHAIN.replace(
     "levels = [5]\nharmonics = [1]", 'levels = [5, 20, 30]\nharmonics = "auto"\nsearch = 0'
 )
-STAGES = ("reduce", "preload", "tune", "respond")
 
 
 @pytest.fixture
 def study(matrices_study):
     matrices_study.write_text(AUTO)
     return matrices_study
-
-
-@pytest.fixture
-def made(monkeypatch):
-    """Names of the curves that are computed, in their order."""
-    names, real = [], curves.Curves._followed
-    monkeypatch.setattr(
-        curves.Curves,
-        "_followed",
-        lambda self, case, *a: names.append(case.name) or real(self, case, *a),
-    )
-    return names
-
-
-def run(study, *options):
-    return [
-        main([stage, str(study), "--quiet", *(options if stage == "respond" else ())])
-        for stage in STAGES
-    ][-1]
 
 
 def found(study):

@@ -62,4 +62,5 @@ def _row(case: ReportedCurve):
 
 
 def at_least(value: float | None) -> str:
+    """A lower bound in m, in um."""
     return NOTHING if value is None else f"at least {micro(value)}"
