@@ -22,17 +22,21 @@ SHORTER = 1e-6  # of the motion: the orders of a motion that repeats earlier are
 def place_and_unknowns(guess: Guess, first: float, last: float) -> tuple[float, np.ndarray]:
     """(value, (n,) unknowns); a guess without a value is one for `first`. InputError for anything
     else, and outside the band."""
+    allowed = "must be (n,) finite unknowns in m, or the tuple (value, these)"
     value, x = first, guess
-    if isinstance(guess, tuple) and len(guess) == 2 and np.ndim(guess[1]) == 1:
+    if isinstance(guess, tuple):
+        if len(guess) != 2 or np.ndim(guess[1]) != 1:
+            raise InputError(f"guess: is a tuple of {len(guess)}, {allowed}")
         value, x = guess
-    x = numbers("guess", x, "must be (n,) unknowns in m, or (value, unknowns)")
-    if x.ndim != 1 or not np.isfinite(x).all():
-        raise InputError(
-            f"guess: has the shape {x.shape}, must be (n,) finite unknowns in m, or (value, these)"
-        )
+    x = numbers("guess", x, allowed)
+    if x.ndim != 1:
+        raise InputError(f"guess: has the shape {x.shape}, {allowed}")
+    if bad := np.count_nonzero(~np.isfinite(x)):
+        raise InputError(f"guess: {bad} of {len(x)} unknowns are not finite, {allowed}")
     value = float(numbers("guess", value, "its value must be a number"))
     if not min(first, last) <= value <= max(first, last):
-        raise InputError(f"guess: is one at {value:g}, must be between {first:g} and {last:g}")
+        where = f"{first:g}" if first == last else f"between {first:g} and {last:g}"
+        raise InputError(f"guess: is one at {value:g}, must be {where}")
     return value, x
 
 

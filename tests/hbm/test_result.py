@@ -84,19 +84,22 @@ def test_one_solution_in_one_call(curve):
         and found.dissipated[0] > 0
     )
     assert np.allclose(found.contact_motion[0], found.harmonics) and found.amplitude()[0] > 0
-    with pytest.raises(InputError, match=r"guess: has the shape \(2,\), must be \(7,\)"):
-        solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]}, guess=[0, 1])
-    lost = solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]}, guess=np.full(7, np.nan))
-    assert not lost.converged and np.isnan(lost.harmonics).all()
+    for guess, match in (
+        ([0, 1], "guess: has 2 unknowns, must have .* at most 3: 7"),
+        (np.full(7, np.nan), "guess: 7 of 7 unknowns are not finite"),
+        ((0.4,), "guess: is a tuple of 1, must be"),
+        ((0.9 * hz, found.unknowns), f"guess: is one at {0.9 * hz:g}, must be {hz:g}$"),
+    ):
+        with pytest.raises(InputError, match=match):
+            solve_at(PROBLEM, FORCE, hz, harmonics=3, outputs={"x": [1.0]}, guess=guess)
 
 
 def test_a_solution_is_a_value():
     """As a curve is: read-only, equal to its copies even where it is NaN, told from a solution
     beside it."""
-    solved, lost = (
-        solve_at(PROBLEM, FORCE, 0.15, harmonics=1, outputs={"x": [1.0]}, guess=guess)
-        for guess in (None, np.full(3, np.nan))
-    )
+    solved = solve_at(PROBLEM, FORCE, 0.15, harmonics=1, outputs={"x": [1.0]})
+    nothing = np.full(solved.harmonics.shape, np.nan)
+    lost = replace(solved, harmonics=nothing, converged=False)
     with pytest.raises(ValueError, match="read-only"):
         solved.harmonics[:] *= 2
     for one in (solved, lost):

@@ -295,6 +295,7 @@ def versions(folder):
             "pydantic",
             "rich",
             "filelock",
+            "threadpoolctl",
             "jinja2",
             "plotly",
             "matplotlib",
