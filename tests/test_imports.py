@@ -28,6 +28,7 @@ LINKED = set(MAY_USE) - {"tipdamp"}
 ROOMS = {
     "hbm": [
         "errors",
+        "optional",
         "fourier",
         "ties",
         "compiled",
@@ -43,6 +44,7 @@ ROOMS = {
         "contact_doubts",
         "matrices_out",
         "named_point",
+        "drawing",
         "result",
         "hold",
         "balance",

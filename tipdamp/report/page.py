@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import tipdamp
+from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.drawing import plotly, plotly_modes, plotly_scene
-from tipdamp.report.drawing.figure import Figure
 from tipdamp.report.drawing.modes import ModeShapes
 from tipdamp.report.drawing.scene import Scene
 from tipdamp.report.drawing.table import Table

@@ -5,9 +5,9 @@ import time
 
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
+from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.contents import contents
 from tipdamp.report.drawing import figure_table, matplotlib
-from tipdamp.report.drawing.figure import Figure
 from tipdamp.report.introduction import introduction
 from tipdamp.report.page import page
 from tipdamp.report.results import load_results

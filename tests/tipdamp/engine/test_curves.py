@@ -22,10 +22,10 @@ from tipdamp.cli import main
 from tipdamp.engine import curves
 from tipdamp.engine.store import Store
 from tipdamp.hbm.curve.journal import Journal, JournalBlock
+from tipdamp.hbm.drawing.figure import Curve
 from tipdamp.hbm.hold.spring import HeldMotion
 from tipdamp.hbm.laws import IsotropicFriction
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.report.drawing.figure import Curve
 from tipdamp.report.figures import response_family
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.tables import trust

@@ -8,8 +8,8 @@ import pytest
 
 from tests.tipdamp.report.files import artefacts, damage, results_of
 from tipdamp.checks.pairs import pair_names
+from tipdamp.hbm.drawing.figure import Tiles, edges
 from tipdamp.report.drawing import figure_table, matplotlib, plotly
-from tipdamp.report.drawing.figure import Tiles, edges
 from tipdamp.report.figures import detachment, friction_work
 from tipdamp.results.response_results import CyclesResult, PeakCycle
 

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tipdamp.report.drawing.figure import Curve
+from tipdamp.hbm.drawing.figure import Curve
 from tipdamp.report.figures import hysteresis
 from tipdamp.report.results import Results
 from tipdamp.results.loops import Loops

@@ -22,9 +22,10 @@ from tests.tipdamp.report.files import (
     table,
     write,
 )
+from tipdamp.hbm.drawing import figure
 from tipdamp.hbm.errors import InputError
 from tipdamp.report.contents import contents
-from tipdamp.report.drawing import figure, matplotlib, plotly
+from tipdamp.report.drawing import matplotlib, plotly
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.figures import (
     contact_states,
@@ -325,6 +326,7 @@ def test_a_curve_that_never_began(tmp_path):
     replace(
         one,
         frequency=one.frequency[:1],
+        parameter=one.frequency[:1],
         converged=np.array([False]),
         iterations=one.iterations[:1],
         dissipated=one.dissipated[:1],

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.tipdamp.report.files import FULL, artefacts, results_of
+from tipdamp.hbm.drawing.figure import Band, Curve, Marks
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.report.drawing.figure import Band, Curve, Marks
 from tipdamp.report.figures import (
     contact_states,
     peak_trend,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tipdamp.hbm.drawing import figure
 from tipdamp.report import text
-from tipdamp.report.drawing import figure
 
 
 @pytest.mark.parametrize(

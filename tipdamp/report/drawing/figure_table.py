@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tipdamp.report.drawing.figure import Band, Curve, Figure, Item, Line, Tiles
+from tipdamp.hbm.drawing.figure import Band, Curve, Figure, Item, Line, Tiles
 
 HEAD = ("panel", "drawn as", "name", "x", "y", "y high", "label")
 

@@ -4,7 +4,7 @@ import html
 
 import numpy as np
 
-from tipdamp.report.drawing.figure import (
+from tipdamp.hbm.drawing.figure import (
     INK,
     SEQUENCE,
     Band,

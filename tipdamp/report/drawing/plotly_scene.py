@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tipdamp.report.drawing.figure import INK
+from tipdamp.hbm.drawing.figure import INK
 from tipdamp.report.drawing.plotly import CONFIG, FONT, library, plain_text, small
 from tipdamp.report.drawing.scene import Points, Scene, Segments, Solid
 

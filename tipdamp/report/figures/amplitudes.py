@@ -1,25 +1,15 @@
-"""What the figures of the forced response share: panels of amplitude, marks of failed points, lists
-of levels."""
+"""What the figures of the forced response share: panels of amplitude, lists of levels."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from tipdamp.hbm.result import ForcedResponse
-from tipdamp.report.drawing.figure import VERMILION, Curve, Item, Marks, Panel
+from tipdamp.hbm.drawing.branches import Place
+from tipdamp.hbm.drawing.figure import Curve, Item, Panel
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import hertz, listing, micro
-from tipdamp.results.response_results import NamedPlace, PeakCycle
-
-BIFURCATIONS = {  # symbol of each kind of named point
-    "fold": "square",
-    "branch point": "diamond",
-    "period doubling": "x",
-    "Neimark-Sacker": "circle",
-    "grazing": "cross",
-}
-CONTACTS = {"onset of slip": "triangle-up", "lift-off": "triangle-down", "separation": "star"}
+from tipdamp.results.response_results import PeakCycle
 
 
 def amplitude_panel(results: Results, title: str, label: str, items: Sequence[Item]) -> Panel:
@@ -38,17 +28,6 @@ def amplitude_panel(results: Results, title: str, label: str, items: Sequence[It
     )
 
 
-def branch_lines(
-    curve: ForcedResponse, amplitude: np.ndarray, name: str, color: str, width: float = 1.6
-) -> Iterator[Item]:
-    """An amplitude (n,) along a curve: unstable parts dashed, each up to the points beside it."""
-    hz, unstable = curve.frequency, curve.unstable
-    yield Curve(hz, np.where(unstable, np.nan, amplitude), name, color, width=width)
-    if unstable.any():
-        beside = unstable | np.r_[False, unstable[:-1]] | np.r_[unstable[1:], False]
-        yield Curve(hz, np.where(beside, amplitude, np.nan), "", color, "dash", width)
-
-
 def unstable_parts(cases: Sequence[ReportedCurve]) -> str:
     """Of how many curves a part is dashed."""
     n = sum(bool(case.facts.unstable_points) for case in cases)
@@ -59,38 +38,9 @@ def unstable_parts(cases: Sequence[ReportedCurve]) -> str:
     )
 
 
-def named_marks(
-    named: Sequence[NamedPlace], kinds: Mapping[str, str], factor: float, color: str
-) -> Iterator[Item]:
-    """Marks of the named points of some kinds {kind: symbol}, each kind an entry of the legend."""
-    for kind, symbol in kinds.items():
-        at = [one for one in named if one.kind == kind]
-        if at:
-            x, y = np.array([[one.hz, factor * one.largest_m] for one in at]).T
-            yield Marks(x, y, kind, color, symbol, size=6.0)
-
-
-def outermost(named: Sequence[NamedPlace]) -> list[NamedPlace]:
-    """Of the points of contacts, the first and the last of each kind along the curve."""
-    of_kind = ([one for one in named if one.kind == kind] for kind in CONTACTS)
-    return [one for at in of_kind for one in ((at[0], at[-1]) if len(at) > 1 else at)]
-
-
-def failures(case: ReportedCurve, amplitude: np.ndarray) -> Iterator[Item]:
-    """A mark on the gap of each failed point, at the height of its neighbours, and where a curve
-    stops early."""
-    hz, bad = case.curve.frequency, ~np.isfinite(amplitude)
-    if not case.facts.complete and not bad.all() and not (bad.any() and case.curve.reached_end):
-        last = np.flatnonzero(~bad)[-1:]
-        yield Marks(
-            hz[last], amplitude[last], "curve stops", VERMILION, "diamond", filled=False, size=10
-        )
-    if bad.any():
-        at = np.arange(len(hz))
-        height = (
-            np.interp(at[bad], at[~bad], amplitude[~bad]) if not bad.all() else np.zeros(bad.sum())
-        )
-        yield Marks(hz[bad], height, "failed point", VERMILION, "x", size=9)
+def places(case: ReportedCurve, factor: float) -> list[Place]:
+    """The named points of a curve, at their amplitude times a factor."""
+    return [Place(one.kind, one.hz, factor * one.largest_m) for one in case.facts.named]
 
 
 def levels_of(cases: Sequence[ReportedCurve]) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.report.drawing.figure import GREY, Marks
+from tipdamp.hbm.drawing.figure import GREY, Marks
 from tipdamp.report.results import Results
 
 AXIAL = "axial coordinate (mm)"

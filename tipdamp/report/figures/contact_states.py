@@ -4,8 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tipdamp.report.drawing.figure import DARK, ORANGE, PALE, Band, Figure, Panel
-from tipdamp.report.figures.amplitudes import failures, level_title, orders_of
+from tipdamp.hbm.drawing.branches import failures
+from tipdamp.hbm.drawing.figure import DARK, ORANGE, PALE, Band, Figure, Panel
+from tipdamp.report.figures.amplitudes import level_title, orders_of
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import listing
 
@@ -42,7 +43,7 @@ def _panel(case: ReportedCurve, pairs: int, band: tuple) -> Panel:
         Band(hz, zero, opened, "open", DARK, 1.0),
         Band(hz, opened, opened + slip, "slip", ORANGE, 1.0),
         Band(hz, opened + slip, opened + slip + stick, "stick", PALE, 1.0),
-        *failures(case, opened + slip),
+        *failures(case.curve, opened + slip, case.facts.complete),
     )
     return Panel(
         level_title(case), "frequency (Hz)", "pairs", items, y_range=(0, pairs), x_range=band

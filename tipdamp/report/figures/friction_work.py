@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tipdamp.report.drawing.figure import (
+from tipdamp.hbm.drawing.figure import (
     DARK,
     GREY,
     ORANGE,

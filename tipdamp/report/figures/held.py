@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tipdamp.report.drawing.figure import DASHES, Curve, Figure, Item, Marks, Panel, level_colors
+from tipdamp.hbm.drawing.figure import DASHES, Curve, Figure, Item, Marks, Panel, level_colors
 from tipdamp.report.figures.amplitudes import levels_of, orders_of
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import hertz, listing, number

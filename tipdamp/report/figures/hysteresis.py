@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tipdamp.report.drawing.figure import BLUE, INK, VERMILION, Curve, Figure, Item, Panel
+from tipdamp.hbm.drawing.figure import BLUE, INK, VERMILION, Curve, Figure, Item, Panel
 from tipdamp.report.results import Results
 from tipdamp.report.text import MICRO, listing
 

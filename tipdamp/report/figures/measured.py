@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tipdamp.hbm.drawing.figure import Band, Curve, Figure, Item, Marks, Panel, level_colors
 from tipdamp.measured.agreement import computed_amplitude, drawn
-from tipdamp.report.drawing.figure import Band, Curve, Figure, Item, Marks, Panel, level_colors
 from tipdamp.report.results import Results
 from tipdamp.report.text import MICRO
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tipdamp.report.drawing.figure import (
+from tipdamp.hbm.drawing.figure import (
     BLUE,
     DASHES,
     GREEN,

@@ -7,7 +7,7 @@ import numpy as np
 
 from tipdamp.bodies.loads import rest_name
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.report.drawing.figure import (
+from tipdamp.hbm.drawing.figure import (
     BLUE,
     GREEN,
     ORANGE,

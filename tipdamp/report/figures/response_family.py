@@ -2,20 +2,23 @@
 
 from collections.abc import Iterator
 
-import numpy as np
-
-from tipdamp.report.drawing.figure import INK, Band, Curve, Figure, Item, Marks, level_colors
-from tipdamp.report.figures.amplitudes import (
+from tipdamp.hbm.drawing.branches import (
     BIFURCATIONS,
-    amplitude_panel,
     branch_lines,
+    error_band,
     failures,
+    named_marks,
+    peak_mark,
+)
+from tipdamp.hbm.drawing.figure import INK, Band, Curve, Figure, Item, level_colors
+from tipdamp.report.figures.amplitudes import (
+    amplitude_panel,
     level_title,
     levels_of,
-    named_marks,
     of_one_mode,
     orders_of,
     peakless,
+    places,
     unstable_parts,
 )
 from tipdamp.report.results import ReportedCurve, Results
@@ -72,17 +75,15 @@ def _curve(results, case: ReportedCurve, color, factor) -> Iterator[Item]:
     yield Band(hz, low, top, "", color, 0.13)
     error = case.error_of_top(results.first_patch)
     if error is not None:
-        yield Band(hz, top - factor * error, top + factor * error, "", color, 0.4)
+        yield error_band(case.curve, top, factor * error, "", color)
     yield from branch_lines(case.curve, top, level_title(case), color)
     for one in case.beside:
         highest = one.amplitude()[:, in_patch(one.output_names, results.first_patch)].max(axis=1)
         yield from branch_lines(one, factor * highest, "", color, 0.9)
-    yield from named_marks(facts.named, BIFURCATIONS, factor, color)
-    if case.has_peak:
-        yield Marks(
-            np.array([facts.peak_hz]), np.array([factor * facts.peak_m]), "", color, filled=False
-        )
-    yield from failures(case, top)
+    yield from named_marks(places(case, factor), BIFURCATIONS, color)
+    if facts.peak_m is not None and facts.peak_hz is not None:
+        yield peak_mark(facts.peak_hz, factor * facts.peak_m, color)
+    yield from failures(case.curve, top, case.facts.complete)
 
 
 def _truncated(cases) -> str:

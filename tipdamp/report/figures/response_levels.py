@@ -2,18 +2,22 @@
 
 from collections.abc import Iterator
 
-from tipdamp.report.drawing.figure import BLUE, DASHES, GREY, VERMILION, Band, Curve, Figure, Item
-from tipdamp.report.figures.amplitudes import (
+from tipdamp.hbm.drawing.branches import (
     BIFURCATIONS,
     CONTACTS,
-    amplitude_panel,
     branch_lines,
+    error_band,
     failures,
     named_marks,
-    orders_of,
     outermost,
+)
+from tipdamp.hbm.drawing.figure import BLUE, DASHES, GREY, VERMILION, Band, Curve, Figure, Item
+from tipdamp.report.figures.amplitudes import (
+    amplitude_panel,
+    orders_of,
     panel_title,
     peakless,
+    places,
     unstable_parts,
 )
 from tipdamp.report.results import ReportedCurve, Results
@@ -60,7 +64,7 @@ def _items(results, case: ReportedCurve) -> Iterator[Item]:
     others = results.families[:-1]
     error = case.error_of_top(results.first_patch)
     if error is not None and not others:
-        yield Band(hz, top - MICRO * error, top + MICRO * error, "estimated error", BLUE, 0.5)
+        yield error_band(case.curve, top, MICRO * error, "estimated error", BLUE)
     same_level = (c for family in others for c in family if c.Fe == case.Fe)
     for k, other in enumerate(same_level):
         yield Curve(
@@ -78,15 +82,15 @@ def _items(results, case: ReportedCurve) -> Iterator[Item]:
             GREY,
             "dot",
         )
-    named = case.facts.named
-    yield from named_marks(named, BIFURCATIONS, MICRO, VERMILION)
-    yield from named_marks(outermost(named), CONTACTS, MICRO, VERMILION)
-    yield from failures(case, top)
+    named = places(case, MICRO)
+    yield from named_marks(named, BIFURCATIONS, VERMILION)
+    yield from named_marks(outermost(named), CONTACTS, VERMILION)
+    yield from failures(case.curve, top, case.facts.complete)
 
 
 def _marked(cases) -> str:
     """What the marks of contacts are."""
-    if not any(outermost(case.facts.named) for case in cases):
+    if not any(outermost(places(case, MICRO)) for case in cases):
         return ""
     return (
         "Triangles and stars: where along the curve the first contact begins to slip, lifts off "

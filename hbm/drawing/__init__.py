@@ -1,0 +1,1 @@
+"""Pictures of results: what is drawn, as plain data, and its drawing by matplotlib."""

@@ -1,0 +1,174 @@
+"""The items of a panel drawn on axes of matplotlib."""
+
+from typing import Any
+
+from tipdamp.hbm.drawing.figure import (
+    SEQUENCE,
+    Band,
+    Curve,
+    Line,
+    Marks,
+    Panel,
+    Tiles,
+    edges,
+    outlines,
+)
+from tipdamp.hbm.optional import library
+
+DASH = {"solid": "-", "dash": (0, (5, 3)), "dashdot": (0, (6, 2, 1, 2)), "dot": (0, (1, 1.6))}
+SYMBOL = {
+    "circle": "o",
+    "diamond": "D",
+    "square": "s",
+    "x": "x",
+    "cross": "P",
+    "triangle-up": "^",
+    "triangle-down": "v",
+    "star": "*",
+}
+
+
+def draw_panel(axes: Any, panel: Panel, handles: dict[str, Any]) -> None:
+    """Draw a panel, with its title and labels; what the names of a legend stand for is added to the
+    handles."""
+    axes.set(
+        title=plain_text(panel.title),
+        xlabel=plain_text(panel.x_label),
+        ylabel=plain_text(panel.y_label),
+    )
+    axes.set_axisbelow(True)
+    if panel.log_y:
+        axes.set_yscale("log")
+    for item in panel.items:
+        if isinstance(item, Line):
+            _line(axes, item)
+            continue
+        handle = _ITEM[type(item)](axes, item)
+        if item.name and handle is not None:
+            handles.setdefault(item.name, handle)
+    for axis, whole in ((axes.xaxis, panel.whole_x), (axes.yaxis, panel.whole_y)):
+        if whole:
+            axis.get_major_locator().set_params(integer=True, min_n_ticks=1)
+    if panel.y_names:
+        axes.set_yticks(
+            [0.45 + k for k in range(len(panel.y_names))],
+            [plain_text(n) for n in panel.y_names],
+            fontsize=8,
+        )
+    if panel.x_range is not None:
+        axes.set_xlim(*panel.x_range)
+    if panel.y_range is not None:
+        axes.set_ylim(*panel.y_range)
+    elif not panel.log_y:
+        _room_above_labels(axes, panel)
+
+
+def _room_above_labels(axes, panel):
+    """Labels of level lines stand above them, inside the frame."""
+    low, high = axes.get_ylim()
+    for item in panel.items:
+        if isinstance(item, Line) and item.axis == "y" and item.label and item.end == "high":
+            axes.set_ylim(top=max(axes.get_ylim()[1], item.value + 0.09 * (high - low)))
+
+
+def _curve(axes, item: Curve):
+    return axes.plot(
+        item.x, item.y, color=item.color, linestyle=DASH[item.dash], linewidth=0.8 * item.width
+    )[0]
+
+
+def _band(axes, item: Band):
+    patches = [
+        axes.fill(x, y, color=item.color, alpha=item.opacity, linewidth=0)[0]
+        for x, y in outlines(item)
+    ]
+    return patches[0] if patches else None
+
+
+def _marks(axes, item):
+    face = item.color if item.filled else "white"
+    handle = axes.plot(
+        item.x,
+        item.y,
+        linestyle="none",
+        marker=SYMBOL[item.symbol],
+        markersize=0.65 * item.size,
+        markerfacecolor=face,
+        markeredgecolor=item.color,
+        markeredgewidth=1.1,
+        zorder=4,
+    )[0]
+    for x, y, label in zip(item.x, item.y, item.labels or (), strict=False):
+        axes.annotate(
+            plain_text(label),
+            (x, y),
+            xytext=(5, -5),
+            textcoords="offset points",
+            va="top",
+            color=item.color,
+            fontsize=8.5,
+        )
+    return handle
+
+
+def _line(axes, item: Line):
+    draw_line = axes.axvline if item.axis == "x" else axes.axhline
+    draw_line(item.value, color=item.color, linestyle=DASH[item.dash], linewidth=0.9)
+    if not item.label:
+        return
+    along = 0.98 if item.end == "high" else 0.02
+    side = "right" if item.left else "left"
+    across = (0.02, "left") if item.left else (0.98, "right")
+    place = {
+        "x": (
+            (item.value, along),
+            axes.get_xaxis_transform(),
+            side,
+            "top" if item.end == "high" else "bottom",
+        ),
+        "y": (
+            (across[0], item.value),
+            axes.get_yaxis_transform(),
+            across[1],
+            "bottom" if item.end == "high" else "top",
+        ),
+    }
+    xy, transform, ha, va = place[item.axis]
+    axes.annotate(
+        plain_text(item.label),
+        xy,
+        xycoords=transform,
+        ha=ha,
+        va=va,
+        color=item.color,
+        fontsize=8,
+        xytext=(-2 if item.left else 2, 0)
+        if item.axis == "x"
+        else (0, 2 if item.end == "high" else -2),
+        textcoords="offset points",
+    )
+
+
+def _tiles(axes, item: Tiles):
+    colors = library("matplotlib.colors", "a picture").LinearSegmentedColormap.from_list(
+        "levels", SEQUENCE
+    )
+    mesh = axes.pcolormesh(
+        edges(item.x),
+        edges(item.y),
+        item.values,
+        cmap=colors,
+        vmin=0.0,
+        vmax=item.top,
+        edgecolors="white",
+        linewidth=0.8,
+    )
+    axes.figure.colorbar(mesh, ax=axes, label=plain_text(item.label), pad=0.02)
+
+
+_ITEM: dict = {Curve: _curve, Band: _band, Marks: _marks, Tiles: _tiles}
+
+
+def plain_text(text: object) -> str:
+    """Plain text for matplotlib, which reads formulas between dollars."""
+    return str(text).replace("$", r"\$")

@@ -1,0 +1,88 @@
+"""What a curve looks like in every picture: unstable parts dashed, marks of named points, of
+failures and of peaks, the band of the estimated error."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from tipdamp.hbm.drawing.figure import VERMILION, Band, Curve, Item, Marks
+from tipdamp.hbm.named_point import Kind
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.result import ForcedResponse
+
+BIFURCATIONS = {  # symbol of each kind of named point
+    "fold": "square",
+    "branch point": "diamond",
+    "period doubling": "x",
+    "Neimark-Sacker": "circle",
+    "grazing": "cross",
+}
+CONTACTS = {"onset of slip": "triangle-up", "lift-off": "triangle-down", "separation": "star"}
+
+
+class Place(NamedTuple):
+    """Where a named point stands in a picture."""
+
+    kind: Kind
+    x: float
+    y: float
+
+
+def branch_lines(
+    curve: ForcedResponse, amplitude: np.ndarray, name: str, color: str, width: float = 1.6
+) -> Iterator[Item]:
+    """An amplitude (n,) along a curve: unstable parts dashed, each up to the points beside it."""
+    x, unstable = curve.parameter, curve.unstable
+    yield Curve(x, np.where(unstable, np.nan, amplitude), name, color, width=width)
+    if unstable.any():
+        beside = unstable | np.r_[False, unstable[:-1]] | np.r_[unstable[1:], False]
+        yield Curve(x, np.where(beside, amplitude, np.nan), "", color, "dash", width)
+
+
+def error_band(
+    curve: ForcedResponse, amplitude: np.ndarray, error: np.ndarray, name: str, color: str
+) -> Band:
+    """Around an amplitude (n,): what the orders left out may change, by their estimate (n,)."""
+    return Band(curve.parameter, amplitude - error, amplitude + error, name, color, 0.4)
+
+
+def named_marks(places: Sequence[Place], kinds: Mapping[str, str], color: str) -> Iterator[Item]:
+    """Marks of the named points of some kinds {kind: symbol}, each kind an entry of the legend."""
+    for kind, symbol in kinds.items():
+        at = [(one.x, one.y) for one in places if one.kind == kind]
+        if at:
+            x, y = np.array(at).T
+            yield Marks(x, y, kind, color, symbol, size=6.0)
+
+
+def outermost(places: Iterable[Place]) -> list[Place]:
+    """Of the points of contacts, the first and the last of each kind along the curve."""
+    places = list(places)
+    of_kind = ([one for one in places if one.kind == kind] for kind in CONTACTS)
+    return [one for at in of_kind for one in ((at[0], at[-1]) if len(at) > 1 else at)]
+
+
+def failures(curve: ForcedResponse, amplitude: np.ndarray, complete: bool) -> Iterator[Item]:
+    """A mark on the gap of each failed point, at the height of its neighbours, and where a curve
+    that is not complete stops early."""
+    x, bad = curve.parameter, ~np.isfinite(amplitude)
+    if not complete and not bad.all() and not (bad.any() and curve.reached_end):
+        last = np.flatnonzero(~bad)[-1:]
+        yield Marks(
+            x[last], amplitude[last], "curve stops", VERMILION, "diamond", filled=False, size=10
+        )
+    if bad.any():
+        at = np.arange(len(x))
+        height = (
+            np.interp(at[bad], at[~bad], amplitude[~bad]) if not bad.all() else np.zeros(bad.sum())
+        )
+        yield Marks(x[bad], height, "failed point", VERMILION, "x", size=9)
+
+
+def peak_mark(hz: float, height: float, color: str) -> Marks:
+    """A hollow circle."""
+    return Marks(np.array([hz]), np.array([height]), "", color, filled=False)
