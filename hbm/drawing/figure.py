@@ -6,10 +6,13 @@ legend; an empty name has none. Names, titles and labels are plain text: the bac
 their own markup would read.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+
+Values = Any  # numbers in a row: an array or a sequence
 
 INK, GREY, PALE = "#222222", "#8a8a8a", "#e3e3e3"
 # Okabe and Ito (2008): told apart by colour-blind readers
@@ -27,8 +30,8 @@ DASHES = ("solid", "dash", "dashdot", "dot")
 class Curve:
     """A line through (x, y). dash - one of DASHES."""
 
-    x: np.ndarray
-    y: np.ndarray
+    x: Values
+    y: Values
     name: str = ""
     color: str = INK
     dash: str = "solid"
@@ -52,8 +55,8 @@ class Marks:
     """Points. symbol - circle, diamond, square, x, cross, triangle-up, triangle-down or star;
     labels - one text beside each, or none."""
 
-    x: np.ndarray
-    y: np.ndarray
+    x: Values
+    y: Values
     name: str = ""
     color: str = INK
     symbol: str = "circle"
@@ -104,13 +107,13 @@ class Panel:
     title: str
     x_label: str
     y_label: str
-    items: tuple[Item, ...]
+    items: Sequence[Item]
     log_y: bool = False
     x_range: tuple | None = None
     y_range: tuple | None = None
     whole_x: bool = False
     whole_y: bool = False
-    y_names: tuple[str, ...] = ()
+    y_names: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,7 @@ class Figure:
     name: str
     title: str
     caption: str
-    panels: tuple[Panel, ...]
+    panels: Sequence[Panel]
     columns: int = 2
     row_height: int = 340
 
@@ -158,7 +161,7 @@ def edges(places: np.ndarray) -> np.ndarray:
 def level_colors(n: int) -> list[str]:
     """n colours from dark to light."""
     rgb = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in SEQUENCE], dtype=float)
-    at = np.linspace(0, 1, n) if n > 1 else np.zeros(1)
+    at = np.linspace(0, 1, n)
     mixed = np.column_stack(
         [np.interp(at, np.linspace(0, 1, len(rgb)), rgb[:, k]) for k in range(3)]
     )

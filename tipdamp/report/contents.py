@@ -1,104 +1,77 @@
-"""What the report shows, in its order: a new figure or table is a file of its own and a name in
-this list."""
+"""What the report shows, in its order: a new figure or table is a function of its subject and a
+name in this list."""
 
 from collections.abc import Callable, Iterator
 
-from tipdamp.report.figures import (
-    contact_pairs,
-    contact_states,
-    detachment,
-    free_response,
-    friction_work,
-    held,
-    hysteresis,
-    kept_area,
-    kept_preload,
-    measured,
-    mode_shapes,
-    peak_trend,
-    preload_map,
-    pressure,
-    response_family,
-    response_levels,
-)
 from tipdamp.report.page import Block, Section
 from tipdamp.report.results import Results
-from tipdamp.report.tables import (
-    agreement,
+from tipdamp.report.subjects import (
     assumptions,
-    contact_stiffness,
-    energies,
-    full_preload,
-    harmonics,
-    kept_moment,
-    kept_sets,
+    bodies,
+    friction,
+    held,
+    kept,
     key_figures,
-    line_contact,
-    load_cases,
+    measured,
+    modes,
+    pairs,
     peaks,
-    provenance,
-    reduction_check,
-    stress,
-    trust,
+    preload,
+    pressure,
+    response,
+    tuning,
 )
-from tipdamp.report.tables import held as held_table
 
 # (anchor, title, what stands there): each of them yields its blocks, or nothing where the study has
 # no data for it
 SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]], ...] = (
-    ("figures", "Key figures", (key_figures.tables,)),
-    ("linear", "Without damper", (free_response.figures,)),
+    ("figures", "Key figures", (key_figures.key_figures,)),
+    ("linear", "Without damper", (modes.free_response,)),
     (
         "preload",
         "Preload",
         (
-            contact_stiffness.tables,
-            preload_map.figures,
-            pressure.figures,
-            line_contact.tables,
-            full_preload.tables,
-            load_cases.tables,
-            preload_map.load_case_figures,
+            preload.stiffness,
+            preload.at_rest,
+            pressure.scene,
+            pressure.line_tables,
+            preload.full_model,
+            preload.load_cases,
+            preload.of_load_cases,
         ),
     ),
     (
         "tuning",
         "Kept contacts",
-        (
-            detachment.figures,
-            kept_area.figures,
-            kept_sets.tables,
-            kept_preload.figures,
-            kept_moment.tables,
-        ),
+        (tuning.histories, tuning.equivalent_sets, kept.figure, kept.moments),
     ),
-    ("modes", "Mode shapes", (mode_shapes.figures,)),
+    ("modes", "Mode shapes", (modes.shapes,)),
     (
         "response",
         "Forced response",
         (
-            peaks.tables,
-            trust.tables,
-            harmonics.tables,
-            response_family.figures,
-            response_levels.figures,
-            peak_trend.figures,
-            held_table.tables,
-            held.figures,
-            contact_states.figures,
-            stress.tables,
+            peaks.peaks,
+            peaks.trust,
+            peaks.harmonics,
+            response.families,
+            response.levels,
+            response.trend,
+            held.table,
+            held.figure,
+            friction.states,
+            peaks.stress,
         ),
     ),
     (
         "contacts",
         "Inside the contacts",
-        (energies.tables, friction_work.figures, hysteresis.figures),
+        (friction.energies, friction.friction_work, friction.hysteresis),
     ),
-    ("measured", "Measured and computed", (agreement.tables, measured.figures)),
-    ("pairs", "Contact pairs", (contact_pairs.figures,)),
-    ("assumptions", "Assumptions", (assumptions.tables,)),
-    ("reduction", "Reduced and full model", (reduction_check.tables,)),
-    ("made", "Provenance", (provenance.tables,)),
+    ("measured", "Measured and computed", (measured.tables, measured.figure)),
+    ("pairs", "Contact pairs", (pairs.scene,)),
+    ("assumptions", "Assumptions", (assumptions.assumptions,)),
+    ("reduction", "Reduced and full model", (key_figures.reduction_check,)),
+    ("made", "Provenance", (bodies.provenance,)),
 )
 
 

@@ -8,10 +8,9 @@ from tipdamp.bodies.surfaces import contact_edges
 from tipdamp.fields import surface
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.modal.mesh import Mesh
-from tipdamp.report.figures.contact_pairs import contact_pairs
-from tipdamp.report.figures.mesh_groups import mesh_groups
 from tipdamp.report.page import Block, Section, page
-from tipdamp.report.tables.inspected import bodies_table, pairs_table
+from tipdamp.report.subjects.bodies import bodies_table, mesh_groups
+from tipdamp.report.subjects.pairs import contact_pairs, pairs_table
 from tipdamp.report.text import sentence
 from tipdamp.results.static_results import InspectResult
 from tipdamp.study.view import Study

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from tipdamp.report.figures.amplitudes import reason
 from tipdamp.report.results import Results
+from tipdamp.report.subjects.amplitudes import reason
 from tipdamp.report.text import hertz, listing, micro, number
 
 

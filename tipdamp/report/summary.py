@@ -2,8 +2,8 @@
 stages."""
 
 from tipdamp.report.checks import warnings_of
+from tipdamp.report.libraries import versions
 from tipdamp.report.results import Results
-from tipdamp.report.versions import versions
 from tipdamp.results.response_results import CurveResult
 
 COPIED = {

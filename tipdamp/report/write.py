@@ -7,7 +7,7 @@ from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.contents import contents
-from tipdamp.report.drawing import figure_table, matplotlib
+from tipdamp.report.drawing import matplotlib, table
 from tipdamp.report.introduction import introduction
 from tipdamp.report.page import page
 from tipdamp.report.results import load_results
@@ -35,7 +35,7 @@ def write_report(study: Study, store: Store, tick: Tick, said: dict[str, list[st
         with store.writing(f"figures/{figure.name}.png") as path:
             matplotlib.draw(figure, path)
         with store.writing(f"figures/{figure.name}.csv") as path:
-            figure_table.write(figure, path)
+            table.write(figure, path)
     tick(len(figures) / (len(figures) + 1), "report.html")
     text = page(
         "report.html",

@@ -31,7 +31,7 @@ from tipdamp.modal.mesh import DIMENSION
 from tipdamp.modal.mesh_checks import parts
 from tipdamp.report.inspection_page import Inspected, inspection_page
 from tipdamp.report.libraries import missing
-from tipdamp.report.tables.inspected import covered
+from tipdamp.report.subjects.pairs import covered
 from tipdamp.results.static_results import InspectedBody, InspectResult
 from tipdamp.stages.stage import Stage
 from tipdamp.study.view import Study

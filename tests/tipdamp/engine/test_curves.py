@@ -26,9 +26,8 @@ from tipdamp.hbm.drawing.figure import Curve
 from tipdamp.hbm.hold.spring import HeldMotion
 from tipdamp.hbm.laws import IsotropicFriction
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.report.figures import response_family
 from tipdamp.report.results import ReportedCurve, Results
-from tipdamp.report.tables import trust
+from tipdamp.report.subjects import peaks, response
 from tipdamp.stages import respond
 from tipdamp.stages.curve_facts import curve_result
 from tipdamp.study.schema import Respond
@@ -165,11 +164,11 @@ def test_curves_that_are_found_beside_one(tmp_path, made):
     (said,) = respond._beside(facts)
     assert "lies a further curve, detached, over 0.1153 to 0.1542 Hz" in said
     reported = ReportedCurve(facts, curve, tuple(beside.values()))
-    assert trust._row(Results(study=None), reported)[-2] == "1"
+    assert peaks._trusted(Results(study=None), reported)["beside"] == "1"
     shown = SimpleNamespace(first_patch="patch")
     drawn = [
         item
-        for item in response_family._curve(shown, reported, "red", 1.0)
+        for item in response._family_curve(shown, reported, "red", 1.0)
         if isinstance(item, Curve)
     ]
     assert drawn[-1].y.max() > 18 * drawn[0].y.max() and drawn[-1].x.max() < case.band[1]

@@ -9,8 +9,8 @@ import pytest
 from tests.tipdamp.report.files import artefacts, damage, results_of
 from tipdamp.checks.pairs import pair_names
 from tipdamp.hbm.drawing.figure import Tiles, edges
-from tipdamp.report.drawing import figure_table, matplotlib, plotly
-from tipdamp.report.figures import detachment, friction_work
+from tipdamp.report.drawing import matplotlib, plotly, table
+from tipdamp.report.subjects import friction, tuning
 from tipdamp.results.response_results import CyclesResult, PeakCycle
 
 
@@ -41,7 +41,7 @@ def drawn(tmp_path):
         for case in results.cases
     )
     results = replace(results, cases=cases, cycles=CyclesResult(curves=(one,), pairs=tuple(names)))
-    return results, kept, {figure.name: figure for figure in friction_work.figures(results)}
+    return results, kept, {figure.name: figure for figure in friction.friction_work(results)}
 
 
 def test_every_pair_has_its_tile(drawn, tmp_path):
@@ -64,7 +64,7 @@ def test_every_pair_has_its_tile(drawn, tmp_path):
     assert found == {
         (kept.side[k], along[k], kept.row[k]): pytest.approx(k) for k in range(len(kept))
     }
-    figure_table.write(figures["friction_map"], tmp_path / "map.csv")
+    table.write(figures["friction_map"], tmp_path / "map.csv")
     assert (tmp_path / "map.csv").read_text().count("side 'left', cylinder\",tiles,") == (
         kept.side == "left"
     ).sum()
@@ -94,11 +94,11 @@ def test_a_graded_station_is_part_of_a_station(tmp_path):
     results = results_of(
         *artefacts(tmp_path, damage=damage("tune", "graded", value={"station": 1, "part": 0.25}))
     )
-    figure = next(f for f in detachment.figures(results) if f.name == "tuning")
+    figure = next(f for f in tuning.histories(results) if f.name == "tuning")
     (chosen,) = [item for item in figure.panels[0].items if item.name.startswith("chosen")]
     kept = results.tune.tuned_pairs
     assert (
-        chosen.x.tolist() == [kept.front + kept.back - 0.75]
+        list(chosen.x) == [kept.front + kept.back - 0.75]
         and "of station 1 a part of 0.25" in chosen.name
     )
     assert (

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tipdamp.hbm.drawing.figure import Curve
-from tipdamp.report.figures import hysteresis
 from tipdamp.report.results import Results
+from tipdamp.report.subjects import friction
 from tipdamp.results.loops import Loops
 
 AMPLITUDE, MEAN = 2e-6, 5e-6  # m
@@ -43,8 +43,8 @@ def results(components=("t1", "t2", "n")):
 
 
 def test_area_of_a_loop_is_the_work_and_its_middle_the_mean():
-    loops, _ = hysteresis.figures(results())
-    most = sorted(np.argsort(-WORK)[: hysteresis.SHOWN])
+    loops, _ = friction.hysteresis(results())
+    most = sorted(np.argsort(-WORK)[: friction.SHOWN])
     assert [panel.title for panel in loops.panels] == [f"left {i}" for i in most]
     assert "Fe = 20 N, H = 3 (2800.0 Hz), of the 12 pairs" in loops.caption
     for panel, i in zip(loops.panels, most, strict=True):
@@ -55,8 +55,8 @@ def test_area_of_a_loop_is_the_work_and_its_middle_the_mean():
 
 
 def test_pairs_without_a_thousandth_of_the_largest_work_are_left_out(monkeypatch):
-    monkeypatch.setattr(hysteresis, "SHOWN", len(WORK))
-    loops, _ = hysteresis.figures(results())
+    monkeypatch.setattr(friction, "SHOWN", len(WORK))
+    loops, _ = friction.hysteresis(results())
     assert [panel.title for panel in loops.panels] == [
         f"left {i}" for i in range(len(WORK)) if WORK[i] > 3e-3
     ]
@@ -64,7 +64,7 @@ def test_pairs_without_a_thousandth_of_the_largest_work_are_left_out(monkeypatch
 
 def test_normal_forces_lie_within_their_axes():
     """With room above and below, and zero in sight: nobody takes a part of the axis for all."""
-    *_, normal = hysteresis.figures(results())
+    *_, normal = friction.hysteresis(results())
     for panel in normal.panels:
         (curve,) = (item for item in panel.items if isinstance(item, Curve))
         low, high = panel.y_range
@@ -74,6 +74,6 @@ def test_normal_forces_lie_within_their_axes():
 
 
 def test_only_what_the_law_has_is_drawn():
-    assert [f.name for f in hysteresis.figures(results(("n",)))] == ["normal_force"]
-    assert [f.name for f in hysteresis.figures(results(("t1",)))] == ["hysteresis"]
-    assert not list(hysteresis.figures(Results(None)))
+    assert [f.name for f in friction.hysteresis(results(("n",)))] == ["normal_force"]
+    assert [f.name for f in friction.hysteresis(results(("t1",)))] == ["hysteresis"]
+    assert not list(friction.hysteresis(Results(None)))

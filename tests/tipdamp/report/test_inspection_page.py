@@ -17,8 +17,8 @@ from tipdamp.checks import pairs as pair_checks
 from tipdamp.cli import main
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import Points
-from tipdamp.report.figures.mesh_groups import without_partner
 from tipdamp.report.inspection_page import Inspected, inspection_page
+from tipdamp.report.subjects.bodies import without_partner
 from tipdamp.results.static_results import InspectResult
 from tipdamp.study.study import load_study
 

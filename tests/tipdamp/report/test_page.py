@@ -27,18 +27,9 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.report.contents import contents
 from tipdamp.report.drawing import matplotlib, plotly
 from tipdamp.report.drawing.table import Table
-from tipdamp.report.figures import (
-    contact_states,
-    free_response,
-    kept_preload,
-    peak_trend,
-    preload_map,
-    response_family,
-    response_levels,
-)
 from tipdamp.report.introduction import introduction
+from tipdamp.report.subjects import friction, kept, modes, peaks, preload, response
 from tipdamp.report.summary import summarise
-from tipdamp.report.tables import trust
 
 ROOT = Path(__file__).parents[3]
 
@@ -190,7 +181,7 @@ def test_backends_escape_names():
 
 def test_failed_points_are_gaps_with_a_mark(hostile_report, tmp_path):
     study, store = artefacts(tmp_path, failed=(19, 20))
-    items = next(response_levels.figures(results_of(study, store))).panels[0].items
+    items = next(response.levels(results_of(study, store))).panels[0].items
     band = next(i for i in items if isinstance(i, figure.Band))
     assert [len(x) // 2 for x, _ in figure.outlines(band)] == [19, 20]  # 41 points without two
     assert np.nanmin(band.low / band.high) == pytest.approx(0.9)  # the nodes of blade 1 alone
@@ -216,7 +207,7 @@ def marks_of_early_stop(folder):
     """The curve of 20 N at H = 3 says that it is incomplete, and no point failed."""
     folder.mkdir()
     study, store = artefacts(folder, damage=damage("responses", 3, "complete", value=False))
-    items = next(response_levels.figures(results_of(study, store))).panels[0].items
+    items = next(response.levels(results_of(study, store))).panels[0].items
     return next(i for i in items if isinstance(i, figure.Marks))
 
 
@@ -279,10 +270,10 @@ def test_cut_curve_in_the_figures(tmp_path):
         "No peak, since the curve stops or has a gap at its highest point: 20 N, H = 3 (at least "
         "0.7500 µm/N at 2700"
     )
-    family, other = list(response_family.figures(results))[:2]
+    family, other = list(response.families(results))[:2]
     circles = [i for i in family.panels[0].items if isinstance(i, figure.Marks) and not i.name]
     assert len(circles) == 1 and said in family.caption and "No peak" not in other.caption
-    trend = next(peak_trend.figures(results))
+    trend = next(response.trend(results))
     places = {i.name: i.x.tolist() for i in trend.panels[0].items if isinstance(i, figure.Marks)}
     assert places == {"H = 1": [1.0, 20.0], "H = 3": [1.0]} and said in trend.caption
     words = introduction(results)
@@ -296,10 +287,10 @@ def test_peaks_of_two_modes_are_no_trend(tmp_path):
     """The largest peak of 20 N at H = 3 is that of another mode: no line joins the two, and no
     sentence makes a trend of them."""
     results = results_of(*artefacts(tmp_path, damage=damage("responses", 3, "mac", value=0.1)))
-    trend = next(peak_trend.figures(results))
+    trend = next(response.trend(results))
     lines = [len(i.x) for i in trend.panels[0].items if isinstance(i, figure.Curve)]
     assert sorted(lines) == [1, 1, 2]
-    family, other = list(response_family.figures(results))[:2]
+    family, other = list(response.families(results))[:2]
     assert "At 20 N the largest peak is that of another mode, at" in family.caption
     assert "peak moves" not in family.caption and "peak moves" in other.caption
 
@@ -342,17 +333,15 @@ def test_a_curve_that_never_began(tmp_path):
         introduction(results)[-1]
         == f"At 20 N the curve has no solved point: {why}; see the warnings."
     )
-    rows = [row for row in next(trust.tables(results)).rows if "no solved point" in row[2]]
+    rows = [row for row in next(peaks.trust(results)).rows if "no solved point" in row[2]]
     assert [row[:3] for row in rows] == [("3", "20", f"no solved point: {why}")]
     said = f"No point of the curve 20 N, H = 3 is solved: {why}."
-    assert all(
-        said in next(part.figures(results)).caption for part in (response_family, response_levels)
-    )
-    assert [panel.title for panel in next(response_levels.figures(results)).panels] == [
+    assert all(said in next(part(results)).caption for part in (response.families, response.levels))
+    assert [panel.title for panel in next(response.levels(results)).panels] == [
         "Fe = 20 N: no point solved",
         "Fe = 1 N",
     ]
-    assert len(next(contact_states.figures(results)).panels) == 1
+    assert len(next(friction.states(results)).panels) == 1
     assert "at least \N{EN DASH}" not in store.path("report.html").read_text()
 
 
@@ -390,8 +379,8 @@ def test_wide_gaps_do_not_flatten_the_preload(tmp_path):
 
     results = results_of(*artefacts(tmp_path))
     results = replace(results, whole=opened(results.whole), kept=opened(results.kept))
-    for module in (preload_map, kept_preload):
-        shown = next(module.figures(results))
+    for part in (preload.at_rest, kept.figure):
+        shown = next(part(results))
         for panel in shown.panels:
             marks = [item for item in panel.items if isinstance(item, figure.Marks)]
             [cut_off] = [m for m in marks if m.name == "open, below the axis"]
@@ -412,9 +401,9 @@ def test_figures_draw_what_their_legend_names(tmp_path, recwarn):
 
     study, store = artefacts(tmp_path, damage=change)
     results = results_of(study, store)
-    linear = next(free_response.figures(results))
-    kept = next(kept_preload.figures(results))
-    for panel in kept.panels:
+    linear = next(modes.free_response(results))
+    of_kept = next(kept.figure(results))
+    for panel in of_kept.panels:
         for item in panel.items:
             if not isinstance(item, figure.Line) and item.name:
                 low, high = panel.y_range

@@ -6,20 +6,14 @@ import pytest
 from tests.tipdamp.report.files import FULL, artefacts, results_of
 from tipdamp.hbm.drawing.figure import Band, Curve, Marks
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.report.figures import (
-    contact_states,
-    peak_trend,
-    response_family,
-    response_levels,
-)
+from tipdamp.report.subjects import assumptions, friction, peaks, response
 from tipdamp.report.summary import summarise
-from tipdamp.report.tables import assumptions, harmonics, peaks
 
 
 def test_left_per_newton_and_right_absolute(tmp_path):
     """In µm/N and µm, of m; a circle at the peak of the curve file."""
     results = results_of(*artefacts(tmp_path))
-    figures = list(response_family.figures(results))
+    figures = list(response.families(results))
     assert [{case.H for case in family} for family in results.families] == [{1}, {3}]
     for figure, cases in zip(figures, reversed(results.families), strict=True):
         assert {case.Fe for case in cases} != {1.0}
@@ -55,34 +49,34 @@ def test_each_level_with_its_own_harmonics(tmp_path):
     curve.save(path)
     results = results_of(study, store)
     assert [[case.H for case in family] for family in results.families] == [[1, 3]]
-    (family,) = response_family.figures(results)
+    (family,) = response.families(results)
     assert family.name == "family_auto" and "H = 1 to 3" in family.title
     legends = [item.name for item in family.panels[0].items if isinstance(item, Curve)]
     assert legends[:2] == ["Fe = 1 N, H = 1", "Fe = 20 N, H = 3"]
-    (levels,) = response_levels.figures(results)
+    (levels,) = response.levels(results)
     assert [panel.title for panel in levels.panels] == ["Fe = 20 N, H = 3", "Fe = 1 N, H = 1"]
     bands = [item for item in levels.panels[0].items if isinstance(item, Band)]
     (error,) = [band for band in bands if band.name == "estimated error"]
     np.testing.assert_allclose(error.high - error.low, 2 * np.sqrt(2) * 1e-2)
     assert "at the peaks 0.40 % at most (Fe = 20 N)" in levels.caption
-    (trend,) = peak_trend.figures(results)
+    (trend,) = response.trend(results)
     assert [item.name for item in trend.panels[0].items if isinstance(item, Marks)] == [
         "H = 1 to 3"
     ]
-    (states,) = contact_states.figures(results)
+    (states,) = friction.states(results)
     assert "at H = 1 to 3:" in states.caption
-    (table,) = harmonics.tables(results)
+    (table,) = peaks.harmonics(results)
     assert table.rows == (
         ("1", "1", "0.0002", "met", "0.0002 with 1"),
         ("20", "3", "0.005", "not met", "– with 1; 0.005 with 3; 0.002 with 5, incomplete"),
     )
-    (rows,) = peaks.tables(results)
+    (rows,) = peaks.peaks(results)
     assert [row[:2] for row in rows.rows] == [("1", "1"), ("3", "20")]
-    (assumed,) = assumptions.tables(results)
+    (assumed,) = assumptions.assumptions(results)
     assert any("99 % of the points" in row[1] for row in assumed.rows if row[0] == "harmonics")
     one = summarise(results)["responses"][1]
     assert one["within_tolerance"] is False and one["tried"][1]["error"] == 5e-3
 
 
 def test_named_harmonics_have_no_table_of_tries(tmp_path):
-    assert not list(harmonics.tables(results_of(*artefacts(tmp_path))))
+    assert not list(peaks.harmonics(results_of(*artefacts(tmp_path))))

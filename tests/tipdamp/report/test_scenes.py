@@ -18,10 +18,10 @@ from tipdamp.fields.pressure import patches
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing import plotly_modes, plotly_scene, scene
 from tipdamp.report.drawing.scene import Points, Segments, Solid
-from tipdamp.report.figures.contact_pairs import contact_pairs
-from tipdamp.report.figures.mode_shapes import figures as mode_shapes
-from tipdamp.report.figures.pressure import pressure_map
 from tipdamp.report.results import load_results
+from tipdamp.report.subjects.modes import shapes as mode_shapes
+from tipdamp.report.subjects.pairs import contact_pairs
+from tipdamp.report.subjects.pressure import pressure_map
 from tipdamp.report.templating import FOLDER
 from tipdamp.study.study import load_study
 

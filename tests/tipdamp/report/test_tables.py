@@ -10,16 +10,8 @@ import pytest
 from tests.tipdamp.report.files import artefacts, cut, damage, results_of, write
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.checks import warnings_of
+from tipdamp.report.subjects import assumptions, key_figures, peaks, tuning
 from tipdamp.report.summary import summarise
-from tipdamp.report.tables import (
-    assumptions,
-    kept_sets,
-    key_figures,
-    peaks,
-    reduction_check,
-    stress,
-    trust,
-)
 from tipdamp.report.text import NOTHING
 from tipdamp.results.response_results import PeakStress, StressPlace, StressResult
 from tipdamp.stages import tune
@@ -28,14 +20,14 @@ from tipdamp.study.study import load_study
 
 def test_reference_columns_need_reference_values(tmp_path):
     study, store = artefacts(tmp_path)
-    assert next(key_figures.tables(results_of(study, store))).columns == (
+    assert next(key_figures.key_figures(results_of(study, store))).columns == (
         "",
         "computed",
         "reference",
         "deviation",
     )
     study.path.write_text(study.path.read_text().split("[reference]")[0])
-    table = next(key_figures.tables(results_of(load_study(study.path), store)))
+    table = next(key_figures.key_figures(results_of(load_study(study.path), store)))
     assert table.columns == ("", "computed") and all(len(row) == 2 for row in table.rows)
 
 
@@ -43,13 +35,15 @@ def test_given_stations_are_not_called_tuned(tmp_path):
     given = damage("tune", "target_hz", value=None)
     names = [
         row[0]
-        for row in next(key_figures.tables(results_of(*artefacts(tmp_path, damage=given)))).rows
+        for row in next(
+            key_figures.key_figures(results_of(*artefacts(tmp_path, damage=given)))
+        ).rows
     ]
     assert "stuck, given stations (Hz)" in names and not any("tuned" in name for name in names)
 
 
 def test_rounding_of_a_moment_is_nothing(tmp_path):
-    values = dict(next(assumptions.tables(results_of(*artefacts(tmp_path)))).rows)
+    values = dict(next(assumptions.assumptions(results_of(*artefacts(tmp_path)))).rows)
     assert values["moment balanced by a constraint in the static solution"].startswith(
         "0 N m about"
     )
@@ -61,7 +55,7 @@ def test_friction_of_all_pairs_or_its_range(tmp_path):
     mu[0] = 0.25
     for given, said in ((results.whole.mu, f"{mu[1]:g}"), (mu, f"0.25 to {mu[1]:g}")):
         one = replace(results, whole=results.whole.replace(mu=given))
-        assert dict(next(assumptions.tables(one)).rows)["friction coefficient mu"] == said
+        assert dict(next(assumptions.assumptions(one)).rows)["friction coefficient mu"] == said
 
 
 def test_many_load_points_are_a_span():
@@ -92,7 +86,7 @@ def test_warnings_of_every_stage_are_there(tmp_path):
 )
 def test_state_of_a_curve(tmp_path, key, value, state):
     table = next(
-        trust.tables(
+        peaks.trust(
             results_of(*artefacts(tmp_path, damage=damage("responses", 1, key, value=value)))
         )
     )
@@ -102,7 +96,7 @@ def test_state_of_a_curve(tmp_path, key, value, state):
 def test_cut_curve_has_no_peak_in_the_table(tmp_path):
     """At least 15 um, and the peak of the other way; the complete curves keep theirs."""
     cut_one = results_of(*artefacts(tmp_path, damage=cut()))
-    table, trusted = next(peaks.tables(cut_one)), next(trust.tables(cut_one))
+    table, trusted = next(peaks.peaks(cut_one)), next(peaks.trust(cut_one))
     rows, other = (
         [dict(zip(one.columns, row, strict=True)) for row in one.rows] for one in (table, trusted)
     )
@@ -137,9 +131,9 @@ def test_places_of_the_largest_stress(tmp_path):
         PeakStress(files=(), Fe_N=Fe, H=3, hz=2800.0, places=places) for Fe in (20.0, 1.0)
     )
     results = results_of(*artefacts(tmp_path))
-    assert not list(stress.tables(results)) and "stress" not in summarise(results)
+    assert not list(peaks.stress(results)) and "stress" not in summarise(results)
     results = replace(results, stress=StressResult(curves=curves))
-    (table,) = stress.tables(results)
+    (table,) = peaks.stress(results)
     assert [(row[1], row[3], row[4]) for row in table.rows] == [
         ("1", "blades", "4"),
         ("1", "damper", "2"),
@@ -252,7 +246,7 @@ def test_words_fit_areas_and_contact_points(tmp_path):
     summary = summarise(results_of(study, store))
     assert not {"free_hz", "tuned_pairs"} & set(summary) and summary["area"]["share"] == 0.8
     assert "line" not in tune.line(store)
-    assert [row[0] for row in next(reduction_check.tables(results_of(study, store))).rows] == [
+    assert [row[0] for row in next(key_figures.reduction_check(results_of(study, store))).rows] == [
         "whole area, kept area"
     ]
 
@@ -265,7 +259,7 @@ def test_sets_within_the_scatter_of_the_target(tmp_path, count):
         sets = [dict(front=9, back=k, hz=2801.25 + k, mac=0.5) for k in range(count)]
         files["tune.json"] |= {"scatter_hz": 5.0, "equivalent": sets}
 
-    (table,) = kept_sets.tables(results_of(*artefacts(tmp_path, damage=change)))
+    (table,) = tuning.equivalent_sets(results_of(*artefacts(tmp_path, damage=change)))
     assert re.match(f"{count} of 2 sets" if count else "No set .* the nearest of 2", table.caption)
     assert "within 5.00 Hz of the target of 2800 Hz" in table.caption
     assert ("nearest 20 are shown" in table.caption) == (count > 20)
@@ -279,4 +273,4 @@ def test_no_sets_without_scatter_history_or_target(tmp_path, missing):
     def change(files):
         files["tune.json"] |= {"scatter_hz": 5.0} | dict([missing])
 
-    assert not list(kept_sets.tables(results_of(*artefacts(tmp_path, damage=change))))
+    assert not list(tuning.equivalent_sets(results_of(*artefacts(tmp_path, damage=change))))

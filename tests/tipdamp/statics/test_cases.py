@@ -15,7 +15,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.report.results import load_results
-from tipdamp.report.tables import reduction_check
+from tipdamp.report.subjects import key_figures
 from tipdamp.results.static_results import ReduceResult
 from tipdamp.stages import reduce
 from tipdamp.stages.run import results_folder, run_stage
@@ -185,7 +185,7 @@ def test_tractions_are_named(with_tractions):
     said = reduce.line(with_tractions[4])
     assert "24 contact shapes of tractions on 8 cells" in said
     study = load_study(with_tractions[4].folder.parent.parent / "corner.toml")
-    [table] = reduction_check.tables(
+    [table] = key_figures.reduction_check(
         load_results(study, with_tractions[4], {stage: [] for stage in STAGES})
     )
     assert "no bound follows" in table.caption and "bound" not in table.columns

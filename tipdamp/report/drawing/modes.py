@@ -1,5 +1,6 @@
 """Mode shapes on the surfaces of the bodies as plain data: one picture with a choice of modes."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -37,7 +38,7 @@ class ModeShapes:
     title: str
     caption: str
     surfaces: dict[str, OuterSurface]
-    modes: tuple[Mode, ...]
+    modes: Sequence[Mode]
     first: int
     eye: tuple
     up: tuple

@@ -4,6 +4,7 @@ Items of one name share one entry of the legend, by which they are switched; an 
 An item with a `case` is shown only while that case is chosen from the menu above the picture.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, NamedTuple
 
@@ -79,7 +80,7 @@ class Scene:
     name: str
     title: str
     caption: str
-    items: tuple[Item, ...]
+    items: Sequence[Item]
     box: np.ndarray
     eye: tuple = (1.0, -1.0, 0.8)
     up: tuple = (0.0, 0.0, 1.0)

@@ -1,4 +1,5 @@
-"""Figure: both nodes of every contact pair and its frame t1, t2, n in three dimensions."""
+"""Contact pairs: both nodes of each and its frame t1, t2, n in three dimensions; a table of the
+geometry of each side."""
 
 from collections.abc import Iterator, Mapping
 
@@ -6,10 +7,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
+from tipdamp.checks import only_friction
 from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import NORMAL, TANGENT_1, TANGENT_2, Item, Points, Scene, Segments
-from tipdamp.report.figures.surroundings import (
+from tipdamp.report.drawing.table import Table
+from tipdamp.report.results import Results
+from tipdamp.report.subjects.surroundings import (
     NO_SURFACE,
     box_of,
     node_numbers,
@@ -17,8 +21,8 @@ from tipdamp.report.figures.surroundings import (
     surroundings,
     view_of,
 )
-from tipdamp.report.results import Results
-from tipdamp.report.text import MM, distance, listing
+from tipdamp.report.text import MM, NOTHING, distance, listing, number, sentence
+from tipdamp.results.static_results import InspectResult, SideCheck
 
 FULL_SIZE = 60  # pairs whose marks do not hide each other; more have smaller ones
 # of the arms of a frame: lines lie in the faces of the damper, which would hide half of them
@@ -30,7 +34,7 @@ FRAME = (
 )
 
 
-def figures(results: Results) -> Iterator[Scene]:
+def scene(results: Results) -> Iterator[Scene]:
     """The pairs of the whole patch."""
     if results.whole is not None:
         yield contact_pairs(
@@ -104,7 +108,7 @@ def contact_pairs(
         "contact_pairs",
         "Contact pairs and their frames",
         caption,
-        tuple(items),
+        items,
         box,
         *view_of(pairs, axis),
     )
@@ -129,3 +133,42 @@ def _triad_length(place: np.ndarray) -> float:
         return 1.0
     nearest = cKDTree(place).query(place, k=2)[0][:, 1]
     return 0.6 * float(np.median(nearest)) or 1.0
+
+
+def pairs_table(found: InspectResult) -> Table:
+    """Geometry of the pairs of each side."""
+    trouble = next((c.trouble for c in found.pair_checks.values() if c.trouble), None)
+    return Table(
+        "Contact pairs. The mean normal points from the damper into the blade. Spread: largest "
+        "angle between a normal and their mean. Off the surface: largest angle between a normal "
+        "and that of the faces of damper or blade. Apart: from the node of the damper to that of "
+        "the blade. Covered: area of contact between surfaces, and of all faces of the damper "
+        "there. Force: on the side per newton of pull, without friction"
+        + (f" (not found: {trouble})." if trouble else ".")
+        + (f" {sentence(only_friction.said(found.only_friction))}" if found.only_friction else ""),
+        [_side(name, check) for name, check in found.pair_checks.items()],
+    )
+
+
+def covered(check: SideCheck) -> str:
+    """'143.8 of 144': mm2 of contact, and of the damper's faces on the side; none where nodes
+    match."""
+    if check.area_m2 is None or check.faces_m2 is None:
+        return NOTHING
+    return f"{MM**2 * check.area_m2:.4g} of {MM**2 * check.faces_m2:.4g}"
+
+
+def _side(name: str, check: SideCheck) -> dict[str, str]:
+    off, apart = check.off_surface_deg, dict.fromkeys(map(distance, check.apart_along_n_m))
+    return {
+        "side": name,
+        "pairs": f"{check.pairs}",
+        "stations × rows": f"{check.stations} × {check.rows}",
+        "mean normal": f"({', '.join(f'{v:+.3f}' for v in check.mean_normal)})",
+        "spread": f"{check.normals_within_deg:.1f}°",
+        "off the surface": NOTHING if off is None else f"{off:.1f}°",
+        "apart along n (µm)": " to ".join(apart),
+        "apart across (µm)": distance(check.apart_across_m),
+        "covered (mm²)": covered(check),
+        "force (N/N)": number(check.force_per_pull),
+    }

@@ -22,7 +22,7 @@ def amplitude_panel(results: Results, title: str, label: str, items: Sequence[It
         title,
         "frequency (Hz)",
         label,
-        tuple(items),
+        items,
         x_range=tuple(results.study.respond.band),
         y_range=(0.0, 1.06 * top),
     )

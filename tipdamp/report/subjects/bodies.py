@@ -1,4 +1,5 @@
-"""Figure: the outside of the meshes with their node groups, and contact nodes without a partner."""
+"""What was read and where the results come from: the meshes with their node groups and the contact
+nodes without a partner; tables of bodies, stages and versions."""
 
 from collections.abc import Iterator
 
@@ -7,8 +8,13 @@ from tipdamp.checks import pairs as pair_checks
 from tipdamp.fields.surface import OuterSurface
 from tipdamp.modal.mesh import Mesh
 from tipdamp.report.drawing.scene import BLADE, BODY, Item, Points, Scene, Segments, Solid, view
-from tipdamp.report.figures.surroundings import box_around
-from tipdamp.report.text import MM, distance
+from tipdamp.report.drawing.table import Table
+from tipdamp.report.libraries import versions
+from tipdamp.report.results import Results
+from tipdamp.report.subjects.surroundings import box_around
+from tipdamp.report.text import MM, NOTHING, distance, listing, number
+from tipdamp.results import STAGES
+from tipdamp.results.static_results import InspectedBody, InspectResult
 from tipdamp.study.view import Study
 
 MAX_NODES = 2000  # of one group that are drawn
@@ -56,7 +62,7 @@ def mesh_groups(
         "groups",
         "Meshes and their groups",
         caption,
-        tuple(items),
+        items,
         box,
         *view(study.driver.pull_direction, study.driver.axis),
         height=680,
@@ -128,3 +134,52 @@ def without_partner(study: Study, meshes: dict[str, Mesh]) -> Iterator[Points]:
                     "square",
                     hover=texts,
                 )
+
+
+def provenance(results: Results) -> Iterator[Table]:
+    """Bodies where the study was inspected, stages before the report, versions of what is
+    installed."""
+    if results.inspect is not None:
+        yield bodies_table(results.inspect)
+    yield Table(
+        f"Stages before this report, {sum(results.seconds.values()):.1f} s in total.",
+        [
+            {"stage": name, "what it does": STAGES[name], "seconds": f"{seconds:.1f}"}
+            for name, seconds in results.seconds.items()
+        ],
+        left=(0, 1),
+    )
+    found = [{"software": name, "version": version} for name, version in versions().items()]
+    yield Table("Versions.", found, left=(0, 1))
+
+
+def bodies_table(found: InspectResult) -> Table:
+    """What each mesh holds, or the matrices; mass and rigid modes once the body is assembled."""
+    pairs = listing(f"{n} on '{side}'" for side, n in found.pairs.items())
+    return Table(
+        "Bodies as read." + (f" Contact pairs of the whole patch: {pairs}." if pairs else ""),
+        [_body(name, body) for name, body in found.bodies.items()],
+        left=(0, 1),
+    )
+
+
+def _body(name: str, body: InspectedBody) -> dict[str, str]:
+    matrices = body.nodes is None
+    dofs = body.dofs if matrices else body.free_dofs
+    return {
+        "body": name,
+        "file": "matrices" if matrices else f"{body.file}",
+        "nodes": _count(body.nodes),
+        "cells": listing(f"{n} {kind}" for kind, n in body.cells.items()) or NOTHING,
+        "free dofs": _count(dofs),
+        "size (mm)": " × ".join(
+            f"{MM * (high - low):.4g}" for low, high in zip(*body.box_m, strict=True)
+        )
+        or NOTHING,
+        "moving mass (kg)": number(body.moving_mass_kg[0] if body.moving_mass_kg else None),
+        "rigid modes": _count(body.rigid_modes),
+    }
+
+
+def _count(n: int | None) -> str:
+    return NOTHING if n is None else f"{n}"

@@ -1,4 +1,5 @@
-"""Figure: preload of what is kept, on which the forced response rests."""
+"""Preload of what is kept, on which the forced response rests: a figure, and a table of the scaled
+one beside the one that static contact gives it."""
 
 from collections.abc import Iterator
 
@@ -16,7 +17,9 @@ from tipdamp.hbm.drawing.figure import (
     Marks,
     Panel,
 )
-from tipdamp.report.figures.axial import (
+from tipdamp.report.drawing.table import Table
+from tipdamp.report.results import Results
+from tipdamp.report.subjects.axial import (
     AXIAL,
     cut_marks,
     lowest_shown,
@@ -25,8 +28,8 @@ from tipdamp.report.figures.axial import (
     side_title,
     station_sums,
 )
-from tipdamp.report.results import Results
-from tipdamp.report.text import listing, number
+from tipdamp.report.text import force_along, listing, moment, number
+from tipdamp.results.static_results import KeptCase, SideLoad
 
 HOW = {
     "scaled": (
@@ -37,7 +40,7 @@ HOW = {
 }
 
 
-def figures(results: Results) -> Iterator[Figure]:
+def figure(results: Results) -> Iterator[Figure]:
     """One figure, a panel for each side."""
     table, whole = results.kept, results.whole
     if results.tune is None or table is None or whole is None:
@@ -51,7 +54,7 @@ def figures(results: Results) -> Iterator[Figure]:
             side_title(results, side),
             AXIAL,
             nodal(table),
-            tuple(_items(results, of_side(table, side), side, low)),
+            list(_items(results, of_side(table, side), side, low)),
             y_range=span,
         )
         for side in table.sides
@@ -70,7 +73,7 @@ def figures(results: Results) -> Iterator[Figure]:
         "preload_kept",
         f"Preload of the {results.tune.kept_name}",
         caption,
-        tuple(panels),
+        panels,
         row_height=310,
     )
 
@@ -94,3 +97,37 @@ def _items(results, mine: ContactTable, side: str, low: float) -> Iterator[Item]
     if (opened := (force <= 0) & (force >= low)).any():
         yield Marks(at[opened], force[opened], "kept pair, open at rest", VERMILION, filled=False)
     yield from cut_marks(at, force, low)
+
+
+def moments(results: Results) -> Iterator[Table]:
+    """One row for each side, where scaling leaves more than a small moment."""
+    tune = results.tune
+    if tune is None or tune.redistribution.resolved is None:
+        return
+    done, again = tune.redistribution, tune.redistribution.resolved
+    share = number(100 * (done.moment_share or 0.0), 2)
+    yield Table(
+        f"Preload of the {tune.kept_name}, scaled to the whole load and solved again. Scaling "
+        f"leaves a moment "
+        f"of {moment(done, results.axis)}, {share} % of the load times the length of "
+        f'the contact; preload = "resolved" has none: {_said(again)}.',
+        [
+            {"side": side, **_load("scaled", s), **_load("solved again", again.sides.get(side))}
+            for side, s in tune.preload_kept.items()
+        ],
+    )
+
+
+def _said(again: KeptCase) -> str:
+    if again.refused:
+        return f"refused: {again.refused}"
+    taken = listing(force_along(motion, load) for motion, load in again.reactions.items())
+    return f"with a constraint against {taken}" if taken else "without a constraint"
+
+
+def _load(how: str, side: SideLoad | None) -> dict[str, str]:
+    return {
+        f"{how} (N)": number(side.sum_N) if side else "",
+        f"{how}, largest (N)": number(side.max_N) if side else "",
+        f"{how}, open pairs": f"{side.detached}" if side else "",
+    }

@@ -1,5 +1,5 @@
-"""Figure: preload and contact pressure on the damper in three dimensions, at rest and in each load
-case."""
+"""Preload and contact pressure on the damper in three dimensions, at rest and in each load case;
+a table of sides in contact along a line: force per length, half-width and peak pressure."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tipdamp.fields.line_contact import LineContact
+from tipdamp.fields.line_contact import LineContact, line_contacts
 from tipdamp.fields.pressure import PressurePatch, patches
 from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import Item, Points, Scale, Scene, Segments, Solid
-from tipdamp.report.figures.surroundings import (
+from tipdamp.report.drawing.table import Table
+from tipdamp.report.results import Results
+from tipdamp.report.subjects.surroundings import (
     NO_SURFACE,
     box_of,
     node_numbers,
@@ -20,15 +22,13 @@ from tipdamp.report.figures.surroundings import (
     surroundings,
     view_of,
 )
-from tipdamp.report.results import Results
-from tipdamp.report.tables.line_contact import lines_of
 from tipdamp.report.text import MM, listing, number
 
 PULL = "the pull"
 TITLES = {"N/mm²": "pressure (N/mm²)", "N/mm": "force per length (N/mm)"}
 
 
-def figures(results: Results) -> Iterator[Scene]:
+def scene(results: Results) -> Iterator[Scene]:
     """One picture of the preload at rest and of every further load case."""
     if results.whole is not None:
         rest = results.study.preload.case or PULL
@@ -80,7 +80,7 @@ def pressure_map(
         "preload_on_damper",
         "Preload and contact pressure on the damper",
         caption,
-        tuple(items),
+        items,
         box,
         *view_of(first, axis),
     )
@@ -156,3 +156,45 @@ def _totals(sides, tables) -> str:
         under = case if case == PULL else f"'{case}'"
         parts.append(f"Under {under}: {sums}, at most {most}.")
     return " ".join(parts)
+
+
+def lines_of(results: Results) -> list[LineContact]:
+    """Of the round sides whose radius and elastic constants are known, where the strip in contact
+    is narrower than a row of pairs."""
+    if results.whole is None or results.preload is None:
+        return []
+    known = {
+        name: (side.radius, made.E_star_Pa)
+        for name, side in results.study.sides.items()
+        if side.shape == "cylinder"
+        and side.radius
+        and (made := results.preload.stiffness.get(name)) is not None
+        and made.E_star_Pa
+    }
+    lines = line_contacts(results.whole, np.asarray(results.axis), known)
+    force = results.whole.preload
+    return [one for one in lines if 2 * one.half_width(force).max() < one.spacing]
+
+
+def line_tables(results: Results) -> Iterator[Table]:
+    """Force per length, half-width and peak pressure station by station, one table for each side
+    in contact along a line."""
+    for line in lines_of(results):
+        force = results.whole.preload  # type: ignore[union-attr]
+        rows = zip(
+            line.along, line.load(force), line.half_width(force), line.peak(force), strict=True
+        )
+        yield Table(
+            f"Line contact on side '{line.side}', R = {MM * line.radius:.4g} mm: force per length "
+            "under the preload, and half-width and peak pressure of Hertz for it. A strip in "
+            "contact so narrow lies between the nodes: nodal force over area is no pressure.",
+            [
+                {
+                    "along the axis (mm)": number(MM * at),
+                    "N/mm": number(1e-3 * load),
+                    "half-width (mm)": number(MM * half),
+                    "peak pressure (MPa)": number(1e-6 * peak),
+                }
+                for at, load, half, peak in rows
+            ],
+        )

@@ -29,7 +29,7 @@ START = {
 }
 
 
-def tables(results: Results) -> Iterator[Table]:
+def assumptions(results: Results) -> Iterator[Table]:
     """One table of names and values."""
     rows = [*_load(results)]
     if results.preload is not None:
@@ -39,7 +39,9 @@ def tables(results: Results) -> Iterator[Table]:
     if "respond" in results.study:
         rows += _response(results)
     yield Table(
-        "Declared in the study, or fixed by the method.", ("", "value"), tuple(rows), left=(0, 1)
+        "Declared in the study, or fixed by the method.",
+        [{"": name, "value": value} for name, value in rows],
+        left=(0, 1),
     )
 
 

@@ -1,1 +1,0 @@
-"""The figures of the report, one file each; contents.py says which stand where."""

@@ -1,0 +1,1 @@
+"""The figures and tables of the report, by subject; contents.py says which stand where."""

@@ -1,1 +1,0 @@
-"""The tables of the report, one file each; contents.py says which stand where."""
