@@ -134,13 +134,13 @@ def test_reader_of_imports(tmp_path, monkeypatch):
     path = tmp_path / "tipdamp" / "report" / "page.py"
     path.parent.mkdir(parents=True)
     path.write_text(
-        "import numpy as np\nfrom .. import study\nfrom . import figures\nfrom ..stages import "
+        "import numpy as np\nfrom .. import study\nfrom . import subjects\nfrom ..stages import "
         "run\ndef draw():\n    import gmsh\n    from tipdamp.modal.body import Body\n"
     )
     assert imports(path) == [
         ("numpy", True),
         ("tipdamp.study", True),
-        ("tipdamp.report.figures", True),
+        ("tipdamp.report.subjects", True),
         ("tipdamp.stages.run", True),
         ("gmsh", False),
         ("modal.body.Body", False),

@@ -8,7 +8,7 @@ from tipdamp.cli import main
 from tipdamp.engine.store import Store
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.report.results import load_results
-from tipdamp.report.tables import trust
+from tipdamp.report.subjects import peaks
 from tipdamp.report.text import NOTHING, number
 from tipdamp.stages.report import said
 from tipdamp.stages.respond import assembled
@@ -36,7 +36,7 @@ def test_peaks_beside_time_integration(matrices_study):
     assert many["integration"]["difference"] == pytest.approx(own.difference, rel=1e-6)
     assert many["integration"]["agrees"] and many["integration"]["stable"]
     assert 0 < own.difference < 0.05
-    (table,) = trust.tables(load_results(study, store, said(study, store)))
+    (table,) = peaks.trust(load_results(study, store, said(study, store)))
     shown = [row[table.columns.index("integration")] for row in table.rows]
     assert shown[0] == NOTHING
     assert shown[1] == f"{number(own.difference, 1, 100)} %"

@@ -55,7 +55,7 @@ def _peak(case: ReportedCurve) -> Row:
 
 
 def at_least(value: float | None) -> str:
-    """Of a curve without a peak."""
+    """A lower bound in m, in um, of a curve without a peak."""
     return NOTHING if value is None else f"at least {micro(value)}"
 
 
