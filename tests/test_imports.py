@@ -53,6 +53,7 @@ ROOMS = {
         "time",
         "stability",
         "curve",
+        "modes",
         "search",
         "comparison",
         "response",

@@ -16,6 +16,7 @@ PUBLIC = (
     "hbm/response.py",
     "hbm/result.py",
     "hbm/curve/solutions.py",
+    "hbm/modes/*.py",
     "hbm/testing.py",
     "hbm/io/*.py",
     "hbm/laws/base.py",

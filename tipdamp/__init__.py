@@ -101,6 +101,8 @@ if TYPE_CHECKING:
         UnilateralSpring as UnilateralSpring,
     )
     from tipdamp.hbm.model import ReducedModel as ReducedModel
+    from tipdamp.hbm.modes.backbone import backbone as backbone
+    from tipdamp.hbm.modes.result import Backbone as Backbone
     from tipdamp.hbm.named_point import NamedPoint as NamedPoint
     from tipdamp.hbm.problem import Problem as Problem
     from tipdamp.hbm.response import (
@@ -191,6 +193,8 @@ else:  # a module __getattr__ would let type checkers accept any name
         "find_peaks": "hbm.curve.peaks",
         **dict.fromkeys(("solutions_at", "time_history"), "hbm.curve.solutions"),
         **dict.fromkeys(("contact_cycles", "energy_balance", "whole_motion"), "hbm.curve.cycles"),
+        "backbone": "hbm.modes.backbone",
+        "Backbone": "hbm.modes.result",
         "compare": "hbm.comparison",
         "IntegrationSettings": "hbm.time.settings",
         "load_study": "study.study",

@@ -1,0 +1,1 @@
+"""Nonlinear modes: free periodic motions over their amplitude."""

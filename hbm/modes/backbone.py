@@ -1,0 +1,197 @@
+"""The backbone of a nonlinear mode: frequency, damping ratio and shape over the amplitude.
+
+mode = backbone(problem, 1, (1e-6, 1e-3), outputs={"tip": row}, harmonics=5)
+"""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.branch import Branch
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.crossings import insert_crossings
+from tipdamp.hbm.continuation.follow import Budget, follow
+from tipdamp.hbm.continuation.point import Point, failed
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.trace import slides
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.modes.free_motion import FreeMotion
+from tipdamp.hbm.modes.result import Backbone
+from tipdamp.hbm.modes.stuck_modes import seen_alone, stuck_modes
+from tipdamp.hbm.validation import (
+    LEAST,
+    brief,
+    check_harmonics,
+    check_kind,
+    check_outputs,
+    check_settings,
+    check_whole,
+    numbers,
+)
+
+# of the stuck mode in the first output, beside what its largest dof would give: less is not seen
+UNSEEN = 1e-9
+LOWER = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6)  # times the first amplitude: where everything sticks
+# of the stuck frequency: a mode that is slower is no vibration any more
+SLOWEST = 1e-2
+
+
+def backbone(
+    problem: ContactProblem,
+    mode: int,
+    amplitudes: Sequence[float],
+    *,
+    outputs: Mapping[str, ArrayLike],
+    harmonics: int = 5,
+    samples: int | None = None,
+    settings: Settings | None = None,
+    progress: Callable[[float, float, int], None] | None = None,
+) -> Backbone:
+    """The nonlinear mode that begins as a mode of the stuck system, over its amplitude, by the
+    extended periodic motion concept [Krack 2015].
+
+    problem : ContactProblem of `contact_problem` or `Problem.contact_problem`
+    mode : number of the stuck mode, 1 is the lowest
+    amplitudes : (k,) m, ascending, two or more: of harmonic 1 of the first output. The mode is
+        followed from the first to the last; at each in between it is solved
+    outputs : {name: (r,) row that takes the output out of q}
+    harmonics : H, orders 0..H are kept; samples, settings : as in CurveOptions
+    progress : function (amplitude, step, calls), called at each point
+
+    Forces of the problem play no part, its damping counts: `damping_ratio` is that of structure and
+    contacts together, by which a force that balances it at phase resonance is known. Raises
+    InputError for a mode that does not exist, an output that does not see it, amplitudes that are
+    none, and where no motion exists at the first amplitude. Where none exists up to the last one
+    `complete` is False and `ended` says where.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> mode = backbone(problem, 1, (1e-6, 1e-3), outputs={"tip": [1.0]}, harmonics=1)
+    >>> print(f"{mode.damping_ratio[0]:.1%} stuck, {mode.damping_ratio.max():.1%} at most")
+    0.0% stuck, 6.5% at most
+    """
+    began = time.perf_counter()
+    at = _check_amplitudes(amplitudes)
+    equation, rows, names = _equation(problem, mode, outputs, check_harmonics(harmonics), samples)
+    settings = check_settings(settings, progress)
+    begin = _first(equation, at[0], settings)
+    if not begin.converged:
+        raise InputError(
+            f"amplitudes begin at {at[0]:g} m: no free motion of mode {mode} was found there; "
+            "begin lower"
+        )
+    budget = Budget(settings, progress, at[0], len(equation.weights))
+
+    def report(point: Point, step: float) -> None:
+        point.detail.forget()
+        budget.point(point.parameter, step, point.iterations)
+
+    equation.balance.on_call = budget.call
+    branch = follow(equation.evaluate, begin, at[-1], equation.weights, settings, report)
+    equation.balance.on_call = None
+    _cut(branch)
+    missed = insert_crossings(equation.evaluate, branch, at[1:-1], equation.weights, settings)
+    return _record(equation, branch, (names, rows), missed, (mode, time.perf_counter() - began))
+
+
+def _check_amplitudes(amplitudes):
+    given = numbers("amplitudes", amplitudes, "must be numbers in m")
+    good = given.ndim == 1 and len(given) > 1 and np.isfinite(given).all()
+    if not good or given[0] <= LEAST or (np.diff(given) <= 0).any():
+        raise InputError(
+            f"amplitudes = {brief(amplitudes)}: must be two or more in m, positive and ascending"
+        )
+    return given
+
+
+def _equation(problem, mode, outputs, H, samples):
+    check_kind("problem", problem, ContactProblem, "ContactProblem(M, C, K, B, law, contacts)")
+    names, rows = check_outputs(outputs, len(problem.K))
+    if H < 1:
+        raise InputError(f"harmonics = {H}: a mode vibrates in order 1, at least that many")
+    modes = stuck_modes(problem)
+    index = check_whole("mode", mode, 1) - 1
+    if index >= len(modes.frequencies):
+        raise InputError(
+            f"mode = {mode}: the stuck system has {len(modes.frequencies)}, the lowest is 1"
+        )
+    modes = seen_alone(modes, index, rows[0])
+    row = rows[0] @ modes.shapes
+    if abs(row[index]) <= UNSEEN * np.linalg.norm(rows[0]) * np.abs(modes.shapes[:, index]).max():
+        raise InputError(
+            f"outputs: '{names[0]}', the first, does not see mode {mode}; put one that does first"
+        )
+    if not modes.at_contacts[:, index].any():
+        raise InputError(f"mode = {mode}: does not move any contact, it is linear")
+    balance = HarmonicBalance(problem, {}, H, samples=samples)
+    return FreeMotion(balance, modes, index, row), rows, names
+
+
+def _first(equation, a, settings):
+    """The motion at the first amplitude: from the stuck mode, where need be by way of lower
+    amplitudes."""
+    few = replace(settings, max_points=500)
+    for share in LOWER:
+        begin = solve_fixed(
+            equation.evaluate, equation.stuck(), share * a, equation.weights, settings, 40
+        )
+        if begin.converged and share < 1:
+            begin = follow(equation.evaluate, begin, a, equation.weights, few).points[-1]
+        if begin.converged and begin.parameter == a:
+            return begin
+    return failed(len(equation.weights), a)
+
+
+def _cut(branch: Branch) -> None:
+    """End the branch where the frequency falls to zero: beyond it runs back, with the time
+    reversed."""
+    slow = [i for i, p in enumerate(branch.points) if p.converged and p.x[-2] < SLOWEST]
+    if slow:
+        branch.points = branch.points[: slow[0]]
+        branch.finish("no point", branch.points[-1].parameter)
+
+
+def _record(equation, branch, named, missed, made) -> Backbone:
+    (names, rows), (mode, seconds) = named, made
+    points = [p for p in branch.points if p.converged]
+    Q = np.array([p.detail.modal for p in points])
+    shapes = equation.modes.shapes
+    shape = Q[:, 1] @ shapes.T
+    inertia = np.einsum("nr,nr->n", shape.conj(), shape @ equation.balance.problem.M).real
+    shares = np.array([p.detail.forces.shares for p in points])
+    frequency = equation.frequency / (2 * np.pi)
+    unknowns = np.array([p.x for p in points])
+    return Backbone(
+        mode=mode,
+        amplitude=np.array([p.parameter for p in points]),
+        frequency=frequency * unknowns[:, -2],
+        damping_ratio=unknowns[:, -1],
+        output_names=np.array(names, dtype=str),
+        harmonics=np.einsum("jr,nkr->njk", rows @ shapes, Q),
+        shape=shape,
+        modal_amplitude=np.sqrt(inertia),
+        share_stick=shares[..., 0],
+        share_slip=shares[..., 1],
+        share_open=shares[..., 2],
+        stuck_frequency=frequency,
+        stuck_damping_ratio=equation.damping_ratio,
+        ended=_ended(branch, equation, unknowns[-1, -2], missed),
+        complete=bool(branch.complete and len(points) == len(branch.points) and not missed),
+        H=equation.balance.H,
+        unknowns=unknowns,
+        seconds=seconds,
+    )
+
+
+def _ended(branch, equation, relative, missed):
+    if branch.complete:
+        ended = "reached the last amplitude"
+        return ended + "".join(f"; {a:g} m could not be solved" for a in missed)
+    if relative < 10 * SLOWEST:
+        return f"stopped at {branch.at:.6g} m: the frequency falls to zero, beyond it no vibration"
+    return slides(equation.balance.problem) + branch.sentence(lambda a: f"{a:.6g} m")

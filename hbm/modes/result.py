@@ -1,0 +1,104 @@
+"""Backbone: a nonlinear mode over its amplitude as read-only arrays."""
+
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.io.array_record import ArrayRecord
+from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.result import amplitude
+
+
+@dataclass(frozen=True, eq=False)
+class Backbone(ArrayRecord):
+    """A nonlinear mode: n free motions in the order of the branch, m outputs, P contacts, harmonics
+    0..H, a model with r dofs.
+
+    mode : number of the stuck mode that it starts from, 1 is the lowest
+    amplitude : (n,) m, harmonic 1 of the first output, real and positive there
+    frequency : (n,) Hz; damping_ratio : (n,) of the mode, of structure and contacts together
+    output_names : (m,) str; harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w
+        t)
+    shape : (n, r) complex, m - harmonic 1 of the whole model
+    modal_amplitude : (n,) kg^1/2 m, sqrt(shape^H M shape)
+    share_stick, share_slip, share_open : (n, P) share of the cycle
+    stuck_frequency : Hz, stuck_damping_ratio : of the mode where every contact sticks
+    ended : why it ends; complete : it reaches the last amplitude without a failed point
+    unknowns : (n, N) of the equation (`hbm.modes.free_motion`); H : harmonics
+    seconds : cost
+
+    The arrays are copies that cannot be written to; a point that failed is left out.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> mode: Backbone = backbone(problem, 1, (1e-6, 1e-3), outputs={"tip": [1.0]})
+    >>> print(f"{mode.frequency[0]:.1f} to {mode.frequency[-1]:.1f} Hz")  # stuck to free
+    871.7 to 714.1 Hz
+    >>> Backbone.load(mode.save("mode.npz")) == mode
+    True
+    """
+
+    mode: int
+    amplitude: np.ndarray
+    frequency: np.ndarray
+    damping_ratio: np.ndarray
+    output_names: np.ndarray
+    harmonics: np.ndarray
+    shape: np.ndarray
+    modal_amplitude: np.ndarray
+    share_stick: np.ndarray
+    share_slip: np.ndarray
+    share_open: np.ndarray
+    stuck_frequency: float
+    stuck_damping_ratio: float
+    ended: str
+    complete: bool
+    H: int
+    unknowns: np.ndarray
+    seconds: float = field(compare=False)
+
+    def __repr__(self) -> str:
+        a, f = self.amplitude, self.frequency
+        return (
+            f"<Backbone of mode {self.mode}: {a.min():.3g} to {a.max():.3g} m, {f.max():.6g} to "
+            f"{f.min():.6g} Hz, damping up to {100 * self.damping_ratio.max():.3g} %, {len(a)} "
+            f"points, H = {self.H}; {self.ended}>"
+        )
+
+    def amplitudes(self, name: str, kind: str = "half_peak_to_peak") -> np.ndarray:
+        """(n,) m of an output, of a kind as in `ForcedResponse.amplitude`."""
+        names = self.output_names.tolist()
+        if name not in names:
+            raise InputError(f"output '{name}' is not in this backbone; {nearest(name, names)}")
+        return amplitude(self.harmonics[:, names.index(name)], kind, [1])
+
+    def save(self, path: str | Path) -> Path:
+        """One .npz of plain arrays."""
+        path = Path(path)
+        np.savez(path, **vars(self))
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Backbone":
+        """Read what `save` wrote; InputError where the file is not there or holds something
+        else."""
+        path = Path(path)
+        if not path.is_file():
+            raise InputError(f"backbone not found: {path}")
+        plain = {str: str, bool: bool, int: int, float: float}
+        try:
+            with open_npz(path) as z:
+                found = {
+                    f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name]
+                    for f in fields(cls)
+                }
+                return cls(**found)
+        except InputError:
+            raise
+        except (OSError, ValueError, TypeError, KeyError, EOFError, BadZipFile) as error:
+            raise InputError(
+                f"{path}: is not a backbone as Backbone.save writes it ({error})"
+            ) from None
