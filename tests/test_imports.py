@@ -73,6 +73,7 @@ ROOMS = {
         "checks",
         "report",
         "stages",
+        "compare",
         "proposal",
         "doctor",
         "cli",

@@ -281,6 +281,21 @@ def _parser() -> argparse.ArgumentParser:
         _export,
     )
     export.add_argument("--format", default="mtx", help="npz, mat or mtx (default)")
+    compare = verb(
+        "compare",
+        "studies that were run, side by side on one page: which damper is best, at which pull",
+        _compare,
+        on_study=False,
+    )
+    compare.add_argument("studies", nargs="+", metavar="study", help="study files (.toml)")
+    compare.add_argument(
+        "--out", help="folder of the page (default: results/comparison beside the first study)"
+    )
+    compare.add_argument(
+        "--allow-outside",
+        action="store_true",
+        help="let the key `results` of a study lead out of its folder",
+    )
     verb(
         "doctor",
         "what is missing or wrong on this machine, with the repair",
@@ -324,6 +339,19 @@ def _export(arguments) -> int:
         ReducedModel.load(store.path("model.npz")), store.path("export"), arguments.format
     ):
         print(path)
+    return 0
+
+
+def _compare(arguments) -> int:
+    from tipdamp.compare.page import write_comparison
+    from tipdamp.compare.record import read
+    from tipdamp.stages.run import results_folder
+    from tipdamp.study.study import load_study
+
+    studies = [load_study(name) for name in arguments.studies]
+    comparison = read([(s, results_folder(s, None, arguments.allow_outside)) for s in studies])
+    folder = Path(arguments.out or studies[0].path.parent / "results" / "comparison")
+    print(f"compare: {write_comparison(comparison, folder)}")
     return 0
 
 

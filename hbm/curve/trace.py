@@ -20,6 +20,8 @@ from tipdamp.hbm.curve.unmoved import follow_unmoved, moves_contacts
 from tipdamp.hbm.hold.named_motion import mostly
 from tipdamp.hbm.result import ForcedResponse, widest_gap
 
+ROLLS = "the damper rolls"
+NO_PERIOD = "no periodic state exists there"
 SLIDES = "nothing but friction restrains a motion"
 LEFT = ("left", "closed")  # ends of branches that leave the band for good
 
@@ -308,5 +310,5 @@ def _unrestrained(last, problem):
         return ""
     motion = q[:, 0].real
     named = problem.describe(motion) if problem and problem.describe else None
-    verb = "the damper rolls" if named and named.turns else "nothing restrains a mean motion"
-    return f"; {verb} ({named or mostly(motion)}): no periodic state exists there; {_held(named)}"
+    verb = ROLLS if named and named.turns else "nothing restrains a mean motion"
+    return f"; {verb} ({named or mostly(motion)}): {NO_PERIOD}; {_held(named)}"

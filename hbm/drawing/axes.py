@@ -39,6 +39,10 @@ def draw_panel(axes: Any, panel: Panel, handles: dict[str, Any]) -> None:
     axes.set_axisbelow(True)
     if panel.log_y:
         axes.set_yscale("log")
+    if panel.log_x:
+        axes.set_xscale("log")
+        for axis in (axes.xaxis, axes.yaxis)[: 1 + panel.log_y]:
+            _fine_ticks(axis)
     for item in panel.items:
         if isinstance(item, Line):
             _line(axes, item)
@@ -61,6 +65,14 @@ def draw_panel(axes: Any, panel: Panel, handles: dict[str, Any]) -> None:
         axes.set_ylim(*panel.y_range)
     elif not panel.log_y:
         _room_above_labels(axes, panel)
+
+
+def _fine_ticks(axis):
+    """At 1, 2 and 5 of each decade, as plain numbers."""
+    ticker = library("matplotlib.ticker", "a picture")
+    axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(ticker.NullFormatter())
 
 
 def _room_above_labels(axes, panel):

@@ -101,6 +101,7 @@ Item = Curve | Band | Marks | Tiles | Line
 @dataclass(frozen=True)
 class Panel:
     """One pair of axes; items - Curve, Band, Marks, Tiles and Line, in the order of drawing;
+    log_x, log_y - logarithmic axes, with log_x finely ticked ones;
     whole_x, whole_y - of axes that count: ticks at whole numbers alone;
     y_names - instead of numbers at 0.45, 1.45, ..."""
 
@@ -108,6 +109,7 @@ class Panel:
     x_label: str
     y_label: str
     items: Sequence[Item]
+    log_x: bool = False
     log_y: bool = False
     x_range: tuple | None = None
     y_range: tuple | None = None

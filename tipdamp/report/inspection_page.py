@@ -48,7 +48,8 @@ def inspection_page(study: Study, found: InspectResult, read: Inspected) -> str:
         sections.append(Section("meshes", "Meshes and groups", [bodies_table(found), groups]))
     return page(
         "inspection.html",
-        study,
+        study.title,
+        study.path.name,
         sections,
         trouble=sentence(read.trouble) if read.trouble else "",
         warnings=[sentence(w) for w in found.warnings],

@@ -16,7 +16,6 @@ from tipdamp.report.drawing.modes import ModeShapes
 from tipdamp.report.drawing.scene import Scene
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.templating import markup, render, source
-from tipdamp.study.view import Study
 
 Block = Figure | Scene | ModeShapes | Table
 B = TypeVar("B")
@@ -47,8 +46,12 @@ class Shown:
     drawn: str
 
 
-def page(template: str, study: Study, sections: Sequence[Section[Block]], **values: Any) -> str:
+def page(
+    template: str, title: str, about: str, sections: Sequence[Section[Block]], **values: Any
+) -> str:
     """A template that extends page.html, filled with the sections and with values of its own.
+
+    about - the study file, or files, below the title
 
     Raises InputError where plotly or jinja2 is not installed.
     """
@@ -66,8 +69,8 @@ def page(template: str, study: Study, sections: Sequence[Section[Block]], **valu
     ]
     return render(
         template,
-        title=study.title,
-        study_file=study.path.name,
+        title=title,
+        about=about,
         version=tipdamp.__version__,
         sections=numbered,
         style=source("style.css"),

@@ -39,7 +39,8 @@ def write_report(study: Study, store: Store, tick: Tick, said: dict[str, list[st
     tick(len(figures) / (len(figures) + 1), "report.html")
     text = page(
         "report.html",
-        study,
+        study.title,
+        study.path.name,
         sections,
         introduction=introduction(results),
         warnings=summary["warnings"],

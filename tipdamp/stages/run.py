@@ -18,6 +18,7 @@ from tipdamp.study.view import Study, View
 
 STAGES: dict[str, Stage] = {name: load_stage(name) for name in results.STAGES}
 ON_REQUEST: dict[str, Stage] = {name: load_stage(name) for name in results.ON_REQUEST}
+PAGES = {"report", "compare"}  # folders of the sources that show results, and decide about none
 FROM = ".stages/{}.from"  # of a finished stage: what it was made from
 # names and patterns of all that the program writes into a results folder
 WRITTEN = (
@@ -61,7 +62,7 @@ def run_stage(
             f"'{name}' needs it"
         )
     needs = stages_needed(stage, study)
-    _check_current(name, study, store)
+    check_current(name, study, store)
     for touched in [*needs, name]:
         _check_untouched(touched, study, store, force and touched == name)
     with nullcontext() if locked else store.lock():
@@ -158,20 +159,20 @@ def program_mark(with_report: bool) -> str:
 
 
 def sources(packages: Sequence[Path], with_report: bool) -> list[Path]:
-    """Files of packages that decide about results; those in their own folder `report` only
+    """Files of packages that decide about results; those in their own folders of `PAGES` only
     `with_report`."""
     kinds = (".py", ".csv", ".css", ".js", ".html")
     return sorted(
         f
         for package in packages
         for f in package.rglob("*")
-        if f.suffix in kinds and (with_report or "report" not in f.relative_to(package).parts)
+        if f.suffix in kinds and (with_report or PAGES.isdisjoint(f.relative_to(package).parts))
     )
 
 
-def _check_current(name, study, store):
-    """InputError where stages that this one needs, or that those need, are absent or out of date:
-    all of them, and what makes them."""
+def check_current(name: str, study: Study, store: Store) -> None:
+    """InputError where stages that the stage of that name needs, or that those need, are absent or
+    out of date: all of them, and what makes them."""
     needed = _all_needed(stage_of(name), study)
     absent = [need for need in needed if store.record(need) is None]
     stale = [

@@ -53,6 +53,8 @@ REFERENCE = (
     "full_area_hz",
     "front",
     "back",
+    "in_phase_rank",
+    "out_of_phase_rank",
 )
 
 Numbers = tuple[float, ...]

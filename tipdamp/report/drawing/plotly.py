@@ -22,6 +22,10 @@ FONT = (
     "sans-serif"
 )
 TOP, BOTTOM, LEGEND_ROW, LEGEND_LETTERS = 34, 62, 22, 125  # px; letters of one legend row
+FINE = {  # ticks of axes of few decades
+    "tickvals": [digit * 10.0**k for k in range(-6, 9) for digit in (1, 2, 5)],
+    "ticktext": [f"{digit * 10.0**k:g}" for k in range(-6, 9) for digit in (1, 2, 5)],
+}
 CONFIG = {
     "displaylogo": False,
     "responsive": True,
@@ -131,12 +135,12 @@ def _panel(out, panel, where, seen):
             tickvals=0.45 + np.arange(len(panel.y_names)),
             ticktext=[plain_text(n) for n in panel.y_names],
         )
-    if panel.log_y:
-        y.update(
+    logarithmic = [(y, panel.y_range)] * panel.log_y + [(x, panel.x_range)] * panel.log_x
+    for axis, limits in logarithmic:
+        axis.update(
             type="log",
-            dtick=1,
-            minor={"ticks": "outside"},
-            range=None if panel.y_range is None else np.log10(panel.y_range),
+            **(FINE if panel.log_x else {"dtick": 1, "minor": {"ticks": "outside"}}),
+            range=None if limits is None else np.log10(limits),
         )
     out.update_xaxes(**x, showgrid=True, gridcolor="#ececec", mirror=True, **where)
     out.update_yaxes(**y, showgrid=True, gridcolor="#ececec", mirror=True, **where)

@@ -56,7 +56,7 @@ def at_rest(results: Results) -> Iterator[Figure]:
         f"{sums}; contact forces and load balance to {number(worst, 1)} of the load. "
         f"{_ends(results)}" + results.beside_paper("Corresponds to figure 9")
     )
-    yield Figure("preload", "Preload of the whole patch", caption, _panels(results, results.whole))
+    yield Figure("preload", "Preload of the whole patch", caption, panels(results, results.whole))
 
 
 def of_load_cases(results: Results) -> Iterator[Figure]:
@@ -74,7 +74,7 @@ def of_load_cases(results: Results) -> Iterator[Figure]:
             f"preload_{case}",
             f"Preload in the load case '{case}'",
             caption,
-            _panels(results, results.loads[case]),
+            panels(results, results.loads[case]),
             row_height=310,
         )
 
@@ -87,7 +87,7 @@ def _what(table: ContactTable) -> str:
     )
 
 
-def _panels(results, table: ContactTable) -> list[Panel]:
+def panels(results: Results, table: ContactTable) -> list[Panel]:
     """One panel for each side, on one scale."""
     load, name = load_of(table)
     top, low = float(load.max()), lowest_shown(load)

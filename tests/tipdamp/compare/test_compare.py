@@ -1,0 +1,105 @@
+"""`tipdamp compare` of studies from matrices: one page, the scaling of friction, errors at the
+door."""
+
+import csv
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.tipdamp.rig_study import CHAIN, write_chain
+from tipdamp.cli import main
+
+pytestmark = pytest.mark.slow
+LEVELS = (5.0, 20.0, 40.0)
+
+
+def study(folder, name, **changes):
+    """A study of its own in the folder of the chain."""
+    text = CHAIN.replace("levels = [5]", f"levels = {list(LEVELS)}")
+    for old, new in changes.items():
+        assert f"\n{old} = " in text
+        lines = (f"{old} = {new}" if s.startswith(f"{old} = ") else s for s in text.splitlines())
+        text = "\n".join(lines)
+    (folder / f"{name}.toml").write_text(text)
+    return str(folder / f"{name}.toml")
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Folder with two studies that were run: the second with twice the pull and twice the force."""
+    folder = tmp_path_factory.mktemp("compared")
+    write_chain(folder)
+    for path in (
+        study(folder, "light"),
+        study(folder, "heavy", pull=120, levels=[2 * Fe for Fe in LEVELS]),
+    ):
+        assert main(["run", path, "--quiet"]) in (0, 3)
+    return folder
+
+
+def rows(folder):
+    with (folder / "comparison.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_response_follows_fc_over_fe_alone(run, tmp_path, capsys):
+    """Coulomb friction, no gaps: pull and force in one ratio give the same motion per newton. What
+    figure 3 of the paper is drawn over."""
+    paths = [str(run / f"{name}.toml") for name in ("light", "heavy")]
+    assert main(["compare", *paths, "--out", str(tmp_path)]) == 0
+    assert "comparison.html" in capsys.readouterr().out
+    found = rows(tmp_path)
+    light, heavy = ([r for r in found if r["study"] == s] for s in ("light", "heavy"))
+    assert len(light) == len(heavy) >= 2 * len(LEVELS)  # blades
+    slips = 0
+    for a, b in zip(light, heavy, strict=True):
+        assert (a["phase"], a["blade"]) == (b["phase"], b["blade"])
+        assert float(a["ratio"]) == float(b["ratio"])
+        assert float(a["m_per_N"]) == pytest.approx(float(b["m_per_N"]), rel=1e-6)
+        assert float(a["hz"]) == pytest.approx(float(b["hz"]), rel=1e-6)
+        slips += float(a["slipping"]) > 0
+    assert slips
+
+
+def test_page_shows_every_study_and_is_whole(run, tmp_path):
+    paths = [str(run / f"{name}.toml") for name in ("light", "heavy")]
+    assert main(["compare", *paths, "--out", str(tmp_path)]) == 0
+    page = (tmp_path / "comparison.html").read_text(encoding="utf-8")
+    for section in ("Optimisation curves", "The studies", "Preload", "Every case"):
+        assert section in page
+    assert "light.toml, heavy.toml" in page
+    assert 'content="default-src ' in page  # nothing is fetched
+    names = {path.stem for path in (tmp_path / "figures").glob("*.png")}
+    assert names == {
+        "optimisation",
+        "frequencies",
+        "preloads",
+        "responses_light",
+        "responses_heavy",
+    }
+
+
+def refused(capsys, *arguments):
+    assert main(["compare", *arguments]) == 2
+    out = capsys.readouterr()
+    assert out.out == "" and out.err.count("\n") == 1
+    return out.err
+
+
+def test_doors(run, tmp_path, capsys):
+    shutil.copytree(run, tmp_path / "copy")
+    folder, light = tmp_path / "copy", str(tmp_path / "copy" / "light.toml")
+    new = study(folder, "new")
+    assert f"its forced response is not there yet; run: tipdamp run {new}" in refused(
+        capsys, light, new
+    )
+    assert "both are named light" in refused(capsys, light, light)
+    along = study(folder, "along", direction="[0, 0, 1]")
+    assert "[respond] direction = (0.0, 0.0, 1.0)" in refused(capsys, light, along)
+    static = Path(study(folder, "static"))
+    static.write_text(static.read_text().split("[respond]")[0])
+    assert "section [respond] is missing" in refused(capsys, light, str(static))
+    assert "none.toml" in refused(capsys, light, str(folder / "none.toml"))
+    study(folder, "light", damping_ratio=0.02)
+    assert "out of date" in (said := refused(capsys, light)) and f"tipdamp run {light}" in said

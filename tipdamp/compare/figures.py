@@ -1,0 +1,199 @@
+"""Figures of a comparison: optimisation curves, where their peaks lie, preload maps, responses on
+both blades."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tipdamp.compare.peaks import ComparedPeak, Phase
+from tipdamp.compare.record import Comparison
+from tipdamp.hbm.drawing.branches import branch_lines, failures
+from tipdamp.hbm.drawing.figure import (
+    BLUE,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    VERMILION,
+    Curve,
+    Figure,
+    Item,
+    Marks,
+    Panel,
+    level_colors,
+)
+from tipdamp.report.results import Results
+from tipdamp.report.subjects import preload
+from tipdamp.report.subjects.amplitudes import level_title, orders_of
+from tipdamp.report.text import MICRO
+from tipdamp.statics.model_inputs import in_patch
+
+COLORS = (VERMILION, BLUE, GREEN, ORANGE, "#CC79A7", "#56B4E9", INK, GREY)
+SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross")
+RATIO = "pull over excitation, Fc/Fe"
+AT_LEAST = {False: "at least: curve incomplete", True: "at least: the damper rolls or slides"}
+BEST = "least of the curve"
+
+
+def in_words(phase: Phase) -> str:
+    """'out of phase'."""
+    return phase.replace("_", " ")
+
+
+def optimisation(comparison: Comparison) -> Iterator[Figure]:
+    """Largest FRF over Fc/Fe on logarithmic axes: a column for each phase, a row for each blade."""
+    panels = tuple(
+        Panel(
+            f"{in_words(phase)}, blade {blade}",
+            RATIO,
+            "largest FRF (µm/N)",
+            tuple(_heights(comparison, phase, blade)),
+            log_x=True,
+            log_y=True,
+            y_range=_span(comparison, phase, blade),
+        )
+        for blade in comparison.blades
+        for phase in comparison.phases
+    )
+    yield Figure(
+        "optimisation",
+        "Optimisation curves",
+        "Largest amplitude per newton, half of peak-to-peak over the patch of each blade, of the "
+        "motions in which both blades move in phase and of those out of phase. Lines join levels "
+        "whose peaks are of one mode; stars mark the least of both blades. Hollow triangles: the "
+        "curve does not cover the range of the phase, and its peak is at least that high. "
+        "Corresponds to figure 3 of Zucca, Berruti and Cosi (2016).",
+        panels,
+        columns=len(comparison.phases),
+        row_height=400,
+    )
+
+
+def places(comparison: Comparison) -> Iterator[Figure]:
+    """Frequency of the same peaks on the first blade."""
+    panels = tuple(
+        Panel(
+            in_words(phase),
+            RATIO,
+            "frequency of the peak (Hz)",
+            tuple(_frequencies(comparison, phase)),
+            log_x=True,
+        )
+        for phase in comparison.phases
+    )
+    yield Figure(
+        "frequencies",
+        "Frequency of the peaks",
+        "Of blade 1. Towards small Fc/Fe the contacts slip and the peak drifts from the stuck "
+        "frequency towards that of the blades without damper.",
+        panels,
+        columns=len(panels),
+    )
+
+
+def _heights(comparison, phase, blade) -> Iterator[Item]:
+    for k, name in enumerate(comparison.names):
+        mine = comparison.of(name, phase, blade)
+        color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
+        for run in runs(mine):
+            yield Curve(*_points(run, lambda p: MICRO * p.m_per_N), "", color)
+        solved = [peak for peak in mine if peak.m_per_N is not None]
+        yield Marks(*_points(solved, lambda p: MICRO * p.m_per_N), name, color, symbol)
+    optima = comparison.optima(phase)
+    for k, name in enumerate(comparison.names):
+        mine, color = comparison.of(name, phase, blade), COLORS[k % len(COLORS)]
+        for drifts, said in AT_LEAST.items():
+            bounds = [peak for peak in mine if peak.at_least and bool(peak.motion) == drifts]
+            x, y = _points(bounds, lambda p: MICRO * p.at_least)
+            symbol = "triangle-down" if drifts else "triangle-up"
+            if bounds:
+                yield Marks(x, y, said, color, symbol, filled=False, size=10)
+        if name in optima:
+            best = [peak for peak in mine if peak.ratio == optima[name].ratio]
+            yield Marks(*_points(best, lambda p: MICRO * p.m_per_N), BEST, color, "star", size=12)
+
+
+def _frequencies(comparison, phase) -> Iterator[Item]:
+    for k, name in enumerate(comparison.names):
+        mine = comparison.of(name, phase, 1)
+        color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
+        for run in runs(mine):
+            yield Curve(*_points(run, lambda p: p.hz), "", color)
+        solved = [peak for peak in mine if peak.hz is not None]
+        yield Marks(*_points(solved, lambda p: p.hz), name, color, symbol)
+
+
+def _span(comparison, phase, blade) -> tuple[float, float] | None:
+    """With room for a label at 1, 2 or 5."""
+    values = [
+        MICRO * value
+        for name in comparison.names
+        for peak in comparison.of(name, phase, blade)
+        if (value := peak.m_per_N or peak.at_least)
+    ]
+    return (min(values) / 1.3, max(values) * 1.3) if values else None
+
+
+def runs(peaks: Sequence[ComparedPeak]) -> list[list[ComparedPeak]]:
+    """Neighbouring levels whose peaks are of one mode, of the peaks of one study, phase and blade;
+    a level without a peak parts them."""
+    found: list[list[ComparedPeak]] = [[]]
+    for peak in sorted(peaks, key=lambda p: p.Fe):
+        if peak.m_per_N is None or peak.of_another_mode:
+            found.append([])
+        if peak.m_per_N is not None:
+            found[-1].append(peak)
+    return [run for run in found if run]
+
+
+def _points(peaks, value) -> tuple[np.ndarray, np.ndarray]:
+    return np.array([p.ratio for p in peaks]), np.array([value(p) for p in peaks])
+
+
+def preloads(comparison: Comparison) -> Iterator[Figure]:
+    """The preload maps, a row for each study and a column for each side."""
+    panels = tuple(
+        replace(panel, title=f"{one.study.name}, {panel.title}")
+        for one in comparison.studies
+        if one.whole is not None
+        for panel in preload.panels(one, one.whole)
+    )
+    yield Figure(
+        "preloads",
+        "Preload maps",
+        "Of the whole patch at rest, one row for each study. Filled marks are closed pairs, hollow "
+        "ones open.",
+        panels,
+        row_height=260,
+    )
+
+
+def responses(comparison: Comparison) -> Iterator[Figure]:
+    """Of each study its curves on both blades, per newton."""
+    for one in comparison.studies:
+        patches = one.study.respond.patches
+        yield Figure(
+            f"responses_{one.study.name}",
+            f"{one.study.name}: forced response",
+            f"Largest amplitude over the patch of each blade, per newton of force, "
+            f"{orders_of(one.finest)}; dashed parts are unstable.",
+            tuple(_response(one, patch, k) for k, patch in enumerate(patches, 1)),
+            row_height=360,
+        )
+
+
+def _response(results: Results, patch: str, blade: int) -> Panel:
+    items: list[Item] = []
+    for case, color in zip(results.finest, level_colors(len(results.finest)), strict=True):
+        mine = in_patch(case.curve.output_names, patch)
+        top = MICRO / case.Fe * case.curve.amplitude()[:, mine].max(axis=1)
+        items += branch_lines(case.curve, top, level_title(case), color)
+        items += failures(case.curve, top, case.facts.complete)
+    return Panel(
+        f"blade {blade}",
+        "frequency (Hz)",
+        "amplitude per force (µm/N)",
+        tuple(items),
+        x_range=tuple(results.study.respond.band),
+    )

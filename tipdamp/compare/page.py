@@ -1,0 +1,83 @@
+"""comparison.html, its figures, and comparison.csv of every peak."""
+
+import csv
+from collections.abc import Iterator
+from dataclasses import astuple, fields
+from pathlib import Path
+
+from tipdamp.compare import figures, tables
+from tipdamp.compare.figures import in_words
+from tipdamp.compare.peaks import ComparedPeak, Phase
+from tipdamp.compare.record import Comparison
+from tipdamp.engine.store import Store
+from tipdamp.hbm.drawing.figure import Figure
+from tipdamp.report.drawing import matplotlib, table
+from tipdamp.report.page import Block, Section, page
+from tipdamp.report.text import listing, micro, number
+
+SECTIONS = (
+    ("optimisation", "Optimisation curves", (figures.optimisation, tables.best)),
+    ("along", "Along the curves", (tables.events, figures.places)),
+    ("studies", "The studies", (tables.studies,)),
+    ("preload", "Preload", (figures.preloads,)),
+    ("response", "Forced response", (figures.responses,)),
+    ("cases", "Every case", (tables.cases,)),
+)
+
+
+def write_comparison(comparison: Comparison, folder: Path) -> Path:
+    """Write comparison.html, comparison.csv and figures/ (PNG and CSV) into the folder; returns the
+    page."""
+    store = Store(folder)
+    sections: list[Section[Block]] = [
+        Section(name, title, [block for part in parts for block in part(comparison)])
+        for name, title, parts in SECTIONS
+    ]
+    text = page(
+        "comparison.html",
+        f"Compared: {listing(comparison.names)}",
+        ", ".join(one.study.path.name for one in comparison.studies),
+        [section for section in sections if section.blocks],
+        introduction=list(introduction(comparison)),
+    )
+    with store.writing("comparison.html") as path:
+        path.write_text(text, encoding="utf-8")
+    with store.writing("comparison.csv") as path:
+        write_csv(comparison, path)
+    for figure in (b for s in sections for b in s.blocks if isinstance(b, Figure)):
+        with store.writing(f"figures/{figure.name}.png") as path:
+            matplotlib.draw(figure, path)
+        with store.writing(f"figures/{figure.name}.csv") as path:
+            table.write(figure, path)
+    return store.path("comparison.html")
+
+
+def introduction(comparison: Comparison) -> Iterator[str]:
+    """For each phase, which study is best and at which pull."""
+    for phase in comparison.phases:
+        yield from _winner(comparison, phase)
+
+
+def _winner(comparison: Comparison, phase: Phase) -> Iterator[str]:
+    optima = comparison.optima(phase)
+    if not optima:
+        return
+    order = sorted(optima, key=lambda name: optima[name].m_per_N)
+    least = optima[order[0]]
+    others = listing(f"{name} {micro(optima[name].m_per_N)}" for name in order[1:])
+    yield (
+        f"{in_words(phase).capitalize()} the least response is that of {order[0]}, "
+        f"{micro(least.m_per_N)} µm/N at Fc/Fe = {number(least.ratio, 3)}"
+        + (f" ({others} µm/N at their best)." if others else ".")
+    )
+
+
+def write_csv(comparison: Comparison, path: Path) -> None:
+    """Every peak in a row: the fields of ComparedPeak and Fc/Fe; SI units, m per N."""
+    names = [one.name for one in fields(ComparedPeak)]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file)
+        out.writerow((*names, "ratio"))
+        for peak in comparison.peaks:
+            row = (*astuple(peak), peak.ratio)
+            out.writerow(table.plain(v) if isinstance(v, str) else v for v in row)

@@ -1,0 +1,206 @@
+"""Peaks of a study by phase and blade: largest FRF of the motions in which the blades move in
+phase, and of those out of phase."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tipdamp.hbm.curve.trace import NO_PERIOD, ROLLS
+from tipdamp.hbm.result import ForcedResponse, local_maxima, parabola
+from tipdamp.report.results import ReportedCurve, Results
+from tipdamp.results.response_results import SAME_MODE
+from tipdamp.statics.model_inputs import in_patch
+
+Phase = Literal["in_phase", "out_of_phase"]
+PHASES: tuple[Phase, ...] = ("in_phase", "out_of_phase")
+MARGIN = 0.15  # of free and stuck frequency of a phase, between which its peaks are looked for
+
+
+@dataclass(frozen=True)
+class ComparedPeak:
+    """Largest peak of one phase on one blade in one case, half of peak-to-peak per newton.
+
+    study - name; phase; blade - 1 or 2; pull, Fe - N; H - harmonics
+    hz, m_per_N - of the peak; None where the curve has none of this phase: at_least - m/N, the
+    largest that was solved, where the curve does not cover the range of the phase, else the phase
+    has no maximum of its own
+    slipping - share of the kept pairs that slip or open there
+    mac - of the outputs with those at the peak of the next lower level; None at the first
+    complete, ended - of the curve, see ForcedResponse
+    """
+
+    study: str
+    phase: Phase
+    blade: int
+    pull: float
+    Fe: float
+    H: int
+    hz: float | None
+    m_per_N: float | None
+    at_least: float | None
+    slipping: float | None
+    mac: float | None
+    complete: bool
+    ended: str
+
+    @property
+    def ratio(self) -> float:
+        """Fc/Fe."""
+        return self.pull / self.Fe
+
+    @property
+    def of_another_mode(self) -> bool:
+        """Whether it is not of the mode of the peak at the next lower level."""
+        return self.mac is not None and self.mac < SAME_MODE
+
+    @property
+    def motion(self) -> str:
+        """The rigid motion of the damper that ends the curve, since no periodic motion exists
+        there: 'the damper rolls', 'the damper slides'; empty where another cause does."""
+        if self.complete or NO_PERIOD not in self.ended:
+            return ""
+        return ROLLS if ROLLS in self.ended else "the damper slides"
+
+    @property
+    def why(self) -> str:
+        """Why the curve is not whole, without the advice that follows."""
+        first, *more = self.ended.split(";")
+        place = first.split(":")[0]
+        if self.motion:
+            return f"{place}: {self.motion}, no periodic motion there"
+        return re.sub(":.*", "", f"{place};{more[0]}" if more else place)
+
+    @property
+    def merged(self) -> bool:
+        """Whether the curve covers the range of the phase and has no maximum in it."""
+        return self.m_per_N is None and self.at_least is None
+
+
+def peaks_of(results: Results) -> list[ComparedPeak]:
+    """Of the curves of most harmonics of a study, each phase whose range the band meets and of
+    which a curve holds anything, each blade; ascending in Fe."""
+    found = []
+    for phase, window in windows(results).items():
+        mine = []
+        for blade in range(1, len(results.study.respond.patches) + 1):
+            shape = None
+            for case in results.finest:
+                peak, at = _peak(results, case, phase, window, blade, shape)
+                mine.append(peak)
+                shape = shape if at is None else case.curve.harmonics[at, :, 1]
+        found += mine if any(peak.m_per_N or peak.at_least for peak in mine) else []
+    return found
+
+
+def windows(results: Results) -> dict[Phase, tuple[float, float]]:
+    """{phase: (Hz, Hz)}: a mode that slips lies between its free and its stuck frequency; those
+    that the band of the study meets.
+
+    Where the modes without damper are not told apart, it is the whole band for both.
+    """
+    low, high = results.study.respond.band
+    ranges = dict(_ranges(results)) or dict.fromkeys(PHASES, (low, high))
+    return {
+        phase: (max(low, a), min(high, b))
+        for phase, (a, b) in ranges.items()
+        if a < high and b > low
+    }
+
+
+def _ranges(results) -> Iterator[tuple[Phase, tuple[float, float]]]:
+    tune, free = results.tune, results.reduce.free_hz
+    stuck = {results.study.tune.follow: tune.stuck_hz.tuned}
+    stuck |= {name: mode.hz for name, mode in tune.other_modes.items()}
+    for phase in PHASES:
+        if phase in free and phase in stuck:
+            ends = free[phase], stuck[phase]
+            yield phase, ((1 - MARGIN) * min(ends), (1 + MARGIN) * max(ends))
+
+
+def _peak(results, case: ReportedCurve, phase, window, blade, before):
+    """The peak and its point on the curve, None without one. before - outputs at the peak of the
+    next lower level."""
+    curve = case.curve
+    patches = results.study.respond.patches
+    mine = np.flatnonzero(in_patch(curve.output_names, patches[blade - 1]))
+    inside = (curve.frequency >= window[0]) & (curve.frequency <= window[1])
+    inside &= of_phase(curve, patches, phase)
+    amplitude = curve.amplitude()
+    whole = not has_gap(curve, window, results.study.respond.band)
+    tops = [
+        (*_top(curve, amplitude[:, j], i), i)
+        for j in mine
+        for i in local_maxima(amplitude[:, j], curve.jumps)
+        if inside[i]
+    ]
+    place, height, at = max(tops, key=lambda top: top[1]) if tops and whole else (None, None, None)
+    least = None
+    if not whole and (solved := inside & curve.converged).any():
+        least = float(amplitude[solved][:, mine].max()) / case.Fe
+    elif not whole:
+        least = 0.0
+    return ComparedPeak(
+        study=results.study.name,
+        phase=phase,
+        blade=blade,
+        pull=results.study.driver.pull,
+        Fe=case.Fe,
+        H=case.H,
+        hz=place,
+        m_per_N=None if height is None else height / case.Fe,
+        at_least=least,
+        slipping=None if at is None else slipping(curve, at),
+        mac=None if at is None or before is None else _mac(before, curve.harmonics[at, :, 1]),
+        complete=curve.complete,
+        ended=curve.ended,
+    ), at
+
+
+def of_phase(curve: ForcedResponse, patches: tuple[str, ...], phase: Phase) -> np.ndarray:
+    """(n,) bool: points at which the patches of two blades move with this phase: their mean motions
+    at the frequency of the force within 90 degrees of each other, or not. Of one patch all are."""
+    if len(patches) < 2:
+        return curve.converged
+    first, second = (
+        curve.harmonics[:, in_patch(curve.output_names, patch), 1].mean(axis=1)
+        for patch in patches[:2]
+    )
+    together = (first * second.conj()).real > 0
+    return curve.converged & (together == (phase == "in_phase"))
+
+
+def has_gap(curve: ForcedResponse, window: tuple[float, float], band: tuple[float, float]) -> bool:
+    """Whether a part of the window (Hz, Hz) is not covered: failed points, where the branch was
+    left and taken up again, or where the curve stopped before the end of the band."""
+    hz = curve.frequency
+    solved = np.r_[band[0], hz[curve.converged], *([band[1]] if curve.reached_end else [])]
+    missing = [
+        (solved[solved < f].max(initial=band[0]), solved[solved > f].min(initial=band[1]))
+        for f in hz[~curve.converged]
+    ]
+    missing += [tuple(sorted(pair)) for pair in curve.restarts]
+    if not curve.reached_end:
+        missing.append((solved.max(), band[1]))
+    return any(low < window[1] and high > window[0] for low, high in missing)
+
+
+def slipping(curve: ForcedResponse, at: int) -> float:
+    """Share of the pairs that slip or open at a point."""
+    return float(((curve.share_slip + curve.share_open)[at] > 1e-6).mean())
+
+
+def _top(curve, a, i):
+    """(Hz, m) of the maximum at point i: the point where it is solved, else the parabola."""
+    f = curve.frequency[i - 1 : i + 2]
+    if (curve.peak_points.size and curve.peak_points[i].any()) or len(set(f)) < 3:
+        return float(f[1]), float(a[i])
+    top, value = parabola(f - f[1], a[i - 1 : i + 2])
+    inside = min(f) <= f[1] + top <= max(f)
+    return (float(f[1] + top), float(value)) if inside else (float(f[1]), float(a[i]))
+
+
+def _mac(a, b) -> float:
+    return float(abs(np.vdot(a, b)) ** 2 / (np.vdot(a, a).real * np.vdot(b, b).real))

@@ -1,0 +1,173 @@
+"""Tables of a comparison: what was set side by side, the best pull, what happens along the curves,
+every case."""
+
+from collections.abc import Iterator
+
+from tipdamp.compare.figures import in_words, runs
+from tipdamp.compare.optimum import Optimum, envelope, lowest_at, ranks
+from tipdamp.compare.peaks import ComparedPeak, Phase
+from tipdamp.compare.record import Comparison
+from tipdamp.report.drawing.table import Table
+from tipdamp.report.subjects.amplitudes import orders_of
+from tipdamp.report.text import NOTHING, hertz, listing, micro, number
+
+Row = dict[str, str]
+DRIFT = 0.02  # of the frequency: what a peak must have moved to be told
+
+
+def studies(comparison: Comparison) -> Iterator[Table]:
+    """One column for each study: frequencies free and stuck, kept stations, settings."""
+    rows = [_column(one) for one in comparison.studies]
+    yield Table(
+        "The studies: pull, frequencies without damper and with all kept pairs stuck, and what the "
+        "response was computed with.",
+        [
+            {"": name, **{of: row[name] for of, row in zip(comparison.names, rows, strict=True)}}
+            for name in rows[0]
+        ],
+    )
+
+
+def _column(one) -> Row:
+    tune, free, respond = one.tune, one.reduce.free_hz, one.study.respond
+    other = {name: mode.hz for name, mode in tune.other_modes.items()}
+    stuck = {one.study.tune.follow: tune.stuck_hz.tuned, **other}
+    return {
+        "pull Fc (N)": number(one.study.driver.pull),
+        "without damper, out of phase (Hz)": hertz(free.get("out_of_phase")),
+        "without damper, in phase (Hz)": hertz(free.get("in_phase")),
+        "kept": tune.kept_in_words.replace("mm2", "mm²"),
+        "stuck, whole area (Hz)": hertz(tune.stuck_hz.full_area),
+        "stuck, whole line (Hz)": hertz(tune.stuck_hz.full_line),
+        "stuck, kept, out of phase (Hz)": hertz(stuck.get("out_of_phase")),
+        "stuck, kept, in phase (Hz)": hertz(stuck.get("in_phase")),
+        "largest preload (N)": listing(number(s.max_N, 3) for s in one.preload.sides.values()),
+        "damping ratio": listing(f"{zeta:g}" for zeta in respond.damping_ratio),
+        "band (Hz)": f"{respond.band[0]:g} to {respond.band[1]:g}",
+        "harmonics": orders_of(one.finest),
+    }
+
+
+def best(comparison: Comparison) -> Iterator[Table]:
+    """One row for each phase and study: where its curve is least, how flat it is, and rank."""
+    rows = [row for phase in comparison.phases for row in _best(comparison, phase)]
+    yield Table(
+        "The best pull. Least: of the curve of the larger of both blades, over the computed "
+        "levels. Flat: Fc/Fe within which it stays within 5 % of the least; open where that "
+        "reaches the first or the last level. Rank: by the least; lowest: at how many of the "
+        "levels in the range of all studies its curve is the lowest. Paper: the rank that the "
+        "study states as its reference.",
+        rows,
+        left=(0, 1),
+    )
+
+
+def _best(comparison, phase: Phase) -> Iterator[Row]:
+    optima = comparison.optima(phase)
+    rank = ranks({name: one.m_per_N for name, one in optima.items()})
+    lowest = lowest_at({name: envelope(comparison.of(name, phase)) for name in comparison.names})
+    for study in comparison.studies:
+        name = study.study.name
+        one = optima.get(name)
+        stated = study.study.reference.get(f"{phase}_rank")
+        first, common = lowest.get(name, (0, 0))
+        row = {"phase": in_words(phase), "study": name}
+        if one is None:
+            columns = "best Fc/Fe", "least (µm/N)", "flat: Fc/Fe", "pull for Fe = 10 N (N)", "rank"
+            row |= dict.fromkeys(columns, NOTHING)
+        else:
+            row |= {
+                "best Fc/Fe": number(one.ratio, 3),
+                "least (µm/N)": micro(one.m_per_N),
+                "flat: Fc/Fe": _flat(one),
+                "pull for Fe = 10 N (N)": number(10 * one.ratio, 3),
+                "rank": f"{rank[name]}",
+            }
+        yield row | {
+            "lowest": f"{first} of {common}" if common else NOTHING,
+            "paper": NOTHING if stated is None else f"{stated:g}",
+        }
+
+
+def _flat(one: Optimum) -> str:
+    low = "" if one.at_end in ("low", "both") else number(one.low, 3)
+    high = "" if one.at_end in ("high", "both") else number(one.high, 3)
+    if low and high:
+        return f"{low} to {high}"
+    ends = f"{number(one.low, 3)} or less", f"{number(one.high, 3)} or more"
+    return f"{low or ends[0]} to {high or ends[1]}"
+
+
+def events(comparison: Comparison) -> Iterator[Table]:
+    """What happens to the peaks along each curve; nothing where nothing does."""
+    rows = [
+        {"study": f"{name}, {in_words(phase)}", "along its curve": text}
+        for phase in comparison.phases
+        for name in comparison.names
+        for text in told(comparison.of(name, phase, 1))
+    ]
+    if rows:
+        yield Table(
+            "What happens to the peaks of blade 1 as Fc/Fe falls.",
+            rows,
+            left=(0, 1),
+        )
+
+
+def told(peaks: list[ComparedPeak]) -> Iterator[str]:
+    """Of the peaks of one study, phase and blade: where they drift, change to another mode, merge,
+    or are not reached, in words."""
+    for run in runs(peaks):
+        first, last = run[0], run[-1]
+        if first.hz and last.hz and abs(last.hz / first.hz - 1) > DRIFT:
+            yield (
+                f"drifts from {hertz(first.hz)} to {hertz(last.hz)} Hz between Fc/Fe = "
+                f"{number(first.ratio, 3)} and {number(last.ratio, 3)}"
+            )
+    for peak in sorted(peaks, key=lambda p: p.Fe):
+        at = f"at Fc/Fe = {number(peak.ratio, 3)}"
+        if peak.of_another_mode:
+            yield f"{at} the largest peak is that of another mode, at {hertz(peak.hz)} Hz"
+        if peak.merged:
+            yield (
+                f"{at} there is no maximum of its own: it has merged with that of the other phase, "
+                "or left the band"
+            )
+        if peak.at_least is not None:
+            bound = f"at least {micro(peak.at_least)} µm/N; " if peak.at_least else ""
+            yield f"{at} incomplete: {bound}{peak.why}"
+
+
+def cases(comparison: Comparison) -> Iterator[Table]:
+    """Every case: both blades."""
+    rows = []
+    for name in comparison.names:
+        for phase in comparison.phases:
+            on = [comparison.of(name, phase, blade) for blade in comparison.blades]
+            rows += [_case(name, phase, peaks) for peaks in zip(*on, strict=True)]
+    yield Table(
+        "Every case: largest FRF in µm/N at Hz on each blade, and the share of the kept pairs that "
+        "slip or open at that of blade 1.",
+        rows,
+        left=(0, 1),
+    )
+
+
+def _case(name, phase, peaks) -> Row:
+    first = peaks[0]
+    return {
+        "study": name,
+        "phase": in_words(phase),
+        "Fc/Fe": number(first.ratio, 4),
+        "Fc (N)": number(first.pull),
+        "Fe (N)": number(first.Fe),
+        "H": f"{first.H}",
+        **{f"blade {peak.blade}": _height(peak) for peak in peaks},
+        "slip": NOTHING if first.slipping is None else f"{100 * first.slipping:.0f} %",
+    }
+
+
+def _height(peak: ComparedPeak) -> str:
+    if peak.m_per_N is not None:
+        return f"{micro(peak.m_per_N)} at {hertz(peak.hz)}"
+    return f"at least {micro(peak.at_least)}" if peak.at_least else NOTHING
