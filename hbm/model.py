@@ -295,9 +295,8 @@ def _columns(r, body, node=None, direction=None, position=None) -> tuple:
     return body, node, direction, position
 
 
-def symmetric(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
-    """The symmetric part of a matrix as a dense array; InputError where it is not real, square,
-    finite and symmetric to 1e-10: what is left of rounding is large beside the small entries."""
+def square(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
+    """A matrix as a dense array; InputError where it is not real, square and finite."""
     matrix = _real(name, matrix)
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
         raise InputError(f"{name} must be a square matrix, got shape {matrix.shape}")
@@ -310,6 +309,14 @@ def symmetric(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
         raise InputError(
             f"{name}[{i}, {j}] is {matrix[i, j]:.3g}: entries up to {LARGEST:g} can be carried"
         )
+    return matrix
+
+
+def symmetric(name: str, matrix: np.ndarray | sp.spmatrix, otherwise: str = "") -> np.ndarray:
+    """The symmetric part of a matrix as a dense array; InputError where it is not `square`, or not
+    symmetric to 1e-10: what is left of rounding is large beside the small entries. otherwise : what
+    to do where it is meant so."""
+    matrix = square(name, matrix)
     if _mirrored(matrix):
         return matrix
     gap = np.abs(matrix - matrix.T)
@@ -318,7 +325,7 @@ def symmetric(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
         i, j = np.unravel_index(gap.argmax(), gap.shape)
         raise InputError(
             f"{name} is not symmetric: |{name}[{i}, {j}] - {name}[{j}, {i}]| is "
-            f"{gap.max() / scale:.1e} of the largest entry, allowed 1e-10"
+            f"{gap.max() / scale:.1e} of the largest entry, allowed 1e-10{otherwise}"
         )
     return 0.5 * (matrix + matrix.T)
 

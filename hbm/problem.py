@@ -7,7 +7,7 @@ curve = duffing.follow_band((0.05, 0.3), outputs={"x": 0}, harmonics=5)
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Unpack, cast
 
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from tipdamp.hbm import response
 from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.varying import Amplitude, Varying
 from tipdamp.hbm.curve.options import CurveKeywords, with_options_named
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
@@ -24,7 +25,7 @@ from tipdamp.hbm.laws.mixed import MixedLaw
 from tipdamp.hbm.laws.records import Contacts
 from tipdamp.hbm.laws.shipped import check_law
 from tipdamp.hbm.result import ForcedResponse, PeriodicSolution
-from tipdamp.hbm.validation import brief, numbers
+from tipdamp.hbm.validation import brief, check_whole, numbers
 
 COMPONENTS = ("t1", "t2", "n")  # of the motion where laws of several kinds stand together
 Where = int | tuple[int, int] | ArrayLike
@@ -55,7 +56,9 @@ class Problem:
     damping_ratio : of the modes of the system in which every contact sticks
     static : (r,) N - constant force
     preloaded : whether q = 0 is the state at rest (see `ContactProblem`)
-    attached, forces : what `add` and `force` have collected
+    general, structural : matrices that are not symmetric, and damping by a loss factor (see
+        `ContactProblem`)
+    attached, forces, varying : what `add`, `force` and `of_speed` have collected
 
     Each call returns a new Problem. Raises InputError where shapes disagree.
 
@@ -73,8 +76,11 @@ class Problem:
     damping_ratio: ArrayLike | None = None
     static: ArrayLike | None = None
     preloaded: bool = True
+    general: bool = False
+    structural: ArrayLike | None = None
     attached: tuple[Attached, ...] = ()
     forces: Mapping[int, np.ndarray] = field(default_factory=dict)
+    varying: Varying | None = None
 
     def __post_init__(self) -> None:
         for name in "MCK":
@@ -120,14 +126,82 @@ class Problem:
             warnings.warn(doubt, stacklevel=2)
         return replace(self, attached=(*self.attached, Attached(law, rows, settings)))
 
-    def force(self, where: Where, amplitude: complex = 1.0, *, harmonic: int = 1) -> Problem:
+    def force(
+        self, where: Where, amplitude: complex | Amplitude = 1.0, *, harmonic: int = 1
+    ) -> Problem:
         """With Re amplitude exp(i harmonic w t), N, on a motion; added to what acts there already.
 
         where : a dof, two dofs (a, b), or a row (r,); a row is the pattern of the force
+        amplitude : a number, or where it depends on the frequency a function of w rad/s, as
+            `Unbalance` or `ForceTable`
         """
-        pattern = amplitude * self.row(where)
+        row = self.row(where)
+        if callable(amplitude):
+            return self._with_forces((harmonic, row, amplitude))
+        pattern = amplitude * row
         sum_of = {**self.forces, harmonic: self.forces.get(harmonic, 0.0) + pattern}
         return replace(self, forces=sum_of)
+
+    def base_motion(
+        self, direction: ArrayLike, amplitude: complex | Amplitude, *, harmonic: int = 1
+    ) -> Problem:
+        """On a base that moves by Re amplitude exp(i harmonic w t), m: q is then the motion
+        relative to it, and laws to the ground act on that.
+
+        direction : (r,) motion of the dofs with the base by 1 m along its way
+        amplitude : a number, or a function of w rad/s; of an acceleration a : lambda w: -a / w**2
+        The force is that of inertia, (harmonic w)^2 M direction amplitude.
+
+        >>> shaken = Problem(M=[[2.0]], C=[[8.0]], K=[[2e5]]).base_motion([1.0], 1e-4)
+        """
+        along = np.asarray(self.M) @ self.row(np.asarray(direction, dtype=float))
+        of = amplitude if callable(amplitude) else lambda w: amplitude
+        return self._with_forces((harmonic, along, lambda w: (harmonic * w) ** 2 * of(w)))
+
+    def travelling_wave(
+        self,
+        places: Sequence[Where],
+        engine_order: int,
+        amplitude: complex | Amplitude = 1.0,
+        *,
+        harmonic: int = 1,
+    ) -> Problem:
+        """With a force on each of N blades that an engine order excites: that on blade n is ahead
+        by n 2 pi engine_order/N.
+
+        places : of the N blades, one after the other; amplitude, harmonic : as in `force`
+        """
+        check_whole("engine_order", engine_order, 0)
+        turn = np.exp(2j * np.pi * engine_order * np.arange(len(places)) / max(len(places), 1))
+        rows = [phase * self.row(place) for phase, place in zip(turn, places, strict=True)]
+        wave = np.sum(rows, axis=0)
+        if not np.any(wave):
+            raise InputError("travelling_wave: places is empty, or their forces cancel")
+        if callable(amplitude):
+            return self._with_forces((harmonic, wave, amplitude))
+        sum_of = {**self.forces, harmonic: self.forces.get(harmonic, 0.0) + amplitude * wave}
+        return replace(self, forces=sum_of)
+
+    def of_speed(
+        self,
+        *,
+        C: Callable[[float], ArrayLike] | None = None,
+        K: Callable[[float], ArrayLike] | None = None,
+        engine_order: int = 1,
+    ) -> Problem:
+        """With matrices that are functions of the speed of rotation, rad/s, which is w /
+        engine_order: gyroscopic forces, centrifugal stiffening.
+
+        >>> turning = Problem(np.eye(2), 8 * np.eye(2), 1e5 * np.eye(2), general=True)
+        >>> G = np.array([[0.0, 1.5], [-1.5, 0.0]])
+        >>> rotor = turning.of_speed(C=lambda speed: 8 * np.eye(2) + speed * G)
+        """
+        before = self.varying or Varying()
+        return replace(self, varying=replace(before, C=C, K=K, engine_order=engine_order))
+
+    def _with_forces(self, one: tuple) -> Problem:
+        before = self.varying or Varying()
+        return replace(self, varying=replace(before, forces=(*before.forces, one)))
 
     def row(self, where: Where) -> np.ndarray:
         """(r,) row that takes a motion out of q. Raises InputError where it is none."""
@@ -179,6 +253,9 @@ class Problem:
             static,
             self.preloaded,
             self.damping_ratio,
+            general=self.general,
+            structural=self.structural,
+            varying=self.varying,
         )
 
     @with_options_named
@@ -221,9 +298,11 @@ class Problem:
         return rows
 
     def _forcing(self) -> dict[int, np.ndarray]:
-        if not self.forces:
+        varying = self.varying.forces if self.varying else ()
+        if not self.forces and not varying:
             raise InputError("no excitation: force(where, amplitude)")
-        return dict(self.forces)
+        none = {k: np.zeros(self.size, dtype=complex) for k, *_ in varying}
+        return {**none, **self.forces}
 
     def _with_rows(self, options: CurveKeywords) -> CurveKeywords:
         """The options with a row (r,) for each output."""

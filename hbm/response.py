@@ -227,6 +227,7 @@ def solve_at(
     chosen = curve_options(options)
     case = _CheckedInput.checked(problem, forcing, chosen)
     hz = positive("hz", hz, " Hz")
+    problem, case = _at_hz(problem, case, hz, chosen.periods)
     w = 2 * np.pi * hz / chosen.periods
     check_carried(problem, case.forces, w)
     balance, settings = case.balance(problem, chosen, w), case.settings
@@ -272,6 +273,9 @@ class _CheckedInput:
         r, H = problem.K.shape[0], check_harmonics(options.harmonics)
         periods = check_whole("periods", options.periods, 1)
         forces = {periods * k: F for k, F in check_forcing(forcing, r, MOST_HARMONICS).items()}
+        if problem.varying is not None:
+            none = {k: np.zeros(r, dtype=complex) for k in problem.varying.orders(periods)}
+            forces = dict(sorted({**none, **forces}.items()))
         if max(forces, default=0) > H:
             raise InputError(_too_few_harmonics(H, periods, max(forces) // periods))
         if options.journal is not None:
@@ -294,7 +298,8 @@ class _CheckedInput:
             else HarmonicBalance(*arguments)
         )
         if type(problem.law) not in SHIPPED.values():
-            x = made.linear(w).reshape(len(problem.contacts), made.nd, made.nh)
+            there = Equation(made, Frequency().over(options.periods)).balance_at(w)[0]
+            x = there.linear(w).reshape(len(problem.contacts), made.nd, made.nh)
             check_derivatives(problem.law, problem.contacts, x, w)
         return made
 
@@ -341,6 +346,11 @@ def _branch(
     parameter = parameter.over(check_whole("periods", options.periods, 1))
     case = _CheckedInput.checked(problem, forcing, options)
     at = check_values(options.at, argument, first, last, parameter.unit)
+    if not np.isnan(hz):
+        problem, case = _at_hz(problem, case, hz, options.periods)
+    elif problem.varying is not None:
+        for end in (first, last):
+            problem.varying.check_frequency(end)
     for value in (first, last):
         there, forces = parameter.rebuild(problem, case.forces, value)
         w = parameter.angular_frequency(2 * np.pi * hz / options.periods, parameter.scale * value)
@@ -409,6 +419,15 @@ def _branch(
     if everywhere and curve.converged.any():
         curve = replace(curve, named_points=named_points(curve, problem, parameter))
     return curve
+
+
+def _at_hz(problem, case, hz, periods):
+    """(problem, checked input) with what varies with the frequency at that one."""
+    if problem.varying is None:
+        return problem, case
+    problem.varying.check_frequency(hz)
+    there, forces = Frequency().over(periods).rebuild(problem, case.forces, hz)
+    return there, replace(case, forces=forces)
 
 
 def _with_all_pairs(curve, kept):

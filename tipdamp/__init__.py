@@ -46,6 +46,8 @@ if TYPE_CHECKING:
     from tipdamp.hbm.balance.receptance import (
         natural_frequencies as natural_frequencies,
     )
+    from tipdamp.hbm.balance.varying import ForceTable as ForceTable
+    from tipdamp.hbm.balance.varying import Unbalance as Unbalance
     from tipdamp.hbm.comparison import compare as compare
     from tipdamp.hbm.contact import ContactTable as ContactTable
     from tipdamp.hbm.continuation.settings import Settings as Settings
@@ -182,6 +184,7 @@ else:  # a module __getattr__ would let type checkers accept any name
             ("follow_band", "follow_parameter", "forced_response", "solve_at"),
             "hbm.response",
         ),
+        **dict.fromkeys(("ForceTable", "Unbalance"), "hbm.balance.varying"),
         "CurveOptions": "hbm.curve.options",
         "Settings": "hbm.continuation.settings",
         **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "hbm.result"),

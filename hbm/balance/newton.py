@@ -169,7 +169,7 @@ class Linearisation:
 
     def _condensed(self):
         """G between the components of the active contacts and the active ones (a nd, n, H+1), the
-        numbers of these (n,), their places in D, and their rows of the shapes (n, m)."""
+        numbers of these (n,), their places in D, and their rows of the left modes (n, m)."""
         if not self.parts:
             forces, hb = self.forces, self.balance
             active = forces.active[forces.contacts]
@@ -179,14 +179,14 @@ class Linearisation:
                 check_active_fit(len(active), len(hb.problem.contacts), hb.nd, hb.H)
                 G = hb.contact_receptance.between(components.ravel(), rows, self.factors, self.w)
             self.parts.extend(
-                (G, rows, np.flatnonzero(active), hb.contact_receptance.rows_of(rows))
+                (G, rows, np.flatnonzero(active), hb.contact_receptance.into_of(rows))
             )
         return self.parts
 
     def _respond(self, g, rows) -> np.ndarray:
         """G g, flat, for g (n, nh) on `rows` and zero elsewhere."""
         hb = self.balance
-        modal = self.factors * real_times(hb.shapes[rows].T, fourier.to_complex(g))
+        modal = self.factors * real_times(hb.into[rows].T, fourier.to_complex(g))
         return fourier.to_real(real_times(hb.shapes, modal)).ravel()
 
     def contact_force(self, rest: np.ndarray) -> np.ndarray:
@@ -217,7 +217,7 @@ class Linearisation:
         largest, _ = _longest(lambda v: A.T @ (A @ v), n)
         dg = np.zeros((hb.n_components, hb.nh))
         dg[rows] = v.reshape(-1, hb.nh)
-        modal = self.factors * (hb.shapes.T @ fourier.to_complex(dg))
+        modal = self.factors * (hb.into.T @ fourier.to_complex(dg))
         return 1 / np.sqrt(inverse * largest), hb.receptance.shapes @ modal
 
 

@@ -14,7 +14,8 @@ import numpy as np
 
 from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.problem import ContactProblem
-from tipdamp.hbm.balance.residual import HarmonicBalance, by_level
+from tipdamp.hbm.balance.residual import HarmonicBalance, by_frequency, by_level
+from tipdamp.hbm.balance.varying import at_frequency
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import Settings
@@ -111,7 +112,43 @@ class Frequency(Parameter):
         self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float
     ) -> Linearisation:
         """Linearisation at x (n,) and p rad/s."""
-        return balance.evaluate(x, p)
+        if balance.problem.varying is None:
+            return balance.evaluate(x, p)
+        if p <= 0:
+            raise InputError(f"forces and matrices at {p / self.scale:g} Hz: must be above 0")
+        value = p / self.scale
+        there = balance.rebuilt(*self.rebuild(balance.problem, balance.forces, value))
+
+        def derivative(now, t):
+            return by_frequency(now, t) + self._rate(balance, now, t)
+
+        return there.evaluate(x, p, derivative=derivative)
+
+    def _rate(self, balance, now, t):
+        """(m, H+1) derivative of the modal q by p, through the forces and matrices that vary."""
+        varying, periods = balance.problem.varying, self.periods
+        matrices, forces = varying.rate(balance.forces, periods * t.w, periods)
+        push, orders = np.zeros_like(t.push), t.w * np.arange(t.push.shape[1])
+        for k, F in forces.items():
+            push[:, k] += now.receptance.into.T @ F
+        q = now.receptance.shapes @ (t.factors * t.push)
+        if "K" in matrices:
+            push = push - now.receptance.into.T @ (matrices["K"] @ q)
+        if "C" in matrices:
+            push = push - now.receptance.into.T @ (1j * orders * (matrices["C"] @ q))
+        return periods * t.factors * push
+
+    def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
+        """(problem, forces) at a value: what varies with the frequency has that of the value."""
+        if problem.varying is None:
+            return problem, forces
+        w = 2 * np.pi * value
+        return at_frequency(problem, w), problem.varying.forces_at(forces, w, self.periods)
+
+    @property
+    def periods(self) -> int:
+        """Of the excitation in one of the motion."""
+        return round(2 * np.pi / self.scale)
 
     def angular_frequency(self, w: float, p: float) -> float:
         """p."""

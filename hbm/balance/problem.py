@@ -4,14 +4,19 @@ import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import scipy.linalg as la
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from tipdamp.hbm.balance.receptance import Receptance, ratios, stuck_receptance
+from tipdamp.hbm.balance.receptance import (
+    Receptance,
+    general_receptance,
+    ratios,
+    stuck_receptance,
+)
 from tipdamp.hbm.balance.reduced import StuckMatrices
 from tipdamp.hbm.balance.restraint import (
     SUPPORT,
@@ -25,6 +30,7 @@ from tipdamp.hbm.balance.restraint import (
 )
 from tipdamp.hbm.balance.series import ContactReceptance, contact_receptance
 from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.balance.varying import Varying
 from tipdamp.hbm.contact import ContactTable, relative_motion, without_normal_motion
 from tipdamp.hbm.contact_doubts import contact_doubts
 from tipdamp.hbm.errors import InputError
@@ -33,8 +39,15 @@ from tipdamp.hbm.hold.spring import HeldMotion, Hold, held_motions, springs, wit
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import Contacts
 from tipdamp.hbm.laws.shipped import check_law
-from tipdamp.hbm.model import ReducedModel, check_damping, symmetric
-from tipdamp.hbm.validation import check_kind, numbers
+from tipdamp.hbm.model import ReducedModel, check_damping, square, symmetric
+from tipdamp.hbm.validation import brief, check_kind, numbers
+
+NOT_SYMMETRIC = {
+    "M": "",
+    "C": "; gyroscopic forces are meant with general = True",
+    "K": "; circulatory forces are meant with general = True",
+}
+STRUCTURAL = "must be a loss factor, 0 or more, or a matrix (r, r) in N/m"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +68,12 @@ class ContactProblem:
     `hbm.hold.named_motion.describe_motion`), or None
     held : rigid motions that springs hold, beside K, or whose mean is held rigidly (see
     `hbm.hold.spring.held_motions`)
+    general : C and K need not be symmetric (gyroscopic and circulatory forces), and C may feed
+        energy in; damping is then a C
+    structural : loss factor eta of K, or (r, r) N/m D: the damping force i D q of every harmonic
+        motion, beside C or alone; without motion in time, so without stability and time integration
+    varying : forces and matrices that depend on the frequency of the excitation; M, C and K are
+        then those at rest, and other forces add to those given
     Raises InputError where shapes disagree, a matrix is not symmetric, a mass is negative or
     damping feeds energy in.
 
@@ -76,6 +95,9 @@ class ContactProblem:
     damping_ratio: ArrayLike | None = None
     describe: Callable | None = None
     held: tuple[HeldMotion, ...] = ()
+    general: bool = False
+    structural: Any = None
+    varying: Varying | None = None
 
     def __post_init__(self):
         if self.C is not None and self.damping_ratio is not None:
@@ -85,7 +107,10 @@ class ContactProblem:
             )
         matrices = {name: vars(self)[name] for name in "MCK" if vars(self)[name] is not None}
         for name, matrix in matrices.items():
-            object.__setattr__(self, name, symmetric(name, matrix))
+            if self.general and name != "M":
+                object.__setattr__(self, name, square(name, matrix))
+            else:
+                object.__setattr__(self, name, symmetric(name, matrix, NOT_SYMMETRIC[name]))
         check_law(self.law)
         check_kind("contacts", self.contacts, Contacts, "Contacts(kn, kt, mu, preload)")
         nd, r = len(self.law.components), self.K.shape[0]
@@ -93,6 +118,10 @@ class ContactProblem:
             shapes = ", ".join(f"{name} is {np.shape(vars(self)[name])}" for name in "MCK")
             raise InputError(f"{shapes}: all must have the same size")
         self._check_signs()
+        self._check_general()
+        if self.varying is not None:
+            check_kind("varying", self.varying, Varying, "Varying(forces, C, K, engine_order)")
+            self.varying.checked(r)
         if not len(self.contacts):
             raise InputError("no contacts: use linear_response for a model without contact")
         if np.shape(self.B) != (len(self.contacts) * nd, r):
@@ -119,8 +148,51 @@ class ContactProblem:
             raise InputError(
                 f"M has {self.M[i, i]:g} on its diagonal at dof {i}: masses must not be negative"
             )
-        if self.C is not None:
+        if self.C is not None and not self.general:
             check_damping(self.C)
+
+    def _check_general(self):
+        """Matrices that are not symmetric, and structural damping, have no modes to give ratios
+        to."""
+        if self.structural is not None:
+            eta = numbers("structural", self.structural, STRUCTURAL)
+            D = eta * 0.5 * (self.K + self.K.T) if eta.ndim == 0 else eta
+            if D.shape != self.K.shape:
+                raise InputError(f"structural is {D.shape}: {STRUCTURAL}")
+            object.__setattr__(self, "structural", symmetric("structural", D))
+            if (np.diag(self.structural) < 0).any():
+                raise InputError(f"structural = {brief(self.structural)}: must not be negative")
+            if self.C is None and self.damping_ratio is None:
+                object.__setattr__(self, "C", np.zeros_like(self.K))
+        if not self.has_left_modes:
+            return
+        what = "general = True" if self.general else "structural"
+        if self.damping_ratio is not None:
+            raise InputError(
+                f"damping_ratio beside {what}: ratios are of real modes, which there are none of; "
+                "give the viscous damping as C"
+            )
+        if self.C is None:
+            raise InputError(f"C is missing: with {what} give a damping matrix, zeros for none")
+        if any(one.mean for one in self.held):
+            raise InputError(f"hold with mean = true beside {what}: hold the motion by a spring")
+
+    @property
+    def has_left_modes(self) -> bool:
+        """Whether forces act on the modes otherwise than these move."""
+        return self.general or self.structural is not None
+
+    def _symmetric(self, matrix):
+        return 0.5 * (matrix + matrix.T) if self.general else matrix
+
+    @property
+    def circulatory(self) -> np.ndarray | None:
+        """(r, r) N/m, real or complex: the part of what resists displacements that does work in a
+        cycle; None where there is none."""
+        if not self.has_left_modes:
+            return None
+        skew = 0.5 * (self.K - self.K.T)
+        return skew if self.structural is None else skew + 1j * self.structural
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -147,7 +219,7 @@ class ContactProblem:
         held. They are told apart by the tangential component in which the contacts slide."""
         tangents = np.array([name != "n" for name in self.law.components])
         normal = np.where(tangents, 0.0, self.law.stuck_stiffness(self.contacts))
-        K = self._with_contact_springs(with_springs(self.K, self.held), normal)
+        K = self._symmetric(self._with_contact_springs(with_springs(self.K, self.held), normal))
         free = self._checked_motions[0].shapes
         motions = loose_motions(with_gauge(self.M, K, free))
         slip = np.asarray(self.B @ motions).reshape(len(self.contacts), len(tangents), -1)
@@ -165,6 +237,11 @@ class ContactProblem:
         zero = np.zeros((len(contacts), len(self.law.components)))
         return self.law.force_at_rest(contacts) if self.preloaded else zero
 
+    @cached_property
+    def as_constant(self) -> "ContactProblem":
+        """With the matrices as they are, and nothing that varies."""
+        return replace(self, varying=None)
+
     def receptance(self) -> Receptance:
         """Of the stuck system, computed once; raises InputError when a motion is left free."""
         return self._receptance
@@ -179,6 +256,10 @@ class ContactProblem:
         stuck, (free, remedy) = self.stuck_stiffness, self._checked_motions
         C = self.C if self.damping_ratio is None else None
         means = [one.row for one in self.held if one.mean]
+        if self.has_left_modes:
+            return general_receptance(
+                self.M, cast(np.ndarray, self.C), stuck, self.structural, self.describe, remedy
+            )
         remedy += "; mean = true holds no vibration, leave it out" * bool(means)
         found = stuck_receptance(self.M, C, stuck, self.damping_ratio, self.describe, remedy, free)
         return found.constrained(np.array(means)) if means else found
@@ -189,10 +270,10 @@ class ContactProblem:
         where one is that nothing holds at rest."""
         has_springs = self.law.stuck_stiffness(self.contacts).any()
         free = FloatingMotions(np.zeros((len(self.K), 0)))
-        if self._stuck_factor is None:
+        if self._stuck_factor is None and not self.has_left_modes:
             free = floating_motions(self.M, self.stiffness, self.stuck_stiffness, self.B)
         if has_springs and not self.law.stiffness_at_rest(self.contacts).any():
-            held = with_gauge(self.M, self.stiffness, free.shapes)
+            held = with_gauge(self.M, self._symmetric(self.stiffness), free.shapes)
             check_rest(held, None if self.preloaded else self.static, self.describe)
         return (
             free,
@@ -211,7 +292,12 @@ class ContactProblem:
     def _reducible(self):
         r, by_ratio = len(self.K), self.damping_ratio is not None
         few = r <= (DEFAULT.few_modes_of_ratio if by_ratio else DEFAULT.few_modes_of_matrix)
-        if few or by_ratio is (self.C is not None) or any(one.mean for one in self.held):
+        if (
+            self.has_left_modes
+            or few
+            or by_ratio is (self.C is not None)
+            or any(one.mean for one in self.held)
+        ):
             return None
         ratio = ratios(self.damping_ratio, r) if by_ratio else np.zeros(1)
         if np.ptp(ratio) or self._checked_motions[0].shapes.shape[1] or self._stuck_factor is None:
@@ -222,7 +308,7 @@ class ContactProblem:
 
     @cached_property
     def _stuck_factor(self):
-        return stiff_factor(self.stuck_stiffness)
+        return stiff_factor(self._symmetric(self.stuck_stiffness))
 
     def reaction_rows(self, receptance: Receptance) -> np.ndarray:
         """(h, m) that take the modal coordinates of a receptance to the forces on what holds, N or
@@ -280,6 +366,11 @@ class ContactProblem:
     def with_damping(self, factor: float) -> "ContactProblem":
         """With the damping ratios, or C, times a factor; the modes are kept where the damping does
         not couple them."""
+        if self.has_left_modes:  # gyroscopic forces are no damping
+            given = cast(np.ndarray, self.C)
+            turning = 0.5 * (given - given.T)
+            more = None if self.structural is None else factor * self.structural
+            return replace(self, C=turning + factor * self._symmetric(given), structural=more)
         if self.C is not None and self.damping_ratio is None:
             other = replace(self, C=factor * self.C)
         else:

@@ -13,6 +13,9 @@ Two kinds of shapes stand behind the modes. Free motions, which neither K nor th
 1/(i w c - m w^2), and at w = 0, where no force acts along them, 0. And constraints a' q = 0 of
 order 0 alone: with z = K^-1 a and -1/(a' K^-1 a) the response is that of the constrained system, as
 if a stood on a stop; 0 at other orders.
+
+Matrices that are not symmetric have left modes beside the shapes. With structural damping, which is
+that of harmonic motions, the modes hold for w > 0 and further shapes for the mean.
 """
 
 from collections.abc import Callable
@@ -25,6 +28,7 @@ from numpy.typing import ArrayLike
 
 from tipdamp.hbm.balance.damped_poles import state_space_modes
 from tipdamp.hbm.balance.floating import coupled_poles, damping_of_free, modes_beside
+from tipdamp.hbm.balance.general_poles import general_poles
 from tipdamp.hbm.balance.kernels import modal_factors
 from tipdamp.hbm.balance.restraint import (
     SUPPORT,
@@ -48,7 +52,7 @@ ZOOMS = 8
 
 @dataclass(frozen=True)
 class Receptance:
-    """q = shapes diag(d(w)) shapes.T f.
+    """q = shapes diag(d(w)) into.T f.
 
     shapes : (r, m), real with damping ratios, complex with a general damping matrix
     stiffness, mass, ratio : (m,) modal k_r and m_r, and damping ratios; empty with a general
@@ -57,6 +61,9 @@ class Receptance:
     free_mass, free_damping : (e,) m and c of the shapes behind the modes that are free motions
     constraint_forces : (h, h) of the h constraints of order 0, the last shapes: takes their
         coordinates to the forces on what holds
+    left : (r, m) where these are other than the shapes: of matrices that are not symmetric, or with
+        structural damping; else empty
+    still : number of the last shapes that answer at order 0 alone, where the others do not
     """
 
     shapes: np.ndarray
@@ -67,6 +74,14 @@ class Receptance:
     free_mass: np.ndarray = field(default_factory=lambda: np.empty(0))
     free_damping: np.ndarray = field(default_factory=lambda: np.empty(0))
     constraint_forces: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    left: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    still: int = 0
+
+    @property
+    def into(self) -> np.ndarray:
+        """(r, m) by which forces act: the left modes, those of symmetric matrices are the
+        shapes."""
+        return self.left if self.left.size else self.shapes
 
     @property
     def free(self) -> int:
@@ -76,7 +91,8 @@ class Receptance:
     @property
     def modes(self) -> np.ndarray:
         """(r, m) the shapes of the modes."""
-        return self.shapes[:, : self.shapes.shape[1] - self.free - len(self.constraint_forces)]
+        behind = self.free + len(self.constraint_forces) + self.still
+        return self.shapes[:, : self.shapes.shape[1] - behind]
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -89,6 +105,10 @@ class Receptance:
         """d and dd/dw, each (m, n) complex, at the angular frequencies w (n,)."""
         at = np.atleast_1d(np.asarray(w, dtype=float))
         d, rate = self._of_modes(at)
+        if self.still:
+            d, rate = d * (at != 0), rate * (at != 0)
+            mean = np.tile(at == 0, (self.still, 1)).astype(complex)
+            return np.concatenate([d, mean]), np.concatenate([rate, 0 * mean])
         if len(d) == self.shapes.shape[1]:
             return d, rate
         moving, m, c = at != 0, self.free_mass[:, None], self.free_damping[:, None]
@@ -118,7 +138,7 @@ class Receptance:
 
     def respond(self, rows: np.ndarray, force: np.ndarray, w: np.ndarray) -> np.ndarray:
         """(n, k) response of the rows (k, r) to a force (r,) at the angular frequencies w (n,)."""
-        return ((rows @ self.shapes) @ (self.factors(w)[0] * (self.shapes.T @ force)[:, None])).T
+        return ((rows @ self.shapes) @ (self.factors(w)[0] * (self.into.T @ force)[:, None])).T
 
 
 def stuck_receptance(
@@ -172,6 +192,33 @@ def stuck_receptance(
         shapes=np.hstack([found.shapes, drag.shapes]),
         free_mass=drag.mass,
         free_damping=drag.damping,
+    )
+
+
+def general_receptance(
+    M: np.ndarray,
+    C: np.ndarray,
+    K: np.ndarray,
+    structural: np.ndarray | None = None,
+    describe: Callable | None = None,
+    remedy: str = SUPPORT,
+) -> Receptance:
+    """Receptance of matrices that restrain every motion, and of which C and K need not be
+    symmetric.
+
+    structural : (r, r) N/m D of the damping force i D q of every harmonic motion, none at rest
+    Raises InputError as `general_poles`.
+    """
+    if structural is None:
+        right, left, poles, _ = general_poles(M, C, K, describe, remedy)
+        return Receptance(right, poles=poles, left=left)
+    right, left, poles, shapes = general_poles(M, C, K + 1j * structural, describe, remedy)
+    still = np.linalg.solve(K, np.linalg.inv(shapes).T)  # K^-1 = still shapes'
+    return Receptance(
+        np.hstack([right, still]),
+        poles=poles,
+        left=np.hstack([left, shapes]),
+        still=still.shape[1],
     )
 
 

@@ -91,9 +91,10 @@ class HarmonicBalance:
         self.on_call: Callable[[], None] | None = None  # called at each evaluation
         self.cover = np.full(1 + P, np.inf)  # what its modes hold for: see `covering`
         self._covering: Any = self  # with the modes of the contacts that have acted so far
-        if not problem.reducible:  # the first thing that takes time
+        if problem.varying is None and not problem.reducible:  # the first thing that takes time
             problem.receptance()
-        problem.check_mean(forces.get(0))
+        if problem.varying is None:
+            problem.check_mean(forces.get(0))
 
     @cached_property
     def receptance(self) -> Receptance:
@@ -104,6 +105,11 @@ class HarmonicBalance:
     def shapes(self) -> np.ndarray:
         """(nc, m) modes at the components of the contacts."""
         return self.contact_receptance.shapes
+
+    @property
+    def into(self) -> np.ndarray:
+        """(nc, m) left modes at the components, by which the contact forces act."""
+        return self.contact_receptance.into
 
     @cached_property
     def contact_receptance(self) -> ContactReceptance:
@@ -124,7 +130,7 @@ class HarmonicBalance:
         """(m, H+1) N, modal, of level 1, without the constant parts."""
         force = np.zeros((self.receptance.shapes.shape[1], self.H + 1), dtype=complex)
         for k, F in self.forces.items():
-            force[:, k] = self.receptance.shapes.T @ F
+            force[:, k] = self.receptance.into.T @ F
         return force
 
     @cached_property
@@ -137,10 +143,17 @@ class HarmonicBalance:
         return np.r_[2 * of.ratio * np.sqrt(of.mass * of.stiffness), of.free_damping, constraints]
 
     @cached_property
+    def circulation(self) -> np.ndarray | None:
+        """(m, m) N/m, modal, of the forces of the displacement that do work in a cycle: those of a
+        stiffness that is not symmetric, and of structural damping; None where there are none."""
+        skew, shapes = self.problem.circulatory, self.receptance.shapes
+        return None if skew is None else shapes.conj().T @ (skew @ shapes)
+
+    @cached_property
     def static(self) -> np.ndarray:
         """(m,) N, modal, constant."""
-        shapes, static = self.receptance.shapes, self.problem.static
-        return np.zeros(shapes.shape[1]) if static is None else shapes.T @ static
+        into, static = self.receptance.into, self.problem.static
+        return np.zeros(into.shape[1]) if static is None else into.T @ static
 
     def covering(self, cover: np.ndarray) -> Self:
         """This balance with modes that suffice for forces on some contacts up to some frequency.
@@ -159,6 +172,7 @@ class HarmonicBalance:
             "force",
             "static",
             "damping",
+            "circulation",
         ):
             vars(other).pop(name, None)
         if system and np.isfinite(cover[0]):
@@ -250,7 +264,7 @@ class HarmonicBalance:
         factors, rates = self.receptance.factors(w * np.arange(self.H + 1))
         g = forces.g.reshape(-1, self.nh)
         rows = np.flatnonzero(g.any(axis=1))  # those that move
-        contact = real_times(self.contact_receptance.rows_of(rows).T, fourier.to_complex(g[rows]))
+        contact = real_times(self.contact_receptance.into_of(rows).T, fourier.to_complex(g[rows]))
         push = modal_push(level, self.force, self.static, contact)
         modal = factors * push
         u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
@@ -261,7 +275,7 @@ class HarmonicBalance:
 
     def modal_response(self, t: Terms, g: np.ndarray) -> np.ndarray:
         """(m, H+1) modal q under contact forces g (P, nd, nh) N on the bodies."""
-        return t.factors * real_times(self.shapes.T, fourier.to_complex(g.reshape(-1, self.nh)))
+        return t.factors * real_times(self.into.T, fourier.to_complex(g.reshape(-1, self.nh)))
 
     def cycle(self, contacts: Contacts) -> aft.Cycle:
         """The contacts of the problem, with these settings; their springs stay those of the

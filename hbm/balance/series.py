@@ -16,11 +16,12 @@ class ContactReceptance:
     """Receptance between the components of the relative motion, for any frequency and number of
     harmonics.
 
-    shapes : (nc, m), the modes of `receptance` at the components
+    shapes, into : (nc, m), the modes of `receptance` at the components, and its left modes there
     """
 
-    def __init__(self, receptance: Receptance, shapes: np.ndarray):
+    def __init__(self, receptance: Receptance, shapes: np.ndarray, into: np.ndarray | None = None):
         self.receptance, self.shapes = receptance, shapes
+        self.into = shapes if into is None else into
         few = len(shapes) <= DEFAULT.few_components
         # that the series is known for
         self._rows = np.arange(len(shapes)) if few else np.empty(0, dtype=int)
@@ -30,6 +31,10 @@ class ContactReceptance:
         self._acting: dict[bytes, np.ndarray] = {}  # by components: their rows of the shapes
         # border of a system, and the modal forces that it stands for
         self._border: tuple = (None, None)
+
+    def into_of(self, at: np.ndarray) -> np.ndarray:
+        """(len(at), m) left modes at components, by which forces there act on the modes."""
+        return self.rows_of(at) if self.into is self.shapes else self.into[at]
 
     def rows_of(self, at: np.ndarray) -> np.ndarray:
         """(len(at), m) shapes at components; from one point to the next they are the same, and a
@@ -81,7 +86,7 @@ class ContactReceptance:
     def _weights(self, to, at, low, powers):
         """(len(to) len(at), low modes and terms of the series): products of shapes, and entries of
         the matrices."""
-        left, right = self.shapes[to][:, low], self.shapes[at][:, low]
+        left, right = self.shapes[to][:, low], self.into[at][:, low]
         products = (left[:, None] * right).reshape(len(to) * len(at), -1)
         if powers is None:
             return products
@@ -98,7 +103,7 @@ class ContactReceptance:
         conjugate pairs.
         """
         r = self.receptance
-        if r.shapes.shape[1] < DEFAULT.few_modes:
+        if r.shapes.shape[1] < DEFAULT.few_modes or r.still:
             return slice(None), None
         if not np.isin(rows, self._rows).all():
             self._rows, self._kept = np.union1d(self._rows, rows), {}
@@ -124,17 +129,18 @@ class ContactReceptance:
 
     def _of_poles(self, high):
         fast = 1 / self.receptance.poles[high]
-        P = self.shapes[self._rows][:, np.flatnonzero(high)]
+        P, Q = (part[self._rows][:, np.flatnonzero(high)] for part in (self.shapes, self.into))
         powers, weight = [], -fast
         for _ in range(DEFAULT.series_terms):
-            powers.append(((P * weight) @ P.T).real)
+            powers.append(((P * weight) @ Q.T).real)
             weight = weight * fast
         return np.setdiff1d(np.arange(self.shapes.shape[1]), np.flatnonzero(high)), np.array(powers)
 
 
 def contact_receptance(receptance: Receptance, B: Any) -> ContactReceptance:
     """Of the relative motion B (nc, r), dense or sparse."""
-    return ContactReceptance(receptance, np.ascontiguousarray(B @ receptance.shapes))
+    into = np.ascontiguousarray(B @ receptance.left) if receptance.left.size else None
+    return ContactReceptance(receptance, np.ascontiguousarray(B @ receptance.shapes), into)
 
 
 def real_times(A: np.ndarray, B: np.ndarray) -> np.ndarray:

@@ -51,6 +51,9 @@ def energies(
     k, damping = np.arange(balance.H + 1), balance.damping
     damped = damping[:, None] * modal if damping.ndim == 1 else damping @ modal
     lost = np.pi * w * (np.einsum("nmk,nmk->nk", modal.conj(), damped).real @ k**2)
+    if balance.circulation is not None:
+        turned = balance.circulation @ modal
+        lost += np.pi * np.einsum("nmk,nmk->nk", modal.conj(), turned).imag @ k
     powers = [
         {order: complex(row @ q[:, order].conj()) for order, row in one.items()}
         for one, q in zip(excited, modal, strict=True)

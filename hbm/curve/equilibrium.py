@@ -101,7 +101,7 @@ def doubt(equation: Equation, point: Point) -> float:
     shapes, orders = balance.receptance.shapes, np.arange(balance.H + 1)
     phase = np.exp(2j * np.pi * np.random.default_rng(0).random((len(shapes), len(orders))))
     forces = kept.defect() + phase * kept.rounding_of_mean()[0]
-    moved = balance.receptance.factors(kept.w[0] * orders)[0] * (shapes.T @ forces)
+    moved = balance.receptance.factors(kept.w[0] * orders)[0] * (balance.receptance.into.T @ forces)
     row, corner = _across(point)
     step = detail.solve(row, corner, 0.0, -fourier.to_real(balance.shapes @ moved).ravel())
     moved = moved + detail.moved(*step).modal - detail.modal
@@ -250,6 +250,8 @@ class KeptPoints:
         """(n, r, H+1) of damping, holds and contacts, less what is applied."""
         problem = self.problem
         inner = 1j * self._orders() * self.damping_force(q)
+        if problem.structural is not None:
+            inner += _times(1j * problem.structural, q) * (self._orders() != 0)
         reactions = self.modal[:, :, 0].real @ self.balance.reaction_rows.T
         for one, reaction in zip(problem.held, reactions.T, strict=True):
             if one.mean:

@@ -64,7 +64,8 @@ def _compared(equation, points, ratio) -> Stiffer:
     """points : at the highest amplitude, before and after; ratio : of their heights."""
     before, after = (np.abs(_mean_reactions(point)) for point in points)
     change = np.abs(_mean_reactions(points[1]) - _mean_reactions(points[0]))
-    force = np.linalg.norm([np.linalg.norm(F) for F in equation.balance.forces.values()])
+    applied = points[0].detail.balance.forces.values()
+    force = np.linalg.norm([np.linalg.norm(F) for F in applied])
     excitation = np.array([force * one.extent for one in equation.balance.problem.held])
     follows = (after > HOLD.follows * before) & (after > HOLD.no_reaction * excitation)
     beside = change / np.maximum(np.maximum(before, excitation), np.finfo(float).tiny)

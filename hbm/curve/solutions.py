@@ -8,6 +8,7 @@ from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.parameter import BY_NAME, Equation, Frequency, Parameter
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.varying import at_frequency
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import crossings
 from tipdamp.hbm.continuation.point import Point
@@ -135,6 +136,8 @@ def restored(
             f"the problem has {P} contacts and {r} dofs, that of the curve had {kept} and "
             f"{curve.forces.shape[1]}"
         )
+    if parameter.name != "frequency":  # the forces of the curve are those at its frequency
+        problem = at_frequency(problem, 2 * np.pi * float(curve.frequency[0]))
     start = curve.slider_start if curve.start == "given" else curve.start
     forces = dict(zip(curve.force_orders.tolist(), curve.forces, strict=True))
     balance = HarmonicBalance(problem, forces, curve.H, start, curve.samples)

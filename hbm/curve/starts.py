@@ -83,7 +83,9 @@ def _raise_level(balance, w, settings):
 def _integrate(balance, w, settings):
     """(x or None, residual calls): where time integration from rest leads; piecewise-linear laws
     only, as long as no period takes too many steps."""
-    if balance.problem.law.piecewise_linear(balance.problem.contacts) is None:
+    problem = balance.problem
+    no_motion = problem.structural is not None  # in time
+    if no_motion or problem.law.piecewise_linear(problem.contacts) is None:
         return None, 0
     usual, motions = IntegrationSettings(), len(balance.problem.contacts) * balance.nd
     steps = max(1, min(usual.max_steps, int(settings.start_steps * (100 / motions) ** 2)))

@@ -112,7 +112,7 @@ def _first_staying(equation, first, last, settings, budget, found, note, begin):
         known.append(begin)
         report(begin, 0.0)
         if (
-            not any(np.any(F) for F in equation.balance.forces.values())
+            not any(np.any(F) for F in begin.detail.balance.forces.values())
             or np.isnan(equation.hz)
             and not moves_contacts(begin.detail.balance)
         ):

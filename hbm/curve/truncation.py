@@ -154,19 +154,19 @@ def _padded(x, balance, H):
 
 def _higher_orders(hb: HarmonicBalance, b: ContactForces, w: float, H: int) -> _High:
     """The orders above H, each by itself: u = -G (g + D u)."""
-    orders, shapes = np.arange(H + 1, hb.H + 1), hb.contact_receptance.rows_of
+    orders, into = np.arange(H + 1, hb.H + 1), hb.contact_receptance.into_of
     factors = hb.receptance.factors(w * orders)[0]
     g = fourier.to_complex(b.g[:, :, 2 * H :].reshape(b.g.shape[0] * hb.nd, -1))[:, 1:]
     rows = np.flatnonzero(g.any(axis=1))
-    modal = -factors * real_times(shapes(rows).T, g[rows])
+    modal = -factors * real_times(into(rows).T, g[rows])
     if not len(b.contacts):
         return _High(modal, np.zeros((0, hb.nd, 2 * factors.shape[1])))
     components = (b.contacts[:, None] * hb.nd + np.arange(hb.nd)).ravel()
     active = np.flatnonzero(b.active[b.contacts].ravel())
     G = hb.contact_receptance.between(components, components[active], factors, w, orders)
-    u = real_times(shapes(components), modal)
+    u = real_times(hb.contact_receptance.rows_of(components), modal)
     push = orders_apart(b.D, active, G, u, H)
-    modal -= factors * real_times(shapes(components[active]).T, push)
+    modal -= factors * real_times(into(components[active]).T, push)
     return _High(modal, u.view(float).reshape(len(b.contacts), hb.nd, -1))
 
 
@@ -184,8 +184,8 @@ def _lower_orders(here: Linearisation, dg: np.ndarray, tangent) -> tuple[np.ndar
     hb = here.balance
     g = dg.reshape(-1, hb.nh)
     rows = np.flatnonzero(g.any(axis=1))
-    shapes = hb.contact_receptance.rows_of(rows)
-    direct = -here.factors * real_times(shapes.T, fourier.to_complex(g[rows]))
+    into = hb.contact_receptance.into_of(rows)
+    direct = -here.factors * real_times(into.T, fourier.to_complex(g[rows]))
     R = -fourier.to_real(real_times(hb.shapes, direct)).ravel()
     step = here.solve_held(R, tangent)
     return direct + here.moved(step, 0.0).modal - here.modal, step

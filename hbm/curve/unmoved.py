@@ -31,7 +31,7 @@ def follow_unmoved(
 ) -> Branch:
     """The branch from a point to `last`: at both ends, around the resonances between and evenly
     beside them."""
-    forced = any(np.any(F) for F in equation.balance.forces.values())
+    forced = any(np.any(F) for F in begin.detail.balance.forces.values())
     way = np.sign(last - begin.parameter)
     values = [last]
     if forced:

@@ -60,7 +60,7 @@ def _places(balance, linear, w) -> Iterator[np.ndarray]:
     P, nd = len(linear), balance.nd
     shapes = balance.shapes
     factors = balance.receptance.factors(np.array([0.0, w]))[0]
-    G = np.array([(shapes * factors[:, k]) @ shapes.T for k in range(2)])
+    G = np.array([(shapes * factors[:, k]) @ balance.into.T for k in range(2)])
     G = G.reshape(2, P, nd, P, nd).transpose(1, 3, 0, 2, 4)  # (P, P, 2, nd, nd)
     near, alike = SAME * np.abs(G).max(), SAME * np.abs(linear).max()
 

@@ -83,8 +83,11 @@ class Stability:
         return found
 
     def _of(self, here, w, contacts, motion):
-        """All of them; none where the law does not tell."""
+        """All of them; none where the law does not tell, or structural damping has no motion in
+        time."""
         balance = here.balance
+        if balance.problem.structural is not None:
+            return np.empty(0)
         contacts = balance.problem.contacts if contacts is None else contacts
         u = here.x.reshape(len(contacts), balance.nd, -1) if motion is None else motion
         grid = sample_grid((u.shape[2] - 1) // 2, len(balance.grid[0]) - 1)

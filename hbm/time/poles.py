@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tipdamp.hbm.balance.receptance import Receptance
+from tipdamp.hbm.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -37,10 +38,16 @@ class Poles:
 def poles(receptance: Receptance, fastest: float = np.inf) -> Poles:
     """First-order form of a receptance; modes above `fastest` (rad/s) and those without mass follow
     statically."""
+    if receptance.still:
+        raise InputError(
+            "structural damping is that of harmonic motions and has no motion in time: for time "
+            "integration give damping_ratio = eta/2, or C"
+        )
     if receptance.poles.size:
         s, A = receptance.poles, receptance.modes
         kept = s.imag >= 0
-        s, out, into = s[kept], A[:, kept] * np.where(s.imag > 0, 2.0, 1.0)[kept], A[:, kept]
+        out, into = A[:, kept] * np.where(s.imag > 0, 2.0, 1.0)[kept], receptance.into[:, : len(s)]
+        s, into = s[kept], into[:, kept]
     else:
         w = np.sqrt(
             receptance.stiffness / np.maximum(receptance.mass, 1e-28 * receptance.mass.max())

@@ -79,7 +79,7 @@ class StuckSystem:
         nd, H+1)."""
         b = self.balance
         factors = b.receptance.factors(self.w * np.arange(force.shape[1]))[0]
-        return factors * (b.force_at(1.0) - b.shapes.T @ force)
+        return factors * (b.force_at(1.0) - b.into.T @ force)
 
     def harmonics(self, rows, force: np.ndarray) -> np.ndarray:
         """(m, H+1) complex harmonics of the outputs rows (m, r)."""
