@@ -182,6 +182,16 @@ class ContactProblem:
         """Whether forces act on the modes otherwise than these move."""
         return self.general or self.structural is not None
 
+    def check_plain(self, what: str) -> None:
+        """InputError where the problem is not that of real modes, which `what` is made of."""
+        if self.has_left_modes or self.varying is not None:
+            kind = "structural damping" if self.structural is not None else "general = True"
+            raise InputError(
+                f"{what}: needs symmetric matrices and viscous damping that do not depend on the "
+                f"frequency, the problem has {kind if self.has_left_modes else 'others'}; use "
+                "follow_band"
+            )
+
     def _symmetric(self, matrix):
         return 0.5 * (matrix + matrix.T) if self.general else matrix
 

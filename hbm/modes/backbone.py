@@ -111,6 +111,7 @@ def _check_amplitudes(amplitudes):
 
 def _equation(problem, mode, outputs, H, samples):
     check_kind("problem", problem, ContactProblem, "ContactProblem(M, C, K, B, law, contacts)")
+    problem.check_plain("backbone")
     names, rows = check_outputs(outputs, len(problem.K))
     if H < 1:
         raise InputError(f"harmonics = {H}: a mode vibrates in order 1, at least that many")

@@ -11,6 +11,7 @@ from tipdamp import (
     Jenkins1D,
     Problem,
     UnilateralSpring,
+    backbone,
     compare,
     follow_parameter,
 )
@@ -125,6 +126,18 @@ def test_a_factor_on_the_damping_leaves_gyroscopic_forces():
     curve = follow_parameter(problem, [0.02, 0.0], 0.14, Damping(), (1.0, 0.3), **given)
     G = direct(np.eye(2), 0.03 * np.eye(2) + 0.3 * TURN, K, 2 * np.pi * 0.14)
     assert curve.harmonics[-1, 0, 1] == pytest.approx(0.02 * G[0, 0], rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    "given", [{"general": True, "C": [[0.1]]}, {"structural": 0.1}, {"varies": True}]
+)
+def test_a_backbone_refuses_what_has_no_real_modes(given):
+    varies = given.pop("varies", False)
+    problem = Problem([[1.0]], K=[[1.0]], **(given or {"C": [[0.1]]})).add(CubicSpring(1.0), 0)
+    if varies:
+        problem = problem.of_speed(K=lambda speed: [[1 + speed**2]])
+    with pytest.raises(InputError, match="backbone: needs symmetric matrices"):
+        backbone(problem.contact_problem, 1, (0.1, 1.0), outputs={"x": [1.0]})
 
 
 BAD = {
