@@ -73,6 +73,7 @@ ROOMS = {
         "checks",
         "report",
         "stages",
+        "sweep",
         "compare",
         "proposal",
         "doctor",

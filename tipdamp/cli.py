@@ -275,6 +275,23 @@ def _parser() -> argparse.ArgumentParser:
                 help="curves that are computed side by side, with one "
                 "BLAS thread each (default: TIPDAMP_JOBS, or all cores); 1: in this process",
             )
+    sweep = verb(
+        "sweep",
+        "the cases of [sweep] in the study: what is not there yet, side by side, into one store",
+        _sweep,
+    )
+    sweep.add_argument("--quiet", action="store_true", help="no progress")
+    sweep.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        help="cases that are computed side by side (default: TIPDAMP_JOBS, or all cores); 1: in "
+        "this process",
+    )
+    sweep.add_argument("--retry", action="store_true", help="try what failed before again")
+    sweep.add_argument(
+        "--status", action="store_true", help="how far it is, also while it runs, and what failed"
+    )
     export = verb(
         "export",
         "the reduced model of a study (reduced before) as .npz, .mat or Matrix Market",
@@ -420,6 +437,19 @@ def _all_stages(arguments) -> int:
                 _run(arguments, name, study, store, workers)
     print(f"report: {store.path('report.html')}  ({time.perf_counter() - began:.1f} s)")
     return _partial(store)
+
+
+def _sweep(arguments) -> int:
+    from tipdamp.sweep.run import folder_of, run_sweep
+    from tipdamp.sweep.summary import status
+
+    study, store = _opened(arguments)
+    if not arguments.status:
+        with _workers(arguments) as workers:
+            run_sweep(study.path, store, workers, quiet=arguments.quiet, retry=arguments.retry)
+    text, failed = status(folder_of(store))
+    print(text)
+    return 3 if failed else 0
 
 
 def _workers(arguments):

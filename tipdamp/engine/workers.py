@@ -28,6 +28,7 @@ PATIENCE = 10.0  # s for a process to keep what it has and end
 
 Report = Callable[[float, str], None]  # share done, figures
 Work = Callable[[Any, Any, Report], None]  # (what all tasks have in common, a task, report)
+Failed = Callable[[int, Exception], None]  # (index of a task, what ended it)
 
 
 def default_jobs() -> int:
@@ -80,20 +81,28 @@ class Workers:
         common: Any,
         tasks: Sequence[Any],
         report: Callable[[int, float, str], None],
+        failed: Failed | None = None,
     ) -> Iterator[int]:
         """Indices of the tasks as they are finished; report(index, share done, figures) of those
         that run. Tasks that are appended meanwhile are done, too.
 
-        An error of a task is raised here, and those that run beside it are stopped.
+        An error of a task, or the end of its process, is handed to `failed` and the others go on;
+        without it it is raised here, and those that run beside it are stopped.
         """
         while any(i < 0 for _, i in self.busy.values()):  # begun before: kernels that all need
             for pipe in connection.wait(list(self.busy)):
-                yield from self._heard(pipe, report)
+                yield from self._heard(pipe, report, failed)
         if self.jobs == 1:
             # arrays lie in memory as elsewhere: the same to the last bit
             common = pickle.loads(pickle.dumps(common))
             for i, task in enumerate(tasks):
-                work(common, task, partial(report, i))
+                try:
+                    work(common, task, partial(report, i))
+                except Exception as error:
+                    if failed is None:
+                        raise
+                    failed(i, error)
+                    continue
                 yield i
             return
         begun = 0
@@ -104,11 +113,18 @@ class Workers:
                 worker.start(work, common, tasks[begun])
                 begun += 1
             for pipe in connection.wait(list(self.busy)):
-                yield from self._heard(pipe, report)
+                yield from self._heard(pipe, report, failed)
 
-    def _heard(self, pipe, report):
+    def _heard(self, pipe, report, failed):
         worker, i = self.busy[pipe]
-        what, *content = worker.hear()
+        try:
+            what, *content = worker.hear()
+        except ChildProcessError as error:
+            if failed is None or i < 0:
+                raise
+            del self.busy[pipe]
+            failed(i, error)
+            return
         if what == "report" and i >= 0:
             report(i, *content)
         elif what == "said":
@@ -118,7 +134,11 @@ class Workers:
             self.said.add((name, text))
             logging.getLogger(name).log(level, text)
         elif what == "failed" and i >= 0:
-            raise content[0]
+            if failed is None:
+                raise content[0]
+            del self.busy[pipe]
+            self.idle.append(worker)
+            failed(i, content[0])
         elif what in ("done", "failed"):
             del self.busy[pipe]
             self.idle.append(worker)

@@ -1,7 +1,7 @@
 """How stages are run, one after the other; `run_stage` is where a stage is skipped."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from fnmatch import fnmatchcase
 from functools import cache
@@ -91,18 +91,26 @@ def made_from(name: str, study: Study, store: Store) -> dict[str, str]:
     """{what the stage depends on: fingerprint}: program, declared keys of the study, files that it
     names, and outputs of the stages that it needs."""
     stage = stage_of(name)
+    return {
+        **read_from(name, study),
+        **{
+            f"what '{need}' wrote": fingerprint(store.outputs(need))
+            for need in (*stages_needed(stage, study), *stage.uses)
+        },
+    }
+
+
+def read_from(
+    name: str, study: Study, content: Callable[[Path], str] = fingerprint
+) -> dict[str, str]:
+    """As `made_from`, without the outputs of other stages; content - fingerprint of a file."""
+    stage = stage_of(name)
     files = study.inputs(*stage.reads_files) if stage.reads_files else {}
     return {
         "the program": program_mark(name in ("inspect", "report")),
         **{key: fingerprint(value) for key, value in _view(name, study).keys().items()},
         **{
-            f"the contents of {key}": fingerprint(file)
-            for key, file in files.items()
-            if file.is_file()
-        },
-        **{
-            f"what '{need}' wrote": fingerprint(store.outputs(need))
-            for need in (*stages_needed(stage, study), *stage.uses)
+            f"the contents of {key}": content(file) for key, file in files.items() if file.is_file()
         },
     }
 
@@ -173,7 +181,7 @@ def sources(packages: Sequence[Path], with_report: bool) -> list[Path]:
 def check_current(name: str, study: Study, store: Store) -> None:
     """InputError where stages that the stage of that name needs, or that those need, are absent or
     out of date: all of them, and what makes them."""
-    needed = _all_needed(stage_of(name), study)
+    needed = all_needed(stage_of(name), study)
     absent = [need for need in needed if store.record(need) is None]
     stale = [
         need
@@ -195,10 +203,10 @@ def check_current(name: str, study: Study, store: Store) -> None:
     raise InputError(f"'{name}' needs {', and '.join(found)}; run: tipdamp {one} {study.path}")
 
 
-def _all_needed(stage, study):
+def all_needed(stage: Stage, study: Study) -> list[str]:
     """Stages that the stage needs and those that they need, in the order of a run."""
     direct = stages_needed(stage, study)
-    found = {*direct, *(more for need in direct for more in _all_needed(STAGES[need], study))}
+    found = {*direct, *(more for need in direct for more in all_needed(STAGES[need], study))}
     return [name for name in STAGES if name in found]
 
 

@@ -12,6 +12,7 @@ from tipdamp.static_contact.surfaces.pick import FacePick
 from tipdamp.study.faces import FACES
 from tipdamp.study.hold import HOLD, HoldChoice
 from tipdamp.study.law import DEFAULT, LAW, LawChoice
+from tipdamp.study.swept import AXES, INTERVALS, SampledKey, SweptKey
 from tipdamp.study.values import (
     BAND,
     CHOICE,
@@ -1073,6 +1074,41 @@ class Measured(StudySection):
     ] = 0.05
 
 
+class Sweep(StudySection):
+    """[sweep]: the cases of `tipdamp sweep`, the product of all lists with the rows of a table or
+    the samples."""
+
+    over: Annotated[
+        tuple[SweptKey, ...],
+        Key(
+            AXES,
+            "keys of this study by their dotted names and the values that each takes, in the units "
+            "of the file: a list, or { start = ..., stop = ..., count = ... } with spacing = "
+            '"lin" or "log"; in a key that takes a list, a single value is a list of one',
+        ),
+        Field(json_schema_extra={"default": {}}),
+    ] = ()
+    cases: Annotated[
+        str,
+        Key(
+            TEXT,
+            "CSV of cases: dotted keys in the first line, one case a line, values as in a study "
+            "(texts without quotes); an empty cell leaves the key as it is",
+        ),
+    ] = ""
+    sample: Annotated[
+        tuple[SampledKey, ...],
+        Key(
+            INTERVALS,
+            "keys that are sampled by a Latin hypercube: { start = ..., stop = ... } each, with "
+            'spacing = "lin" or "log"',
+        ),
+        Field(json_schema_extra={"default": {}}),
+    ] = ()
+    samples: Annotated[int, Key(COUNT, "number of samples", low=0, high=1_000_000)] = 0
+    seed: Annotated[int, Key(COUNT, "of the samples: the same gives the same", low=0)] = 0
+
+
 SECTIONS: dict[str, type[StudySection]] = {
     "material": MaterialSection,
     "blades": Blades,
@@ -1084,4 +1120,5 @@ SECTIONS: dict[str, type[StudySection]] = {
     "tune": Tune,
     "free": Free,
     "respond": Respond,
+    "sweep": Sweep,
 }

@@ -6,6 +6,7 @@ a value out of range is answered with file, section, key, value and range.
 
 import re
 import tomllib
+from copy import deepcopy
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -59,8 +60,12 @@ def load_study(path: str | Path) -> Study:
     >>> study.title, study.model.pull, sorted(study.sides)
     ('study', 60.0, ['left', 'right'])
     """
-    path = Path(path)
-    raw = _toml(path)
+    return study_of(path, read_toml(Path(path)))
+
+
+def study_of(path: str | Path, content: dict) -> Study:
+    """As `load_study`, of the content of a file that stands, or would stand, at the path."""
+    path, raw = Path(path), deepcopy(content)
     sides, materials = (_named(raw, section) for section in ("contact", "material"))
     loads, measured = (_named_tables(path, raw, section) for section in TABLES)
     _refuse_unknown(
@@ -103,7 +108,8 @@ def load_study(path: str | Path) -> Study:
     return study
 
 
-def _toml(path):
+def read_toml(path: Path) -> dict:
+    """Content of a study file, unchecked; InputError where it is absent or no TOML."""
     if not path.is_file():
         raise InputError(f"study file not found: {path} (looked for it as {path.absolute()})")
     text = _text(path)

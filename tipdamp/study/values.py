@@ -126,7 +126,8 @@ def _flag(value: Any, *_: Any) -> bool:
     return value
 
 
-def _count(value: Any, key: Key, _: float = 1.0) -> int:
+def whole(value: Any, key: Key, _: float = 1.0) -> int:
+    """A whole number within the range of the key."""
     if isinstance(value, bool) or not isinstance(value, int):
         raise ValueError(f"must be a whole number from {key.low:g} to {key.high:g}")
     if not key.low <= value <= key.high:
@@ -263,12 +264,12 @@ NUMBER = Kind("number", number)
 NUMBERS = Kind("list of numbers", _each(number, False))
 RATIOS = Kind("number or list", _each(number, True), alone=True)
 COLUMNS = Kind("list of texts", _columns)
-COUNT = Kind("whole number", _count)
-COUNTS = Kind("whole number or list", _each(_count, True), alone=True)
-STATIONS = Kind("[front, back] or 'all'", _or("all", _each(_count, True)))
+COUNT = Kind("whole number", whole)
+COUNTS = Kind("whole number or list", _each(whole, True), alone=True)
+STATIONS = Kind("[front, back] or 'all'", _or("all", _each(whole, True)))
 ROLL = Kind("'from_flat' or number", _or("from_flat", number))
-COUNTS_OR_AUTO = Kind("'auto', whole number or list", _or("auto", _each(_count, True)), alone=True)
-COUNT_OR_AUTO = Kind("'auto' or whole number", _or("auto", _count))
+COUNTS_OR_AUTO = Kind("'auto', whole number or list", _or("auto", _each(whole, True)), alone=True)
+COUNT_OR_AUTO = Kind("'auto' or whole number", _or("auto", whole))
 PHASE = Kind(
     "degrees, list, 'in_phase' or 'out_of_phase'",
     _or("in_phase", _or("out_of_phase", _each(number, False))),

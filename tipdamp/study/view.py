@@ -37,6 +37,7 @@ class Study:
     tune: schema.Tune
     free: schema.Free
     respond: schema.Respond
+    sweep: schema.Sweep
     sides: dict[str, schema.SideSection]
     materials: dict[str, schema.OtherMaterial]
     loads: dict[str, schema.LoadCase]
@@ -96,6 +97,7 @@ FILES = (
     ("damper", "mesh"),
     ("contact", "pairs"),
     ("tune", "kept"),
+    ("sweep", "cases"),
 )  # (section, key)
 # all that can be declared
 PARTS = tuple(name for name in Study.__annotations__ if name not in ("path", "results"))

@@ -1,0 +1,128 @@
+"""The cases of a sweep: what [sweep] makes of lists, ranges, tables and samples, and what it
+refuses."""
+
+import numpy as np
+import pytest
+
+from tests.tipdamp.rig_study import CHAIN
+from tipdamp.hbm.errors import InputError
+from tipdamp.study.study import load_study, read_toml
+from tipdamp.sweep.cases import cases_of, study_of_case
+from tipdamp.sweep.plan import plan
+
+OVER = """
+[sweep.over]
+model.pull = [60, 30, 15]
+respond.levels = { start = 1, stop = 100, count = 3, spacing = "log" }
+"""
+
+
+@pytest.fixture
+def sweep(matrices_study):
+    """sweep(text): the study on matrices with this text behind it."""
+
+    def written(text):
+        matrices_study.write_text(CHAIN + text)
+        return matrices_study
+
+    return written
+
+
+def planned(path):
+    study = load_study(path)
+    return plan(path, read_toml(path), cases_of(study))
+
+
+def test_lists_and_ranges_make_their_product(sweep):
+    path = sweep(OVER)
+    cases = cases_of(load_study(path))
+    assert [case["model.pull"] for case in cases] == [60, 60, 60, 30, 30, 30, 15, 15, 15]
+    assert [case["respond.levels"] for case in cases[:3]] == pytest.approx([1, 10, 100], rel=1e-14)
+    study = study_of_case(path, read_toml(path), 6, cases[5])
+    assert (study.driver.pull, study.respond.levels) == (30.0, (100.0,))
+    assert "sweep" not in study
+
+
+def test_what_cases_share_is_one_step(sweep):
+    steps = [step.stage for step in planned(sweep(OVER)).steps]
+    counts = {stage: steps.count(stage) for stage in dict.fromkeys(steps)}
+    assert counts == {"reduce": 1, "preload": 3, "tune": 3, "respond": 9}
+
+
+def test_steps_are_known_by_content(sweep):
+    """The same in other words, 30.0 or through another key, is the same step; another friction of
+    the law is another response of the same preload."""
+    one, two = planned(sweep(OVER)), planned(sweep(OVER.replace("30", "30.0")))
+    assert one.last == two.last
+    more = planned(sweep(OVER + "respond.damping_ratio = [0.01, 0.02]"))
+    assert set(one.last) < set(more.last)
+
+
+def test_samples_are_a_latin_hypercube_by_their_seed(sweep):
+    text = """
+[sweep]
+samples = 40
+seed = {seed}
+[sweep.sample]
+model.pull = {{ start = 10, stop = 50 }}
+respond.damping_ratio = {{ start = 0.001, stop = 0.1, spacing = "log" }}
+"""
+    cases, again, other = (
+        cases_of(load_study(sweep(text.format(seed=seed)))) for seed in (3, 3, 4)
+    )
+    assert cases == again != other
+    pull = np.array([case["model.pull"] for case in cases])
+    zeta = np.array([case["respond.damping_ratio"] for case in cases])
+    fortieths = np.sort((pull - 10) / 40 * 40).astype(int), np.sort(np.log10(zeta / 1e-3) * 20)
+    assert fortieths[0].tolist() == list(range(40))
+    assert fortieths[1].astype(int).tolist() == list(range(40))
+
+
+def test_a_table_of_cases(sweep, tmp_path):
+    (tmp_path / "cases.csv").write_text(
+        'model.pull,respond.levels,contact.right.shape\n60,"[1, 5]",\n30,2,flat\n'
+    )
+    path = sweep('[sweep]\ncases = "cases.csv"\n[sweep.over]\ntune.stations = [[1, 1], [2, 2]]')
+    cases, content = cases_of(load_study(path)), read_toml(path)
+    assert len(cases) == 4
+    assert cases[1] == {
+        "tune.stations": [1, 1],
+        "model.pull": 30,
+        "respond.levels": 2,
+        "contact.right.shape": "flat",
+    }
+    first = study_of_case(path, content, 1, cases[0])
+    assert (first.respond.levels, first.sides["right"].shape) == ((1.0, 5.0), "cylinder")
+
+
+REFUSED = [
+    ("model.pul = [1]", "unknown key 'pul'; did you mean 'pull'"),
+    ("modl.pull = [1]", "unknown key 'modl'; did you mean 'model'"),
+    ("contact.middle.kn = [1e6]", "shape is missing"),
+    ("pull = [1]", "is no key of a section of the study, such as damper.pull"),
+    ("sweep.seed = [1]", "is no key of a section"),
+    ("model.pull = []", "model.pull has an empty list"),
+    ("model.pull = 3", "model.pull must be a list or"),
+    ("model.pull = { start = 1, stop = 1, count = 3 }", "the range is empty: start = stop = 1"),
+    ("model.pull = { start = 1, stop = 2, count = 0 }", "count must lie between 1"),
+    ("model.pull = { start = 1, stop = 2 }", "count is missing"),
+    ("model.pull = { start = 0, stop = 2, count = 3, spacing = 'log' }", "above 0"),
+    ("model.pull = { start = 1, stop = 2, count = 3, step = 1 }", "unknown key 'step'"),
+    ("model.pull = [5, -1]", "case 2 (model.pull = -1): [model] pull = -1: must be above 0"),
+    ('model.pull = [1]\nmodel."pull" = [2]', "Cannot overwrite a value"),
+]
+
+
+@pytest.mark.parametrize("line, answer", REFUSED)
+def test_what_is_refused(sweep, line, answer):
+    """Before anything is computed, naming key, value and case."""
+    with pytest.raises(InputError) as raised:
+        planned(sweep("\n[sweep.over]\n" + line))
+    assert answer in str(raised.value)
+    assert "study.toml" in str(raised.value)
+
+
+def test_a_study_without_cases(sweep):
+    for text, answer in [("", "section [sweep] is missing"), ("[sweep]", "names no case")]:
+        with pytest.raises(InputError, match=answer.replace("[", r"\[")):
+            planned(sweep(text))

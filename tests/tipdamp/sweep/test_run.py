@@ -1,0 +1,147 @@
+"""Sweeps that run: the same numbers as one study at a time, whatever is killed meanwhile."""
+
+import json
+import zipfile
+
+import pytest
+
+from tests.tipdamp.rig_study import CHAIN, CHAIN_OF_STAGES
+from tipdamp.cli import main
+from tipdamp.sweep import run as sweep_run
+from tipdamp.sweep.index import Index
+
+SWEEP = """
+[sweep.over]
+model.pull = [60, 30]
+respond.levels = [5, 8]
+"""
+
+
+def swept(path, *options):
+    return main(["sweep", str(path), "--quiet", "--jobs", "1", *options])
+
+
+def folder(path):
+    return path.parent / "results" / "study" / "sweep"
+
+
+@pytest.fixture
+def sweep(matrices_study):
+    matrices_study.write_text(CHAIN + SWEEP)
+    return matrices_study
+
+
+@pytest.fixture
+def stages(monkeypatch):
+    """Names of the stages that are run."""
+    from tipdamp.sweep import work
+
+    names, real = [], work.run_stage
+    monkeypatch.setattr(
+        work, "run_stage", lambda name, *a, **k: names.append(name) or real(name, *a, **k)
+    )
+    return names
+
+
+def test_numbers_are_those_of_the_study_alone(sweep, stages):
+    """Case 4 of the sweep, and the study with its values, to the last bit; nothing is made twice,
+    and nothing at all the second time."""
+    assert swept(sweep) == 0
+    assert sorted(stages) == ["preload"] * 2 + ["reduce"] + ["respond"] * 4 + ["tune"] * 2
+    with Index(folder(sweep)) as index:
+        rows = [row for number, row in index.curves() if number == 4]
+    alone = sweep.with_name("alone.toml")
+    alone.write_text(
+        CHAIN.replace("pull = 60", "pull = 30").replace("levels = [5]", "levels = [8]")
+    )
+    for stage in CHAIN_OF_STAGES:
+        main([stage, str(alone), "--quiet"])
+    results = sweep.parent / "results" / "alone"
+    (curve,) = json.loads((results / "respond.json").read_text())["responses"]
+    assert {row.patch: (row.peak_m, row.peak_hz) for row in rows} == {
+        patch: (peak["peak_m"], peak["peak_hz"]) for patch, peak in curve["patches"].items()
+    }
+    assert swept(sweep) == 0
+    assert len(stages) == 9
+
+
+def test_further_cases_take_what_is_there(sweep, stages):
+    assert swept(sweep) == 0
+    del stages[:]
+    sweep.write_text(CHAIN + SWEEP.replace("[5, 8]", "[5, 8, 9]"))
+    assert swept(sweep) == 0
+    assert stages == ["respond", "respond"]
+
+
+def test_failures_are_listed_and_tried_again(sweep, stages, capsys, monkeypatch):
+    """What fails once is told with its reason and the cases that need it, the others are made."""
+    from tipdamp.hbm.errors import InputError
+    from tipdamp.sweep import work
+
+    real = work.run_stage
+
+    def failing(name, study, *a, **k):
+        if name == "tune" and study.driver.pull == 30:
+            raise InputError("this one is out of reach")
+        return real(name, study, *a, **k)
+
+    monkeypatch.setattr(work, "run_stage", failing)
+    assert swept(sweep) == 3
+    told = capsys.readouterr().out
+    assert "2 of 4 cases done, 2 failed, 0 to do" in told
+    assert "failed: this one is out of reach in the stage 'tune'" in told
+    assert "case 3: model.pull = 30, respond.levels = 5" in told
+    monkeypatch.setattr(work, "run_stage", real)
+    del stages[:]
+    assert swept(sweep) == 3  # not tried again unasked
+    assert swept(sweep, "--retry") == 0
+    assert "4 of 4 cases done" in capsys.readouterr().out
+
+
+def test_an_index_that_is_lost_or_damaged_is_made_anew(sweep, stages, capsys):
+    assert swept(sweep) == 0
+    file = folder(sweep) / "index.sqlite"
+    before = Index(folder(sweep)).curves()
+    file.unlink()
+    assert swept(sweep) == 0
+    assert Index(folder(sweep)).curves() == before
+    assert len(stages) == 9
+    file.write_bytes(b"no data base at all" * 100)
+    assert swept(sweep) == 2
+    assert "index.sqlite is damaged" in capsys.readouterr().err
+
+
+def test_a_damaged_step_is_made_again(sweep, stages):
+    assert swept(sweep) == 0
+    file = folder(sweep) / "index.sqlite"
+    before = Index(folder(sweep)).curves()
+    file.unlink()
+    key = before[0][1].key
+    sweep_run.product(folder(sweep), key).write_bytes(b"cut")
+    assert swept(sweep) == 0
+    assert stages.count("respond") == 5
+    assert sorted(map(str, Index(folder(sweep)).curves())) == sorted(map(str, before))
+
+
+def test_two_sweeps_on_one_store(sweep, capsys):
+    from tipdamp.engine.store import Store
+
+    with Store(folder(sweep)).lock():
+        assert swept(sweep) == 4
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "is in use by process" in error
+
+
+def test_no_folder_for_each_case(sweep):
+    """Products are files, in at most 256 folders."""
+    assert swept(sweep) == 0
+    made = list((folder(sweep) / "made").rglob("*.zip"))
+    assert len(made) == 9
+    assert list((folder(sweep) / "working").iterdir()) == []
+    assert all(zipfile.ZipFile(one).testzip() is None for one in made)
+
+
+def test_status_of_nothing(sweep, capsys):
+    assert main(["sweep", str(sweep), "--status"]) == 2
+    assert "no sweep has run here yet" in capsys.readouterr().err

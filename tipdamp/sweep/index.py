@@ -1,0 +1,200 @@
+"""The index of a sweep: one SQLite file, of what its cases are and what came of them. It follows
+from the study and the finished steps, and can be made anew from them; one process writes, others
+may read meanwhile."""
+
+import errno
+import json
+import sqlite3
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+
+from tipdamp.hbm.errors import InputError
+from tipdamp.sweep.cases import Case
+from tipdamp.sweep.plan import Step
+
+FILE = "index.sqlite"
+BUSY = 30.0  # s that a reader waits for the writer
+
+
+@dataclass(frozen=True)
+class CurveRow:
+    """One curve on one patch: as in `results.response_results`, of the case whose last step has the
+    key; stuck_hz - of the tracked mode on the kept pairs."""
+
+    key: str
+    patch: str
+    Fe_N: float
+    H: int
+    peak_m: float | None
+    peak_hz: float | None
+    at_least_m: float | None
+    at_least_hz: float | None
+    truncation: float | None
+    complete: bool
+    unstable: bool
+    slipping_pairs: int
+    kept_pairs: int
+    stuck_hz: float | None
+    ended: str
+
+
+@dataclass(frozen=True)
+class CaseState:
+    """Of one case, counted from 1: state - 'done', 'failed' or 'to do', with the reason."""
+
+    number: int
+    key: str
+    case: Case
+    state: str
+    reason: str
+
+
+COLUMNS = [field.name for field in fields(CurveRow)]
+TABLES = f"""
+create table if not exists cases (number integer primary key, key text, case_values text);
+create table if not exists steps (
+    key text primary key, stage text, state text, reason text, seconds real, bytes integer);
+create table if not exists curves ({", ".join(COLUMNS)});
+create index if not exists curves_of on curves (key);
+create table if not exists facts (name text primary key, value text);
+"""
+
+
+class Index:
+    """The index in the folder of a sweep."""
+
+    def __init__(self, folder: Path, write: bool = False) -> None:
+        self.path = folder / FILE
+        if not write and not self.path.is_file():
+            raise InputError(f"{folder}: no sweep has run here yet; run: tipdamp sweep STUDY.toml")
+        with self._told():
+            mode = "rwc" if write else "ro"
+            self.base = sqlite3.connect(
+                f"{self.path.absolute().as_uri()}?mode={mode}", uri=True, timeout=BUSY
+            )
+            if write:
+                self.base.executescript(TABLES)
+
+    def __enter__(self) -> "Index":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.base.close()
+
+    @contextmanager
+    def _told(self) -> Iterator[None]:
+        """Errors of the data base as those of its file."""
+        try:
+            yield
+        except sqlite3.DatabaseError as error:
+            if "full" in str(error):
+                raise OSError(errno.ENOSPC, "no space left on device", str(self.path)) from None
+            if isinstance(error, sqlite3.OperationalError):
+                raise OSError(errno.EIO, str(error), str(self.path)) from None
+            raise InputError(
+                f"{self.path} is damaged ({error}); remove it: it is made anew from the finished "
+                "steps"
+            ) from None
+
+    def _write(self, sql, rows):
+        self.base.executemany(sql, rows)
+
+    def begin(self, cases: Sequence[Case], last: Sequence[str]) -> None:
+        """The cases of the sweep that begins, in place of those of an earlier one."""
+        rows = zip(range(1, len(cases) + 1), last, (json.dumps(c) for c in cases), strict=True)
+        with self._told(), self.base:
+            self.base.execute("delete from cases")
+            self._write("insert into cases values (?, ?, ?)", rows)
+
+    def say(self, **facts: object) -> None:
+        """Facts about the sweep as a whole, for readers."""
+        with self._told(), self.base:
+            self._write(
+                "insert or replace into facts values (?, ?)",
+                [(name, json.dumps(value)) for name, value in facts.items()],
+            )
+
+    def facts(self) -> dict:
+        """What `say` was told."""
+        with self._told():
+            return {n: json.loads(v) for n, v in self.base.execute("select * from facts")}
+
+    def done(
+        self, steps: Iterable[tuple[Step, float, int]], curves: Iterable[CurveRow] = ()
+    ) -> None:
+        """Finished steps with their seconds and bytes, and the curves of those that end a case."""
+        rows = [(s.key, s.stage, "done", "", seconds, size) for s, seconds, size in steps]
+        with self._told(), self.base:
+            self._write("delete from curves where key = ?", [row[:1] for row in rows])
+            self._write("insert or replace into steps values (?, ?, ?, ?, ?, ?)", rows)
+            marks = ", ".join("?" * len(COLUMNS))
+            self._write(f"insert into curves values ({marks})", map(astuple, curves))
+
+    def failed(self, keys: Iterable[tuple[str, str]], reason: str) -> None:
+        """(key, stage) of what will not be made, with the reason."""
+        with self._told(), self.base:
+            self._write(
+                "insert or replace into steps values (?, ?, 'failed', ?, null, null)",
+                [(key, stage, reason) for key, stage in keys],
+            )
+
+    def forget(self, keys: Iterable[str]) -> None:
+        """Steps that are to be made, again or for the first time."""
+        with self._told(), self.base:
+            self._write("delete from steps where key = ?", [(key,) for key in keys])
+
+    def states(self) -> dict[str, str]:
+        """{key: 'done' or 'failed'} of steps."""
+        with self._told():
+            return dict(self.base.execute("select key, state from steps"))
+
+    def costs(self) -> dict[str, tuple[int, float, float]]:
+        """{stage: (steps made, s, bytes of one)}, means."""
+        sql = (
+            "select stage, count(*), avg(seconds), avg(bytes) from steps where state = 'done' "
+            "group by stage"
+        )
+        with self._told():
+            return {stage: (n, s, size) for stage, n, s, size in self.base.execute(sql)}
+
+    def counts(self) -> dict[str, int]:
+        """{state: number of cases}"""
+        sql = (
+            "select coalesce(state, 'to do'), count(*) from cases left join steps "
+            "on cases.key = steps.key group by 1"
+        )
+        with self._told():
+            return dict(self.base.execute(sql))
+
+    def cases(self) -> list[CaseState]:
+        """Every case of the sweep."""
+        sql = (
+            "select number, cases.key, case_values, coalesce(state, 'to do'), "
+            "coalesce(reason, '') from cases left join steps on cases.key = steps.key "
+            "order by number"
+        )
+        with self._told():
+            return [
+                CaseState(n, key, json.loads(values), state, reason)
+                for n, key, values, state, reason in self.base.execute(sql)
+            ]
+
+    def incomplete(self) -> int:
+        """Curves of the cases that stopped before the end of the band."""
+        sql = (
+            "select count(*) from (select distinct curves.key, Fe_N, H from cases join curves on "
+            "cases.key = curves.key where not complete)"
+        )
+        with self._told():
+            return self.base.execute(sql).fetchone()[0]
+
+    def curves(self) -> list[tuple[int, CurveRow]]:
+        """(case, curve) of every finished case, in their order."""
+        sql = (
+            f"select number, {', '.join('curves.' + c for c in COLUMNS)} from cases join curves on "
+            "cases.key = curves.key order by number, curves.rowid"
+        )
+        with self._told():
+            return [(n, CurveRow(*row)) for n, *row in self.base.execute(sql)]

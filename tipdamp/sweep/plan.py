@@ -1,0 +1,110 @@
+"""What a sweep consists of: the steps of its cases, each one known by the content that it follows
+from, so that cases share what is the same."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from tipdamp.engine.store import fingerprint
+from tipdamp.hbm.errors import InputError
+from tipdamp.stages.run import STAGES, all_needed, read_from, stages_needed
+from tipdamp.study.view import Study
+from tipdamp.sweep.cases import Case, study_of_case
+
+LAST = "respond"  # stage that ends a case
+
+
+@dataclass(frozen=True)
+class Step:
+    """One stage of one case or of several; key - of all that it follows from; needs - keys of the
+    steps that its stage reads."""
+
+    stage: str
+    key: str
+    needs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What one process does at a time: steps that no other case has, or a single one that several
+    share; before - steps whose products it needs; case - values of one that it belongs to."""
+
+    steps: tuple[Step, ...]
+    before: tuple[Step, ...]
+    case: Case
+
+    @property
+    def last(self) -> Step:
+        """The step that it ends with."""
+        return self.steps[-1]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """cases, with the key of the last step of each; tasks, each after those that it needs."""
+
+    cases: tuple[Case, ...]
+    last: tuple[str, ...]
+    tasks: tuple[Task, ...]
+
+    @property
+    def steps(self) -> Iterator[Step]:
+        """All of them, each once."""
+        for task in self.tasks:
+            yield from task.steps
+
+
+def plan(path: Path, content: dict, cases: Sequence[Case]) -> Plan:
+    """The steps of all cases of a study file with this content; InputError where one of them is no
+    valid study."""
+    chains = [
+        _chain(study_of_case(path, content, number, case)) for number, case in enumerate(cases, 1)
+    ]
+    last = [chain[-1].key for chain in chains]
+    first = {key: i for i, key in reversed(list(enumerate(last)))}  # cases that are the same: once
+    shared = Counter(step.key for i in first.values() for step in chains[i])
+    tasks: dict[str, Task] = {}
+    for i in first.values():
+        own = [step for step in chains[i] if shared[step.key] == 1]
+        for step in chains[i]:
+            if shared[step.key] > 1 and step.key not in tasks:
+                tasks[step.key] = Task((step,), _before([step], chains[i]), cases[i])
+        if own:
+            tasks[last[i]] = Task(tuple(own), _before(own, chains[i]), cases[i])
+    return Plan(tuple(cases), tuple(last), tuple(tasks.values()))
+
+
+def _before(steps: Sequence[Step], chain: Sequence[Step]) -> tuple[Step, ...]:
+    """Steps of a case that these need, directly or not, beside themselves."""
+    needed = {key for step in steps for key in step.needs}
+    for step in reversed(chain):
+        if step.key in needed:
+            needed |= set(step.needs)
+    return tuple(step for step in chain if step.key in needed and step not in steps)
+
+
+def _chain(study: Study) -> list[Step]:
+    """Steps of a case in the order of a run."""
+    last = STAGES[LAST]
+    for missing in last.lacks(study):
+        raise InputError(f"{study.path}: section {missing} is missing: a sweep is of responses")
+    keys: dict[str, str] = {}
+    chain = []
+    for name in (*all_needed(last, study), LAST):
+        needs = tuple(keys[need] for need in stages_needed(STAGES[name], study))
+        keys[name] = fingerprint(name, read_from(name, study, _content), needs)
+        chain.append(Step(name, keys[name], needs))
+    return chain
+
+
+def _content(file: Path) -> str:
+    """Fingerprint of a file, which all cases may name."""
+    found = file.stat()
+    return _fingerprint(file, found.st_mtime_ns, found.st_size)
+
+
+@lru_cache(maxsize=1000)
+def _fingerprint(file: Path, *_: int) -> str:
+    return fingerprint(file)

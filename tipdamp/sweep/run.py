@@ -1,0 +1,253 @@
+"""Run a sweep: what is missing of its cases, side by side; what is finished is in the store and in
+the index."""
+
+import json
+import shutil
+import time
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from zipfile import BadZipFile
+
+from tipdamp.engine.progress import Ticker, display, duration
+from tipdamp.engine.store import Store
+from tipdamp.engine.workers import Workers
+from tipdamp.hbm.errors import shown
+from tipdamp.results.response_results import RespondResult
+from tipdamp.results.static_results import TuneResult
+from tipdamp.study.study import read_toml, study_of
+from tipdamp.sweep.cases import cases_of
+from tipdamp.sweep.index import CurveRow, Index
+from tipdamp.sweep.plan import LAST, Plan, Step, Task, plan
+from tipdamp.sweep.work import SweepWork, product, products, read_member, work
+
+LONGEST = 2000  # letters of a reason
+TOLD_EVERY = 2.0  # s
+DAMAGED = (BadZipFile, LookupError, ValueError, TypeError)
+TRIES = 2  # of a task whose process ends unasked
+
+
+def folder_of(store: Store) -> Path:
+    """Folder of the sweep in a results folder."""
+    return store.path("sweep")
+
+
+def planned(path: Path) -> tuple[Plan, dict]:
+    """The plan of the sweep of a study file, and its content."""
+    content = read_toml(path)
+    return plan(path, content, cases_of(study_of(path, content))), content
+
+
+def run_sweep(
+    path: str | Path,
+    store: Store,
+    workers: Workers,
+    *,
+    quiet: bool = False,
+    retry: bool = False,
+) -> dict[str, int]:
+    """Make what is missing of the sweep of a study file; {'done', 'failed': number of cases}.
+
+    store - the results folder, the sweep is in its folder `sweep`; retry - whether what failed is
+    tried again
+
+    Raises BlockingIOError while another sweep works there; OSError where the disk is full."""
+    path, folder = Path(path), folder_of(store)
+    with Store(folder).lock(), Index(folder, write=True) as index:
+        shutil.rmtree(folder / "working", ignore_errors=True)  # of processes that were killed
+        whole, content = planned(path)
+        index.begin(whole.cases, whole.last)
+        index.say(study=str(path.absolute()), began=time.time(), jobs=workers.jobs, left=None)
+        sweep = _Sweep(SweepWork(path.absolute(), content, folder.absolute()), whole, index)
+        sweep.take_stock(retry)
+        with display(quiet=quiet).job("sweep", patience=0.0) as tick:
+            sweep.run(workers, tick)
+        index.say(ended=time.time(), left=0.0)
+        return index.counts()
+
+
+class _Sweep:
+    """A sweep that runs. tasks - those that can begin or have begun, in this order; the others
+    wait in `needed_by` for what they need, `missing` has it by the key of their last step."""
+
+    def __init__(self, common: SweepWork, whole: Plan, index: Index) -> None:
+        self.common, self.whole, self.index = common, whole, index
+        self.tasks: list[Task] = []
+        self.missing: dict[str, set[str]] = {}
+        self.needed_by: dict[str, list[Task]] = {}
+        self.lost = Counter[str]()
+        self.clock = Clock(index.costs())
+        self.cases_left = Counter(whole.last)
+
+    def take_stock(self, retry: bool) -> None:
+        """The index follows the finished steps; what failed before is left, or tried again."""
+        states, there = self.index.states(), products(self.common.folder)
+        self.index.forget(
+            key
+            for key, state in states.items()
+            if state == "done" and key not in there or state == "failed" and retry
+        )
+        made = {s.key for s in self.whole.steps if s.key in there and self._known(s, states)}
+        failed = {key for key, state in states.items() if state == "failed" and not retry} - made
+        for key in made | failed:
+            self.cases_left.pop(key, None)
+        for task in self.whole.tasks:
+            to_make = [step for step in task.steps if step.key not in made | failed]
+            if not to_make or any(step.key in failed for step in task.steps):
+                continue
+            self.clock.left.update(step.stage for step in to_make)
+            if lacking := {step.key for step in task.before} - made:
+                self.missing[task.last.key] = lacking
+                for key in lacking:
+                    self.needed_by.setdefault(key, []).append(task)
+            else:
+                self.tasks.append(task)
+
+    def _known(self, step: Step, states: dict[str, str]) -> bool:
+        """Whether a finished step is in the index, or could be entered; a damaged one is
+        removed."""
+        if states.get(step.key) == "done":
+            return True
+        try:
+            self._enter([step])
+        except DAMAGED:
+            product(self.common.folder, step.key).unlink()
+            return False
+        return True
+
+    def run(self, workers: Workers, tick: Ticker) -> None:
+        """Make all that waits."""
+        self._show(tick)
+        for i in workers.spread(work, self.common, self.tasks, lambda *_: None, self._failed):
+            steps = self.tasks[i].steps
+            self.clock.made({step.stage: s for step, s in self._enter(steps)})
+            for step in steps:
+                self.cases_left.pop(step.key, None)
+                for task in self.needed_by.pop(step.key, ()):
+                    lacking = self.missing.get(task.last.key, set())
+                    lacking.discard(step.key)
+                    if not lacking:
+                        self.tasks.append(task)
+            self._show(tick)
+
+    def _enter(self, steps: Sequence[Step]) -> list[tuple[Step, float]]:
+        """Finished steps into the index; returns the seconds that each took."""
+        found, rows, folder = [], list[CurveRow](), self.common.folder
+        for step in steps:
+            record = json.loads(read_member(folder, step.key, f".stages/{step.stage}.json"))
+            found.append((step, record["seconds"], product(folder, step.key).stat().st_size))
+            if step.stage == LAST:
+                rows += curve_rows(folder, step)
+        self.index.done(found, rows)
+        return [(step, seconds) for step, seconds, _ in found]
+
+    def _failed(self, i: int, error: Exception) -> None:
+        """A task that could not be made is recorded with its reason, and all that needs it; a
+        process that was lost is replaced, and what no process can mend ends the sweep."""
+        task = self.tasks[i]
+        if isinstance(error, ChildProcessError):
+            self.lost[task.last.key] += 1
+            if self.lost[task.last.key] < TRIES:
+                self.tasks.append(task)
+                return
+        elif isinstance(error, OSError):
+            raise error
+        broken = {s.key: s.stage for s in task.steps if not self._is_made(s)}
+        waiting = list(broken)
+        while waiting:
+            for later in self.needed_by.pop(waiting.pop(), ()):
+                new = {s.key: s.stage for s in later.steps if s.key not in broken}
+                waiting += new
+                broken |= new
+        self.clock.left.subtract(broken.values())
+        for key in broken:
+            self.missing.pop(key, None)
+            self.cases_left.pop(key, None)
+        self.index.failed(broken.items(), _reason(error))
+
+    def _is_made(self, step):
+        return product(self.common.folder, step.key).is_file()
+
+    def _show(self, tick):
+        cases, left = len(self.whole.cases), self.clock.seconds_left
+        done = cases - self.cases_left.total()
+        rest = "" if left is None else f", about {duration(left)} left"
+        tick(done / cases, f"{done} of {cases} cases{rest}")
+        if self.clock.due:
+            self.index.say(left=left, told=time.time())
+
+
+class Clock:
+    """How long the rest takes: by the steps that are left, the mean of each stage, and the time
+    that went by for those made here.
+
+    costs - {stage: (number, mean s, ...)} of earlier steps"""
+
+    def __init__(self, costs: dict[str, tuple[int, float, float]]) -> None:
+        self.left = Counter[str]()
+        self.count = Counter({stage: n for stage, (n, _, _) in costs.items()})
+        self.seconds = Counter({stage: n * s for stage, (n, s, _) in costs.items()})
+        self.began = self.told = time.monotonic()
+        self.spent = 0.0
+
+    def made(self, steps: dict[str, float]) -> None:
+        """{stage: s} of steps that were made now."""
+        self.left.subtract(steps.keys())
+        self.count.update(steps.keys())
+        self.seconds.update(steps)
+        self.spent += sum(steps.values())
+
+    @property
+    def seconds_left(self) -> float | None:
+        """None before the first step is made."""
+        if not self.spent:
+            return None
+        work = sum(
+            n * self.seconds[stage] / self.count[stage]
+            for stage, n in self.left.items()
+            if self.count[stage]
+        )
+        return work * (time.monotonic() - self.began) / self.spent
+
+    @property
+    def due(self) -> bool:
+        """Whether readers of the index were told a moment ago."""
+        now = time.monotonic()
+        if now - self.told < TOLD_EVERY:
+            return False
+        self.told = now
+        return True
+
+
+def _reason(error: Exception) -> str:
+    """Why a case failed, with the stage, in one line."""
+    notes = [note for note in vars(error).get("__notes__", ()) if note.startswith("in the stage")]
+    said = str(error) or type(error).__name__
+    return shown(" ".join(f"{said} {' '.join(notes)}".split()), LONGEST)
+
+
+def curve_rows(folder: Path, step: Step) -> list[CurveRow]:
+    """Curves of a finished case, a row for each and each patch."""
+    found = RespondResult.model_validate_json(read_member(folder, step.key, RespondResult.file))
+    tune = TuneResult.model_validate_json(read_member(folder, step.needs[-1], TuneResult.file))
+    return [
+        CurveRow(
+            key=step.key,
+            patch=patch,
+            Fe_N=one.Fe_N,
+            H=one.H,
+            peak_m=peak.peak_m,
+            peak_hz=peak.peak_hz,
+            at_least_m=peak.at_least_m,
+            at_least_hz=peak.at_least_hz,
+            truncation=peak.truncation,
+            complete=one.complete,
+            unstable=one.unstable,
+            slipping_pairs=len(one.slipping_pairs),
+            kept_pairs=tune.kept_pairs,
+            stuck_hz=tune.stuck_hz.tuned,
+            ended=one.ended,
+        )
+        for one in found.responses
+        for patch, peak in one.patches.items()
+    ]

@@ -1,0 +1,52 @@
+"""How far a sweep is, and what came of it, in words."""
+
+import time
+from collections import Counter
+from pathlib import Path
+
+from tipdamp.engine.progress import duration
+from tipdamp.hbm.errors import shown
+from tipdamp.sweep.cases import in_words
+from tipdamp.sweep.index import CaseState, Index
+
+SHOWN = 20  # cases that failed, for each reason
+
+
+def status(folder: Path) -> tuple[str, int]:
+    """(text, number of failed cases) of the sweep in a folder, also while another process works
+    there."""
+    with Index(folder) as index:
+        cases, facts, incomplete = index.cases(), index.facts(), index.incomplete()
+    count = Counter(one.state for one in cases)
+    lines = [
+        f"sweep       {count['done']} of {len(cases)} cases done, {count['failed']} failed, "
+        f"{count['to do']} to do{_left(facts, count['to do'])}"
+    ]
+    if incomplete:
+        lines.append(f"            {incomplete} curves of the finished cases are incomplete")
+    lines += _failures([one for one in cases if one.state == "failed"])
+    if count["failed"]:
+        lines.append(f"to try them again: tipdamp sweep {facts.get('study', 'STUDY')} --retry")
+    return "\n".join(lines), count["failed"]
+
+
+def _left(facts, to_do):
+    left, told = facts.get("left"), facts.get("told")
+    if not to_do or left is None or told is None:
+        return ""
+    ago = time.time() - told
+    return f"; about {duration(left)} left as told {duration(max(ago, 0.0))} ago"
+
+
+def _failures(failed: list[CaseState]) -> list[str]:
+    """One line for each reason, with the cases that it ended."""
+    lines = []
+    for reason in dict.fromkeys(one.reason for one in failed):
+        of_it = [one for one in failed if one.reason == reason]
+        lines.append(f"failed: {reason}")
+        lines += [
+            f"    case {one.number}: {shown(in_words(one.case), 200)}" for one in of_it[:SHOWN]
+        ]
+        if len(of_it) > SHOWN:
+            lines.append(f"    and {len(of_it) - SHOWN} more cases")
+    return lines

@@ -1,0 +1,99 @@
+"""What a process does for a sweep: steps in a folder of its own, each packed into one file of the
+store when it is finished."""
+
+import os
+import tempfile
+import threading
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from tipdamp.engine.store import Store
+from tipdamp.stages.run import run_stage
+from tipdamp.study.study import study_of
+from tipdamp.sweep.cases import content_of
+from tipdamp.sweep.plan import Step, Task
+
+MADE, WORKING = "made", "working"  # folders in that of a sweep
+ONE_AT_A_TIME = threading.Lock()  # a worker of a cluster may have several threads
+THREADS_OF_BLAS = 1  # the same sums, in the same order, wherever a step is made
+
+
+@dataclass(frozen=True)
+class SweepWork:
+    """What all tasks of a sweep have in common: the study file with its content as it was when the
+    sweep began, and the folder of the sweep, which all processes see."""
+
+    path: Path
+    content: dict
+    folder: Path
+
+
+def product(folder: Path, key: str) -> Path:
+    """File of a finished step."""
+    return folder / MADE / key[:2] / f"{key}.zip"
+
+
+def products(folder: Path) -> set[str]:
+    """Keys of all finished steps."""
+    found: set[str] = set()
+    for part in (folder / MADE).glob("??"):
+        found |= {name[:-4] for name in os.listdir(part) if name.endswith(".zip")}
+    return found
+
+
+def work(common: SweepWork, task: Task, report: Callable[[float, str], None]) -> None:
+    """Make the steps of a task that are not there yet; what is finished is in the store, whatever
+    becomes of the rest."""
+    from threadpoolctl import threadpool_limits
+
+    home = common.folder / WORKING
+    home.mkdir(parents=True, exist_ok=True)
+    study = study_of(common.path, content_of(common.content, task.case))
+    limits = threadpool_limits(limits=THREADS_OF_BLAS, user_api="blas")
+    with ONE_AT_A_TIME, limits, tempfile.TemporaryDirectory(dir=home) as scratch:
+        store = Store(Path(scratch))
+        for step in task.before:
+            _unpack(common.folder, step, store)
+        for i, step in enumerate(task.steps):
+            report(i / len(task.steps), step.stage)
+            if product(common.folder, step.key).is_file():
+                _unpack(common.folder, step, store)
+                continue
+            try:
+                run_stage(step.stage, study, store, quiet=True, locked=True)
+            except Exception as error:
+                error.add_note(f"in the stage '{step.stage}'")
+                raise
+            _pack(common.folder, step, store)
+
+
+def _pack(folder: Path, step: Step, store: Store) -> None:
+    """Files of a finished step as one, which has its name only when it is whole."""
+    final, whole = product(folder, step.key), store.path(f"{step.key}.zip")
+    final.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with zipfile.ZipFile(whole, "w") as packed:
+            for file in _files(step, store):
+                packed.write(store.path(file), file)
+        os.replace(whole, final)
+    except OSError as error:
+        error.filename = error.filename or str(final)  # a full disk is told without one
+        raise
+
+
+def _files(step: Step, store: Store) -> list[str]:
+    records = (f".stages/{step.stage}.json", f".stages/{step.stage}.from")
+    return [*records, *store.outputs(step.stage)]
+
+
+def _unpack(folder: Path, step: Step, store: Store) -> None:
+    with zipfile.ZipFile(product(folder, step.key)) as packed:
+        packed.extractall(store.folder)
+
+
+def read_member(folder: Path, key: str, name: str) -> bytes:
+    """A file of a finished step."""
+    with zipfile.ZipFile(product(folder, key)) as packed:
+        return packed.read(name)
