@@ -309,6 +309,16 @@ def _parser() -> argparse.ArgumentParser:
         "--out", help="folder of the page (default: results/comparison beside the first study)"
     )
     compare.add_argument(
+        "--run",
+        action="store_true",
+        dest="run_missing",
+        help="first run what is missing of the studies, or of their sweeps",
+    )
+    compare.add_argument(
+        "--jobs", type=int, metavar="N", help="with --run: curves or cases side by side"
+    )
+    compare.add_argument("--quiet", action="store_true", help="no progress")
+    compare.add_argument(
         "--allow-outside",
         action="store_true",
         help="let the key `results` of a study lead out of its folder",
@@ -361,12 +371,22 @@ def _export(arguments) -> int:
 
 def _compare(arguments) -> int:
     from tipdamp.compare.page import write_comparison
-    from tipdamp.compare.record import read
+    from tipdamp.compare.read import read, refuse
     from tipdamp.stages.run import results_folder
     from tipdamp.study.study import load_study
+    from tipdamp.sweep.run import run_sweep
 
     studies = [load_study(name) for name in arguments.studies]
-    comparison = read([(s, results_folder(s, None, arguments.allow_outside)) for s in studies])
+    refuse(studies)
+    stores = [results_folder(study, None, arguments.allow_outside) for study in studies]
+    if arguments.run_missing:
+        with _workers(arguments) as workers:
+            for study, store in zip(studies, stores, strict=True):
+                if "sweep" in study:
+                    run_sweep(study.path, store, workers, quiet=arguments.quiet)
+                else:
+                    _stages(arguments, study, store, workers)
+    comparison = read(list(zip(studies, stores, strict=True)))
     folder = Path(arguments.out or studies[0].path.parent / "results" / "comparison")
     print(f"compare: {write_comparison(comparison, folder)}")
     return 0
@@ -424,19 +444,24 @@ def _one_stage(arguments) -> int:
 
 
 def _all_stages(arguments) -> int:
-    from tipdamp.stages import run
-
     study, store = _opened(arguments)
     began = time.perf_counter()
-    with store.lock(), _workers(arguments) as workers:
+    with _workers(arguments) as workers:
+        _stages(arguments, study, store, workers)
+    print(f"report: {store.path('report.html')}  ({time.perf_counter() - began:.1f} s)")
+    return _partial(store)
+
+
+def _stages(arguments, study, store, workers):
+    from tipdamp.stages import run
+
+    with store.lock():
         _compile_beside(workers, study, store)
         for name in STAGES:
             if missing := run.STAGES[name].lacks(study):
                 print(f"{name:8s}    nothing to do: the study has no {', '.join(missing)}")
             else:
                 _run(arguments, name, study, store, workers)
-    print(f"report: {store.path('report.html')}  ({time.perf_counter() - began:.1f} s)")
-    return _partial(store)
 
 
 def _sweep(arguments) -> int:

@@ -99,6 +99,7 @@ def _heights(comparison, phase, blade) -> Iterator[Item]:
         for run in runs(mine):
             yield Curve(*_points(run, lambda p: MICRO * p.m_per_N), "", color)
         solved = [peak for peak in mine if peak.m_per_N is not None]
+        yield from _bars([(p.ratio, *comparison.spread(p)) for p in solved], color)
         yield Marks(*_points(solved, lambda p: MICRO * p.m_per_N), name, color, symbol)
     optima = comparison.optima(phase)
     for k, name in enumerate(comparison.names):
@@ -112,6 +113,15 @@ def _heights(comparison, phase, blade) -> Iterator[Item]:
         if name in optima:
             best = [peak for peak in mine if peak.ratio == optima[name].ratio]
             yield Marks(*_points(best, lambda p: MICRO * p.m_per_N), BEST, color, "star", size=12)
+
+
+def _bars(spreads: Sequence[tuple[float, float, float]], color: str) -> Iterator[Curve]:
+    """A bar at each (Fc/Fe, low m/N, high m/N) that has a height."""
+    wide = [one for one in spreads if one[2] > one[1]]
+    x = np.array([(ratio, ratio, ratio) for ratio, *_ in wide]).ravel()
+    y = np.array([(MICRO * low, MICRO * high, np.nan) for _, low, high in wide]).ravel()
+    if wide:
+        yield Curve(x, y, "scatter", color, width=1.2)
 
 
 def _frequencies(comparison, phase) -> Iterator[Item]:
@@ -154,8 +164,8 @@ def _points(peaks, value) -> tuple[np.ndarray, np.ndarray]:
 def preloads(comparison: Comparison) -> Iterator[Figure]:
     """The preload maps, a row for each study and a column for each side."""
     panels = tuple(
-        replace(panel, title=f"{one.study.name}, {panel.title}")
-        for one in comparison.studies
+        replace(panel, title=f"{name}, {panel.title}")
+        for name, one in comparison.studies.items()
         if one.whole is not None
         for panel in preload.panels(one, one.whole)
     )
@@ -171,11 +181,13 @@ def preloads(comparison: Comparison) -> Iterator[Figure]:
 
 def responses(comparison: Comparison) -> Iterator[Figure]:
     """Of each study its curves on both blades, per newton."""
-    for one in comparison.studies:
-        patches = one.study.respond.patches
+    names = [one.name for one in comparison.nominal]
+    for k, (name, one) in enumerate((each.name, each.results) for each in comparison.nominal):
+        patches, (low, high) = one.study.respond.patches, one.study.respond.band
+        again = names[:k].count(name)
         yield Figure(
-            f"responses_{one.study.name}",
-            f"{one.study.name}: forced response",
+            f"responses_{name}" + f"_{again + 1}" * bool(again),
+            f"{name}: forced response, {low:g} to {high:g} Hz",
             f"Largest amplitude over the patch of each blade, per newton of force, "
             f"{orders_of(one.finest)}; dashed parts are unstable.",
             tuple(_response(one, patch, k) for k, patch in enumerate(patches, 1)),

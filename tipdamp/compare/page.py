@@ -36,7 +36,7 @@ def write_comparison(comparison: Comparison, folder: Path) -> Path:
     text = page(
         "comparison.html",
         f"Compared: {listing(comparison.names)}",
-        ", ".join(one.study.path.name for one in comparison.studies),
+        ", ".join(dict.fromkeys(one.results.study.path.name for one in comparison.computed)),
         [section for section in sections if section.blocks],
         introduction=list(introduction(comparison)),
     )

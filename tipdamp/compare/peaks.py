@@ -3,7 +3,7 @@ phase, and of those out of phase."""
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -23,7 +23,8 @@ MARGIN = 0.15  # of free and stuck frequency of a phase, between which its peaks
 class ComparedPeak:
     """Largest peak of one phase on one blade in one case, half of peak-to-peak per newton.
 
-    study - name; phase; blade - 1 or 2; pull, Fe - N; H - harmonics
+    study - name; scatter - what the case has otherwise than the study, in words; phase; blade - 1
+    or 2; pull, Fe - N; H - harmonics
     hz, m_per_N - of the peak; None where the curve has none of this phase: at_least - m/N, the
     largest that was solved, where the curve does not cover the range of the phase, else the phase
     has no maximum of its own
@@ -33,6 +34,7 @@ class ComparedPeak:
     """
 
     study: str
+    scatter: str
     phase: Phase
     blade: int
     pull: float
@@ -45,6 +47,11 @@ class ComparedPeak:
     mac: float | None
     complete: bool
     ended: str
+
+    @property
+    def place(self) -> tuple[str, Phase, int, float, float]:
+        """What a peak and those of its scatter have in common."""
+        return self.study, self.phase, self.blade, self.pull, self.Fe
 
     @property
     def ratio(self) -> float:
@@ -79,9 +86,10 @@ class ComparedPeak:
         return self.m_per_N is None and self.at_least is None
 
 
-def peaks_of(results: Results) -> list[ComparedPeak]:
+def peaks_of(results: Results, name: str = "", scatter: str = "") -> list[ComparedPeak]:
     """Of the curves of most harmonics of a study, each phase whose range the band meets and of
-    which a curve holds anything, each blade; ascending in Fe."""
+    which a curve holds anything, each blade; ascending in Fe. name, scatter - see ComparedPeak;
+    by default the name of the study."""
     found = []
     for phase, window in windows(results).items():
         mine = []
@@ -89,6 +97,7 @@ def peaks_of(results: Results) -> list[ComparedPeak]:
             shape = None
             for case in results.finest:
                 peak, at = _peak(results, case, phase, window, blade, shape)
+                peak = replace(peak, study=name or peak.study, scatter=scatter)
                 mine.append(peak)
                 shape = shape if at is None else case.curve.harmonics[at, :, 1]
         found += mine if any(peak.m_per_N or peak.at_least for peak in mine) else []
@@ -144,6 +153,7 @@ def _peak(results, case: ReportedCurve, phase, window, blade, before):
         least = 0.0
     return ComparedPeak(
         study=results.study.name,
+        scatter="",
         phase=phase,
         blade=blade,
         pull=results.study.driver.pull,

@@ -1,34 +1,47 @@
-"""Studies that were run, read back to be set side by side."""
+"""Studies side by side: what was computed of them and the peaks of it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import combinations
 
 from tipdamp.compare.optimum import Optimum, optimum
 from tipdamp.compare.peaks import PHASES, ComparedPeak, Phase, peaks_of
-from tipdamp.engine.store import Store
-from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.validation import brief
-from tipdamp.report.results import Results, load_results
-from tipdamp.stages.report import said
-from tipdamp.stages.run import check_current
-from tipdamp.study.view import Study
+from tipdamp.report.results import Results
 
-# of [respond]: what the response is of, and to what
-ALIKE = ("patches", "direction", "excitation", "amplitudes", "phase", "engine_order", "blade_count")
+
+@dataclass(frozen=True)
+class Computed:
+    """What was computed of a study, or of one case of its sweep. name - of the study, with the pull
+    where its cases have several; scatter - in words, what this case has otherwise than the study;
+    empty in the study itself."""
+
+    name: str
+    results: Results
+    scatter: str = ""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """studies - what each has computed, in the order given; peaks - of all of them."""
+    """computed - in the order given; peaks - of all of them; failed - (name, reason) of cases
+    without a result."""
 
-    studies: tuple[Results, ...]
+    computed: tuple[Computed, ...]
     peaks: tuple[ComparedPeak, ...]
+    failed: tuple[tuple[str, str], ...] = ()
 
     @property
     def names(self) -> list[str]:
-        """Of the studies."""
-        return [one.study.name for one in self.studies]
+        """Of the studies, each once."""
+        return list(dict.fromkeys(one.name for one in self.computed))
+
+    @property
+    def nominal(self) -> list[Computed]:
+        """What has the values of its study."""
+        return [one for one in self.computed if not one.scatter]
+
+    @property
+    def studies(self) -> dict[str, Results]:
+        """{name: the first that was computed of it}."""
+        return {one.name: one.results for one in reversed(self.nominal)}
 
     @property
     def phases(self) -> list[Phase]:
@@ -40,14 +53,25 @@ class Comparison:
         """1, 2, as far as the studies have patches."""
         return sorted({peak.blade for peak in self.peaks})
 
-    def of(self, study: str, phase: Phase, blade: int | None = None) -> list[ComparedPeak]:
-        """The peaks of one study and phase, on one blade or on all, ascending in Fc/Fe."""
+    def of(self, name: str, phase: Phase, blade: int | None = None) -> list[ComparedPeak]:
+        """The peaks of one study and phase, on one blade or on all, ascending in Fc/Fe; those of
+        its scatter not among them."""
         mine = [
             peak
             for peak in self.peaks
-            if (peak.study, peak.phase) == (study, phase) and blade in (None, peak.blade)
+            if (peak.study, peak.phase) == (name, phase) and blade in (None, peak.blade)
+            if not peak.scatter
         ]
         return sorted(mine, key=lambda peak: (peak.ratio, peak.blade))
+
+    def spread(self, peak: ComparedPeak) -> tuple[float, float]:
+        """(m/N, m/N): from the least to the largest of a peak and of the same in its scatter."""
+        heights = [
+            other.m_per_N
+            for other in self.peaks
+            if other.place == peak.place and other.m_per_N is not None
+        ]
+        return min(heights), max(heights)
 
     def optima(self, phase: Phase) -> dict[str, Optimum]:
         """{study: its optimum} of those that have one."""
@@ -55,46 +79,8 @@ class Comparison:
         return {name: one for name, one in found.items() if one is not None}
 
 
-def read(studies: Sequence[tuple[Study, Store]]) -> Comparison:
-    """Studies that were run to the end, with the store of each.
-
-    Raises InputError where two have one name, a study has no forced response or an old one, or
-    they are not of the same outputs and excitation."""
-    refuse(studies)
-    found = tuple(load_results(study, store, said(study, store)) for study, store in studies)
-    return Comparison(found, tuple(peak for one in found for peak in peaks_of(one)))
-
-
-def refuse(studies: Sequence[tuple[Study, Store]]) -> None:
-    """InputError where the studies cannot be compared, with what to do."""
-    for study, _ in studies:
-        for section in ("tune", "respond"):
-            if section not in study:
-                raise InputError(
-                    f"{study.path}: section [{section}] is missing, a comparison needs the forced "
-                    "response of the kept pairs"
-                )
-    for (one, _), (other, _) in combinations(studies, 2):
-        if one.name == other.name:
-            raise InputError(
-                f"{one.path} and {other.path}: both are named {one.name}, and the name tells "
-                "studies apart; rename one of the files"
-            )
-        _refuse_unlike(one, other)
-    for study, store in studies:
-        if store.record("respond") is None:
-            raise InputError(
-                f"{study.path}: its forced response is not there yet; run: tipdamp run {study.path}"
-            )
-        check_current("report", study, store)
-
-
-def _refuse_unlike(one: Study, other: Study) -> None:
-    for key in ALIKE:
-        mine, its = getattr(one.respond, key), getattr(other.respond, key)
-        if mine != its:
-            raise InputError(
-                f"{other.path}: [respond] {key} = {brief(its)}, but {brief(mine)} in {one.path}: "
-                "studies are compared by the same outputs under the same excitation; give both the "
-                "same value"
-            )
+def compared(computed: Iterable[Computed], failed: Iterable[tuple[str, str]] = ()) -> Comparison:
+    """The comparison of what was computed."""
+    computed = tuple(computed)
+    peaks = (peak for one in computed for peak in peaks_of(one.results, one.name, one.scatter))
+    return Comparison(computed, tuple(peaks), tuple(failed))

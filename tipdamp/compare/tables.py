@@ -17,7 +17,7 @@ DRIFT = 0.02  # of the frequency: what a peak must have moved to be told
 
 def studies(comparison: Comparison) -> Iterator[Table]:
     """One column for each study: frequencies free and stuck, kept stations, settings."""
-    rows = [_column(one) for one in comparison.studies]
+    rows = [_column(one) for one in comparison.studies.values()]
     yield Table(
         "The studies: pull, frequencies without damper and with all kept pairs stuck, and what the "
         "response was computed with.",
@@ -66,10 +66,9 @@ def _best(comparison, phase: Phase) -> Iterator[Row]:
     optima = comparison.optima(phase)
     rank = ranks({name: one.m_per_N for name, one in optima.items()})
     lowest = lowest_at({name: envelope(comparison.of(name, phase)) for name in comparison.names})
-    for study in comparison.studies:
-        name = study.study.name
+    for name, results in comparison.studies.items():
         one = optima.get(name)
-        stated = study.study.reference.get(f"{phase}_rank")
+        stated = results.study.reference.get(f"{phase}_rank")
         first, common = lowest.get(name, (0, 0))
         row = {"phase": in_words(phase), "study": name}
         if one is None:
@@ -106,6 +105,7 @@ def events(comparison: Comparison) -> Iterator[Table]:
         for name in comparison.names
         for text in told(comparison.of(name, phase, 1))
     ]
+    rows += [{"study": name, "along its curve": reason} for name, reason in comparison.failed]
     if rows:
         yield Table(
             "What happens to the peaks of blade 1 as Fc/Fe falls.",

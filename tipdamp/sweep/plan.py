@@ -60,7 +60,7 @@ def plan(path: Path, content: dict, cases: Sequence[Case]) -> Plan:
     """The steps of all cases of a study file with this content; InputError where one of them is no
     valid study."""
     chains = [
-        _chain(study_of_case(path, content, number, case)) for number, case in enumerate(cases, 1)
+        chain(study_of_case(path, content, number, case)) for number, case in enumerate(cases, 1)
     ]
     last = [chain[-1].key for chain in chains]
     first = {key: i for i, key in reversed(list(enumerate(last)))}  # cases that are the same: once
@@ -85,18 +85,18 @@ def _before(steps: Sequence[Step], chain: Sequence[Step]) -> tuple[Step, ...]:
     return tuple(step for step in chain if step.key in needed and step not in steps)
 
 
-def _chain(study: Study) -> list[Step]:
+def chain(study: Study) -> list[Step]:
     """Steps of a case in the order of a run."""
     last = STAGES[LAST]
     for missing in last.lacks(study):
         raise InputError(f"{study.path}: section {missing} is missing: a sweep is of responses")
     keys: dict[str, str] = {}
-    chain = []
+    steps = []
     for name in (*all_needed(last, study), LAST):
         needs = tuple(keys[need] for need in stages_needed(STAGES[name], study))
         keys[name] = fingerprint(name, read_from(name, study, _content), needs)
-        chain.append(Step(name, keys[name], needs))
-    return chain
+        steps.append(Step(name, keys[name], needs))
+    return steps
 
 
 def _content(file: Path) -> str:

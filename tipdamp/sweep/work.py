@@ -55,11 +55,11 @@ def work(common: SweepWork, task: Task, report: Callable[[float, str], None]) ->
     with ONE_AT_A_TIME, limits, tempfile.TemporaryDirectory(dir=home) as scratch:
         store = Store(Path(scratch))
         for step in task.before:
-            _unpack(common.folder, step, store)
+            unpack(common.folder, step, store)
         for i, step in enumerate(task.steps):
             report(i / len(task.steps), step.stage)
             if product(common.folder, step.key).is_file():
-                _unpack(common.folder, step, store)
+                unpack(common.folder, step, store)
                 continue
             try:
                 run_stage(step.stage, study, store, quiet=True, locked=True)
@@ -88,7 +88,8 @@ def _files(step: Step, store: Store) -> list[str]:
     return [*records, *store.outputs(step.stage)]
 
 
-def _unpack(folder: Path, step: Step, store: Store) -> None:
+def unpack(folder: Path, step: Step, store: Store) -> None:
+    """Files of a finished step, into a results folder."""
     with zipfile.ZipFile(product(folder, step.key)) as packed:
         packed.extractall(store.folder)
 

@@ -38,6 +38,14 @@ def run(tmp_path_factory):
     return folder
 
 
+SWEEP = """
+[sweep]
+cases = "scatter.csv"
+[sweep.over]
+model.pull = [60, 120]
+"""
+
+
 def rows(folder):
     with (folder / "comparison.csv").open() as file:
         return list(csv.DictReader(file))
@@ -78,6 +86,35 @@ def test_page_shows_every_study_and_is_whole(run, tmp_path):
         "responses_light",
         "responses_heavy",
     }
+
+
+def test_sweep_of_a_study_gives_its_pulls_and_its_scatter(tmp_path, capsys):
+    """Two pulls, and zeta about that of the study: a linear peak is as 1/zeta; `--run` makes what
+    is missing."""
+    write_chain(tmp_path)
+    path = Path(study(tmp_path, "swept", levels=[1.0, 2.0]))
+    path.write_text(path.read_text() + SWEEP)
+    (tmp_path / "scatter.csv").write_text("respond.damping_ratio\n0.01\n0.009\n0.0125\n")
+    assert "no sweep has run here yet" in refused(capsys, str(path))
+    assert main(["compare", str(path), "--run", "--quiet", "--out", str(tmp_path / "page")]) == 0
+    assert main(["compare", str(path), "--out", str(tmp_path / "page")]) == 0  # nothing is missing
+    found = rows(tmp_path / "page")
+    assert {r["study"] for r in found} == {"swept, 60 N", "swept, 120 N"}
+    assert {r["scatter"] for r in found} == {
+        "",
+        "respond.damping_ratio = 0.009",
+        "respond.damping_ratio = 0.0125",
+    }
+    stuck = [r for r in found if (r["study"], r["Fe"], r["blade"]) == ("swept, 60 N", "1.0", "1")]
+    height = {r["scatter"][-5:]: float(r["m_per_N"]) for r in stuck}
+    assert height["0.009"] == pytest.approx(height[""] * 0.01 / 0.009, rel=0.02)
+    assert height[".0125"] == pytest.approx(height[""] * 0.01 / 0.0125, rel=0.02)
+    page = (tmp_path / "page" / "comparison.html").read_text(encoding="utf-8")
+    assert "scatter" in page
+    (tmp_path / "scatter.csv").write_text("respond.damping_ratio\n0.009\n")
+    assert main(["sweep", str(path), "--quiet"]) == 0
+    capsys.readouterr()
+    assert "no case has the study's own values" in refused(capsys, str(path))
 
 
 def refused(capsys, *arguments):

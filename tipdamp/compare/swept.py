@@ -1,0 +1,101 @@
+"""What the sweep of a study has computed: one record for each case."""
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from tipdamp.compare.record import Computed
+from tipdamp.engine.store import Store
+from tipdamp.hbm.errors import InputError
+from tipdamp.report.results import load_results
+from tipdamp.study.study import read_toml
+from tipdamp.study.view import Study
+from tipdamp.sweep.cases import Case, cases_of, content_of, in_words, study_of_case
+from tipdamp.sweep.index import Index
+from tipdamp.sweep.plan import Step, chain
+from tipdamp.sweep.run import folder_of
+from tipdamp.sweep.work import products, unpack
+
+# keys by which cases stand at different places of a comparison; others make its scatter
+PLACES = ("damper.pull", "model.pull", "respond.levels", "respond.band")
+
+
+def computed_of_sweep(study: Study, store: Store) -> tuple[list[Computed], list[tuple[str, str]]]:
+    """What was computed of every case, and (name, reason) of those that failed.
+
+    Raises InputError where the sweep has not finished, or none of its cases has the values of the
+    study itself."""
+    folder, content, cases = folder_of(store), read_toml(study.path), cases_of(study)
+    chains = [
+        chain(study_of_case(study.path, content, number, case))
+        for number, case in enumerate(cases, 1)
+    ]
+    there = products(folder)
+    with Index(folder) as index:
+        reasons = {one.key: one.reason for one in index.cases() if one.state == "failed"}
+    missing = [steps for steps in chains if steps[-1].key not in there | reasons.keys()]
+    if missing:
+        raise InputError(
+            f"{study.path}: {len(missing)} of the {len(cases)} cases of its sweep are not there "
+            f"yet; run: tipdamp sweep {study.path}"
+        )
+    every = list(zip(cases, chains, strict=True))
+    done = [(case, steps) for case, steps in every if steps[-1].key in there]
+    failed = [
+        (f"{study.name}: {in_words(case)}", reasons[steps[-1].key])
+        for case, steps in every
+        if steps[-1].key not in there
+    ]
+    found = list(_loaded(study, content, folder, done))
+    if all(one.scatter for one in found):
+        raise InputError(
+            f"{study.path}: [sweep] no case has the study's own values, about which the others "
+            "scatter; add one"
+        )
+    return _with_pulls(found), failed
+
+
+def _loaded(
+    study: Study, content: dict, folder: Path, done: Sequence[tuple[Case, list[Step]]]
+) -> Iterator[Computed]:
+    """Steps that several cases share are unpacked once."""
+    with tempfile.TemporaryDirectory() as scratch:
+        store, unpacked = Store(Path(scratch)), dict[str, str]()
+        for number, (case, steps) in enumerate(done, 1):
+            for step in steps:
+                if unpacked.get(step.stage) != step.key:
+                    unpack(folder, step, store)
+                    unpacked[step.stage] = step.key
+            one = study_of_case(study.path, content, number, case)
+            results = load_results(one, store, {step.stage: [] for step in steps})
+            yield Computed(study.name, results, scatter_of(content, case))
+
+
+def scatter_of(content: dict, case: Case) -> str:
+    """What a case has otherwise than the study file with this content, beside its place in the
+    comparison, in words: 'contact.mu = 0.5'."""
+    own, its = content_of(content, {}), content_of(content, case)
+    other = {
+        key: value
+        for key, value in case.items()
+        if key not in PLACES and _at(own, key) != _at(its, key)
+    }
+    return in_words(other)
+
+
+def _at(content: Any, key: str) -> list:
+    """The value of a dotted key, a single one as a list; [] without one."""
+    for name in key.split("."):
+        content = content.get(name, []) if isinstance(content, dict) else []
+    return content if isinstance(content, list) else [content]
+
+
+def _with_pulls(found: list[Computed]) -> list[Computed]:
+    """Named with their pulls, where these are several."""
+    if len({one.results.study.driver.pull for one in found}) == 1:
+        return found
+    return [
+        Computed(f"{one.name}, {one.results.study.driver.pull:g} N", one.results, one.scatter)
+        for one in found
+    ]
