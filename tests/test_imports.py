@@ -74,7 +74,7 @@ ROOMS = {
         "report",
         "stages",
         "sweep",
-        "compare",
+        "comparison",
         "proposal",
         "doctor",
         "cli",

@@ -370,8 +370,8 @@ def _export(arguments) -> int:
 
 
 def _compare(arguments) -> int:
-    from tipdamp.compare.page import write_comparison
-    from tipdamp.compare.read import read, refuse
+    from tipdamp.comparison.page import write_comparison
+    from tipdamp.comparison.read import read, refuse
     from tipdamp.stages.run import results_folder
     from tipdamp.study.study import load_study
     from tipdamp.sweep.run import run_sweep

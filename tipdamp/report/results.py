@@ -7,6 +7,7 @@ from typing import TypeVar
 import numpy as np
 
 from tipdamp.checks import pairs as pair_checks
+from tipdamp.engine.curves import CurveCase
 from tipdamp.engine.store import Store
 from tipdamp.fields import surface
 from tipdamp.fields.surface import OuterSurface
@@ -43,11 +44,13 @@ R = TypeVar("R", bound=Result)
 
 @dataclass(frozen=True)
 class ReportedCurve:
-    """One curve with its figures, and those that were found beside it."""
+    """One curve with its figures, and those that were found beside it; back - the same followed
+    from the other end of the band, None where it was not."""
 
     facts: CurveResult
     curve: ForcedResponse
     beside: tuple[ForcedResponse, ...] = ()
+    back: ForcedResponse | None = None
 
     @property
     def Fe(self) -> float:
@@ -216,6 +219,7 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
             c,
             ForcedResponse.load(store.path(c.file)),
             tuple(ForcedResponse.load(store.path(one.file)) for one in c.beside),
+            _back(store, c),
         )
         for family in (families(respond.responses) if respond else ())
         for c in family
@@ -259,6 +263,11 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
             if result and store.path(name).is_file()
         ),
     )
+
+
+def _back(store, facts: CurveResult) -> ForcedResponse | None:
+    file = store.path(CurveCase(facts.Fe_N, facts.H, (1.0, 0.0)).file)  # downwards
+    return ForcedResponse.load(file) if facts.back is not None and file.is_file() else None
 
 
 def _full(store) -> FullResult | None:

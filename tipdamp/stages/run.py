@@ -18,7 +18,7 @@ from tipdamp.study.view import Study, View
 
 STAGES: dict[str, Stage] = {name: load_stage(name) for name in results.STAGES}
 ON_REQUEST: dict[str, Stage] = {name: load_stage(name) for name in results.ON_REQUEST}
-PAGES = {"report", "compare"}  # folders of the sources that show results, and decide about none
+PAGES = {"report", "comparison"}  # folders of the sources that show results, and decide about none
 FROM = ".stages/{}.from"  # of a finished stage: what it was made from
 # names and patterns of all that the program writes into a results folder
 WRITTEN = (

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tipdamp.compare.peaks import ComparedPeak, Phase
-from tipdamp.compare.record import Comparison
+from tipdamp.comparison.peaks import ComparedPeak, Phase
+from tipdamp.comparison.record import Comparison
 from tipdamp.hbm.drawing.branches import branch_lines, failures
 from tipdamp.hbm.drawing.figure import (
     BLUE,

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from itertools import combinations
 
-from tipdamp.compare.record import Comparison, Computed, compared
-from tipdamp.compare.swept import computed_of_sweep
+from tipdamp.comparison.record import Comparison, Computed, compared
+from tipdamp.comparison.swept import computed_of_sweep
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.validation import brief

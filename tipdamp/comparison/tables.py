@@ -3,10 +3,10 @@ every case."""
 
 from collections.abc import Iterator
 
-from tipdamp.compare.figures import in_words, runs
-from tipdamp.compare.optimum import Optimum, envelope, lowest_at, ranks
-from tipdamp.compare.peaks import ComparedPeak, Phase
-from tipdamp.compare.record import Comparison
+from tipdamp.comparison.figures import in_words, runs
+from tipdamp.comparison.optimum import Optimum, envelope, lowest_at, ranks
+from tipdamp.comparison.peaks import ComparedPeak, Phase
+from tipdamp.comparison.record import Comparison
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.subjects.amplitudes import orders_of
 from tipdamp.report.text import NOTHING, hertz, listing, micro, number

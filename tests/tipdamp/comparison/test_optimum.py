@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tipdamp.compare.optimum import envelope, lowest_at, optimum, ranks
-from tipdamp.compare.peaks import ComparedPeak
+from tipdamp.comparison.optimum import envelope, lowest_at, optimum, ranks
+from tipdamp.comparison.peaks import ComparedPeak
 
 BEST = 8.0
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from tipdamp.compare.record import Computed
+from tipdamp.comparison.record import Computed
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
 from tipdamp.report.results import load_results

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from dataclasses import astuple, fields
 from pathlib import Path
 
-from tipdamp.compare import figures, tables
-from tipdamp.compare.figures import in_words
-from tipdamp.compare.peaks import ComparedPeak, Phase
-from tipdamp.compare.record import Comparison
+from tipdamp.comparison import figures, tables
+from tipdamp.comparison.figures import in_words
+from tipdamp.comparison.peaks import ComparedPeak, Phase
+from tipdamp.comparison.record import Comparison
 from tipdamp.engine.store import Store
 from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.drawing import matplotlib, table

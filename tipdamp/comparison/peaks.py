@@ -30,7 +30,8 @@ class ComparedPeak:
     has no maximum of its own
     slipping - share of the kept pairs that slip or open there
     mac - of the outputs with those at the peak of the next lower level; None at the first
-    complete, ended - of the curve, see ForcedResponse
+    complete - whether the curve covers the range of the phase, this way or followed the other way
+    ended - why it ends, see ForcedResponse
     """
 
     study: str
@@ -96,10 +97,9 @@ def peaks_of(results: Results, name: str = "", scatter: str = "") -> list[Compar
         for blade in range(1, len(results.study.respond.patches) + 1):
             shape = None
             for case in results.finest:
-                peak, at = _peak(results, case, phase, window, blade, shape)
-                peak = replace(peak, study=name or peak.study, scatter=scatter)
-                mine.append(peak)
-                shape = shape if at is None else case.curve.harmonics[at, :, 1]
+                peak, there = _peak(results, case, phase, window, blade, shape)
+                mine.append(replace(peak, study=name or peak.study, scatter=scatter))
+                shape = shape if there is None else there
         found += mine if any(peak.m_per_N or peak.at_least for peak in mine) else []
     return found
 
@@ -130,28 +130,14 @@ def _ranges(results) -> Iterator[tuple[Phase, tuple[float, float]]]:
 
 
 def _peak(results, case: ReportedCurve, phase, window, blade, before):
-    """The peak and its point on the curve, None without one. before - outputs at the peak of the
-    next lower level."""
-    curve = case.curve
-    patches = results.study.respond.patches
-    mine = np.flatnonzero(in_patch(curve.output_names, patches[blade - 1]))
-    inside = (curve.frequency >= window[0]) & (curve.frequency <= window[1])
-    inside &= of_phase(curve, patches, phase)
-    amplitude = curve.amplitude()
-    whole = not has_gap(curve, window, results.study.respond.band)
-    tops = [
-        (*_top(curve, amplitude[:, j], i), i)
-        for j in mine
-        for i in local_maxima(amplitude[:, j], curve.jumps)
-        if inside[i]
-    ]
-    place, height, at = max(tops, key=lambda top: top[1]) if tops and whole else (None, None, None)
-    least = None
-    if not whole and (solved := inside & curve.converged).any():
-        least = float(amplitude[solved][:, mine].max()) / case.Fe
-    elif not whole:
-        least = 0.0
-    return ComparedPeak(
+    """The peak, and the outputs there, None without one; of the curve, or followed the other way
+    where only that covers the window. before - outputs at the peak of the next lower level."""
+    respond = results.study.respond
+    mine = np.flatnonzero(in_patch(case.curve.output_names, respond.patches[blade - 1]))
+    ways = [(case.curve, respond.band)]
+    ways += [(case.back, respond.band[::-1])] if case.back is not None else []
+    whole = [curve for curve, band in ways if not has_gap(curve, window, band)]
+    peak = ComparedPeak(
         study=results.study.name,
         scatter="",
         phase=phase,
@@ -159,14 +145,46 @@ def _peak(results, case: ReportedCurve, phase, window, blade, before):
         pull=results.study.driver.pull,
         Fe=case.Fe,
         H=case.H,
+        hz=None,
+        m_per_N=None,
+        at_least=None,
+        slipping=None,
+        mac=None,
+        complete=bool(whole),
+        ended=(whole[0] if whole else case.curve).ended,
+    )
+    if not whole:
+        least = (_largest(curve, _inside(curve, respond, phase, window), mine) for curve, _ in ways)
+        return replace(peak, at_least=max(least) / case.Fe), None
+    curve = whole[0]
+    amplitude, inside = curve.amplitude(), _inside(curve, respond, phase, window)
+    tops = [
+        (*_top(curve, amplitude[:, j], i), i)
+        for j in mine
+        for i in local_maxima(amplitude[:, j], curve.jumps)
+        if inside[i]
+    ]
+    if not tops:
+        return peak, None
+    place, height, at = max(tops, key=lambda top: top[1])
+    outputs = curve.harmonics[at, :, 1]
+    found = replace(
+        peak,
         hz=place,
-        m_per_N=None if height is None else height / case.Fe,
-        at_least=least,
-        slipping=None if at is None else slipping(curve, at),
-        mac=None if at is None or before is None else _mac(before, curve.harmonics[at, :, 1]),
-        complete=curve.complete,
-        ended=curve.ended,
-    ), at
+        m_per_N=height / case.Fe,
+        slipping=slipping(curve, at),
+        mac=None if before is None else _mac(before, outputs),
+    )
+    return found, outputs
+
+
+def _inside(curve, respond, phase, window):
+    hz = curve.frequency
+    return (hz >= window[0]) & (hz <= window[1]) & of_phase(curve, respond.patches, phase)
+
+
+def _largest(curve, inside, mine) -> float:
+    return float(curve.amplitude()[inside][:, mine].max(initial=0.0))
 
 
 def of_phase(curve: ForcedResponse, patches: tuple[str, ...], phase: Phase) -> np.ndarray:
@@ -184,16 +202,18 @@ def of_phase(curve: ForcedResponse, patches: tuple[str, ...], phase: Phase) -> n
 
 def has_gap(curve: ForcedResponse, window: tuple[float, float], band: tuple[float, float]) -> bool:
     """Whether a part of the window (Hz, Hz) is not covered: failed points, where the branch was
-    left and taken up again, or where the curve stopped before the end of the band."""
-    hz = curve.frequency
-    solved = np.r_[band[0], hz[curve.converged], *([band[1]] if curve.reached_end else [])]
+    left and taken up again, or where the curve stopped before the end of the band.
+
+    band : from where to where it was followed, upwards or down"""
+    hz, (start, end) = curve.frequency, band
+    solved = np.r_[start, hz[curve.converged], *([end] if curve.reached_end else [])]
     missing = [
-        (solved[solved < f].max(initial=band[0]), solved[solved > f].min(initial=band[1]))
+        (solved[solved < f].max(initial=min(band)), solved[solved > f].min(initial=max(band)))
         for f in hz[~curve.converged]
     ]
     missing += [tuple(sorted(pair)) for pair in curve.restarts]
     if not curve.reached_end:
-        missing.append((solved.max(), band[1]))
+        missing.append((solved.max(), end) if start < end else (end, solved.min()))
     return any(low < window[1] and high > window[0] for low, high in missing)
 
 

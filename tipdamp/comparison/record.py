@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from tipdamp.compare.optimum import Optimum, optimum
-from tipdamp.compare.peaks import PHASES, ComparedPeak, Phase, peaks_of
+from tipdamp.comparison.optimum import Optimum, optimum
+from tipdamp.comparison.peaks import PHASES, ComparedPeak, Phase, peaks_of
 from tipdamp.report.results import Results
 
 
@@ -41,7 +41,8 @@ class Comparison:
     @property
     def studies(self) -> dict[str, Results]:
         """{name: the first that was computed of it}."""
-        return {one.name: one.results for one in reversed(self.nominal)}
+        first = {one.name: one.results for one in reversed(self.nominal)}
+        return {name: first[name] for name in self.names if name in first}
 
     @property
     def phases(self) -> list[Phase]:

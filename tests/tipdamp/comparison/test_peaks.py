@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tipdamp.report.files import artefacts, curve, results_of
-from tipdamp.compare.peaks import ComparedPeak, has_gap, peaks_of, windows
+from tipdamp.comparison.peaks import ComparedPeak, has_gap, peaks_of, windows
 
 IN, OUT, ZETA = 1660.0, 2800.0, 0.01  # Hz of both modes of two equal blades
 BAND = "band = [2300, 3300]", "band = [1200, 3300]"
@@ -113,6 +113,34 @@ def test_curve_that_stops_has_a_gap_to_the_end(tmp_path):
     peaks = peaks_of(results(tmp_path, change=stop))
     assert [p.m_per_N is None for p in peaks] == [p.phase == "out_of_phase" for p in peaks]
     assert {p.why for p in peaks} == {"stopped at 2500 Hz"}
+
+
+def test_other_way_stands_in_where_it_covers_the_phase(tmp_path):
+    """Points fail on the way up and not on the way down: the peak is that of the latter."""
+    whole, broken = results(tmp_path), results(tmp_path, change=failed(2700, 2850))
+
+    def down(curve):
+        turned = ("frequency", "parameter", "harmonics")
+        return replace(curve, **{name: getattr(curve, name)[::-1] for name in turned})
+
+    both = tuple(
+        replace(case, back=down(other.curve))
+        for case, other in zip(broken.cases, whole.cases, strict=True)
+    )
+    for peak, true in zip(peaks_of(replace(broken, cases=both)), peaks_of(whole), strict=True):
+        assert peak.complete and peak.m_per_N == pytest.approx(true.m_per_N, rel=1e-9)
+
+
+def test_curve_that_stops_on_the_way_down(tmp_path):
+    up = results(tmp_path).cases[0].curve
+    n = len(up.frequency) // 2
+    names = "frequency parameter harmonics converged iterations jumps".split()
+    cut = {name: getattr(up, name)[::-1][:n] for name in names}
+    shares = {k: getattr(up, k)[:n] for k in "share_stick share_slip share_open dissipated".split()}
+    down = replace(up, **cut, **shares, complete=False, reached_end=False)
+    assert not has_gap(down, (2700, 2900), (3300, 1200)) and has_gap(
+        down, (1500, 1700), (3300, 1200)
+    )
 
 
 def test_windows_are_those_of_the_band(tmp_path):
