@@ -6,7 +6,7 @@ import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.parameter import Parameter
-from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.curve.solutions import points_at
@@ -58,7 +58,7 @@ class Comparison:
 
 def compare(
     curve: ForcedResponse,
-    problem: ContactProblem,
+    problem: AnyProblem,
     value: float,
     which: int | None = None,
     settings: IntegrationSettings | None = None,

@@ -15,8 +15,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from tipdamp.hbm import response
-from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm import response, self_excited
+from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem
 from tipdamp.hbm.balance.varying import Amplitude, Varying
 from tipdamp.hbm.curve.options import CurveKeywords, with_options_named
 from tipdamp.hbm.errors import InputError
@@ -27,7 +27,6 @@ from tipdamp.hbm.laws.shipped import check_law
 from tipdamp.hbm.result import ForcedResponse, PeriodicSolution
 from tipdamp.hbm.validation import brief, check_whole, numbers
 
-COMPONENTS = ("t1", "t2", "n")  # of the motion where laws of several kinds stand together
 Where = int | tuple[int, int] | ArrayLike
 """A dof, two dofs (a, b) for the motion q_a - q_b, or a row (r,) that takes a motion out of q."""
 
@@ -47,7 +46,7 @@ class Attached:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(AnyProblem):
     """M q'' + C q' + K q + sum of nonlinear forces = Re sum F_k exp(i k w t), put together by `add`
     and `force`.
 
@@ -238,7 +237,7 @@ class Problem:
             law, B = laws[0], np.vstack([one.rows for one in self.attached])
         else:
             law = MixedLaw(laws, of_contact)
-            B = np.vstack([_all_components(one) for one in self.attached])
+            B = np.vstack([_all_components(one, law.components) for one in self.attached])
         static = (
             None if self.static is None else numbers("static", self.static, "must be numbers in N")
         )
@@ -274,6 +273,17 @@ class Problem:
         """The periodic response at one frequency in Hz; options as in `hbm.response.solve_at`."""
         problem, options = self.contact_problem, self._with_rows(options)
         return response.solve_at(problem, self._forcing(), hz, **options)
+
+    @with_options_named
+    def limit_cycle(
+        self, hz: float, amplitude: float = 1.0, **options: Unpack[CurveKeywords]
+    ) -> PeriodicSolution:
+        """A self-excited motion near a frequency in Hz, which is found, and near an amplitude in m
+        at the laws: see `hbm.self_excited.limit_cycle`."""
+        if self.forces or (self.varying and self.varying.forces):
+            raise InputError("limit_cycle: is a motion without forces, the problem has some")
+        problem, options = self.contact_problem, self._with_rows(options)
+        return self_excited.limit_cycle(problem, hz, amplitude, **options)
 
     def _unit(self, dof: int) -> np.ndarray:
         if not 0 <= dof < self.size:
@@ -338,8 +348,8 @@ def _nothing_moves(where):
     )
 
 
-def _all_components(one: Attached) -> np.ndarray:
-    """(3, r) rows of t1, t2 and n; zero where the law has no such component."""
-    rows = np.zeros((len(COMPONENTS), one.rows.shape[1]))
-    rows[[COMPONENTS.index(name) for name in one.law.components]] = one.rows
+def _all_components(one: Attached, components: tuple[str, ...]) -> np.ndarray:
+    """(nd, r) rows of all components; zero where the law has no such one."""
+    rows = np.zeros((len(components), one.rows.shape[1]))
+    rows[[components.index(name) for name in one.law.components]] = one.rows
     return rows

@@ -78,6 +78,7 @@ from tipdamp.hbm.validation import (
     positive,
 )
 
+MADE_BY = "Problem(...).contact_problem, or ContactProblem(M, C, K, B, law, contacts)"
 Forcing = np.ndarray | Mapping[int, np.ndarray]  # (r,) N of order 1, or {order: (r,)}
 
 
@@ -225,7 +226,7 @@ def solve_at(
     (True, True)
     """
     chosen = curve_options(options)
-    case = _CheckedInput.checked(problem, forcing, chosen)
+    case = CheckedInput.checked(problem, forcing, chosen)
     hz = positive("hz", hz, " Hz")
     problem, case = _at_hz(problem, case, hz, chosen.periods)
     w = 2 * np.pi * hz / chosen.periods
@@ -252,11 +253,11 @@ def solve_at(
             "the vibration are not known",
             stacklevel=2,
         )
-    return _solution(replace(points[0], converged=found), balance, hz, case, float(residual))
+    return as_solution(replace(points[0], converged=found), balance, hz, case, float(residual))
 
 
 @dataclass(frozen=True)
-class _CheckedInput:
+class CheckedInput:
     """The checked input of a curve: H, forces {harmonic: (r,)}, names and rows (m, r) of the
     outputs, groups of their columns (`peaks`), settings."""
 
@@ -269,7 +270,7 @@ class _CheckedInput:
 
     @classmethod
     def checked(cls, problem, forcing, options):
-        check_kind("problem", problem, ContactProblem, "ContactProblem(M, C, K, B, law, contacts)")
+        check_kind("problem", problem, ContactProblem, MADE_BY)
         r, H = problem.K.shape[0], check_harmonics(options.harmonics)
         periods = check_whole("periods", options.periods, 1)
         forces = {periods * k: F for k, F in check_forcing(forcing, r, MOST_HARMONICS).items()}
@@ -319,7 +320,7 @@ def _curve(
     """With the given number of harmonics, or as many as the tolerance needs."""
     if options.harmonics != AUTO:
         return _branch(problem, forcing, varied, between, options)
-    check_kind("problem", problem, ContactProblem, "ContactProblem(M, C, K, B, law, contacts)")
+    check_kind("problem", problem, ContactProblem, MADE_BY)
     tolerance = positive("tolerance", options.tolerance)
     if options.journal is not None:
         raise InputError(
@@ -344,7 +345,7 @@ def _branch(
     began, (parameter, hz), (argument, ends) = time.perf_counter(), varied, between
     first, last = interval(argument, ends, parameter.unit)
     parameter = parameter.over(check_whole("periods", options.periods, 1))
-    case = _CheckedInput.checked(problem, forcing, options)
+    case = CheckedInput.checked(problem, forcing, options)
     at = check_values(options.at, argument, first, last, parameter.unit)
     if not np.isnan(hz):
         problem, case = _at_hz(problem, case, hz, options.periods)
@@ -445,7 +446,7 @@ def _with_all_pairs(curve, kept):
     return replace(curve, **columns, named_points=named)
 
 
-def _solution(point, balance, hz, case, residual):
+def as_solution(point, balance, hz, case, residual):
     """The PeriodicSolution of a point; NaN where it did not converge."""
     P, nd, orders = len(balance.problem.contacts), balance.nd, balance.H + 1
     shapes = {

@@ -80,6 +80,8 @@ if TYPE_CHECKING:
         held_motions as held_motions,
     )
     from tipdamp.hbm.laws.base import ContactLaw as ContactLaw
+    from tipdamp.hbm.laws.coordinates import OwnForce as OwnForce
+    from tipdamp.hbm.laws.coordinates import Polynomial as Polynomial
     from tipdamp.hbm.laws.coupled.law import IsotropicFriction as IsotropicFriction
     from tipdamp.hbm.laws.force import CubicSpring as CubicSpring
     from tipdamp.hbm.laws.force import PlainForce as PlainForce
@@ -129,6 +131,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.search.branches import branch_from as branch_from
     from tipdamp.hbm.search.curves import CurvesBeside as CurvesBeside
     from tipdamp.hbm.search.curves import curves_beside as curves_beside
+    from tipdamp.hbm.self_excited import limit_cycle as limit_cycle
     from tipdamp.hbm.testing import check_force as check_force
     from tipdamp.hbm.testing import check_law as check_law
     from tipdamp.hbm.time.settings import IntegrationSettings as IntegrationSettings
@@ -155,6 +158,7 @@ else:  # a module __getattr__ would let type checkers accept any name
         "detach_until": "static_contact.tuning.detachment",
         "ContactLaw": "hbm.laws.base",
         **dict.fromkeys(("Contacts", "ContactState"), "hbm.laws.records"),
+        **dict.fromkeys(("OwnForce", "Polynomial"), "hbm.laws.coordinates"),
         "CubicSpring": "hbm.laws.force",
         "PlainForce": "hbm.laws.force",
         **dict.fromkeys(
@@ -185,6 +189,7 @@ else:  # a module __getattr__ would let type checkers accept any name
             "hbm.response",
         ),
         **dict.fromkeys(("ForceTable", "Unbalance"), "hbm.balance.varying"),
+        "limit_cycle": "hbm.self_excited",
         "CurveOptions": "hbm.curve.options",
         "Settings": "hbm.continuation.settings",
         **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "hbm.result"),

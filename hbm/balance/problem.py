@@ -50,8 +50,27 @@ NOT_SYMMETRIC = {
 STRUCTURAL = "must be a loss factor, 0 or more, or a matrix (r, r) in N/m"
 
 
+class AnyProblem:
+    """A ContactProblem, or what one is made of."""
+
+    @property
+    def contact_problem(self) -> "ContactProblem":
+        """As matrices, contacts and one law."""
+        raise NotImplementedError
+
+
+def contact_problem_of(problem: AnyProblem) -> "ContactProblem":
+    """The ContactProblem of a Problem, or itself; InputError for anything else."""
+    if not isinstance(problem, AnyProblem):
+        raise InputError(
+            f"problem = {brief(problem)}: must be the Problem or ContactProblem that the curve was "
+            "made with"
+        )
+    return problem.contact_problem
+
+
 @dataclass(frozen=True, eq=False)
-class ContactProblem:
+class ContactProblem(AnyProblem):
     """M q'' + C q' + K q + B' f(B q) = F0 + Re sum F_k exp(i k w t), with a contact law f on P
     contacts.
 
@@ -138,6 +157,11 @@ class ContactProblem:
                 raise InputError(
                     f"static load: must be finite with shape ({r},), got {static.shape}"
                 )
+
+    @property
+    def contact_problem(self) -> "ContactProblem":
+        """Itself."""
+        return self
 
     def _check_signs(self):
         """Some dofs may be massless, but not all; damping must not feed energy in."""
@@ -437,6 +461,11 @@ def doubted_problem(
     check_kind("model", model, ReducedModel, "ReducedModel.from_matrices, .from_files or .load")
     check_kind("pairs", pairs, ContactTable, "ContactTable.load or a contact detection")
     check_law(law)
+    if own := set(law.components) - set(ContactLaw.components):
+        raise InputError(
+            f"law {law.name}: acts on coordinates of its own, {', '.join(sorted(own))}, which "
+            "pairs do not have; Problem(M, C, K).add(law, where) takes it"
+        )
     kept = pairs.carrying
     if not kept.any():
         raise InputError(

@@ -7,7 +7,7 @@ import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.parameter import Parameter
-from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.curve.energy import EnergyBalance
 from tipdamp.hbm.curve.equilibrium import KeptPoints
 from tipdamp.hbm.curve.solutions import restored
@@ -49,7 +49,7 @@ class ContactCycles:
 
 
 def whole_motion(
-    curve: ForcedResponse, problem: ContactProblem, point: int, parameter: Parameter | None = None
+    curve: ForcedResponse, problem: AnyProblem, point: int, parameter: Parameter | None = None
 ) -> np.ndarray:
     """(r, H+1) m: Fourier coefficients of all dofs of the model at a point of a curve, by its
     index; order 0 is from the state q = 0. Raises InputError as `contact_cycles`.
@@ -66,7 +66,7 @@ def whole_motion(
 
 def contact_cycles(
     curve: ForcedResponse,
-    problem: ContactProblem,
+    problem: AnyProblem,
     point: int,
     n: int = SAMPLES,
     parameter: Parameter | None = None,
@@ -88,7 +88,7 @@ def contact_cycles(
 
 
 def energy_balance(
-    curve: ForcedResponse, problem: ContactProblem, point: int, parameter: Parameter | None = None
+    curve: ForcedResponse, problem: AnyProblem, point: int, parameter: Parameter | None = None
 ) -> EnergyBalance:
     """Energies of one period of a point of a curve, by its index; friction by the slip of the
     contacts, not by the harmonics of their forces. Raises InputError as `contact_cycles`.

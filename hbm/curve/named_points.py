@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tipdamp.hbm.balance.parameter import Equation, Parameter
-from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.corrector import between
 from tipdamp.hbm.continuation.crossings import with_tangent
@@ -69,7 +69,7 @@ Near = tuple[Point, Point]
 
 def named_points(
     curve: ForcedResponse,
-    problem: ContactProblem,
+    problem: AnyProblem,
     parameter: Parameter | None = None,
     stability: bool = True,
 ) -> tuple[NamedPoint, ...]:

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from tipdamp.hbm.balance.parameter import Equation, Parameter
-from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.crossings import with_tangent
@@ -68,7 +68,7 @@ SAME = 1e-7  # of value and height: two maxima are one
 
 def find_peaks(
     curve: ForcedResponse,
-    problem: ContactProblem,
+    problem: AnyProblem,
     name: str,
     kind: str = "half_peak_to_peak",
     parameter: Parameter | None = None,

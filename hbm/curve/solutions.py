@@ -5,8 +5,8 @@ import warnings
 import numpy as np
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.parameter import BY_NAME, Equation, Frequency, Parameter
-from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.parameter import BY_NAME, Equation, Frequency, Parameter, as_parameter
+from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.varying import at_frequency
 from tipdamp.hbm.continuation.corrector import solve_fixed
@@ -15,19 +15,19 @@ from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.hbm.validation import check_whole
+from tipdamp.hbm.validation import brief, check_kind, check_whole, numbers
 
 # residual of a stored point relative to its motion, above which the problem is another one
 SOLVES = 1e-6
 
 
 def solutions_at(
-    curve: ForcedResponse, problem: ContactProblem, value: float, parameter: Parameter | None = None
+    curve: ForcedResponse, problem: AnyProblem, value: float, parameter: Parameter | None = None
 ) -> np.ndarray:
     """(s, m, H+1) complex harmonics of every solution at a frequency in Hz, one for each crossing
     of the curve.
 
-    problem : the ContactProblem that the curve was made with
+    problem : the Problem or ContactProblem that the curve was made with
     value : in a curve over another parameter, a value of that; parameter : as given to
         `follow_parameter`, where that was no name
     Every solution is solved to the tolerance: those that the curve holds there (`at` of
@@ -61,7 +61,7 @@ def solutions_at(
 
 
 def points_at(
-    curve: ForcedResponse, problem: ContactProblem, value: float, parameter: Parameter | None = None
+    curve: ForcedResponse, problem: AnyProblem, value: float, parameter: Parameter | None = None
 ) -> tuple[HarmonicBalance, list[Point]]:
     """(balance at a value of the parameter, [points solved there]), in the order of `solutions_at`.
 
@@ -77,7 +77,7 @@ def points_at(
 
 def time_history(
     curve: ForcedResponse,
-    problem: ContactProblem,
+    problem: AnyProblem,
     name: str,
     value: float,
     which: int = 0,
@@ -112,11 +112,15 @@ def time_history(
 
 
 def restored(
-    curve: ForcedResponse, problem: ContactProblem, parameter: Parameter | None = None
+    curve: ForcedResponse, problem: AnyProblem, parameter: Parameter | None = None
 ) -> tuple[Equation, list[Point]]:
     """The equation of a curve and its points, from its arrays and the problem that it was made
     with."""
+    check_kind("curve", curve, ForcedResponse, "follow_band, or ForcedResponse.load")
+    problem = contact_problem_of(problem)
     known = {"frequency": Frequency(), **BY_NAME}
+    if parameter is not None:
+        parameter = as_parameter(parameter)
     if parameter is None and curve.parameter_name not in known:
         raise InputError(
             f"the curve runs over {curve.parameter_name}: give the `parameter` that it was made "
@@ -179,6 +183,8 @@ def _places(curve, equation, points, value):
     """(place in the curve, index where the curve holds it or None, point) of every solution at a
     value."""
     f, unit = curve.parameter, equation.parameter.unit
+    if np.shape(numbers("value", value, "must be one number")):
+        raise InputError(f"value = {brief(value)}: must be one number")
     low, high = f.min(), f.max()
     if not low * (1 - 1e-12) <= value <= high * (1 + 1e-12):
         raise InputError(

@@ -46,7 +46,8 @@ class ContactLaw:
     A parameter is one number, or a sequence with one number per contact, which becomes a read-only
     array (P,).
 
-    components : of the relative motion, a subset of ('t1', 't2', 'n') in this order
+    components : of the relative motion, a subset of ('t1', 't2', 'n') in this order; of what is no
+        contact, coordinates of any other names
     states : length of the state of a contact; sliders : its leading entries that are slider
         positions in m, from which slip is told; a law without sliders slips where it dissipates
 
@@ -235,7 +236,8 @@ class ContactLaw:
         """InputError where components are none of the motion or in another order, parameters do not
         fit the contacts, or methods return arrays of the wrong shape."""
         order = [c for c in ContactLaw.components if c in self.components]
-        if not order or list(self.components) != order:
+        own = not order and 0 < len(self.components) == len(set(self.components))
+        if not own and (not order or list(self.components) != order):
             raise InputError(
                 f"law {self.name}: components = {self.components}, must be of "
                 f"{ContactLaw.components}, in this order"

@@ -49,6 +49,12 @@ class MixedLaw(ContactLaw):
         object.__setattr__(self, "of_pair", tuple(of_pair.tolist()))
 
     @property
+    def components(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Of a contact, and behind them the coordinates of forces that are none."""
+        every = [name for law in self.laws for name in law.components]
+        return tuple(dict.fromkeys([*ContactLaw.components, *every]))
+
+    @property
     def states(self) -> int:  # type: ignore[override]
         """Of the law that needs most; the states of each law come first."""
         return max(law.states for law in self.laws)
@@ -59,13 +65,13 @@ class MixedLaw(ContactLaw):
         return max(law.sliders for law in self.laws)
 
     def stuck_stiffness(self, contacts):
-        """(P, 3) N/m of each law."""
+        """(P, nd) N/m of each law."""
         return self._joined(
-            contacts, np.zeros((len(contacts), 3)), lambda law, own: law.stuck_stiffness(own)
+            contacts, 0 * self._constant(contacts), lambda law, own: law.stuck_stiffness(own)
         )
 
     def stuck_force(self, contacts):
-        """(P, 3) N of each law; the preload on a normal that it does not know."""
+        """(P, nd) N of each law; the preload on a normal that it does not know."""
         return self._joined(
             contacts, self._constant(contacts), lambda law, own: law.stuck_force(own)
         )
@@ -76,10 +82,10 @@ class MixedLaw(ContactLaw):
         return into
 
     def _constant(self, contacts):
-        """(P, 3) N: preload on the normal that the law of a contact does not know."""
-        force = np.zeros((len(contacts), 3))
+        """(P, nd) N: preload on the normal that the law of a contact does not know."""
+        force = np.zeros((len(contacts), len(self.components)))
         for law, at, _ in self._parts(len(contacts)):
-            force[at, 2] = 0.0 if "n" in law.components else contacts.preload[at]
+            force[at, 2] = 0.0 if "n" in law.components or is_own(law) else contacts.preload[at]
         return force
 
     def initial_state(self, u, start, contacts):
@@ -107,7 +113,7 @@ class MixedLaw(ContactLaw):
         return start._replace(positions=positions)
 
     def step(self, motion, state, contacts):
-        """Force (P, 3) N and state (P, ns) of each law."""
+        """Force (P, nd) N and state (P, ns) of each law."""
         kind = np.result_type(*motion, state)
         force, new = self._constant(contacts).astype(kind), state.astype(kind)
         for law, at, columns in self._parts(len(contacts)):
@@ -227,6 +233,11 @@ class MixedLaw(ContactLaw):
             at = np.flatnonzero(np.asarray(self.of_pair) == i)
             if len(at):
                 yield law, at, [self.components.index(c) for c in law.components]
+
+
+def is_own(law: ContactLaw) -> bool:
+    """Whether a law is no contact: its coordinates are none of the motion of one."""
+    return not set(law.components) <= set(ContactLaw.components)
 
 
 def _own(law, start, at):

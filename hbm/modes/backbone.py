@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.corrector import solve_fixed
@@ -27,7 +27,6 @@ from tipdamp.hbm.validation import (
     LEAST,
     brief,
     check_harmonics,
-    check_kind,
     check_outputs,
     check_settings,
     check_whole,
@@ -42,7 +41,7 @@ SLOWEST = 1e-2
 
 
 def backbone(
-    problem: ContactProblem,
+    problem: AnyProblem,
     mode: int,
     amplitudes: Sequence[float],
     *,
@@ -110,7 +109,7 @@ def _check_amplitudes(amplitudes):
 
 
 def _equation(problem, mode, outputs, H, samples):
-    check_kind("problem", problem, ContactProblem, "ContactProblem(M, C, K, B, law, contacts)")
+    problem = contact_problem_of(problem)
     problem.check_plain("backbone")
     names, rows = check_outputs(outputs, len(problem.K))
     if H < 1:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tipdamp.hbm.balance.parameter import Equation, Parameter
-from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.branch import Branch
@@ -29,6 +29,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.search.curves import as_curve
 from tipdamp.hbm.search.symmetry import symmetries
+from tipdamp.hbm.validation import check_kind
 
 LEADS_ON = ("branch point", "period doubling")
 
@@ -63,7 +64,7 @@ Kept = Callable[[np.ndarray], np.ndarray]
 
 def branch_from(
     curve: ForcedResponse,
-    problem: ContactProblem,
+    problem: AnyProblem,
     point: NamedPoint,
     parameter: Parameter | None = None,
 ) -> tuple[ForcedResponse, ...]:
@@ -87,6 +88,7 @@ def branch_from(
     0.19 m
     0.19 m
     """
+    check_kind("point", point, NamedPoint, "named_points, one of curve.named_points")
     if point.kind not in LEADS_ON:
         raise InputError(
             f"branch_from: the point is a {point.kind}, from which no other branch of periodic "

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tipdamp.hbm.balance.parameter import Equation, Parameter
-from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.closed import follow_both_ways
 from tipdamp.hbm.continuation.corrector import solve_fixed
@@ -57,7 +57,7 @@ class _LimitReached(Exception):
 
 def curves_beside(
     curve: ForcedResponse,
-    problem: ContactProblem,
+    problem: AnyProblem,
     search: Search | None = None,
     parameter: Parameter | None = None,
     progress: Callable[[int, int], None] | None = None,
