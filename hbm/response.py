@@ -31,6 +31,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.contact_doubts import contact_doubts
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
+from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.automatic import AUTO, enough_harmonics
 from tipdamp.hbm.curve.band_end import band_ends
@@ -269,7 +270,10 @@ class CheckedInput:
     settings: Settings
 
     @classmethod
-    def checked(cls, problem, forcing, options):
+    def checked(
+        cls, problem: ContactProblem, forcing: Forcing, options: CurveOptions
+    ) -> CheckedInput:
+        """The checked input of a problem; InputError where it is of no use."""
         check_kind("problem", problem, ContactProblem, MADE_BY)
         r, H = problem.K.shape[0], check_harmonics(options.harmonics)
         periods = check_whole("periods", options.periods, 1)
@@ -287,7 +291,7 @@ class CheckedInput:
             H, forces, names, rows, groups, check_settings(options.settings, options.progress)
         )
 
-    def balance(self, problem, options, w) -> HarmonicBalance:
+    def balance(self, problem: ContactProblem, options: CurveOptions, w: float) -> HarmonicBalance:
         """The harmonic balance: the first thing that takes time. The derivatives of a law of one's
         own are checked, on the stuck response at w rad/s."""
         start = "zero_slider" if options.start is None else options.start
@@ -446,7 +450,9 @@ def _with_all_pairs(curve, kept):
     return replace(curve, **columns, named_points=named)
 
 
-def as_solution(point, balance, hz, case, residual):
+def as_solution(
+    point: Point, balance: HarmonicBalance, hz: float, case: CheckedInput, residual: float
+) -> PeriodicSolution:
     """The PeriodicSolution of a point; NaN where it did not converge."""
     P, nd, orders = len(balance.problem.contacts), balance.nd, balance.H + 1
     shapes = {

@@ -57,6 +57,7 @@ ROOMS = {
         "search",
         "comparison",
         "response",
+        "self_excited",
         "problem",
     ],
     "static_contact": ["stiffness", "normal", "bodies", "surfaces", "contact", "tuning", "full"],

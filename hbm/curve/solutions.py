@@ -117,7 +117,7 @@ def restored(
     """The equation of a curve and its points, from its arrays and the problem that it was made
     with."""
     check_kind("curve", curve, ForcedResponse, "follow_band, or ForcedResponse.load")
-    problem = contact_problem_of(problem)
+    whole = contact_problem_of(problem)
     known = {"frequency": Frequency(), **BY_NAME}
     if parameter is not None:
         parameter = as_parameter(parameter)
@@ -132,7 +132,7 @@ def restored(
         raise InputError(
             f"parameter: the curve runs over {curve.parameter_name}, not over {parameter.name}"
         )
-    r, P, kept = problem.K.shape[0], len(problem.contacts), int(curve.carrying.sum())
+    r, P, kept = whole.K.shape[0], len(whole.contacts), int(curve.carrying.sum())
     if not curve.unknowns.size:
         raise InputError("the curve holds no unknowns: it was measured, or made by another program")
     if kept != P or curve.forces.shape[1] != r:
@@ -141,10 +141,10 @@ def restored(
             f"{curve.forces.shape[1]}"
         )
     if parameter.name != "frequency":  # the forces of the curve are those at its frequency
-        problem = at_frequency(problem, 2 * np.pi * float(curve.frequency[0]))
+        whole = at_frequency(whole, 2 * np.pi * float(curve.frequency[0]))
     start = curve.slider_start if curve.start == "given" else curve.start
     forces = dict(zip(curve.force_orders.tolist(), curve.forces, strict=True))
-    balance = HarmonicBalance(problem, forces, curve.H, start, curve.samples)
+    balance = HarmonicBalance(whole, forces, curve.H, start, curve.samples)
     columns = (
         curve.unknowns,
         parameter.scale * curve.parameter,

@@ -315,7 +315,8 @@ WRONG = {
     "amplitude zero": (dict(amplitudes=[0.0, 1.0]), "positive and ascending"),
     "no harmonic": (dict(harmonics=0), "harmonics = 0: a mode vibrates in order 1"),
     "blind output": (dict(outputs={"x": [0.0]}), "outputs: 'x', .* does not see mode 1"),
-    "no problem": (dict(problem=Problem(M=[[1.0]], K=[[1.0]])), "problem"),
+    "no problem": (dict(problem=[[1.0]]), "problem = .*must be the Problem"),
+    "no law": (dict(problem=Problem(M=[[1.0]], K=[[1.0]])), "no nonlinear force: add"),
 }
 
 
