@@ -288,6 +288,15 @@ def _parser() -> argparse.ArgumentParser:
         help="cases that are computed side by side (default: TIPDAMP_JOBS, or all cores); 1: in "
         "this process",
     )
+    sweep.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="on a cluster of dask.distributed, such as tcp://host:8786; local: on one of --jobs "
+        "processes on this machine",
+    )
+    sweep.add_argument(
+        "--dry-run", action="store_true", help="the estimate alone: cases, time, disk and memory"
+    )
     sweep.add_argument("--retry", action="store_true", help="try what failed before again")
     sweep.add_argument(
         "--status", action="store_true", help="how far it is, also while it runs, and what failed"
@@ -465,16 +474,38 @@ def _stages(arguments, study, store, workers):
 
 
 def _sweep(arguments) -> int:
-    from tipdamp.sweep.run import folder_of, run_sweep
+    from tipdamp.sweep.estimate import sweep_estimate
+    from tipdamp.sweep.run import folder_of, planned, run_sweep
     from tipdamp.sweep.summary import status
 
     study, store = _opened(arguments)
+
+    def tell(found):
+        print(f"estimate    {found.text}", flush=True)
+        for warning in found.warnings:
+            print(f"warning: {warning}", flush=True)
+
+    if arguments.dry_run:
+        tell(sweep_estimate(planned(study.path)[0], study, store, _workers(arguments).jobs))
+        return 0
+    files = []
     if not arguments.status:
-        with _workers(arguments) as workers:
-            run_sweep(study.path, store, workers, quiet=arguments.quiet, retry=arguments.retry)
+        with _sweepers(arguments, folder_of(store)) as workers:
+            options = {"quiet": arguments.quiet, "retry": arguments.retry, "tell": tell}
+            files = run_sweep(study.path, store, workers, **options)
     text, failed = status(folder_of(store))
-    print(text)
+    print("\n".join([text, *map(str, files)]))
     return 3 if failed else 0
+
+
+def _sweepers(arguments, folder):
+    """The processes for a sweep: here, or on a cluster."""
+    if not arguments.scheduler:
+        return _workers(arguments)
+    from tipdamp.sweep.cluster import cluster
+
+    folder.mkdir(parents=True, exist_ok=True)
+    return cluster(arguments.scheduler, _workers(arguments).jobs, folder)
 
 
 def _workers(arguments):

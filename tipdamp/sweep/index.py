@@ -181,14 +181,15 @@ class Index:
                 for n, key, values, state, reason in self.base.execute(sql)
             ]
 
-    def incomplete(self) -> int:
-        """Curves of the cases that stopped before the end of the band."""
+    def incomplete(self) -> dict[str, int]:
+        """{why: number of curves} of those that stopped before the end of the band."""
         sql = (
-            "select count(*) from (select distinct curves.key, Fe_N, H from cases join curves on "
-            "cases.key = curves.key where not complete)"
+            "select ended, count(*) from (select distinct curves.key, Fe_N, H, ended from cases "
+            "join curves on cases.key = curves.key where not complete) group by ended order by 2 "
+            "desc"
         )
         with self._told():
-            return self.base.execute(sql).fetchone()[0]
+            return dict(self.base.execute(sql))
 
     def curves(self) -> list[tuple[int, CurveRow]]:
         """(case, curve) of every finished case, in their order."""

@@ -63,7 +63,9 @@ def plan(path: Path, content: dict, cases: Sequence[Case]) -> Plan:
         chain(study_of_case(path, content, number, case)) for number, case in enumerate(cases, 1)
     ]
     last = [chain[-1].key for chain in chains]
-    first = {key: i for i, key in reversed(list(enumerate(last)))}  # cases that are the same: once
+    first = dict[str, int]()  # of cases that are the same
+    for i, key in enumerate(last):
+        first.setdefault(key, i)
     shared = Counter(step.key for i in first.values() for step in chains[i])
     tasks: dict[str, Task] = {}
     for i in first.values():

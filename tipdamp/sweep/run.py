@@ -5,8 +5,9 @@ import json
 import shutil
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 from zipfile import BadZipFile
 
 from tipdamp.engine.progress import Ticker, display, duration
@@ -17,9 +18,14 @@ from tipdamp.results.response_results import RespondResult
 from tipdamp.results.static_results import TuneResult
 from tipdamp.study.study import read_toml, study_of
 from tipdamp.sweep.cases import cases_of
+from tipdamp.sweep.dataset import units_of_keys, write_netcdf, write_table
+from tipdamp.sweep.estimate import SweepEstimate, sweep_estimate
 from tipdamp.sweep.index import CurveRow, Index
 from tipdamp.sweep.plan import LAST, Plan, Step, Task, plan
 from tipdamp.sweep.work import SweepWork, product, products, read_member, work
+
+if TYPE_CHECKING:
+    from tipdamp.sweep.cluster import Cluster
 
 LONGEST = 2000  # letters of a reason
 TOLD_EVERY = 2.0  # s
@@ -41,29 +47,31 @@ def planned(path: Path) -> tuple[Plan, dict]:
 def run_sweep(
     path: str | Path,
     store: Store,
-    workers: Workers,
+    workers: "Workers | Cluster",
     *,
     quiet: bool = False,
     retry: bool = False,
-) -> dict[str, int]:
-    """Make what is missing of the sweep of a study file; {'done', 'failed': number of cases}.
+    tell: Callable[[SweepEstimate], object] = lambda _: None,
+) -> list[Path]:
+    """Make what is missing of the sweep of a study file; the files of all its results.
 
     store - the results folder, the sweep is in its folder `sweep`; retry - whether what failed is
-    tried again
+    tried again; tell - is given the estimate before anything is made
 
     Raises BlockingIOError while another sweep works there; OSError where the disk is full."""
     path, folder = Path(path), folder_of(store)
     with Store(folder).lock(), Index(folder, write=True) as index:
         shutil.rmtree(folder / "working", ignore_errors=True)  # of processes that were killed
         whole, content = planned(path)
+        tell(sweep_estimate(whole, study_of(path, content), store, workers.jobs))
         index.begin(whole.cases, whole.last)
-        index.say(study=str(path.absolute()), began=time.time(), jobs=workers.jobs, left=None)
+        units = units_of_keys(list(whole.cases[0]), content)
+        index.say(study=str(path.absolute()), units=units, left=None)
         sweep = _Sweep(SweepWork(path.absolute(), content, folder.absolute()), whole, index)
         sweep.take_stock(retry)
         with display(quiet=quiet).job("sweep", patience=0.0) as tick:
             sweep.run(workers, tick)
-        index.say(ended=time.time(), left=0.0)
-        return index.counts()
+    return [one for one in (write_table(folder), write_netcdf(folder)) if one]
 
 
 class _Sweep:
@@ -115,7 +123,7 @@ class _Sweep:
             return False
         return True
 
-    def run(self, workers: Workers, tick: Ticker) -> None:
+    def run(self, workers: "Workers | Cluster", tick: Ticker) -> None:
         """Make all that waits."""
         self._show(tick)
         for i in workers.spread(work, self.common, self.tasks, lambda *_: None, self._failed):
@@ -187,7 +195,8 @@ class Clock:
         self.left = Counter[str]()
         self.count = Counter({stage: n for stage, (n, _, _) in costs.items()})
         self.seconds = Counter({stage: n * s for stage, (n, s, _) in costs.items()})
-        self.began = self.told = time.monotonic()
+        self.began: float | None = None  # when the first step was made: before, processes start
+        self.told = time.monotonic()
         self.spent = 0.0
 
     def made(self, steps: dict[str, float]) -> None:
@@ -195,12 +204,15 @@ class Clock:
         self.left.subtract(steps.keys())
         self.count.update(steps.keys())
         self.seconds.update(steps)
+        if self.began is None:
+            self.began = time.monotonic()
+            return
         self.spent += sum(steps.values())
 
     @property
     def seconds_left(self) -> float | None:
-        """None before the first step is made."""
-        if not self.spent:
+        """None before a second task is done."""
+        if self.began is None or not self.spent:
             return None
         work = sum(
             n * self.seconds[stage] / self.count[stage]

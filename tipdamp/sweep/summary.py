@@ -22,8 +22,7 @@ def status(folder: Path) -> tuple[str, int]:
         f"sweep       {count['done']} of {len(cases)} cases done, {count['failed']} failed, "
         f"{count['to do']} to do{_left(facts, count['to do'])}"
     ]
-    if incomplete:
-        lines.append(f"            {incomplete} curves of the finished cases are incomplete")
+    lines += [f"{n} curves are incomplete: {shown(why, 300)}" for why, n in incomplete.items()]
     lines += _failures([one for one in cases if one.state == "failed"])
     if count["failed"]:
         lines.append(f"to try them again: tipdamp sweep {facts.get('study', 'STUDY')} --retry")

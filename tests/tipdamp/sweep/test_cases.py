@@ -49,6 +49,14 @@ def test_what_cases_share_is_one_step(sweep):
     assert counts == {"reduce": 1, "preload": 3, "tune": 3, "respond": 9}
 
 
+def test_cases_are_made_in_their_order(sweep):
+    """Of cases that are the same one is made."""
+    text = OVER.replace("[60, 30, 15]", "[60, 30, 60]")
+    found = planned(sweep(text))
+    made = [task.case["model.pull"] for task in found.tasks if task.last.stage == "respond"]
+    assert (len(found.cases), made) == (9, [60] * 3 + [30] * 3)
+
+
 def test_steps_are_known_by_content(sweep):
     """The same in other words, 30.0 or through another key, is the same step; another friction of
     the law is another response of the same preload."""

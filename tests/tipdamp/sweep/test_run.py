@@ -4,6 +4,7 @@ import json
 import zipfile
 
 import pytest
+from threadpoolctl import threadpool_limits
 
 from tests.tipdamp.rig_study import CHAIN, CHAIN_OF_STAGES
 from tipdamp.cli import main
@@ -54,8 +55,9 @@ def test_numbers_are_those_of_the_study_alone(sweep, stages):
     alone.write_text(
         CHAIN.replace("pull = 60", "pull = 30").replace("levels = [5]", "levels = [8]")
     )
-    for stage in CHAIN_OF_STAGES:
-        main([stage, str(alone), "--quiet"])
+    with threadpool_limits(1, "blas"):  # more of them sum in another order
+        for stage in CHAIN_OF_STAGES:
+            main([stage, str(alone), "--quiet"])
     results = sweep.parent / "results" / "alone"
     (curve,) = json.loads((results / "respond.json").read_text())["responses"]
     assert {row.patch: (row.peak_m, row.peak_hz) for row in rows} == {

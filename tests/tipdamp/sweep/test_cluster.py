@@ -1,0 +1,122 @@
+"""Sweeps on a cluster of dask.distributed: the same numbers, and answers in one line."""
+
+import os
+import signal
+import time
+
+import pytest
+
+from tests.tipdamp.rig_study import CHAIN
+from tipdamp.cli import main
+from tipdamp.sweep import cluster
+from tipdamp.sweep.index import Index
+
+distributed = pytest.importorskip("distributed")
+SWEEP = """
+[sweep.over]
+model.pull = [60, 30]
+respond.levels = [5, 8]
+"""
+
+
+@pytest.fixture
+def sweep(matrices_study):
+    matrices_study.write_text(CHAIN + SWEEP)
+    return matrices_study
+
+
+def swept(path, *options):
+    return main(["sweep", str(path), "--quiet", *options])
+
+
+def curves(folder):
+    with Index(folder / "sweep") as index:
+        return index.curves()
+
+
+@pytest.mark.slow
+def test_the_same_cases_and_numbers(sweep, tmp_path):
+    assert swept(sweep, "--jobs", "1", "--out", str(tmp_path / "here")) == 0
+    options = ["--scheduler", "local", "--jobs", "2", "--out", str(tmp_path / "there")]
+    assert swept(sweep, *options) == 0
+    assert curves(tmp_path / "there") == curves(tmp_path / "here")
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_killed_costs_no_finished_case(sweep, tmp_path, capsys):
+    """One line; on a new one, or here, the sweep goes on with what is there."""
+    from multiprocessing import get_context
+
+    ready = get_context("spawn").Queue()
+    process = get_context("spawn").Process(target=own_cluster, args=(ready,))
+    process.start()
+    address = ready.get(timeout=60)
+    at_three = get_context("spawn").Process(
+        target=kill_at, args=(process.pid, str(tmp_path / "r" / "sweep"), 3)
+    )
+    at_three.start()
+    out = ["--out", str(tmp_path / "r")]
+    assert swept(sweep, "--scheduler", address, *out) == 4
+    assert "has gone; finished cases are kept" in capsys.readouterr().err
+    made = {p: p.stat().st_mtime_ns for p in (tmp_path / "r" / "sweep" / "made").rglob("*.zip")}
+    assert len(made) >= 3
+    assert swept(sweep, "--jobs", "1", *out) == 0
+    assert all(p.stat().st_mtime_ns == at for p, at in made.items())
+    at_three.join()
+
+
+def own_cluster(ready):
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp://"
+    ) as made:
+        ready.put(made.scheduler_address)
+        time.sleep(300)
+
+
+def kill_at(pid, folder, count):
+    from pathlib import Path
+
+    from tipdamp.sweep.work import products
+
+    for _ in range(12000):
+        if len(products(Path(folder))) >= count:
+            break
+        time.sleep(0.01)
+    os.kill(pid, signal.SIGKILL)
+
+
+def test_nobody_answers(sweep, monkeypatch, capsys):
+    monkeypatch.setattr(cluster, "ANSWER", 1.0)
+    assert swept(sweep, "--scheduler", "tcp://127.0.0.1:9") == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "no scheduler of dask answers there within 1 s" in error
+    assert swept(sweep, "--scheduler", "nonsense://x") == 2
+
+
+@pytest.mark.parametrize(
+    "found, answer",
+    [
+        ({}, "has no processes that work"),
+        (
+            {"tcp://w": ({**cluster.versions(), "numpy": "1.0"}, True)},
+            "tcp://w has numpy 1.0, here",
+        ),
+        ({"tcp://w": (cluster.versions(), False)}, "tcp://w does not see"),
+    ],
+)
+def test_processes_that_cannot_be_used(found, answer, tmp_path):
+    """Of other versions, without sight of the results, or none."""
+
+    class Client:
+        def run(self, *_):
+            return found
+
+    with pytest.raises(cluster.InputError, match=answer):
+        cluster._checked(Client(), "tcp://scheduler", tmp_path)
+
+
+def test_a_process_that_joins_late_is_checked_too():
+    wanted = {**cluster.versions(), "numpy": "1.0"}
+    with pytest.raises(cluster.InputError, match="here 1.0"):
+        cluster._one(None, None, None, wanted)

@@ -1,0 +1,139 @@
+"""What is left of a sweep beside its index: the data set, the table, the estimate, and what a full
+disk leaves."""
+
+import csv
+import errno
+
+import pytest
+
+from tests.tipdamp.rig_study import CHAIN
+from tipdamp.cli import main
+from tipdamp.sweep import work
+from tipdamp.sweep.dataset import NETCDF, TABLE, dataset
+from tipdamp.sweep.index import Index
+
+SWEEP = """
+[sweep.over]
+model.pull = [0.06, 0.03]
+respond.levels = [[0.005, 0.008], [0.005]]
+contact.left.shape = ["cylinder"]
+"""
+KILO = CHAIN.replace("[model]", '[units]\nforce = "kN"\n[model]').replace(
+    "pull = 60", "pull = 0.06"
+)
+
+
+@pytest.fixture
+def sweep(matrices_study):
+    matrices_study.write_text(KILO + SWEEP)
+    return matrices_study
+
+
+def folder(path):
+    return path.parent / "results" / "study" / "sweep"
+
+
+def swept(path, *options):
+    return main(["sweep", str(path), "--quiet", "--jobs", "1", *options])
+
+
+def test_one_labelled_data_set(sweep):
+    """The values of the index by their labels, and again from the file; cases with fewer curves
+    are nan there."""
+    xarray = pytest.importorskip("xarray")
+    assert swept(sweep) == 0
+    found = dataset(folder(sweep))
+    assert dict(found.sizes) == {"case": 4, "curve": 2, "patch": 2}
+    assert found["model.pull"].attrs["units"] == "kN"
+    assert found["model.pull"].values.tolist() == [0.06, 0.06, 0.03, 0.03]
+    assert found["respond.levels"].values.tolist() == ["[0.005, 0.008]", "[0.005]"] * 2
+    assert found["contact.left.shape"].values.tolist() == ["cylinder"] * 4
+    assert found["peak_m"].attrs["units"] == "m"
+    with Index(folder(sweep)) as index:
+        for number, row in index.curves():
+            one = found.sel(case=number, patch=row.patch)
+            one = one.isel(curve=one["Fe_N"].values.tolist().index(row.Fe_N))
+            assert (float(one["peak_m"]), float(one["peak_hz"])) == (row.peak_m, row.peak_hz)
+    assert found["peak_m"].isnull().sum() == 2 * 2
+    xarray.testing.assert_identical(
+        xarray.load_dataset(folder(sweep) / NETCDF)["peak_m"], found["peak_m"]
+    )
+
+
+def test_a_table_of_all_curves(sweep):
+    assert swept(sweep) == 0
+    with (folder(sweep) / TABLE).open() as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == (2 + 1) * 2 * 2
+    assert rows[0]["model.pull [kN]"] == "0.06"
+    assert [row["Fe_N"] for row in rows[:6]] == ["5.0", "5.0", "8.0", "8.0", "5.0", "5.0"]
+    with Index(folder(sweep)) as index:
+        assert [float(row["peak_m"]) for row in rows] == [row.peak_m for _, row in index.curves()]
+
+
+def test_a_failed_case_is_in_both(sweep, monkeypatch):
+    pytest.importorskip("xarray")
+
+    def failing(name, study, *a, **k):
+        if name == "tune" and study.driver.pull == 30:
+            raise RuntimeError("gave up")
+        return real(name, study, *a, **k)
+
+    real = work.run_stage
+    monkeypatch.setattr(work, "run_stage", failing)
+    assert swept(sweep) == 3
+    found = dataset(folder(sweep))
+    assert found["state"].values.tolist() == ["done"] * 2 + ["failed"] * 2
+    assert "gave up" in str(found["reason"].values[3])
+    assert bool(found["peak_m"].sel(case=3).isnull().all())
+    with (folder(sweep) / TABLE).open() as file:
+        last = list(csv.DictReader(file))[-1]
+    assert (last["case"], last["state"], last["peak_m"]) == ("4", "failed", "")
+
+
+def test_the_estimate_alone(sweep, capsys):
+    """Counts are exact, and nothing of the sweep is made; afterwards there is nothing to make."""
+    assert swept(sweep, "--dry-run") == 0
+    told = capsys.readouterr().out
+    assert "4 cases, 0 of them there; to make: 1 reduce, 2 preload, 2 tune, 4 respond" in told
+    assert not (folder(sweep) / "made").exists()
+    assert swept(sweep) == 0
+    capsys.readouterr()
+    assert swept(sweep, "--dry-run") == 0
+    assert capsys.readouterr().out == "estimate    4 cases, nothing to make\n"
+
+
+def test_too_little_room_is_told_first(sweep, capsys, monkeypatch):
+    monkeypatch.setattr("tipdamp.sweep.estimate.available_bytes", lambda: 1e3)
+    assert swept(sweep, "--dry-run") == 0
+    assert "warning: 1 cases side by side need about" in capsys.readouterr().out
+
+
+def test_a_full_disk_ends_the_sweep_in_one_line(sweep, capsys, monkeypatch):
+    """It is no failure of the cases: with room again the rest is made."""
+    real, packed = work._pack, []
+
+    def full(folder, step, store):
+        if len(packed) == 4:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        packed.append(step)
+        real(folder, step, store)
+
+    monkeypatch.setattr(work, "_pack", full)
+    assert swept(sweep) == 4
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "No space left on device" in error
+    monkeypatch.setattr(work, "_pack", real)
+    assert swept(sweep) == 0
+    with Index(folder(sweep)) as index:
+        assert index.counts() == {"done": 4}
+
+
+def test_an_index_without_room(tmp_path):
+    """What SQLite says of a full disk is an error of the machine."""
+    with Index(tmp_path, write=True) as index:
+        index.base.execute("pragma max_page_count = 12")
+        with pytest.raises(OSError, match="no space left on device"):
+            index.begin([{"model.pull": "x" * 100}] * 1000, ["key"] * 1000)
+        assert index.counts() == {}

@@ -1,0 +1,146 @@
+"""The tasks of a sweep on a cluster of dask.distributed: the same work for the same store, which
+all its processes must see under the same path."""
+
+import logging
+import platform
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy
+import scipy
+
+import tipdamp
+from tipdamp.engine.workers import Failed, Work
+from tipdamp.hbm.errors import InputError, shown
+from tipdamp.stages.run import program_mark
+
+ANSWER = 10.0  # s for a scheduler to answer
+LOCAL = "local"
+LEVEL = {
+    "logging": dict.fromkeys(("distributed", "distributed.client"), "critical")
+}  # what went wrong is said in one line, by us
+
+
+class Cluster:
+    """Processes of a cluster, used as `engine.workers.Workers`: jobs - their number."""
+
+    def __init__(self, client: Any, jobs: int) -> None:
+        self.client, self.jobs = client, jobs
+
+    def spread(
+        self,
+        work: Work,
+        common: Any,
+        tasks: Sequence[Any],
+        _: Callable[[int, float, str], None],
+        failed: Failed,
+    ) -> Iterator[int]:
+        """As `Workers.spread`; what runs does not report."""
+        from distributed import as_completed
+
+        running, index, mine = as_completed(loop=self.client.loop), dict[Any, int](), versions()
+
+        def submit() -> None:
+            for i in range(len(index), len(tasks)):
+                future = self.client.submit(_one, work, common, tasks[i], mine, pure=False)
+                index[future] = i
+                running.add(future)
+
+        submit()
+        for future in running:
+            i = index[future]
+            if future.status == "finished":
+                yield i
+            elif future.status == "error":
+                failed(i, future.exception())
+            else:
+                raise ConnectionError(
+                    f"the scheduler {self.client.scheduler.address} has gone; finished cases are "
+                    "kept, run the same command to continue"
+                )
+            submit()
+
+
+def _one(work, common, task, wanted):
+    """A task, in a process of the cluster, which may have joined only now."""
+    if versions() != wanted:
+        raise InputError(f"a process of the cluster has {_difference(versions(), wanted)}")
+    work(common, task, lambda *_: None)
+
+
+def versions() -> dict[str, str]:
+    """What must be the same everywhere for the same numbers."""
+    return {
+        "python": platform.python_version(),
+        **{one.__name__: one.__version__ for one in (numpy, scipy, numba, tipdamp)},
+        "sources of tipdamp": program_mark(False),
+    }
+
+
+def _difference(theirs, ours):
+    return ", ".join(
+        f"{k} {theirs.get(k)}, here {v}" for k, v in ours.items() if theirs.get(k) != v
+    )
+
+
+@contextmanager
+def cluster(address: str, jobs: int, folder: Path) -> Iterator[Cluster]:
+    """The cluster of a scheduler, or with 'local' one of so many processes on this machine.
+
+    InputError where it does not answer, has no processes, or has some of other versions or without
+    sight of the folder."""
+    import dask
+
+    with dask.config.set(LEVEL):
+        from distributed import Client, LocalCluster  # it takes its logging from there
+
+        if address == LOCAL:
+            options = {"threads_per_worker": 1, "silence_logs": logging.CRITICAL}
+            with LocalCluster(n_workers=jobs, **options) as own, Client(own) as client:
+                yield Cluster(client, jobs)
+            return
+        try:
+            client = Client(address, timeout=ANSWER, set_as_default=False)
+        except (OSError, ValueError, TimeoutError) as error:
+            said = shown(" ".join(str(error).split()), 200)
+            raise InputError(
+                f"--scheduler {address}: no scheduler of dask answers there within {ANSWER:g} s "
+                f"({said}); start one with: dask scheduler"
+            ) from None
+        with client:
+            yield Cluster(client, _checked(client, address, folder))
+
+
+def _checked(client, address, folder):
+    """Number of the processes, after all of them were asked."""
+    try:
+        found = client.run(_look, str(folder.absolute()))
+    except (ImportError, AttributeError) as error:
+        raise InputError(
+            f"--scheduler {address}: its processes cannot load this version of tipdamp ({error}); "
+            "install the same there"
+        ) from None
+    if not found:
+        raise InputError(
+            f"--scheduler {address}: has no processes that work; start some with: dask worker "
+            f"{address} --nthreads 1"
+        )
+    for name, (theirs, sees) in found.items():
+        if wrong := _difference(theirs, versions()):
+            raise InputError(
+                f"--scheduler {address}: {name} has {wrong}: numbers would differ; install the "
+                "same there"
+            )
+        if not sees:
+            raise InputError(
+                f"--scheduler {address}: {name} does not see {folder.absolute()}: the results "
+                "folder must be on a disk that all processes share"
+            )
+    return len(found)
+
+
+def _look(folder):
+    return versions(), Path(folder).is_dir()
