@@ -50,23 +50,6 @@ def weights(s, h, W):
 
 
 @njit(cache=True)
-def product(A, B):
-    """A B, by columns: BLAS on several threads waits longer than such small matrices take."""
-    n, m = B.shape
-    found = np.zeros((A.shape[0], m))
-    fours = n - n % 4
-    for i in range(A.shape[0]):
-        for j in range(0, fours, 4):  # four rows at once: a quarter of the stores
-            a0, a1, a2, a3 = A[i, j], A[i, j + 1], A[i, j + 2], A[i, j + 3]
-            for c in range(m):
-                found[i, c] += a0 * B[j, c] + a1 * B[j + 1, c] + a2 * B[j + 2, c] + a3 * B[j + 3, c]
-        for j in range(fours, n):
-            for c in range(m):
-                found[i, c] += A[i, j] * B[j, c]
-    return found
-
-
-@njit(cache=True)
 def solve(A, B):
     """A^-1 B (n, m) in place of B, by elimination with pivots; A is used up."""
     n = len(A)
@@ -140,9 +123,9 @@ def acting(place, blocks, u):
 
 
 @njit(cache=True)
-def solved(place, flexibility, gamma, force, free):
-    """(u, g) with u + flexibility g = free, g = gamma u + force; (nc, m) each."""
-    nc, nd = len(free), gamma.shape[1]
+def closing(place, flexibility, gamma):
+    """(nc, nc) inverse of 1 + flexibility gamma."""
+    nc, nd = len(flexibility), gamma.shape[1]
     matrix = np.eye(nc)
     for p in range(len(gamma)):
         for i in range(nd):
@@ -150,29 +133,33 @@ def solved(place, flexibility, gamma, force, free):
                 if gamma[p, i, j] != 0.0:
                     for c in range(nc):
                         matrix[c, place[p, j]] += flexibility[c, place[p, i]] * gamma[p, i, j]
-    u = solve(matrix, free - product(flexibility, force))
+    return solve(matrix, np.eye(nc))
+
+
+@njit(cache=True)
+def solved(place, flexibility, inverse, gamma, force, free):
+    """(u, g) with u + flexibility g = free, g = gamma u + force; (nc, m) each. inverse : of
+    `closing`, for they are solved more than once."""
+    u = np.dot(inverse, free - np.dot(flexibility, force))
     return u, acting(place, gamma, u) + force
 
 
 @njit(cache=True)
-def direct(poles, weight):
-    """(nc, nc) effect of the force at the end of a step on the motion there."""
-    n = len(weight)
-    left = np.empty_like(poles.out)
-    for c in range(len(left)):
-        for j in range(n):
-            a, b = weight[j].real, weight[j].imag
-            left[c, j] = poles.out[c, j] * a + poles.out[c, n + j] * b
-            left[c, n + j] = poles.out[c, n + j] * a - poles.out[c, j] * b
-    return product(left, poles.into) + poles.static
+def at(place, flexibility, gamma, before, inverse):
+    """(gamma, its inverse of `closing`), that of `before` where they are the same."""
+    if np.array_equal(gamma, before):
+        return before, inverse
+    return gamma, closing(place, flexibility, gamma)
 
 
 @njit(cache=True)
-def rates(poles, place, z, u, push, gamma, rate):
-    """(nc, m) dg/dt at z with the motion u under push = b' g: the sliders rest, or follow."""
-    free = product(poles.out, times(poles.s, z) - push)
-    turning = acting(place, rate, u)
-    return solved(place, poles.static, gamma, turning, free)[1]
+def seen(poles):
+    """(2 nc, 2n): the motion of the components and its rate, both without their force, of z."""
+    nc = len(poles.out)
+    rows = np.empty((2 * nc, poles.out.shape[1]))
+    rows[:nc] = poles.out
+    rows[nc:] = times(poles.s.conj(), poles.out.T).T
+    return rows
 
 
 @njit(cache=True)
@@ -180,46 +167,47 @@ def monodromy(poles, segments, begins):
     """(2n + k, 2n + k) derivative of [z, w] after a period by those before; begins (k,) :
     components whose sliders rest at t = 0."""
     n2, nc = poles.into.shape
-    place = segments.place
+    place, static = segments.place, poles.static
     m = n2 + len(begins)
     z, w = np.zeros((n2, m)), np.zeros((nc, m))
     for j in range(n2):
         z[j, j] = 1.0
     for j in range(len(begins)):
         w[begins[j], n2 + j] = 1.0
-    W, length, D = np.empty((5, len(poles.s)), np.complex128), -1.0, poles.static
+    rows, across = seen(poles), np.dot(poles.out, poles.into)
+    gamma = segments.gamma[1, 0]
+    inverse = closing(place, static, gamma)  # with the static flexibility, at gamma
+    W, length = np.empty((5, len(poles.s)), np.complex128), -1.0
     for k in range(len(segments.length)):
         h = segments.length[k]
         if abs(h - length) > 1e-12 * h:
             weights(poles.s, h, W)
-            D, length = direct(poles, W[3]), h
+            begin, rise = times(W[1], poles.into), times(W[2], poles.into)
+            end, defect = times(W[3], poles.into), times(W[4], poles.into)
+            by_end = np.dot(rows, end)  # of the force at the end, on what is seen there
+            D, onward, length = by_end[:nc] + static, by_end[nc:] + across, h
+        free = np.dot(rows, z)
         if segments.captured[k].any():
             # by the motion before: what comes to rest now has had the forces of before
-            before = max(k - 1, 0)
-            u = solved(
-                place,
-                poles.static,
-                segments.gamma[1, before],
-                held(place, segments.memory[before], w),
-                product(poles.out, z),
-            )[0]
+            sliders = held(place, segments.memory[max(k - 1, 0)], w)
+            u = solved(place, static, inverse, gamma, sliders, free[:nc])[0]
             rest = acting(place, segments.capture[k], u)
             for p in range(len(place)):
                 for d in range(place.shape[1]):
                     if segments.captured[k, p, d]:
                         w[place[p, d]] = rest[place[p, d]]
         force = held(place, segments.memory[k], w)
-        gamma, rate = segments.gamma[0, k], segments.rate[0, k]
-        u, g = solved(place, poles.static, gamma, force, product(poles.out, z))
-        push = product(poles.into, g)
-        rising = rates(poles, place, z, u, push, gamma, rate)
-        z = times(W[0], z) - times(W[1], push) - times(W[2], product(poles.into, rising))
-        gamma, rate = segments.gamma[1, k], segments.rate[1, k]
-        u, g1 = solved(place, D, gamma, force, product(poles.out, z))
-        push = product(poles.into, g1)
-        z -= times(W[3], push)
-        end = rates(poles, place, z, u, push, gamma, rate)
-        z -= times(W[4], product(poles.into, end - (2 / h * (g1 - g) - rising)))
+        gamma, inverse = at(place, static, segments.gamma[0, k], gamma, inverse)
+        u, g = solved(place, static, inverse, gamma, force, free[:nc])
+        turning = acting(place, segments.rate[0, k], u)
+        rising = solved(place, static, inverse, gamma, turning, free[nc:] - np.dot(across, g))[1]
+        z = times(W[0], z) - np.dot(begin, g) - np.dot(rise, rising)
+        free = np.dot(rows, z)
+        gamma, inverse = at(place, static, segments.gamma[1, k], gamma, inverse)
+        u, g1 = solved(place, D, closing(place, D, gamma), gamma, force, free[:nc])
+        turning = acting(place, segments.rate[1, k], u)
+        ends = solved(place, static, inverse, gamma, turning, free[nc:] - np.dot(onward, g1))[1]
+        z -= np.dot(end, g1) + np.dot(defect, ends - (2 / h * (g1 - g) - rising))
     found = np.empty((m, m))
     found[:n2] = z
     for j in range(len(begins)):

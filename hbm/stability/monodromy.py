@@ -10,7 +10,7 @@ solutions beside each other, no loss of stability. They are left out. A slider t
 limit and does not slip counts as one that never moves: what drags it leaves it further inside.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import eigvals
@@ -98,7 +98,7 @@ class Stability:
         coarse = variation.between(_joined(np.linspace(0, 2 * np.pi, 65), variation.events))
         acts = _acting(coarse, balance.springs)
         if not acts.any():  # all stick: the poles alone
-            every = poles(_springs_alone(balance).receptance).s
+            every = poles(_at(_springs_alone(balance), np.empty(0, dtype=int))).s
             found = np.exp(2 * np.pi / w * every)
             return np.concatenate([found, found.conj()[every.imag > 0]])
         place = np.where(acts, np.cumsum(acts).reshape(acts.shape) - 1, -1)
@@ -154,21 +154,21 @@ class Stability:
         if key not in self._known:
             balance = _springs_alone(balance)
             rows = np.flatnonzero(acts.ravel())
-            B = balance.problem.B[rows]
-            speeds = np.sort(np.abs(poles(balance.receptance).s))[: self.settings.slow]
+            seen, every = _at(balance, rows), np.eye(len(rows))
+            speeds = np.sort(np.abs(poles(seen).s))[: self.settings.slow]
             found = split(
-                balance.receptance,
-                B,
+                seen,
+                every,
                 balance.springs.ravel()[rows],
                 max(self.settings.massless_above * 2.0 ** (octave / 2), 1.001 * speeds[-1]),
                 self.settings.foreign_share,
             )
-            out, into = B @ found.out, (B @ found.into).T
+            out, into = found.out, found.into.T
             slow = Poles(
                 found.s,
                 np.ascontiguousarray(np.hstack([out.real, -out.imag])),
                 np.ascontiguousarray(np.vstack([into.real, into.imag])),
-                found.flexibility(B),
+                found.flexibility(every),
             )
             if len(self._known) == SYSTEMS:
                 self._known.clear()
@@ -180,6 +180,12 @@ def _springs_alone(balance):
     """The balance with springs in the place of what holds a mean."""
     held = balance.problem.with_springs_alone()
     return balance if held is balance.problem else balance.rebuilt(held, balance.forces)
+
+
+def _at(balance, components):
+    """The receptance between components of the contacts, without the motion elsewhere."""
+    shapes = balance.contact_receptance.shapes[components]
+    return replace(balance.receptance, shapes=shapes)
 
 
 def _acting(tangents, springs):
