@@ -1,6 +1,7 @@
 """A solution of a curve compared with time integration that starts on its orbit."""
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.curve.solutions import points_at
+from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.time import floquet, shooting
@@ -18,6 +20,9 @@ from tipdamp.hbm.time.exact import ExactIntegrator
 from tipdamp.hbm.time.sampled import SampledIntegrator
 from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.validation import MOST_SAMPLES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -35,6 +40,7 @@ class Comparison:
     said : one sentence; hz : frequency; H : harmonics of the balance; origin, start : as in
     ForcedResponse
     method : 'event-driven' or 'sampled', as in Steady
+    harmonics : (m, H+1) complex, m, of the outputs of the solution
     """
 
     difference: float
@@ -48,6 +54,23 @@ class Comparison:
     origin: str
     start: str
     method: str
+    harmonics: np.ndarray
+
+    def plot(self, output: int = 0, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
+        """Draw the motion of an output over a period: the balance as a line, the steady state of
+        the integration dashed.
+
+        output : its number, from 0; unit : 'm', 'mm' or 'um'; ax : axes of matplotlib to draw on;
+            new ones without
+        Returns the axes. Raises InputError where matplotlib is not installed or the output is none.
+        """
+        if not 0 <= output < len(self.harmonics):
+            raise InputError(f"output = {output}: must be 0 to {len(self.harmonics) - 1}")
+        motions = {
+            "harmonic balance": self.harmonics[output],
+            "time integration": self.steady.harmonics[output],
+        }
+        return pictures.period(1 / self.hz, motions, unit, ("solid", "dash"), ax)
 
     @property
     def agrees(self) -> bool:
@@ -168,6 +191,7 @@ def _compared(balance, point, rows, settings) -> Comparison:
         steady.origin,
         steady.start,
         steady.method,
+        point.detail.outputs(np.asarray(rows)),
     )
 
 

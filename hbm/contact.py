@@ -9,15 +9,20 @@ axis, t2 across, n; right-handed) n points from the damper into the blade and
 import csv
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from tipdamp.hbm import rich
+from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.hbm.io.csv_table import read_table
 from tipdamp.hbm.validation import brief
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 GROUND = "ground"
 
@@ -171,6 +176,26 @@ class ContactTable:
         return (
             f"<ContactTable: {len(self)} pairs ({sides}), {int(self.carrying.sum())} carry; {load}>"
         )
+
+    def plot(self, side: str | None = None, ax: "Axes | None" = None) -> "Axes":
+        """Draw the preload map of a side (the first without a name) along the longest extent of
+        the contact, row by row: closed pairs filled, open ones hollow.
+
+        ax : axes of matplotlib to draw on; new ones without
+        Returns the axes. Raises InputError where matplotlib is not installed or the side is none.
+        """
+        side = self.sides[0] if side is None and len(self) else side
+        if side not in self.sides:
+            raise InputError(f"side '{side}': {nearest(str(side), self.sides)}")
+        return pictures.preload_map(self, side, ax)
+
+    def _repr_html_(self) -> str:
+        rows = {
+            f"side '{side}'": f"{int((self.side == side).sum())} pairs, "
+            f"{self.preload[self.side == side].sum():.4g} N"
+            for side in self.sides
+        }
+        return rich.table(f"{len(self)} contact pairs, {int(self.carrying.sum())} carry", rows)
 
     @property
     def normal(self) -> np.ndarray:

@@ -16,7 +16,7 @@ import time
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Unpack, get_args
+from typing import Any, Unpack, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -254,7 +254,9 @@ def solve_at(
             "the vibration are not known",
             stacklevel=2,
         )
-    return as_solution(replace(points[0], converged=found), balance, hz, case, float(residual))
+    solved = replace(points[0], converged=found)
+    solution = as_solution(solved, balance, hz, case, float(residual))
+    return replace(solution, periods=chosen.periods)
 
 
 @dataclass(frozen=True)
@@ -476,6 +478,7 @@ def as_solution(
             **dict(zip(("share_stick", "share_slip", "share_open"), forces.shares.T, strict=True)),
         }
     held = tuple(one.name for one in balance.problem.held)
+    columns: dict[str, Any] = found
     return PeriodicSolution(
         frequency=hz,
         output_names=tuple(case.names),
@@ -485,5 +488,5 @@ def as_solution(
         unknowns=point.x,
         force_orders=tuple(case.forces),
         force_residual=residual,
-        **found,
+        **columns,
     )

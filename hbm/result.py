@@ -2,20 +2,27 @@
 one."""
 
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tipdamp.hbm import fourier
+from tipdamp.hbm import fourier, rich, tables
+from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord
 from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
 from tipdamp.hbm.validation import brief
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.axes import Axes
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 SOLVED = 1e-8  # of the amplitude: to what peaks are solved
@@ -176,6 +183,129 @@ class ForcedResponse(ArrayRecord):
             f"<ForcedResponse: {over}, {len(f)} points ({failed} failed), outputs "
             f"{', '.join(self.output_names)}; {contacts}H = {self.H}; {self.ended}>"
         )
+
+    def __len__(self) -> int:
+        return len(self.parameter)
+
+    def __bool__(self) -> bool:
+        return True  # a curve without a point is a curve
+
+    def __getitem__(self, i: int) -> "PeriodicSolution":
+        """The solution of a point of the curve, counted from 0, or from the last with -1."""
+        i = range(len(self))[i]
+        P = len(self.carrying)
+        forces = self.contact_force[i] if self.contact_force.size else np.empty((P, 0, self.H + 1))
+        return PeriodicSolution(
+            frequency=float(self.frequency[i]),
+            output_names=tuple(self.output_names.tolist()),
+            held=tuple(self.held.tolist()),
+            harmonics=self.harmonics[i],
+            reaction=self.reaction[i] if len(self.reaction) else np.empty((0, self.H + 1)),
+            contact_force=forces,
+            contact_motion=self.contact_motion[i],
+            share_stick=self.share_stick[i],
+            share_slip=self.share_slip[i],
+            share_open=self.share_open[i],
+            dissipated=self.dissipated[i],
+            converged=bool(self.converged[i]),
+            iterations=int(self.iterations[i]),
+            unknowns=self.unknowns[i],
+            force_orders=tuple(self.force_orders.tolist()),
+            force_residual=float(self.force_residual[i])
+            if self.force_residual.size
+            else float("nan"),
+            periods=self.periods,
+        )
+
+    def __iter__(self) -> Iterator["PeriodicSolution"]:
+        return (self[i] for i in range(len(self)))
+
+    def at(self, value: float, which: int | None = None) -> "PeriodicSolution":
+        """The computed point nearest to a frequency in Hz, or to another parameter along the curve.
+
+        which : of the passages, 0 for the first along the curve, where it passes the value several
+            times
+        `solutions_at(curve, problem, value)` solves at the very value. Raises InputError outside
+        the curve, and where `which` is missing or none.
+        """
+        p, known = self.parameter, self.converged
+        passed = (p[:-1] - value) * (p[1:] - value) <= 0
+        passed &= known[:-1] & known[1:] & ~self.jumps[1:]
+        begins = np.flatnonzero(passed)
+        nearer = begins + (np.abs(p[begins + 1] - value) < np.abs(p[begins] - value))
+        points = list(dict.fromkeys(nearer.tolist()))
+        if not points:
+            raise InputError(
+                f"value = {value:g}: no solved part of the curve passes it; its points lie from "
+                f"{p.min():g} to {p.max():g}"
+            )
+        if which is None and len(points) > 1:
+            sizes = ", ".join(f"{a:.3g}" for a in self.amplitude()[points].max(axis=1))
+            raise InputError(
+                f"value = {value:g}: the curve passes it {len(points)} times, with amplitudes "
+                f"{sizes} m; say which = 0 to {len(points) - 1}"
+            )
+        if not 0 <= (which or 0) < len(points):
+            raise InputError(f"which = {which}: the curve passes {value:g} {len(points)} times")
+        return self[points[which or 0]]
+
+    def plot(
+        self,
+        *names: str,
+        kind: str = "half_peak_to_peak",
+        order: int | None = None,
+        unit: str = "m",
+        label: str | None = None,
+        color: str | None = None,
+        width: float = 1.6,
+        ax: "Axes | None" = None,
+    ) -> "Axes":
+        """Draw amplitudes of outputs along the curve, as the report does: unstable parts dashed,
+        folds, changes of stability and of contacts marked, a hollow circle at the solved peak,
+        shaded what the harmonics left out may change by estimate.
+
+        names : of outputs, all without any; kind, order : as in `amplitude`
+        unit : 'm', 'mm' or 'um'; label : instead of the names; color : of matplotlib, one for all
+        ax : axes of matplotlib to draw on; new ones without
+        Returns the axes. Raises InputError where matplotlib is not installed, and for an unknown
+        output.
+        """
+        drawn = names or tuple(self.output_names.tolist())
+        styles = [
+            (label or name, color or pictures.free_color(ax, k), width)
+            for k, name in enumerate(drawn)
+        ]
+        return pictures.response(self, drawn, (kind, order), unit, styles, ax)
+
+    def to_pandas(
+        self, kind: str = "half_peak_to_peak", order: int | None = None
+    ) -> "pandas.DataFrame":
+        """A row for each point: frequency in Hz (and another parameter), the amplitude of each
+        output in m, energy that the contacts dissipate in J, whether it is solved; `stable` (None
+        where that is not known) and `relative_truncation` where the curve has them. kind, order :
+        as in `amplitude`. Raises InputError where pandas is not installed."""
+        return tables.as_frame(self, kind, order)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The arrays of the curve by point, output, harmonic and contact, with their units. Raises
+        InputError where xarray is not installed."""
+        return tables.as_dataset(self)
+
+    def _repr_html_(self) -> str:
+        p, over = self.parameter, self.parameter_name
+        rows = {
+            "band": f"{p.min():g} to {p.max():g}" + " Hz" * (over == "frequency"),
+            "points": f"{len(self)}, {int((~self.converged).sum())} failed",
+            "harmonics": f"{self.H}",
+            "ended": self.ended,
+        }
+        for name in self.output_names.tolist():
+            at, height = self.at_least(name)
+            rows[f"largest of {name}"] = f"{height:.4g} m at {at:.6g}"
+        for kind in dict.fromkeys(one.kind for one in self.named_points):
+            places = (f"{one.parameter:.6g}" for one in self.named_points if one.kind == kind)
+            rows[kind] = f"at {', '.join(places)}"
+        return rich.table(f"Forced response over {over}", rows)
 
     def amplitude(self, kind: str = "half_peak_to_peak", order: int | None = None) -> np.ndarray:
         """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'rms' of the vibration, or
@@ -439,7 +569,7 @@ class PeriodicSolution(ArrayRecord):
     share_stick, share_slip, share_open : (P,) share of the cycle; dissipated : (P,) J per cycle
     converged : whether it was found; iterations : evaluations of the residual
     unknowns : (N,) m, a `guess` for another call; force_orders : of the forcing
-    force_residual : as in ForcedResponse
+    force_residual, periods : as in ForcedResponse
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
     >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
@@ -464,6 +594,37 @@ class PeriodicSolution(ArrayRecord):
     unknowns: np.ndarray
     force_orders: tuple
     force_residual: float
+    periods: int = 1
+
+    def __repr__(self) -> str:
+        sizes = ", ".join(
+            f"{name} {a:.4g} m" for name, a in zip(self.output_names, self.amplitude(), strict=True)
+        )
+        state = "" if self.converged else ", not solved"
+        return f"<PeriodicSolution: {self.frequency:.6g} Hz, {sizes}{state}>"
+
+    def plot(self, *names: str, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
+        """Draw the motion of outputs, all without any names, over one period of the motion.
+
+        unit : 'm', 'mm' or 'um'; ax : axes of matplotlib to draw on; new ones without
+        Returns the axes. Raises InputError where matplotlib is not installed, and for an unknown
+        output.
+        """
+        drawn = names or self.output_names
+        for name in drawn:
+            if name not in self.output_names:
+                raise InputError(f"output '{name}': {nearest(name, self.output_names)}")
+        motions = {name: self.harmonics[self.output_names.index(name)] for name in drawn}
+        seconds = self.periods / self.frequency
+        return pictures.period(seconds, motions, unit, ["solid"] * len(motions), ax)
+
+    def _repr_html_(self) -> str:
+        rows = {
+            name: f"{a:.4g} m, mean {X[0].real:.4g} m"
+            for name, a, X in zip(self.output_names, self.amplitude(), self.harmonics, strict=True)
+        }
+        rows |= {"dissipated": f"{self.dissipated.sum():.4g} J", "solved": str(self.converged)}
+        return rich.table(f"Periodic solution at {self.frequency:.6g} Hz", rows)
 
     def amplitude(self, kind: str = "half_peak_to_peak", order: int | None = None) -> np.ndarray:
         """(m,) amplitude, m: as ForcedResponse.amplitude."""

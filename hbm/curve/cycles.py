@@ -2,6 +2,7 @@
 energy balance."""
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,10 +12,14 @@ from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.curve.energy import EnergyBalance
 from tipdamp.hbm.curve.equilibrium import KeptPoints
 from tipdamp.hbm.curve.solutions import restored
+from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.records import Motion
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import check_whole
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SAMPLES = 8192  # a period; the friction work of a slip segment converges with their square
 MAX_PERIODS = 50  # until the state of a law with memory repeats
@@ -37,6 +42,18 @@ class ContactCycles:
     sliders: np.ndarray
     components: tuple[str, ...]
     energy: EnergyBalance
+
+    def plot(self, pair: int = 0, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
+        """Draw the loops of a contact: force over the motion about its mean, a line for each
+        component.
+
+        unit : 'm', 'mm' or 'um'; ax : axes of matplotlib to draw on; new ones without
+        Returns the axes. Raises InputError where matplotlib is not installed or the pair is none.
+        """
+        if not 0 <= pair < self.force.shape[1]:
+            raise InputError(f"pair = {pair}: must be 0 to {self.force.shape[1] - 1}")
+        motion, force = self.motion[:, pair], self.force[:, pair]
+        return pictures.loop(motion, force, self.components, unit, ax)
 
     @property
     def friction_work(self) -> np.ndarray:

@@ -3,6 +3,7 @@
 from typing import Any
 
 from tipdamp.hbm.drawing.figure import (
+    INK,
     SEQUENCE,
     Band,
     Curve,
@@ -28,14 +29,24 @@ SYMBOL = {
 }
 
 
+SETTINGS = {
+    "font.size": 9.5,
+    "axes.edgecolor": "#555555",
+    "axes.linewidth": 0.8,
+    "axes.grid": True,
+    "grid.color": "#ececec",
+    "text.color": INK,
+    "axes.titlesize": 10.5,
+    "font.family": "sans-serif",
+}
+
+
 def draw_panel(axes: Any, panel: Panel, handles: dict[str, Any]) -> None:
     """Draw a panel, with its title and labels; what the names of a legend stand for is added to the
     handles."""
-    axes.set(
-        title=plain_text(panel.title),
-        xlabel=plain_text(panel.x_label),
-        ylabel=plain_text(panel.y_label),
-    )
+    axes.set(xlabel=plain_text(panel.x_label), ylabel=plain_text(panel.y_label))
+    if panel.title:
+        axes.set_title(plain_text(panel.title))
     axes.set_axisbelow(True)
     if panel.log_y:
         axes.set_yscale("log")

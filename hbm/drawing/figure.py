@@ -23,6 +23,7 @@ ORANGE = "#E69F00"
 DARK = "#12355b"
 # dark to light: an order that survives grey print
 SEQUENCE = ("#3b0f70", "#16508f", "#159a8a", "#7ab83a", "#f2ae00")
+COMPONENTS = {"t1": BLUE, "t2": VERMILION, "n": INK}  # of a contact
 DASHES = ("solid", "dash", "dashdot", "dot")
 
 

@@ -4,6 +4,7 @@ import itertools
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,9 +23,13 @@ from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.curve.trace import record
 from tipdamp.hbm.curve.truncation import peak_multipliers
+from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.search.beside import Beside, Search, growth
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -49,6 +54,19 @@ class CurvesBeside:
     curves: tuple[ForcedResponse, ...]
     places: tuple[float, ...]
     solutions: tuple[int, ...]
+
+    def plot(self, *names: str, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
+        """Draw the first curve, and thin in the same colours what was found beside it.
+
+        Arguments, return value and errors as in `ForcedResponse.plot`.
+        """
+        drawn = names or tuple(self.curve.output_names.tolist())
+        colors = [pictures.free_color(ax, k) for k in range(len(drawn))]
+        on = self.curve.plot(*drawn, unit=unit, ax=ax)
+        for other in self.curves:
+            for name, color in zip(drawn, colors, strict=True):
+                other.plot(name, unit=unit, label="", color=color, width=0.9, ax=on)
+        return on
 
 
 class _LimitReached(Exception):

@@ -8,12 +8,13 @@ rest do not stick.
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy.optimize import brentq
 
 from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
 from tipdamp.static_contact.tuning.kept_stations import (
     conserve_total,
@@ -24,6 +25,9 @@ from tipdamp.static_contact.tuning.kept_stations import (
 )
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 from tipdamp.static_contact.tuning.stuck_search import StuckSearch
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class NotReachable(InputError):
@@ -75,6 +79,17 @@ class Detachment:
     graded: GradedStation | None = None
     equivalent: tuple[Step, ...] = ()
     passed_over: tuple[Step, ...] = ()
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw the stuck frequency over the number of kept stations, with target and choice.
+
+        ax : axes of matplotlib to draw on; new ones without
+        Returns the axes. Raises InputError where matplotlib is not installed.
+        """
+        steps = [*self.history, self.chosen]
+        count = np.array([step.front + step.back for step in steps])
+        hz = np.array([step.hz for step in steps])
+        return pictures.sets_tried(count, hz, len(steps) - 1, self.target_hz, ax)
 
 
 @dataclass(frozen=True)

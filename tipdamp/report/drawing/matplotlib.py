@@ -1,21 +1,11 @@
 """The same figures drawn with matplotlib, as PNG."""
 
-from tipdamp.hbm.drawing.axes import draw_panel, plain_text
-from tipdamp.hbm.drawing.figure import INK, Figure
+from tipdamp.hbm.drawing.axes import SETTINGS, draw_panel, plain_text
+from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.libraries import need
 
 DPI, PANEL_WIDTH, PIXELS_PER_INCH = 150, {1: 7.5, 2: 5.2, 3: 4.0}, 100
 LEGEND_ROW = 0.25  # inch
-SETTINGS = {
-    "font.size": 9.5,
-    "axes.edgecolor": "#555555",
-    "axes.linewidth": 0.8,
-    "axes.grid": True,
-    "grid.color": "#ececec",
-    "text.color": INK,
-    "axes.titlesize": 10.5,
-    "font.family": "sans-serif",
-}
 
 
 def draw(figure: Figure, path) -> None:

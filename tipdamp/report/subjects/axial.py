@@ -1,15 +1,11 @@
 """What the preload figures share: forces along the axis of the damper, side by side."""
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.hbm.drawing.figure import GREY, Marks
 from tipdamp.report.results import Results
 
 AXIAL = "axial coordinate (mm)"
-CUT = 0.25  # of the largest preload: what open pairs take of an axis at most
 PRESSURE = "contact pressure (N/mm²)"
 
 
@@ -34,26 +30,6 @@ def load_of(pairs: ContactTable) -> tuple[np.ndarray, str]:
 def nodal(pairs: ContactTable) -> str:
     """Label of an axis of forces."""
     return f"normal preload of each {'contact point' if pairs.on_surface.all() else 'node'} (N)"
-
-
-def lowest_shown(load: np.ndarray) -> float:
-    """Lower end of an axis of preloads: pairs with wide gaps are so negative that closed ones would
-    lie flat beside."""
-    top, low = float(load.max()), min(float(load.min()), 0.0)
-    return max(low, -CUT * top) if top > 0 else low
-
-
-def cut_marks(x: np.ndarray, y: np.ndarray, low: float) -> Iterator[Marks]:
-    """What lies below the axis, at its end."""
-    if (y < low).any():
-        yield Marks(
-            x[y < low],
-            np.full(int((y < low).sum()), low),
-            "open, below the axis",
-            GREY,
-            "x",
-            size=5,
-        )
 
 
 def of_side(pairs: ContactTable, side: str) -> ContactTable:

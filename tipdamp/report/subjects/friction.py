@@ -7,13 +7,12 @@ import numpy as np
 
 from tipdamp.hbm.drawing.branches import failures
 from tipdamp.hbm.drawing.figure import (
-    BLUE,
+    COMPONENTS,
     DARK,
     GREY,
     INK,
     ORANGE,
     PALE,
-    VERMILION,
     Band,
     Curve,
     Figure,
@@ -33,7 +32,6 @@ from tipdamp.results.response_results import PeakCycle
 
 MOST_PAIRS = 60  # rows of the state map that can be told apart
 SHOWN = 12  # pairs with the largest friction work; the files of the stage `cycles` hold all
-COLORS = {"t1": BLUE, "t2": VERMILION, "n": INK}
 
 
 def states(results: Results) -> Iterator[Figure]:
@@ -246,8 +244,9 @@ def hysteresis(results: Results) -> Iterator[Figure]:
 def _loop(loops: Loops, i: int, tangents: Sequence[int]) -> Panel:
     motion = MICRO * (loops.motion[:, i] - loops.motion[:-1, i].mean(axis=0))
     items = [
-        Curve(motion[:, k], loops.force[:, i, k], loops.components[k], COLORS[loops.components[k]])
-        for k in tangents
+        Curve(motion[:, k], loops.force[:, i, k], name, COMPONENTS[name])
+        for k, name in enumerate(loops.components)
+        if k in tangents
     ]
     return Panel(loops.pairs[i], "motion (µm)", "force (N)", items)
 

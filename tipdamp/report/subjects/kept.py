@@ -17,12 +17,11 @@ from tipdamp.hbm.drawing.figure import (
     Marks,
     Panel,
 )
+from tipdamp.hbm.drawing.preload_items import cut_marks, lowest_shown
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import (
     AXIAL,
-    cut_marks,
-    lowest_shown,
     nodal,
     of_side,
     side_title,

@@ -8,24 +8,24 @@ import numpy as np
 from tipdamp.bodies.loads import case_pull, rest_name
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.drawing.figure import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    VERMILION,
-    Curve,
     Figure,
     Item,
     Line,
     Marks,
     Panel,
 )
+from tipdamp.hbm.drawing.preload_items import (
+    ROWS,
+    SYMBOLS,
+    cut_marks,
+    lowest_shown,
+    row_items,
+)
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import (
     AXIAL,
-    cut_marks,
     load_of,
-    lowest_shown,
     of_side,
     side_title,
     station_sums,
@@ -33,9 +33,6 @@ from tipdamp.report.subjects.axial import (
 from tipdamp.report.text import NOTHING, listing, number
 from tipdamp.results.static_results import SideLoad, SideStiffness
 from tipdamp.study.schema import LoadCase
-
-ROWS = (BLUE, ORANGE, GREEN, VERMILION)
-SYMBOLS = ("circle", "square", "diamond")
 
 
 def at_rest(results: Results) -> Iterator[Figure]:
@@ -128,17 +125,8 @@ def _points(results, pairs: ContactTable, pressure: np.ndarray, low: float) -> I
 
 
 def _row(results, pairs: ContactTable, row: int, low: float) -> Iterator[Item]:
-    order = np.argsort(results.along(pairs))
-    x, y = results.along(pairs)[order], pairs.preload[order]
-    color = ROWS[row % len(ROWS)]
     name = f"row {row}" + " (lower edge line)" * (row == 0)
-    symbol = SYMBOLS[row % 3]
-    closed, opened = y > 0, (y <= 0) & (y >= low)
-    yield Curve(x, np.maximum(y, low), "", color, width=1.0)
-    yield Marks(x[closed], y[closed], name, color, symbol)
-    if opened.any():
-        yield Marks(x[opened], y[opened], f"{name}, open", color, symbol, filled=False)
-    yield from cut_marks(x, y, low)
+    return row_items(results.along(pairs), pairs.preload, name, row, low)
 
 
 def _ends(results) -> str:

@@ -18,6 +18,7 @@ from tipdamp.hbm.drawing.figure import (
     Marks,
     Panel,
 )
+from tipdamp.hbm.drawing.pictures import KEPT_STATIONS
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import AXIAL, of_side, side_title
@@ -83,7 +84,7 @@ def _of_stations(results: Results, tune: TuneResult) -> Figure:
         results,
         tune,
         "Tuning by detachment",
-        "kept stations on each side",
+        KEPT_STATIONS,
         HOW_STATIONS[order],
         seen,
         hz,

@@ -1,0 +1,190 @@
+"""The pictures that results draw of themselves, on given axes or on new ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tipdamp.hbm import fourier
+from tipdamp.hbm.drawing.axes import SETTINGS, draw_panel, plain_text
+from tipdamp.hbm.drawing.branches import (
+    BIFURCATIONS,
+    CONTACTS,
+    Place,
+    branch_lines,
+    error_band,
+    failures,
+    named_marks,
+    outermost,
+    peak_mark,
+)
+from tipdamp.hbm.drawing.figure import (
+    BLUE,
+    COMPONENTS,
+    GREEN,
+    GREY,
+    INK,
+    ORANGE,
+    VERMILION,
+    Curve,
+    Item,
+    Line,
+    Marks,
+    Panel,
+)
+from tipdamp.hbm.drawing.preload_items import lowest_shown, row_items
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.optional import library
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.contact import ContactTable
+    from tipdamp.hbm.result import ForcedResponse
+
+CYCLE = (BLUE, VERMILION, GREEN, ORANGE, INK)
+UNITS = {"m": 1.0, "mm": 1e3, "um": 1e6}
+KEPT_STATIONS = "kept stations on each side"
+SHOWN = {"m": "m", "mm": "mm", "um": "µm"}
+KIND = {"half_peak_to_peak": "amplitude", "rms": "rms", "harmonic": "harmonic"}
+
+
+def on_axes(panel: Panel, ax: Any = None) -> Any:
+    """The axes with the panel drawn on them; new ones of pyplot without any given. What was on them
+    keeps its entries of the legend."""
+    if ax is None:
+        pyplot = library("matplotlib.pyplot", "a picture")
+        with pyplot.rc_context(SETTINGS):
+            ax = pyplot.subplots(layout="constrained")[1]
+    handles: dict[str, Any] = {}
+    draw_panel(ax, panel, handles)
+    known = ax.get_legend_handles_labels()[1]
+    for name, handle in handles.items():
+        if plain_text(name) not in known:
+            handle.set_label(plain_text(name))
+    if len(known) + len(handles) > 1:
+        ax.legend(frameon=False, fontsize=9)
+    return ax
+
+
+def free_color(ax: Any, k: int = 0) -> str:
+    """The k-th colour after those of the solid lines that the axes have."""
+    used = 0 if ax is None else sum(line.get_linestyle() == "-" for line in ax.lines)
+    return CYCLE[(used + k) % len(CYCLE)]
+
+
+def factor_of(unit: str) -> float:
+    """What metres are multiplied by; InputError where the unit is none."""
+    if unit not in UNITS:
+        raise InputError(f"unit = '{unit}': {nearest(unit, tuple(UNITS))}")
+    return UNITS[unit]
+
+
+def response(
+    curve: ForcedResponse,
+    names: Sequence[str],
+    amplitude: tuple[str, int | None],
+    unit: str,
+    styles: Iterable[tuple[str, str, float]],
+    ax: Any,
+) -> Any:
+    """Amplitudes (kind, order) of outputs along a curve; styles : (label, colour, width) of
+    each."""
+    items: list[Item] = []
+    for name, style in zip(names, styles, strict=False):
+        items += _amplitude_items(curve, name, amplitude, factor_of(unit), style)
+    over = "frequency (Hz)" if curve.parameter_name == "frequency" else curve.parameter_name
+    return on_axes(Panel("", over, f"{KIND[amplitude[0]]} ({SHOWN[unit]})", tuple(items)), ax)
+
+
+def _amplitude_items(curve, name, amplitude, factor, style) -> Iterator[Item]:
+    kind, order = amplitude
+    label, color, width = style
+    j = curve.column(name)
+    a = factor * curve.amplitude(kind, order)[:, j]
+    if curve.truncation.size:
+        share = 1.0 if kind == "rms" else np.sqrt(2)
+        yield error_band(curve, a, factor * share * curve.truncation[:, j], "", color)
+    yield from branch_lines(curve, a, label, color, width)
+    places = [
+        Place(one.kind, one.parameter, _height(one, a, j, kind, factor))
+        for one in curve.named_points
+    ]
+    yield from named_marks(places, BIFURCATIONS, color)
+    yield from named_marks(outermost(places), CONTACTS, color)
+    if kind == "half_peak_to_peak" and curve.peak_points.size and np.isfinite(a).any():
+        top = int(np.nanargmax(a))
+        if curve.peak_points[top, j]:
+            yield peak_mark(float(curve.parameter[top]), float(a[top]), color)
+    yield from failures(curve, a, curve.complete)
+
+
+def _height(point, a, j, kind, factor):
+    """Of a named point, whose half peak to peak is known; of other kinds between its neighbours."""
+    if kind == "half_peak_to_peak":
+        return factor * point.amplitudes[j]
+    return float(a[point.index : point.index + 2].mean())
+
+
+def period(
+    seconds: float, motions: Mapping[str, np.ndarray], unit: str, dashes: Sequence[str], ax: Any
+) -> Any:
+    """Motions {name: (H+1,) harmonics} over a period; dashes : of each."""
+    tau = np.linspace(0, 2 * np.pi, 401)
+    items = tuple(
+        Curve(
+            tau / (2 * np.pi) * seconds,
+            factor_of(unit) * fourier.basis(tau, len(X) - 1) @ fourier.to_real(X),
+            name,
+            free_color(ax, k),
+            dash,
+        )
+        for k, ((name, X), dash) in enumerate(zip(motions.items(), dashes, strict=True))
+    )
+    return on_axes(Panel("", "time (s)", f"motion ({SHOWN[unit]})", items), ax)
+
+
+def loop(
+    motion: np.ndarray, force: np.ndarray, components: Sequence[str], unit: str, ax: Any
+) -> Any:
+    """Force over motion (n, nd) of one contact about its mean."""
+    items = tuple(
+        Curve(
+            factor_of(unit) * (motion[:, k] - motion[:-1, k].mean()),
+            force[:, k],
+            name,
+            COMPONENTS.get(name, BLUE),
+        )
+        for k, name in enumerate(components)
+    )
+    return on_axes(Panel("", f"relative motion ({SHOWN[unit]})", "force (N)", items), ax)
+
+
+def preload_map(pairs: ContactTable, side: str, ax: Any) -> Any:
+    """Normal preload of one side along its longest extent."""
+    mine = pairs.select(pairs.side == side)
+    span = np.ptp(pairs.position, axis=0)
+    along = int(span.argmax())
+    low = lowest_shown(pairs.preload)
+    items: list[Item] = [Line("y", 0.0, color=GREY, dash="solid")]
+    for row in np.unique(mine.row):
+        of_row = mine.row == row
+        items += row_items(
+            1e3 * mine.position[of_row, along], mine.preload[of_row], f"row {row}", int(row), low
+        )
+    at = f"{'xyz'[along]} (mm)"
+    return on_axes(Panel(f"side '{side}'", at, "normal preload (N)", tuple(items)), ax)
+
+
+def sets_tried(
+    count: np.ndarray, hz: np.ndarray, chosen: int, target: float | None, ax: Any
+) -> Any:
+    """Stuck frequencies of sets of kept stations, the chosen one filled, and the target."""
+    items: list[Item] = [
+        Marks(count, hz, "sets tried", GREY, filled=False, size=6),
+        Marks(count[[chosen]], hz[[chosen]], "chosen", BLUE),
+    ]
+    if target is not None:
+        items.append(Line("y", target, f"target {target:g} Hz", VERMILION))
+    panel = Panel("", KEPT_STATIONS, "stuck frequency (Hz)", tuple(items), whole_x=True)
+    return on_axes(panel, ax)

@@ -1,0 +1,233 @@
+"""Results draw themselves as the report does, say what they are in a notebook, and become
+tables."""
+
+import sys
+
+import matplotlib.pyplot
+import numpy as np
+import pytest
+
+from tipdamp import (
+    CubicSpring,
+    Jenkins1D,
+    Problem,
+    Search,
+    compare,
+    contact_cycles,
+    curves_beside,
+    detach_until,
+    preload,
+)
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.example import two_blades
+from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
+
+matplotlib.use("agg")
+
+
+@pytest.fixture(autouse=True)
+def closed_figures():
+    yield
+    matplotlib.pyplot.close("all")
+
+
+@pytest.fixture(scope="module")
+def duffing():
+    return Problem([[1.0]], [[0.02]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 0.2)
+
+
+@pytest.fixture(scope="module")
+def folded(duffing):
+    return duffing.follow_band((0.12, 0.5), outputs={"x": 0}, harmonics=3, stability="all")
+
+
+@pytest.fixture(scope="module")
+def slipping():
+    blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    return blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+
+
+@pytest.fixture(scope="module")
+def rubbed(slipping):
+    return slipping.follow_band((600, 1000), outputs={"tip": 0}, stability="all")
+
+
+def lines(ax, style):
+    return [line for line in ax.lines if line.get_linestyle() == style]
+
+
+def labels(ax):
+    return ax.get_legend_handles_labels()[1]
+
+
+def test_unstable_parts_are_dashed_between_the_folds(folded):
+    ax = folded.plot()
+    (whole,), (dashed,) = lines(ax, "-"), lines(ax, "--")
+    drawn = np.isfinite(dashed.get_ydata())
+    folds = sorted(one.parameter for one in folded.named_points if one.kind == "fold")
+    inside = dashed.get_xdata()[drawn]
+    assert folds[0] - 0.01 < inside.min() and inside.max() < folds[-1] + 0.01
+    assert np.isnan(whole.get_ydata()[folded.unstable]).all()
+    assert ax.get_xlabel() == "frequency (Hz)" and ax.get_ylabel() == "amplitude (m)"
+    assert labels(ax) == ["x", "fold"]
+
+
+def test_marks_stand_on_the_curve(rubbed):
+    ax = rubbed.plot(unit="um")
+    marks = next(line for line in ax.lines if line.get_label() == "onset of slip")
+    known = [one for one in rubbed.named_points if one.kind == "onset of slip"]
+    assert marks.get_xdata().tolist() == [one.parameter for one in known]
+    assert marks.get_ydata() == pytest.approx([1e6 * one.amplitudes[0] for one in known])
+    (circle,) = (line for line in ax.lines if line.get_marker() == "o")
+    assert [circle.get_xdata()[0], circle.get_ydata()[0]] == pytest.approx(
+        [rubbed.peak("tip")[0], 1e6 * rubbed.peak("tip")[1]]
+    )
+
+
+@pytest.mark.parametrize("kind, share", [("half_peak_to_peak", np.sqrt(2)), ("rms", 1.0)])
+def test_error_band_is_the_estimate(folded, kind, share):
+    ax = folded.plot(kind=kind)
+    reach = ax.patches[0].get_xy()[:, 1]
+    a = folded.amplitude(kind)[:, 0]
+    n = len(reach) // 2
+    assert reach[:n] == pytest.approx((a - share * folded.truncation[:, 0])[:n])
+
+
+def test_curves_on_the_same_axes_have_colours_and_entries_of_their_own(rubbed):
+    ax = rubbed.plot(label="first")
+    assert rubbed.plot(label="second", ax=ax) is ax
+    first, second = lines(ax, "-")
+    assert first.get_color() != second.get_color()
+    assert labels(ax) == ["first", "onset of slip", "second"]
+    ax.set_title("mine")
+    rubbed.plot(label="third", color="red", ax=ax)
+    assert ax.get_title() == "mine" and lines(ax, "-")[2].get_color() == "red"
+
+
+def test_a_solution_is_drawn_over_its_period(folded):
+    point = folded.at(0.15)
+    (line,) = point.plot().lines
+    assert line.get_xdata()[-1] == pytest.approx(1 / point.frequency)
+    assert np.ptp(line.get_ydata()) / 2 == pytest.approx(point.amplitude().item(), rel=1e-4)
+
+
+def test_period_of_a_subharmonic_is_its_own():
+    quiet = Problem([[1.0]], [[0.05]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 2.0)
+    third = np.zeros(3)
+    third[1] = 2.0
+    found = quiet.solve_at(6 / (2 * np.pi), outputs={"x": 0}, harmonics=9, periods=3, guess=third)
+    (line,) = found.plot().lines
+    assert line.get_xdata()[-1] == pytest.approx(3 / found.frequency)
+
+
+def test_loop_has_the_area_of_the_friction_work(rubbed, slipping):
+    top = int(rubbed.amplitude()[:, 0].argmax())
+    cycles = contact_cycles(rubbed, slipping.contact_problem, top)
+    (line,) = cycles.plot().lines
+    work = np.trapezoid if hasattr(np, "trapezoid") else np.trapz
+    assert work(line.get_ydata(), line.get_xdata()) == pytest.approx(cycles.energy.friction.sum())
+
+
+def test_integration_lies_on_the_balance(rubbed, slipping):
+    found = compare(rubbed, slipping.contact_problem, 700.0)
+    balance, integration = found.plot().lines
+    off = np.abs(balance.get_ydata() - integration.get_ydata()).max()
+    assert off < 0.01 * np.abs(balance.get_ydata()).max()
+
+
+def test_curves_found_beside_are_thin():
+    M, C = np.diag([1, 0.05]), np.array([[0.01, -0.005], [-0.005, 0.005]])
+    driven = Problem(M, C, [[1.015, -0.015], [-0.015, 0.015]]).add(CubicSpring(0.2 / 3), (0, 1))
+    driven = driven.force(0, 0.0311)
+    curve = driven.follow_band((0.0955, 0.2546), outputs={"x": 0}, harmonics=1, samples=16)
+    ax = curves_beside(curve, driven.contact_problem, Search(frequencies=3, starts=4)).plot()
+    first, detached = lines(ax, "-")
+    assert detached.get_linewidth() < first.get_linewidth()
+    assert detached.get_color() == first.get_color()
+
+
+def test_statics_draw_their_maps():
+    model, pairs = two_blades(stations=5)
+    found = preload(model, pairs, 60.0 * model.loads["pull"])
+    ax = found.pairs.plot("right")
+    heights = np.concatenate([line.get_ydata() for line in ax.lines if line.get_marker() == "o"])
+    assert heights.sum() == pytest.approx(found.force[pairs.side == "right"].sum())
+    mode = sum(model.displacement_row("blade1", node, [0, 1, 0]) for node in range(1, 6))
+    mode = mode / np.sqrt(mode @ model.M @ mode)
+    ax = detach_until(StuckAssembly(model), pairs, 1270.0, mode).plot()
+    assert "sets tried" in labels(ax) and "chosen" in labels(ax)
+
+
+def test_points_of_a_curve(folded):
+    assert len(folded) == len(list(folded)) == len(folded.frequency)
+    assert folded[-1].frequency == folded.frequency[-1]
+    assert np.array_equal(folded[3].harmonics, folded.harmonics[3])
+    with pytest.raises(IndexError):
+        folded[len(folded)]
+
+
+def test_a_point_of_a_curve_is_what_is_solved_there(rubbed, slipping):
+    point = rubbed.at(760.0)
+    found = slipping.solve_at(point.frequency, outputs={"tip": 0}, guess=point.unknowns)
+    assert found.amplitude() == pytest.approx(point.amplitude(), rel=1e-8)
+    assert found.share_slip == pytest.approx(point.share_slip, abs=1e-8)
+
+
+def test_points_where_a_curve_passes_a_value(folded):
+    with pytest.raises(InputError, match="passes it 3 times.*say which = 0 to 2"):
+        folded.at(0.25)
+    heights = [folded.at(0.25, which=k).amplitude().item() for k in range(3)]
+    assert heights[0] > heights[1] > heights[2]
+    with pytest.raises(InputError, match="its points lie from 0.12 to 0.5"):
+        folded.at(0.7)
+    with pytest.raises(InputError, match="which = 3: the curve passes 0.25 3 times"):
+        folded.at(0.25, which=3)
+
+
+def test_frame_has_a_row_for_each_point(folded, rubbed):
+    frame = rubbed.to_pandas()
+    assert list(frame) == [
+        *("frequency", "tip", "dissipated", "converged", "stable", "relative_truncation")
+    ]
+    assert frame["tip"].to_numpy() == pytest.approx(rubbed.amplitude()[:, 0])
+    assert (~folded.to_pandas()["stable"].astype(bool)).sum() == folded.unstable.sum()
+
+
+def test_dataset_has_names_and_units(rubbed):
+    data = rubbed.to_xarray()
+    assert data.harmonics.sel(output="tip", harmonic=1).values == pytest.approx(
+        rubbed.harmonics[:, 0, 1]
+    )
+    assert data.dissipated.attrs["units"] == "J" and data.frequency.attrs["units"] == "Hz"
+
+
+def test_notebooks_show_a_table(folded):
+    _, pairs = two_blades()
+    shown = [one._repr_html_() for one in (folded, folded[0], pairs)]
+    assert all(text.startswith("<table>") and text.endswith("</table>") for text in shown)
+    assert "fold" in shown[0] and "side &#x27;left&#x27;" in shown[2]
+    point = folded.at(0.12)
+    assert f"0.12 Hz, x {point.amplitude().item():.4g} m" in repr(point)
+
+
+@pytest.mark.parametrize(
+    "missing, call",
+    [("matplotlib.pyplot", "plot"), ("pandas", "to_pandas"), ("xarray", "to_xarray")],
+)
+def test_missing_libraries_are_told_with_the_remedy(folded, monkeypatch, missing, call):
+    monkeypatch.setitem(sys.modules, missing, None)
+    with pytest.raises(InputError, match=f"not installed: pip install {missing.split('.')[0]}"):
+        getattr(folded, call)()
+
+
+@pytest.mark.parametrize(
+    "draw, said",
+    [
+        (lambda curve: curve.plot("y"), "output 'y'"),
+        (lambda curve: curve.plot(unit="inch"), "unit = 'inch'"),
+        (lambda curve: curve[0].plot("y"), "output 'y'"),
+    ],
+)
+def test_what_cannot_be_drawn_is_told(folded, draw, said):
+    with pytest.raises(InputError, match=said):
+        draw(folded)
