@@ -450,6 +450,13 @@ class ForcedResponse(ArrayRecord):
         change = self.truncation.max(axis=1, initial=0.0)
         return np.divide(change, largest, out=np.zeros_like(change), where=change > 0)
 
+    @property
+    def doubtful(self) -> np.ndarray:
+        """(n,) bool: `truncation` is no estimate, or there is none."""
+        if not self.truncation.size:
+            return np.ones(len(self), dtype=bool)
+        return ~(self.relative_truncation <= DOUBTFUL)
+
     def peak_truncation(self, name: str) -> float:
         """Estimated `truncation` of an output where its half peak to peak is largest, of its
         vibration there, both as root mean square; NaN where there is none."""
@@ -486,7 +493,7 @@ class ForcedResponse(ArrayRecord):
             return np.full(len(self.frequency), np.nan)
         modulus = np.abs(self.multipliers[:, 0])
         if self.truncation.size:
-            modulus[~(self.relative_truncation <= DOUBTFUL)] = np.nan
+            modulus[self.doubtful] = np.nan
         return modulus
 
     @property

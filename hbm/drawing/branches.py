@@ -46,7 +46,9 @@ def branch_lines(
 def error_band(
     curve: ForcedResponse, amplitude: np.ndarray, error: np.ndarray, name: str, color: str
 ) -> Band:
-    """Around an amplitude (n,): what the orders left out may change, by their estimate (n,)."""
+    """Around an amplitude (n,): what the orders left out may change, by their estimate (n,); a gap
+    where that is no estimate."""
+    error = np.where(curve.doubtful, np.nan, error)
     return Band(curve.parameter, amplitude - error, amplitude + error, name, color, 0.4)
 
 

@@ -2,6 +2,7 @@
 tables."""
 
 import sys
+from dataclasses import replace
 
 import matplotlib.pyplot
 import numpy as np
@@ -91,6 +92,12 @@ def test_error_band_is_the_estimate(folded, kind, share):
     a = folded.amplitude(kind)[:, 0]
     n = len(reach) // 2
     assert reach[:n] == pytest.approx((a - share * folded.truncation[:, 0])[:n])
+
+
+def test_band_leaves_out_what_is_no_estimate(folded):
+    doubtful = replace(folded, truncation=10 * folded.amplitude())
+    assert doubtful.doubtful.all() and not doubtful.plot().patches
+    assert not folded.doubtful.all() and folded.plot().patches
 
 
 def test_curves_on_the_same_axes_have_colours_and_entries_of_their_own(rubbed):
