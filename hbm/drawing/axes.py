@@ -12,6 +12,7 @@ from tipdamp.hbm.drawing.figure import (
     Panel,
     Tiles,
     edges,
+    fine_ticks,
     outlines,
 )
 from tipdamp.hbm.optional import library
@@ -52,8 +53,9 @@ def draw_panel(axes: Any, panel: Panel, handles: dict[str, Any]) -> None:
         axes.set_yscale("log")
     if panel.log_x:
         axes.set_xscale("log")
-        for axis in (axes.xaxis, axes.yaxis)[: 1 + panel.log_y]:
-            _fine_ticks(axis)
+        _fine_ticks(axes.xaxis, panel.x_range)
+        if panel.log_y:
+            _fine_ticks(axes.yaxis, panel.y_range)
     for item in panel.items:
         if isinstance(item, Line):
             _line(axes, item)
@@ -78,10 +80,10 @@ def draw_panel(axes: Any, panel: Panel, handles: dict[str, Any]) -> None:
         _room_above_labels(axes, panel)
 
 
-def _fine_ticks(axis):
-    """At 1, 2 and 5 of each decade, as plain numbers."""
+def _fine_ticks(axis, limits):
+    """As plain numbers."""
     ticker = library("matplotlib.ticker", "a picture")
-    axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5)))
+    axis.set_major_locator(ticker.LogLocator(subs=fine_ticks(limits)))
     axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(ticker.NullFormatter())
 

@@ -161,6 +161,12 @@ def edges(places: np.ndarray) -> np.ndarray:
     return np.r_[2 * places[0] - middle[0], middle, 2 * places[-1] - middle[-1]]
 
 
+def fine_ticks(limits: tuple | None) -> tuple[float, ...]:
+    """Where in each decade a logarithmic axis has ticks: more of them where its limits are near."""
+    near = limits is not None and limits[1] < 5 * limits[0]
+    return (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8) if near else (1, 2, 5)
+
+
 def level_colors(n: int) -> list[str]:
     """n colours from dark to light."""
     rgb = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in SEQUENCE], dtype=float)

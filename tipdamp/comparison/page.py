@@ -16,7 +16,11 @@ from tipdamp.report.page import Block, Section, page
 from tipdamp.report.text import listing, micro, number
 
 SECTIONS = (
-    ("optimisation", "Optimisation curves", (figures.optimisation, tables.best)),
+    (
+        "optimisation",
+        "Optimisation curves",
+        (figures.optimisation, tables.best, tables.differences),
+    ),
     ("along", "Along the curves", (tables.events, figures.places)),
     ("studies", "The studies", (tables.studies,)),
     ("preload", "Preload", (figures.preloads,)),

@@ -8,6 +8,7 @@ from tipdamp.comparison.optimum import Optimum, envelope, lowest_at, ranks
 from tipdamp.comparison.peaks import ComparedPeak, Phase
 from tipdamp.comparison.record import Comparison
 from tipdamp.report.drawing.table import Table
+from tipdamp.report.results import Results
 from tipdamp.report.subjects.amplitudes import orders_of
 from tipdamp.report.text import NOTHING, hertz, listing, micro, number
 
@@ -30,8 +31,6 @@ def studies(comparison: Comparison) -> Iterator[Table]:
 
 def _column(one) -> Row:
     tune, free, respond = one.tune, one.reduce.free_hz, one.study.respond
-    other = {name: mode.hz for name, mode in tune.other_modes.items()}
-    stuck = {one.study.tune.follow: tune.stuck_hz.tuned, **other}
     return {
         "pull Fc (N)": number(one.study.driver.pull),
         "without damper, out of phase (Hz)": hertz(free.get("out_of_phase")),
@@ -39,8 +38,8 @@ def _column(one) -> Row:
         "kept": tune.kept_in_words.replace("mm2", "mm²"),
         "stuck, whole area (Hz)": hertz(tune.stuck_hz.full_area),
         "stuck, whole line (Hz)": hertz(tune.stuck_hz.full_line),
-        "stuck, kept, out of phase (Hz)": hertz(stuck.get("out_of_phase")),
-        "stuck, kept, in phase (Hz)": hertz(stuck.get("in_phase")),
+        "stuck, kept, out of phase (Hz)": hertz(stuck_hz(one, "out_of_phase")),
+        "stuck, kept, in phase (Hz)": hertz(stuck_hz(one, "in_phase")),
         "largest preload (N)": listing(number(s.max_N, 3) for s in one.preload.sides.values()),
         "damping ratio": listing(f"{zeta:g}" for zeta in respond.damping_ratio),
         "band (Hz)": f"{respond.band[0]:g} to {respond.band[1]:g}",
@@ -95,6 +94,50 @@ def _flat(one: Optimum) -> str:
         return f"{low} to {high}"
     ends = f"{number(one.low, 3)} or less", f"{number(one.high, 3)} or more"
     return f"{low or ends[0]} to {high or ends[1]}"
+
+
+def differences(comparison: Comparison) -> Iterator[Table]:
+    """Where a study ranks behind what it states, each study before it: whether that one is lower
+    already where little slips, by its stiffness, or by what friction leaves of it."""
+    rows = [row for phase in comparison.phases for row in _differences(comparison, phase)]
+    if rows:
+        yield Table(
+            "Why studies rank behind their reference, with those before them: the least response "
+            "is that at the largest Fc/Fe, where little slips, times the part that is left of it "
+            "at the best pull. The former is a matter of stiffness and mode, the latter of "
+            "friction.",
+            rows,
+            left=(0, 1),
+        )
+
+
+def _differences(comparison, phase: Phase) -> Iterator[Row]:
+    optima = comparison.optima(phase)
+    rank = ranks({name: one.m_per_N for name, one in optima.items()})
+    for name, results in comparison.studies.items():
+        stated = results.study.reference.get(f"{phase}_rank")
+        if stated is None or rank.get(name, 0) <= stated:
+            continue
+        ahead = sorted((other for other in rank if rank[other] < rank[name]), key=rank.__getitem__)
+        for other in (name, *ahead):
+            ratio, height = envelope(comparison.of(other, phase))
+            yield {
+                "phase": in_words(phase),
+                "study": other,
+                "rank": f"{rank[other]}",
+                "stuck (Hz)": hertz(stuck_hz(comparison.studies[other], phase)),
+                "largest Fc/Fe": number(ratio[-1], 3),
+                "there (µm/N)": micro(height[-1]),
+                "left of it at the best": number(height.min() / height[-1], 3),
+            }
+
+
+def stuck_hz(one: Results, phase: Phase) -> float | None:
+    """Frequency of a phase with all kept pairs stuck."""
+    if one.tune is None:
+        return None
+    other = {name: mode.hz for name, mode in one.tune.other_modes.items()}
+    return {one.study.tune.follow: one.tune.stuck_hz.tuned, **other}.get(phase)
 
 
 def events(comparison: Comparison) -> Iterator[Table]:

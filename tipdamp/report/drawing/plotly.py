@@ -13,6 +13,7 @@ from tipdamp.hbm.drawing.figure import (
     Line,
     Tiles,
     edges,
+    fine_ticks,
     outlines,
 )
 from tipdamp.report.libraries import need
@@ -22,10 +23,7 @@ FONT = (
     "sans-serif"
 )
 TOP, BOTTOM, LEGEND_ROW, LEGEND_LETTERS = 34, 62, 22, 125  # px; letters of one legend row
-FINE = {  # ticks of axes of few decades
-    "tickvals": [digit * 10.0**k for k in range(-6, 9) for digit in (1, 2, 5)],
-    "ticktext": [f"{digit * 10.0**k:g}" for k in range(-6, 9) for digit in (1, 2, 5)],
-}
+DECADES = range(-6, 9)
 CONFIG = {
     "displaylogo": False,
     "responsive": True,
@@ -137,9 +135,14 @@ def _panel(out, panel, where, seen):
         )
     logarithmic = [(y, panel.y_range)] * panel.log_y + [(x, panel.x_range)] * panel.log_x
     for axis, limits in logarithmic:
+        fine = [digit * 10.0**k for k in DECADES for digit in fine_ticks(limits)]
         axis.update(
             type="log",
-            **(FINE if panel.log_x else {"dtick": 1, "minor": {"ticks": "outside"}}),
+            **(
+                {"tickvals": fine, "ticktext": [f"{tick:g}" for tick in fine]}
+                if panel.log_x
+                else {"dtick": 1, "minor": {"ticks": "outside"}}
+            ),
             range=None if limits is None else np.log10(limits),
         )
     out.update_xaxes(**x, showgrid=True, gridcolor="#ececec", mirror=True, **where)

@@ -1,0 +1,61 @@
+"""What the tables of a comparison say: of curves made up so that the cause is known."""
+
+from tests.tipdamp.comparison.test_peaks import results
+from tipdamp.comparison import tables
+from tipdamp.comparison.peaks import ComparedPeak
+from tipdamp.comparison.record import Comparison, Computed
+
+
+def level(name, Fe, height, **other):
+    given = {"hz": 2800.0, "at_least": None, "mac": None, "complete": True, "ended": ""} | other
+    return ComparedPeak(
+        name, "", "out_of_phase", 1, 100.0, Fe, 3, **given, m_per_N=height, slipping=0
+    )
+
+
+def comparison(tmp_path):
+    """Friction halves the response of `soft`, which the tests put first; `stiff` is lower without
+    any."""
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    soft, stiff = results(tmp_path / "a"), results(tmp_path / "b")
+    vars(soft.study)["reference"] = {"out_of_phase_rank": 1}
+    peaks = [level("soft", Fe, h) for Fe, h in ((1.0, 8e-7), (10.0, 4e-7), (50.0, 6e-7))]
+    peaks += [level("stiff", Fe, 3e-7) for Fe in (1.0, 10.0, 50.0)]
+    return Comparison((Computed("soft", soft), Computed("stiff", stiff)), tuple(peaks))
+
+
+def test_best_pull_with_ranks(tmp_path):
+    (table,) = tables.best(comparison(tmp_path))
+    soft, stiff = table.records
+    assert (soft["rank"], soft["paper"], stiff["rank"]) == ("2", "1", "1")
+    assert soft["best Fc/Fe"] == "10.0" and soft["pull for Fe = 10 N (N)"] == "100"
+    assert (soft["lowest"], stiff["lowest"]) == ("0 of 3", "3 of 3")
+
+
+def test_cause_of_another_rank(tmp_path):
+    (table,) = tables.differences(comparison(tmp_path))
+    assert [row["study"] for row in table.records] == ["soft", "stiff"]
+    assert [row["there (µm/N)"] for row in table.records] == ["0.8000", "0.3000"]
+    assert [row["left of it at the best"] for row in table.records] == ["0.500", "1.00"]
+    assert table.records[0]["stuck (Hz)"] == "2801.0"
+    (tmp_path / "c").mkdir()
+    stated = comparison(tmp_path / "c")
+    vars(stated.computed[0].results.study)["reference"] = {"out_of_phase_rank": 2}
+    assert list(tables.differences(stated)) == []
+
+
+def test_what_happens_along_a_curve():
+    """Drift, another mode, a merged level and one that ends, each told once."""
+    peaks = [
+        level("a", 1.0, 8e-7),
+        level("a", 2.0, 7e-7, hz=2600.0, mac=0.9),
+        level("a", 3.0, 6e-7, hz=1700.0, mac=0.1),
+        level("a", 4.0, None, hz=None),
+        level("a", 5.0, None, hz=None, at_least=1e-7, complete=False, ended="stopped at 20 Hz: x"),
+    ]
+    said = list(tables.told(peaks))
+    assert len(said) == 4
+    assert said[0].startswith("drifts from 2800.0 to 2600.0 Hz")
+    assert "another mode, at 1700.0 Hz" in said[1] and "Fc/Fe = 33.3" in said[1]
+    assert "merged" in said[2] and "stopped at 20 Hz" in said[3]
