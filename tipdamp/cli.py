@@ -346,6 +346,14 @@ def _parser() -> argparse.ArgumentParser:
         action="store_true",
         help="as JSON schema, for editors that complete a study",
     )
+    explained = verb(
+        "explain", "a key of a study file: unit, default, range, meaning", _explain, on_study=False
+    )
+    explained.add_argument("key", help="such as kn, or contact.kn")
+    first = verb(
+        "init", "a first study that runs, with its files, commented", _init, on_study=False
+    )
+    first.add_argument("folder", nargs="?", default=".", help="where it is written (default: here)")
     return parser
 
 
@@ -357,6 +365,21 @@ def _keys(arguments) -> int:
     print(
         json.dumps(json_schema(), indent=1) + "\n" if arguments.json_schema else reference(), end=""
     )
+    return 0
+
+
+def _explain(arguments) -> int:
+    from tipdamp.study.keys import explain
+
+    print(explain(arguments.key), end="")
+    return 0
+
+
+def _init(arguments) -> int:
+    from tipdamp.proposal.first_study import write_first_study
+
+    study = write_first_study(Path(arguments.folder))
+    print(f"{study}\nrun it: tipdamp run {study}")
     return 0
 
 

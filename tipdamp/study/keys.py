@@ -3,6 +3,7 @@ editors."""
 
 import numpy as np
 
+from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.study.schema import (
     REFERENCE,
     SECTIONS,
@@ -56,6 +57,56 @@ def reference() -> str:
         + ".",
     ]
     return "\n".join(lines) + "\n"
+
+
+def explain(name: str) -> str:
+    """What a key is, in every section that has it. name : 'kn', or 'contact.kn' in one section.
+
+    Raises InputError where no section has such a key.
+    """
+    section, _, key = name.rpartition(".")
+    known = {
+        (title, one): (where, sheet)
+        for title, where in _sections().items()
+        for one, sheet in where.data_sheets().items()
+    }
+    said = [
+        _explained(title, one, where, sheet)
+        for (title, one), (where, sheet) in known.items()
+        if one == key and section in ("", title, title.split(".")[0])
+    ]
+    if not said:
+        names = [f"{title}.{one}".removeprefix("top.") for title, one in known]
+        raise InputError(f"no key '{shown(name)}' of a study; {nearest(key, _last(names))}")
+    return "\n\n".join(said) + "\n"
+
+
+def _last(names):
+    """The keys without their sections, each once."""
+    return list(dict.fromkeys(name.rpartition(".")[2] for name in names))
+
+
+def _sections() -> dict[str, type[StudySection]]:
+    """{title: section} of all tables of a study."""
+    inner: dict[str, type[StudySection]] = {
+        "material.NAME": OtherMaterial,
+        "contact.NAME": SideSection,
+        "loads.NAME": LoadCase,
+        "measured.NAME": Measured,
+    }
+    return {"top": Top, **SECTIONS, **inner}
+
+
+def _explained(title: str, name: str, section: type[StudySection], key: Key) -> str:
+    facts = {
+        "kind": ", ".join(key.choices) or key.kind.shown,
+        "unit": key.unit,
+        "default": _default(section, name).strip("`"),
+        "range": _range(key),
+    }
+    head = name if title == "top" else f"[{title}] {name}"
+    lines = [head, f"  {key.text}", *(f"  {what}: {said}" for what, said in facts.items() if said)]
+    return "\n".join(lines)
 
 
 def json_schema() -> dict:

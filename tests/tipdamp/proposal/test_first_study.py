@@ -1,0 +1,59 @@
+"""`tipdamp init` writes a study that is right and runs; `tipdamp explain` says what a key is."""
+
+import json
+
+import pytest
+
+from tipdamp.cli import main
+from tipdamp.study.study import load_study
+
+
+def test_a_first_study_is_written_beside_its_files(tmp_path, capsys):
+    assert main(["init", str(tmp_path / "first")]) == 0
+    assert "run it: tipdamp run" in capsys.readouterr().out
+    study = load_study(tmp_path / "first" / "study.toml")
+    assert study.respond.levels == (2.0, 10.0, 20.0)
+    names = {path.name for path in (tmp_path / "first").iterdir()}
+    assert names == {"study.toml", "model.npz", "pairs.csv"}
+
+
+def test_nothing_is_written_over(tmp_path, capsys):
+    (tmp_path / "pairs.csv").write_text("mine")
+    assert main(["init", str(tmp_path)]) == 2
+    assert "is there already; name another folder" in capsys.readouterr().err
+    assert (tmp_path / "pairs.csv").read_text() == "mine"
+    assert not (tmp_path / "study.toml").exists()
+
+
+@pytest.mark.slow
+def test_the_first_study_runs(tmp_path):
+    main(["init", str(tmp_path)])
+    assert main(["run", str(tmp_path / "study.toml"), "--quiet", "--jobs", "1"]) == 0
+    results = tmp_path / "results" / "study"
+    preload = json.loads((results / "preload.json").read_text())
+    # two flanks whose normals stand 35 degrees above y share 60 N
+    sums = [side["sum_N"] for side in preload["sides"].values()]
+    assert sums == pytest.approx([60 / 2 / 0.573576436] * 2, rel=1e-6)
+    assert (results / "report.html").is_file()
+
+
+def test_a_key_is_explained_where_it_stands(capsys):
+    assert main(["explain", "mu"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("[contact] mu") and "friction" in said
+    assert main(["explain", "measured.level"]) == 0
+    assert capsys.readouterr().out.startswith("[measured.NAME] level")
+
+
+def test_a_key_of_several_sections_is_explained_in_each(capsys):
+    main(["explain", "mesh"])
+    said = capsys.readouterr().out
+    assert "[blades] mesh" in said and "[damper] mesh" in said
+    main(["explain", "blades.mesh"])
+    assert "[damper]" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["levles", "contact.levels", "[x]\n"])
+def test_no_such_key(name, capsys):
+    assert main(["explain", name]) == 2
+    assert "no key" in capsys.readouterr().err
