@@ -60,6 +60,7 @@ ROOMS = {
         "comparison",
         "response",
         "self_excited",
+        "following",
         "problem",
     ],
     "static_contact": ["stiffness", "normal", "bodies", "surfaces", "contact", "tuning", "full"],

@@ -16,6 +16,7 @@ PUBLIC = (
     "hbm/response.py",
     "hbm/result.py",
     "hbm/curve/solutions.py",
+    "hbm/following/*.py",
     "hbm/modes/*.py",
     "hbm/testing.py",
     "hbm/io/*.py",

@@ -66,6 +66,10 @@ class Parameter:
         value 1."""
         raise NotImplementedError
 
+    def held(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+        """The same with the derivative by the angular frequency, the parameter held."""
+        return balance.evaluate(x, w)
+
     def settings_at(self, problem: ContactProblem, p: float) -> Contacts:
         """Of the contacts of a problem at p, in units of the branch."""
         return problem.contacts
@@ -184,6 +188,10 @@ class Level(Parameter):
         """Linearisation at x (n,) and the factor p."""
         return balance.evaluate(x, w, level=p, derivative=by_level)
 
+    def held(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+        """At the factor p, by the angular frequency."""
+        return balance.evaluate(x, w, level=p)
+
 
 @dataclass(frozen=True)
 class ContactSetting(Parameter):
@@ -251,6 +259,10 @@ class ContactSetting(Parameter):
         return balance.evaluate(
             x, w, contacts=self.scaled(balance.problem, value), derivative=derivative
         )
+
+    def held(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+        """With the factor p, by the angular frequency."""
+        return balance.evaluate(x, w, contacts=self.settings_at(balance.problem, p))
 
     def settings_at(self, problem: ContactProblem, p: float) -> Contacts:
         """Those with the factor."""
@@ -337,6 +349,10 @@ class Rebuilt(Parameter):
             by_parameter=(after.residual - before.residual) / (2 * h),
             modal_rate=np.linalg.lstsq(here.balance.receptance.shapes, rate, rcond=None)[0],
         )
+
+    def held(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+        """At the value p, by the angular frequency."""
+        return self._at(balance, max(p, SMALLEST)).evaluate(x, w)
 
     def _at(self, balance, value):
         try:

@@ -112,7 +112,7 @@ def find_peaks(
         if known[i]:
             found.append((curve.parameter[i], heights[i]))
             continue
-        top, solved = output.largest(0, heights, _ripple(heights, i), points)
+        top, solved = output.largest(0, heights, beside(heights, i), points)
         value = top.point.parameter / equation.parameter.scale
         found.append((value, top.value))
         if not solved:
@@ -131,7 +131,7 @@ def _among(one, others):
     return bool((np.abs(others - one) <= SAME * np.abs(one)).all(axis=1).any())
 
 
-def _ripple(heights, i):
+def beside(heights: np.ndarray, i: int) -> np.ndarray:
     """(n,) bool: the points beside a local maximum i that may lie on ripples of the same peak."""
     low = ~(heights >= (1 - 2 * RIPPLE) * heights[i])
     first = np.flatnonzero(np.r_[True, low[:i]])[-1]

@@ -263,7 +263,7 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
             f"{named(failures[0].parameter)}: run in the other direction, or with other "
             "harmonics, there"
         )
-    return ended if branch.complete else ended + _unrestrained(good[-1], problem)
+    return ended if branch.complete else ended + unrestrained(good[-1], problem)
 
 
 def slides(problem):
@@ -302,7 +302,7 @@ def _lifts_off(points):
     )
 
 
-def _unrestrained(last, problem):
+def unrestrained(last: Point, problem: ContactProblem | None) -> str:
     """The mean motion in which the Jacobian is singular at the last point, in words; empty where
     there is none."""
     value, q = last.detail.smallest_motion()

@@ -1,0 +1,1 @@
+"""Peaks and folds of a curve followed over a parameter."""

@@ -1,0 +1,97 @@
+"""Followed: a peak or a fold of a curve over a parameter as read-only arrays."""
+
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.array_record import ArrayRecord
+from tipdamp.hbm.io.npz import open_npz
+
+
+@dataclass(frozen=True, eq=False)
+class Followed(ArrayRecord):
+    """A peak, or a fold, over a parameter: n places in their order, m outputs, P contacts,
+    harmonics 0..H.
+
+    what : 'peak' or 'fold'; output, kind : whose peak, in which amplitude
+    parameter_name, parameter : what varies, (n,) its values
+    frequency : (n,) Hz; height : (n,) m, the amplitude of the output there
+    output_names : (m,) str; harmonics : (n, m, H+1) complex, m, of all outputs
+    share_stick, share_slip, share_open : (n, P) share of the cycle
+    curvature : (n,) of the logarithm of what is extreme, by the arc length of the curve: negative
+        at a maximum, zero where it meets a minimum
+    jumps : (n,) bool, places that the way does not lead to from the one before: another peak was
+        taken up there
+    ended : why it ends; complete : it reaches the last value
+    unknowns : (n, N) of the curve, a `guess` for it; calls : evaluations of the residual
+    seconds : cost
+
+    The arrays are copies that cannot be written to.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    >>> given = dict(outputs={"tip": [1.0]}, band=(600, 1000), harmonics=1)
+    >>> peaks: Followed = follow_peak(problem, np.array([5.0]), "level", (1.0, 8.0), **given)
+    >>> peaks.complete, bool((np.diff(peaks.height) > 0).all())
+    (True, True)
+    >>> Followed.load(peaks.save("peaks.npz")) == peaks
+    True
+    """
+
+    what: str
+    output: str
+    kind: str
+    parameter_name: str
+    parameter: np.ndarray
+    frequency: np.ndarray
+    height: np.ndarray
+    output_names: np.ndarray
+    harmonics: np.ndarray
+    share_stick: np.ndarray
+    share_slip: np.ndarray
+    share_open: np.ndarray
+    curvature: np.ndarray
+    jumps: np.ndarray
+    ended: str
+    complete: bool
+    H: int
+    unknowns: np.ndarray
+    calls: int
+    seconds: float = field(compare=False)
+
+    def __repr__(self) -> str:
+        p, f = self.parameter, self.frequency
+        return (
+            f"<Followed {self.what} of '{self.output}': {self.parameter_name} {p[0]:.6g} to "
+            f"{p[-1]:.6g}, {len(p)} places, {f.min():.6g} to {f.max():.6g} Hz, H = {self.H}; "
+            f"{self.ended}>"
+        )
+
+    def save(self, path: str | Path) -> Path:
+        """One .npz of plain arrays."""
+        path = Path(path)
+        np.savez(path, **vars(self))
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Followed":
+        """Read what `save` wrote; InputError where the file is not there or holds something
+        else."""
+        path = Path(path)
+        if not path.is_file():
+            raise InputError(f"followed peaks not found: {path}")
+        plain = {str: str, bool: bool, int: int, float: float}
+        try:
+            with open_npz(path) as z:
+                found = {
+                    f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name]
+                    for f in fields(cls)
+                }
+                return cls(**found)
+        except InputError:
+            raise
+        except (OSError, ValueError, TypeError, KeyError, EOFError, BadZipFile) as error:
+            raise InputError(f"{path}: is not what Followed.save writes ({error})") from None

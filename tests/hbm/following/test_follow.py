@@ -1,0 +1,229 @@
+"""Followed peaks against those of whole curves, and folds against closed forms."""
+
+import warnings
+
+import numpy as np
+import pytest
+from scipy.optimize import fsolve
+
+from tests.hbm.cases import beam, duffing, duffing_peak, rig
+from tipdamp.hbm.balance.parameter import ModelParameter, as_parameter
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.curve.peaks import find_peaks
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.following.extremum import by_frequency
+from tipdamp.hbm.following.follow import follow_fold, follow_peak
+from tipdamp.hbm.following.result import Followed
+from tipdamp.hbm.laws import Jenkins1D
+from tipdamp.hbm.problem import Problem
+from tipdamp.hbm.response import follow_band, solve_at
+
+TIP = {"tip": [1.0]}
+FORCE = np.array([5.0])
+
+
+def oscillator(**given):
+    blade = Problem(M=[[0.05]], K=[[1e6]], **(given or {"damping_ratio": 0.01}))
+    return blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+
+
+def swept(problem, force, parameter, value, given, kind):
+    """(Hz, m) of the highest peak of a whole curve at a value."""
+    there, forces = as_parameter(parameter).rebuild(problem, {1: force}, value)
+    options = dict(outputs=given["outputs"], harmonics=given["harmonics"], truncation=False)
+    curve = follow_band(there, forces, given["band"], **options)
+    return find_peaks(curve, there, next(iter(given["outputs"])), kind)[0]
+
+
+def check_against_sweeps(peaks, problem, force, parameter, given, places=4):
+    for i in np.linspace(0, len(peaks.parameter) - 1, places).astype(int):
+        value = peaks.parameter[i]
+        hz, height = swept(problem, force, parameter, value, given, peaks.kind)
+        assert peaks.height[i] == pytest.approx(height, rel=1e-8)
+        assert peaks.frequency[i] == pytest.approx(hz, rel=1e-6)
+    assert (peaks.curvature < 0).all()
+
+
+@pytest.mark.parametrize("kind", ["half_peak_to_peak", "harmonic", "rms"])
+@pytest.mark.parametrize(
+    ("parameter", "between"),
+    [("level", (0.2, 8.0)), ("preload", (4.0, 0.1)), ("mu", (0.1, 4.0)), ("damping", (0.5, 3.0))],
+)
+def test_oscillator(parameter, between, kind):
+    """From stuck to full slip."""
+    problem, given = oscillator(), dict(outputs=TIP, band=(600, 1200), harmonics=3)
+    peaks = follow_peak(problem, FORCE, parameter, between, kind=kind, **given)
+    assert peaks.complete and peaks.ended == "reached the last value"
+    check_against_sweeps(peaks, problem, FORCE, parameter, given)
+
+
+@pytest.mark.parametrize("parameter", ["kt", "own"])
+def test_oscillator_over_its_stiffness(parameter):
+    """kt with a damping matrix, which does not change with it, and the mass as a parameter of
+    one's own."""
+    problem, given = oscillator(C=[[4.0]]), dict(outputs=TIP, band=(500, 1500), harmonics=3)
+    if parameter == "own":
+        parameter = ModelParameter("mass", lambda p, m: oscillator_of(m))
+    peaks = follow_peak(problem, FORCE, parameter, (0.5, 2.0), **given)
+    assert peaks.complete
+    check_against_sweeps(peaks, problem, FORCE, parameter, given)
+
+
+def oscillator_of(mass):
+    blade = Problem(M=[[0.05 * mass]], K=[[1e6]], C=[[4.0]])
+    return blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ["B8", "C8"])
+def test_beam(case):
+    """Eight contacts, of friction alone and with lift-off."""
+    problem, force, outputs = beam(case)
+    given = dict(outputs=outputs, band=(500, 1400), harmonics=3)
+    peaks = follow_peak(problem, force, "level", (1.0, 60.0), **given)
+    assert peaks.complete and peaks.share_slip.max() > 0.3
+    check_against_sweeps(peaks, problem, force, "level", given)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("parameter", "between"), [("level", (0.5, 2.5)), ("preload", (1.0, 0.45)), ("mu", (1.0, 0.5))]
+)
+def test_rig(parameter, between):
+    problem, force, outputs = rig()
+    name = next(iter(outputs))
+    given = dict(outputs={name: outputs[name]}, band=(1450, 1600), harmonics=3)
+    peaks = follow_peak(problem, 20 * force, parameter, between, **given)
+    assert peaks.complete and peaks.share_slip[-1].max() > 0.2
+    check_against_sweeps(peaks, problem, 20 * force, parameter, given, places=3)
+
+
+@pytest.mark.slow
+def test_the_rig_drifts_at_a_named_end():
+    problem, force, outputs = rig()
+    name = next(iter(outputs))
+    given = dict(outputs={name: outputs[name]}, band=(1450, 1600), harmonics=3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        peaks = follow_peak(problem, force, "level", (10.0, 100.0), **given)
+    assert not peaks.complete and "hold its mean position" in peaks.ended
+
+
+@pytest.mark.slow
+def test_duffing_peaks_in_closed_form():
+    given = dict(outputs={"x": [1.0]}, band=(0.05, 1.0), harmonics=1)
+    peaks = follow_peak(duffing(0.1), np.ones(1), "level", (0.05, 3.0), at=[0.5, 2.0], **given)
+    assert peaks.complete and {0.5, 2.0} <= set(peaks.parameter)
+    for level, hz, height in zip(peaks.parameter, peaks.frequency, peaks.height, strict=True):
+        w, A = duffing_peak(0.1, level)
+        assert height == pytest.approx(A, rel=1e-7)
+        assert 2 * np.pi * hz == pytest.approx(w, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_folds_of_duffing_until_they_meet():
+    """F^2 = s ((1 - w^2 + 3/4 s)^2 + c^2 w^2), s = A^2: a fold where its derivative by s is zero,
+    two meet where the second is."""
+    c = 0.1
+
+    def squared(s, w):
+        return s * ((1 - w**2 + 0.75 * s) ** 2 + (c * w) ** 2)
+
+    def slope(s, w):
+        b = 1 - w**2
+        return b**2 + (c * w) ** 2 + 3 * b * s + 27 / 16 * s**2
+
+    def meet(v):
+        s, w = v
+        return [slope(s, w), 3 * (1 - w**2) + 27 / 8 * s]
+
+    given = dict(outputs={"x": [1.0]}, band=(0.1, 1.0), harmonics=1, samples=64)
+    fold = follow_fold(duffing(c), np.ones(1), "level", (1.0, 0.01), near=0.3, **given)
+    w, s = 2 * np.pi * fold.frequency, fold.height**2
+    assert np.allclose(squared(s, w), fold.parameter**2, rtol=1e-7)
+    assert np.abs(slope(s, w) / s**2).max() < 1e-5
+    s, w = fsolve(meet, [fold.height[-1] ** 2, 2 * np.pi * fold.frequency[-1]], xtol=1e-13)
+    assert not fold.complete and "two folds meet" in fold.ended
+    assert fold.parameter[-1] == pytest.approx(np.sqrt(squared(s, w)), rel=1e-6)
+    assert fold.frequency[-1] == pytest.approx(w / (2 * np.pi), rel=1e-4)
+
+
+def absorber():
+    """A mass with an absorber on a friction contact: with little force it sticks, one peak; with
+    much it slides and is tuned, two."""
+    M, K = np.diag([1.0, 0.05]), np.array([[1.05, -0.05], [-0.05, 0.05]])
+    one = Problem(M=M, K=K, C=np.diag([0.01, 0.0]) + 0.002 * np.array([[1, -1], [-1, 1]]))
+    return one.add(Jenkins1D(), (0, 1), kt=0.2, mu=1.0, preload=0.02).contact_problem
+
+
+@pytest.mark.slow
+def test_a_peak_ends_where_it_meets_a_minimum():
+    problem, force = absorber(), np.array([1.0, 0.0])
+    given = dict(outputs={"x": [1.0, 0.0]}, harmonics=1)
+    peaks = follow_peak(problem, force, "level", (1.0, 0.01), band=(0.165, 0.25), **given)
+    assert not peaks.complete and "the peak meets a minimum of the curve" in peaks.ended
+    end = peaks.parameter[-1]
+    for level, count in ((1.01 * end, 2), (0.99 * end, 1)):
+        curve = follow_band(problem, level * force, (0.1, 0.25), truncation=False, **given)
+        assert len(find_peaks(curve, problem, "x")) == count
+
+
+def test_another_peak_is_taken_up():
+    """In the whole band the other one is there: the higher one at the end."""
+    problem, force = absorber(), np.array([0.0, 1.0])
+    given = dict(outputs={"x": [0.0, 1.0]}, band=(0.1, 0.3), harmonics=1)
+    peaks = follow_peak(problem, force, "level", (1.0, 0.001), **given)
+    assert peaks.complete
+    hz, height = swept(problem, force, "level", peaks.parameter[-1], given, peaks.kind)
+    assert peaks.height[-1] == pytest.approx(height, rel=1e-6)
+
+
+def test_derivative_by_the_frequency():
+    """Of a linearisation made for another parameter it is that of the balance itself."""
+    problem, force, outputs = beam("C8")
+    found = solve_at(problem, 20 * force, 900, outputs=outputs, harmonics=3)
+    balance, w = HarmonicBalance(problem, {1: 20 * force}, 3), 2 * np.pi * 900
+    own = balance.evaluate(found.unknowns, w)
+    for name in ("level", "mu", "kn", "preload"):
+        other = as_parameter(name).evaluate(balance, found.unknowns, w, 1.0)
+        assert np.allclose(by_frequency(other).by_parameter, own.by_parameter, rtol=1e-12)
+        held = as_parameter(name).held(balance, found.unknowns, w, 1.0)
+        assert np.allclose(held.by_parameter, own.by_parameter, rtol=1e-12)
+
+
+def test_saved_and_loaded(tmp_path):
+    given = dict(outputs=TIP, band=(600, 1200), harmonics=1)
+    peaks = follow_peak(oscillator(), FORCE, "level", (1.0, 2.0), **given)
+    assert Followed.load(peaks.save(tmp_path / "peaks.npz")) == peaks
+    assert repr(peaks).startswith("<Followed peak of 'tip': level 1 to 2")
+    with pytest.raises(InputError, match="followed peaks not found"):
+        Followed.load(tmp_path / "none.npz")
+    np.savez(tmp_path / "other.npz", what="peak")
+    with pytest.raises(InputError, match="is not what Followed.save writes"):
+        Followed.load(tmp_path / "other.npz")
+
+
+WRONG = {
+    "parameter": (dict(parameter="muu"), "parameter = 'muu': is unknown"),
+    "frequency": (dict(parameter="frequency"), "parameter = 'frequency': is unknown"),
+    "output": (dict(output="top"), "output = 'top': is none of outputs"),
+    "kind": (dict(kind="peak"), "kind = 'peak': must be one of"),
+    "band": (dict(band=(100, 200)), "the curve at level = 1 has no peak inside it"),
+    "between": (dict(between=(1.0, 1.0)), "between = "),
+    "at": (dict(at=[3.0]), "at = 3: lies outside between"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_bad_input_is_one_line(name):
+    changed, said = WRONG[name]
+    given = dict(parameter="level", between=(1.0, 2.0), outputs=TIP, band=(600, 1200), harmonics=1)
+    with pytest.raises(InputError, match=said) as told:
+        follow_peak(oscillator(), FORCE, **{**given, **changed})
+    assert "\n" not in str(told.value)
+
+
+def test_a_linear_resonance_has_no_fold():
+    with pytest.raises(InputError, match="has no fold inside it"):
+        given = dict(outputs=TIP, band=(600, 1200), harmonics=1)
+        follow_fold(oscillator(), FORCE, "level", (0.1, 1.0), **given)
