@@ -198,6 +198,6 @@ def by_frequency(found: Linearisation) -> Linearisation:
     rate = orders * rates * (found.modal / known)
     if found.forces.by_omega is not None:
         g = found.forces.by_omega.reshape(-1, hb.nh)
-        rate = rate - found.factors * real_times(hb.shapes.T, fourier.to_complex(g))
+        rate = rate - found.factors * real_times(hb.into.T, fourier.to_complex(g))
     by_w = -fourier.to_real(real_times(hb.shapes, rate)).ravel()
     return replace(found, by_parameter=by_w, modal_rate=rate, border=[])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.balance.parameter import Parameter, as_parameter
-from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.branch import Branch
@@ -33,7 +33,6 @@ from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     check_forcing,
     check_harmonics,
-    check_kind,
     check_outputs,
     check_settings,
     check_values,
@@ -111,7 +110,7 @@ class _Case:
 
 
 def follow_peak(
-    problem: ContactProblem,
+    problem: AnyProblem,
     forcing: Forcing,
     parameter: str | Parameter,
     between: Sequence[float],
@@ -153,7 +152,7 @@ def follow_peak(
 
 
 def follow_fold(
-    problem: ContactProblem,
+    problem: AnyProblem,
     forcing: Forcing,
     parameter: str | Parameter,
     between: Sequence[float],
@@ -219,7 +218,12 @@ def _follow(what, given, more, at, near) -> Followed:
 def _checked(what, given, more):
     problem, forcing, parameter, between, outputs, band, output, kind, harmonics = given
     start, samples, settings, progress = more
-    check_kind("problem", problem, ContactProblem, "ContactProblem(M, C, K, B, law, contacts)")
+    problem = contact_problem_of(problem)
+    if problem.varying is not None:
+        raise InputError(
+            "forces or matrices that depend on the frequency: a peak of theirs is not followed; "
+            "use follow_band for each value"
+        )
     parameter = as_parameter(parameter)
     parameter.check(problem)
     names, rows = check_outputs(outputs, len(problem.K))

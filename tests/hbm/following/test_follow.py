@@ -9,12 +9,13 @@ from scipy.optimize import fsolve
 from tests.hbm.cases import beam, duffing, duffing_peak, rig
 from tipdamp.hbm.balance.parameter import ModelParameter, as_parameter
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.varying import Unbalance
 from tipdamp.hbm.curve.peaks import find_peaks
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.following.extremum import by_frequency
 from tipdamp.hbm.following.follow import follow_fold, follow_peak
 from tipdamp.hbm.following.result import Followed
-from tipdamp.hbm.laws import Jenkins1D
+from tipdamp.hbm.laws import CubicSpring, Jenkins1D
 from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band, solve_at
 
@@ -212,6 +213,13 @@ WRONG = {
     "between": (dict(between=(1.0, 1.0)), "between = "),
     "at": (dict(at=[3.0]), "at = 3: lies outside between"),
 }
+
+
+def test_forces_that_depend_on_the_frequency_are_refused():
+    rotor = Problem(M=[[2.0]], C=[[8.0]], K=[[2e5]]).force(0, Unbalance(1e-4))
+    stop = rotor.add(CubicSpring(1e9), 0)
+    with pytest.raises(InputError, match="that depend on the frequency"):
+        follow_peak(stop, np.ones(1), "level", (1.0, 2.0), outputs=TIP, band=(20, 100))
 
 
 @pytest.mark.parametrize("name", WRONG)
