@@ -516,9 +516,9 @@ def _sweep(arguments) -> int:
         with _sweepers(arguments, folder_of(store)) as workers:
             options = {"quiet": arguments.quiet, "retry": arguments.retry, "tell": tell}
             files = run_sweep(study.path, store, workers, **options)
-    text, failed = status(folder_of(store))
+    text, whole = status(folder_of(store))
     print("\n".join([text, *map(str, files)]))
-    return 3 if failed else 0
+    return 0 if whole else 3
 
 
 def _sweepers(arguments, folder):

@@ -6,6 +6,7 @@ from contextlib import contextmanager, nullcontext
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import tipdamp
 from tipdamp import hbm, modal, results, static_contact
@@ -100,18 +101,14 @@ def made_from(name: str, study: Study, store: Store) -> dict[str, str]:
     }
 
 
-def read_from(
-    name: str, study: Study, content: Callable[[Path], str] = fingerprint
-) -> dict[str, str]:
-    """As `made_from`, without the outputs of other stages; content - fingerprint of a file."""
+def read_from(name: str, study: Study, mark: Callable[[Any], Any] = fingerprint) -> dict[str, Any]:
+    """As `made_from`, without the outputs of other stages; mark - of a value or a file."""
     stage = stage_of(name)
     files = study.inputs(*stage.reads_files) if stage.reads_files else {}
     return {
         "the program": program_mark(name in ("inspect", "report")),
-        **{key: fingerprint(value) for key, value in _view(name, study).keys().items()},
-        **{
-            f"the contents of {key}": content(file) for key, file in files.items() if file.is_file()
-        },
+        **{key: mark(value) for key, value in _view(name, study).keys().items()},
+        **{f"the contents of {key}": mark(file) for key, file in files.items() if file.is_file()},
     }
 
 

@@ -75,6 +75,8 @@ class Index:
                 f"{self.path.absolute().as_uri()}?mode={mode}", uri=True, timeout=BUSY
             )
             if write:
+                # it can be made anew: no case waits for the disk
+                self.base.execute("pragma synchronous = off")
                 self.base.executescript(TABLES)
 
     def __enter__(self) -> "Index":

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from tipdamp.engine.store import fingerprint
 from tipdamp.hbm.errors import InputError
@@ -96,15 +97,17 @@ def chain(study: Study) -> list[Step]:
     steps = []
     for name in (*all_needed(last, study), LAST):
         needs = tuple(keys[need] for need in stages_needed(STAGES[name], study))
-        keys[name] = fingerprint(name, read_from(name, study, _content), needs)
+        keys[name] = fingerprint(name, read_from(name, study, _mark), needs)
         steps.append(Step(name, keys[name], needs))
     return steps
 
 
-def _content(file: Path) -> str:
-    """Fingerprint of a file, which all cases may name."""
-    found = file.stat()
-    return _fingerprint(file, found.st_mtime_ns, found.st_size)
+def _mark(value: Any) -> Any:
+    """The value itself, and of a file, which all cases may name, a fingerprint."""
+    if not isinstance(value, Path):
+        return value
+    found = value.stat()
+    return _fingerprint(value, found.st_mtime_ns, found.st_size)
 
 
 @lru_cache(maxsize=1000)

@@ -12,9 +12,9 @@ from tipdamp.sweep.index import CaseState, Index
 SHOWN = 20  # cases that failed, for each reason
 
 
-def status(folder: Path) -> tuple[str, int]:
-    """(text, number of failed cases) of the sweep in a folder, also while another process works
-    there."""
+def status(folder: Path) -> tuple[str, bool]:
+    """(text, whether no case failed and no curve is incomplete) of the sweep in a folder, also
+    while another process works there."""
     with Index(folder) as index:
         cases, facts, incomplete = index.cases(), index.facts(), index.incomplete()
     count = Counter(one.state for one in cases)
@@ -26,7 +26,7 @@ def status(folder: Path) -> tuple[str, int]:
     lines += _failures([one for one in cases if one.state == "failed"])
     if count["failed"]:
         lines.append(f"to try them again: tipdamp sweep {facts.get('study', 'STUDY')} --retry")
-    return "\n".join(lines), count["failed"]
+    return "\n".join(lines), not count["failed"] and not incomplete
 
 
 def _left(facts, to_do):

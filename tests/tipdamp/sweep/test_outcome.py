@@ -3,6 +3,7 @@ disk leaves."""
 
 import csv
 import errno
+from dataclasses import replace
 
 import pytest
 
@@ -10,7 +11,10 @@ from tests.tipdamp.rig_study import CHAIN
 from tipdamp.cli import main
 from tipdamp.sweep import work
 from tipdamp.sweep.dataset import NETCDF, TABLE, dataset
-from tipdamp.sweep.index import Index
+from tipdamp.sweep.index import CurveRow, Index
+from tipdamp.sweep.plan import Step
+from tipdamp.sweep.run import Clock
+from tipdamp.sweep.summary import status
 
 SWEEP = """
 [sweep.over]
@@ -128,6 +132,43 @@ def test_a_full_disk_ends_the_sweep_in_one_line(sweep, capsys, monkeypatch):
     assert swept(sweep) == 0
     with Index(folder(sweep)) as index:
         assert index.counts() == {"done": 4}
+
+
+def test_the_summary_counts_cases_and_says_why(tmp_path):
+    """Of five cases two are done, one of them with a curve that stopped, and two failed alike."""
+    steps = [Step("respond", key, ()) for key in "abcde"]
+    row = CurveRow("a", "patch_1", 5.0, 3, *5 * [None], True, False, 0, 4, 1844.0, "whole")
+    with Index(tmp_path, write=True) as index:
+        index.begin([{"model.pull": i} for i in range(5)], list("abcde"))
+        index.done([(steps[0], 1.0, 10), (steps[1], 1.0, 10)], [row])
+        assert status(tmp_path)[1]
+        stopped = replace(row, key="b", complete=False, ended="the damper slides freely")
+        index.done([(steps[1], 1.0, 10)], [stopped, replace(stopped, patch="patch_2")])
+        index.failed([("c", "respond"), ("d", "respond")], "gave up")
+        text, whole = status(tmp_path)
+    assert not whole
+    assert text.splitlines()[:5] == [
+        "sweep       2 of 5 cases done, 2 failed, 1 to do",
+        "1 curves are incomplete: the damper slides freely",
+        "failed: gave up",
+        "    case 3: model.pull = 2",
+        "    case 4: model.pull = 3",
+    ]
+
+
+def test_time_left_follows_what_each_stage_takes(monkeypatch):
+    """Two processes: each response takes 2 s, and one is finished every second; the steps of
+    another stage that are still to be made count by their own time."""
+    now = [0.0]
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    clock = Clock({"preload": (4, 8.0, 100.0)})
+    clock.left.update({"respond": 101, "preload": 5})
+    now[0] = 30.0  # until the first is made processes start
+    for _ in range(51):
+        clock.made({"respond": 2.0})
+        now[0] += 1.0
+    now[0] -= 1.0
+    assert clock.seconds_left == pytest.approx(50 * 1.0 + 5 * 4.0, rel=1e-12)
 
 
 def test_an_index_without_room(tmp_path):
