@@ -135,13 +135,10 @@ def _frequencies(comparison, phase) -> Iterator[Item]:
 
 
 def _span(comparison, phase, blade) -> tuple[float, float] | None:
-    """With room for a label at 1, 2 or 5."""
-    values = [
-        MICRO * value
-        for name in comparison.names
-        for peak in comparison.of(name, phase, blade)
-        if (value := peak.m_per_N or peak.at_least)
-    ]
+    """With room about peaks, their scatter and bounds."""
+    every = [p for name in comparison.names for p in comparison.of(name, phase, blade)]
+    values = [MICRO * y for p in every if p.m_per_N is not None for y in comparison.spread(p)]
+    values += [MICRO * p.at_least for p in every if p.at_least]
     return (min(values) / 1.3, max(values) * 1.3) if values else None
 
 
