@@ -109,6 +109,18 @@ if TYPE_CHECKING:
     )
     from tipdamp.hbm.model import ReducedModel as ReducedModel
     from tipdamp.hbm.modes.backbone import backbone as backbone
+    from tipdamp.hbm.modes.derivatives import (
+        Derivatives as Derivatives,
+    )
+    from tipdamp.hbm.modes.derivatives import (
+        peak_derivatives as peak_derivatives,
+    )
+    from tipdamp.hbm.modes.derivatives import (
+        point_derivatives as point_derivatives,
+    )
+    from tipdamp.hbm.modes.derivatives import (
+        stuck_frequency_derivatives as stuck_frequency_derivatives,
+    )
     from tipdamp.hbm.modes.result import Backbone as Backbone
     from tipdamp.hbm.named_point import NamedPoint as NamedPoint
     from tipdamp.hbm.problem import Problem as Problem
@@ -192,6 +204,15 @@ else:  # a module __getattr__ would let type checkers accept any name
             "hbm.response",
         ),
         **dict.fromkeys(("ForceTable", "Unbalance"), "hbm.balance.varying"),
+        **dict.fromkeys(
+            (
+                "Derivatives",
+                "peak_derivatives",
+                "point_derivatives",
+                "stuck_frequency_derivatives",
+            ),
+            "hbm.modes.derivatives",
+        ),
         "limit_cycle": "hbm.self_excited",
         "CurveOptions": "hbm.curve.options",
         "Settings": "hbm.continuation.settings",

@@ -14,7 +14,7 @@ import numpy as np
 
 from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.problem import ContactProblem
-from tipdamp.hbm.balance.residual import HarmonicBalance, by_frequency, by_level
+from tipdamp.hbm.balance.residual import HarmonicBalance, Terms, by_frequency, by_level
 from tipdamp.hbm.balance.varying import at_frequency
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.point import Point
@@ -254,7 +254,7 @@ class ContactSetting(Parameter):
         value = max(p, SMALLEST)
 
         def derivative(balance, t):
-            return -balance.modal_response(t, self._force_rate(balance, t, value))
+            return -balance.modal_response(t, self.force_rate(balance, t, value))
 
         return balance.evaluate(
             x, w, contacts=self.scaled(balance.problem, value), derivative=derivative
@@ -283,7 +283,7 @@ class ContactSetting(Parameter):
             changed["preload"] = factor * problem.contacts.preload  # -kn gap
         return replace(problem.contacts, **changed)
 
-    def _force_rate(self, balance, t, value):
+    def force_rate(self, balance: HarmonicBalance, t: Terms, value: float) -> np.ndarray:
         """(P, nd, nh) derivative of the contact forces by the factor at a given motion."""
         problem = balance.problem
         if self.setting == "preload" and t.forces.by_preload is not None:

@@ -69,10 +69,19 @@ def points_at(
     converged."""
     equation, points = restored(curve, problem, parameter)
     balance, w = equation.balance_at(equation.parameter.scale * value)
-    found = sorted(_places(curve, equation, points, value), key=lambda one: one[0])
     return balance, [
-        solve_fixed(balance.evaluate, point.x, w, balance.weights) for _, _, point in found
+        solve_fixed(balance.evaluate, point.x, w, balance.weights)
+        for point in points_of(curve, equation, points, value)
     ]
+
+
+def points_of(
+    curve: ForcedResponse, equation: Equation, points: list[Point], value: float
+) -> list[Point]:
+    """The points of a restored curve at a value of its parameter, in the order of
+    `solutions_at`."""
+    found = sorted(_places(curve, equation, points, value), key=lambda one: one[0])
+    return [point for _, _, point in found]
 
 
 def time_history(

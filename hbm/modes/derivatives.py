@@ -1,0 +1,351 @@
+"""How a peak, a point of a curve or a stuck frequency changes with the settings of each contact and
+with the damping.
+
+At a given place along the branch the unknowns follow a setting s by J dx/ds = -R_s, with the
+factorised Jacobian of the point. At a peak the amplitude does not change along the branch: its
+height follows the setting as at a place that is held, and the place moves by -A_sz / A_zz of the
+amplitude A(z, s). These second derivatives are those of the first ones at four points beside the
+peak, by differences of fourth order.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.newton import Linearisation
+from tipdamp.hbm.balance.parameter import SETTINGS, ContactSetting, Equation
+from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
+from tipdamp.hbm.balance.residual import Terms
+from tipdamp.hbm.balance.series import real_times
+from tipdamp.hbm.continuation import arc
+from tipdamp.hbm.continuation.corrector import damped, solve_fixed
+from tipdamp.hbm.continuation.point import Plane, Point
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.curve.outputs import Outputs
+from tipdamp.hbm.curve.solutions import points_of, restored
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.result import KINDS, ForcedResponse, amplitude_along, orders_of
+from tipdamp.hbm.validation import check_whole
+
+# of the half width of the peak, by the curvature of its top: distance of the points beside it
+BESIDE = 0.005
+STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])
+SLOPES = np.array([1.0, -8.0, 8.0, -1.0]) / 12  # by them: the derivative, to fourth order
+# arc lengths: aside of the top for its curvature, and where that is not made anew, and where it is
+# reached
+ASIDE, CLOSE, ON_TOP = 1e-3, 1e-5, 1e-10
+TOP_STEPS = 20  # at most, of the secant to the top
+EVERY = (*SETTINGS, "damping", "level")
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Of a frequency in Hz and an amplitude in m, by relative changes of the settings.
+
+    amplitude_by, frequency_by : {setting: (P,) m or Hz} by a relative change of kn, kt, mu or the
+        preload of each contact; 'damping' and 'level' (of the force): (1,). One per cent more of a
+        setting of contact c changes the amplitude by 0.01 amplitude_by[setting][c]
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=4.0)
+    >>> curve = damped.follow_band((600, 1000), outputs={"tip": 0})
+    >>> by: Derivatives = peak_derivatives(curve, damped, "tip")
+    >>> largest = max(by.amplitude_by, key=lambda name: abs(by.total(name)[1]))
+    >>> largest  # what counts most
+    'level'
+    """
+
+    frequency: float
+    amplitude: float
+    amplitude_by: dict[str, np.ndarray]
+    frequency_by: dict[str, np.ndarray]
+
+    def total(self, setting: str) -> tuple[float, float]:
+        """(Hz, m) by a relative change of a setting of all contacts at once."""
+        if setting not in self.amplitude_by:
+            known = ", ".join(self.amplitude_by)
+            raise InputError(f"setting '{setting}': must be one of {known}")
+        return float(self.frequency_by[setting].sum()), float(self.amplitude_by[setting].sum())
+
+
+def peak_derivatives(
+    curve: ForcedResponse,
+    problem: AnyProblem,
+    name: str,
+    kind: str = KINDS[0],
+    order: int | None = None,
+) -> Derivatives:
+    """Of the highest peak of an output: its height and frequency.
+
+    problem : the Problem or ContactProblem that the curve was made with; kind, order : as in
+    ForcedResponse.amplitude
+    Settings are those of `EVERY` there: the preload is left out of a problem with the unloaded
+    origin. Where a contact changes its way of moving at the peak itself, the frequency has no
+    derivative there and what is given belongs to a mean of both sides. Raises InputError where the
+    curve has no peak inside the band, or runs over another parameter.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=4.0)
+    >>> curve = damped.follow_band((600, 1000), outputs={"tip": 0})
+    >>> by = peak_derivatives(curve, damped, "tip")
+    >>> hz, height = by.total("mu")
+    >>> bool(hz > 0 > height)  # more friction: stiffer, and lower
+    True
+    """
+    at = _At(curve, problem, name, (kind, order))
+    top = int(np.nanargmax(at.heights))
+    inside = 0 < top < len(at.points) - 1
+    if not inside:
+        raise InputError(f"peak of '{name}': the largest amplitude lies at the border of the band")
+    metric = arc.metric_at(at.points[top], at.equation.weights)
+    return at.of_peak(_Line(at, at.points[top], metric))
+
+
+def point_derivatives(
+    curve: ForcedResponse,
+    problem: AnyProblem,
+    name: str,
+    value: float,
+    which: int = 0,
+    kind: str = KINDS[0],
+    order: int | None = None,
+) -> Derivatives:
+    """Of an output at a frequency in Hz that is held; which : place in `solutions_at`.
+
+    Raises InputError as `peak_derivatives`, and where there is no such solution.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=4.0)
+    >>> curve = damped.follow_band((600, 1000), outputs={"tip": 0})
+    >>> by = point_derivatives(curve, damped, "tip", 700.0)
+    >>> print(by.frequency, bool(by.amplitude_by["level"][0] > 0))
+    700.0 True
+    """
+    at = _At(curve, problem, name, (kind, order))
+    found = points_of(curve, at.equation, at.points, value)
+    if not 0 <= check_whole("which", which, 0) < len(found):
+        raise InputError(
+            f"which = {which}: the curve has {len(found)} solutions at {value:g} Hz, from 0"
+        )
+    evaluate, p = at.equation.evaluate, at.equation.parameter.scale * value
+    point = solve_fixed(evaluate, found[which].x, p, at.equation.weights)
+    held = np.zeros(len(point.x)), 1.0
+    by = {name: np.array([one[0] for one in at.by(point, held, name)]) for name in at.settings}
+    none = {name: np.zeros_like(one) for name, one in by.items()}
+    height = float(at.outputs.amplitudes([replace(point, tangent=None)])[0][0, 0])
+    return Derivatives(float(value), height, by, none)
+
+
+def stuck_frequency_derivatives(problem: AnyProblem, mode: int) -> Derivatives:
+    """Of the frequency of a mode of the stuck system, 1 for the lowest; its amplitude is NaN.
+
+    Raises InputError where the problem has no real modes, or the mode does not exist.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=4.0)
+    >>> by = stuck_frequency_derivatives(damped, 1)
+    >>> print(f"{by.frequency:.1f} Hz, {by.frequency_by['kt'][0] / by.frequency:.4f}")  # 1/6
+    871.7 Hz, 0.1667
+    """
+    problem = contact_problem_of(problem)
+    problem.check_plain("stuck_frequency_derivatives")
+    mass, shapes = la.eigh(problem.M, problem.stuck_stiffness)
+    mass, shapes = mass[::-1], shapes[:, ::-1]
+    most = int((mass > 1e-12 * mass[0]).sum())
+    if check_whole("mode", mode, 1) > most:
+        raise InputError(f"mode = {mode}: the stuck system has {most}, the lowest is 1")
+    hz = float(1 / (2 * np.pi * np.sqrt(mass[mode - 1])))
+    at = np.asarray(problem.B @ shapes[:, mode - 1]).reshape(len(problem.contacts), -1)
+    by = {name: 0.5 * hz * (springs_by(problem, name) * at**2).sum(axis=1) for name in ("kn", "kt")}
+    none = {name: np.full_like(one, np.nan) for name, one in by.items()}
+    return Derivatives(hz, np.nan, none, by)
+
+
+def springs_by(problem: ContactProblem, setting: str) -> np.ndarray:
+    """(P, nd) N/m of the stuck springs by a relative change of a setting, in which they are
+    linear."""
+    stiffness, none = problem.law.stuck_stiffness, ContactSetting(setting).scaled(problem, 0.0)
+    return stiffness(problem.contacts) - stiffness(none)
+
+
+class _Line:
+    """Points of the branch on planes across it, at places z from a point of it."""
+
+    def __init__(self, at: "_At", point: Point, metric: arc.Metric):
+        self.at, evaluate = at, at.equation.evaluate
+        here = evaluate(point.x, point.parameter)
+        along = here.direction(*metric.border(np.zeros(len(point.x)), 1.0))[:2]
+        if point.tangent is not None:
+            along = point.tangent
+        unit = metric.norm(*along)
+        self.point, self.along = point, (along[0] / unit, along[1] / unit)
+        self.across = metric.border(*self.along)
+
+    def solved(self, z: float) -> Point:
+        """The point at z, with its tangent there."""
+        (dx, dp), (row, corner) = self.along, self.across
+        evaluate, weights = self.at.equation.evaluate, self.at.equation.weights
+        plane = Plane(self.point.x + z * dx, self.point.parameter + z * dp, row, corner)
+        strict = replace(DEFAULT, tolerance=1e-3 * DEFAULT.tolerance)
+        found = damped(evaluate, plane, weights, strict, 30)
+        if not found.converged:
+            found = damped(evaluate, plane, weights, DEFAULT, 100)
+        if not found.converged:
+            raise InputError("derivatives of a peak: a point beside it could not be solved")
+        return replace(found, tangent=found.detail.direction(row, corner)[:2])
+
+    def slope(self, point: Point) -> tuple[float, float]:
+        """(amplitude, its derivative by z)."""
+        value, slope = self.at.outputs.amplitudes([point])
+        return float(value[0, 0]), float(slope[0, 0])
+
+    def top(self) -> tuple[float, float, float]:
+        """(z, amplitude, curvature) where the amplitude has its maximum along the branch."""
+        z = 0.0
+        after, before = (self.slope(self.solved(s * ASIDE))[1] for s in (1, -1))
+        curvature = (after - before) / (2 * ASIDE)
+        for _ in range(TOP_STEPS):
+            if not curvature < 0:
+                break
+            value, slope = self.slope(self.solved(z))
+            step = -slope / curvature
+            if abs(step) <= ON_TOP:
+                return z, value, curvature
+            further = self.slope(self.solved(z + step))[1]
+            if abs(step) > CLOSE:
+                curvature = (further - slope) / step
+            z = z + step
+        raise InputError(
+            "derivatives of a peak: the curve has a kink at its top, or no maximum there; "
+            "`point_derivatives` beside it has none"
+        )
+
+
+class _At:
+    """A curve over the frequency and one of its outputs."""
+
+    def __init__(
+        self,
+        curve: ForcedResponse,
+        problem: AnyProblem,
+        name: str,
+        measure: tuple[str, int | None],
+    ):
+        problem, (kind, order) = contact_problem_of(problem), measure
+        if problem.reducible:
+            problem.receptance()  # modes that hold for every contact
+        self.equation, self.points = restored(curve, problem)
+        if curve.parameter_name != "frequency":
+            raise InputError(
+                f"derivatives: the curve runs over {curve.parameter_name}, must run over the "
+                "frequency"
+            )
+        j, orders = curve.column(name), orders_of(kind, order, curve.H, curve.force_orders)
+        self.heights = np.where(curve.converged, curve.amplitude(kind, order)[:, j], np.nan)
+        self.outputs = Outputs(curve.output_rows[[j]], kind, orders)
+        gaps = not problem.preloaded
+        self.settings = [name for name in EVERY if not (gaps and name == "preload")]
+
+    def of_peak(self, line: _Line) -> Derivatives:
+        """At the top of the branch along a line."""
+        z, height, curvature = line.top()
+        h = BESIDE * np.sqrt(abs(height / curvature))
+        top, points = line.solved(z), [line.solved(z + h * s) for s in STENCIL]
+        bend = SLOPES @ [line.slope(one)[1] for one in points] / h
+        scale, (_, dp) = self.equation.parameter.scale, top.tangent
+        amplitude_by, frequency_by = {}, {}
+        for name in self.settings:
+            here = np.array(list(self.by(top, line.across, name))).reshape(-1, 2)
+            beside = [np.array([a for a, _ in self.by(one, line.across, name)]) for one in points]
+            moves = -(SLOPES @ beside) / h / bend
+            amplitude_by[name] = here[:, 0]
+            frequency_by[name] = (here[:, 1] + dp * moves) / scale
+        return Derivatives(top.parameter / scale, height, amplitude_by, frequency_by)
+
+    def by(
+        self, point: Point, across: tuple[np.ndarray, float], name: str
+    ) -> Iterator[tuple[float, float]]:
+        """(amplitude, parameter) by a relative change of a setting, of one contact after the other,
+        on a plane across the branch or at the parameter held."""
+        here, outputs = point.detail, self.outputs
+        X = outputs.at(here)
+        for modal in _by_setting(self.equation, here, name):
+            if not modal.any():
+                yield 0.0, 0.0
+                continue
+            R = -fourier.to_real(real_times(here.balance.shapes, modal)).ravel()
+            dx, dp = here.solve(*across, 0.0, R)
+            moved = here.moved(dx, dp)
+            dX = outputs.at(replace(moved, modal=moved.modal + modal)) - X
+            slope = amplitude_along(X, dX, outputs.kind, outputs.orders)[1]
+            yield float(slope[0]), dp
+
+
+def _by_setting(equation: Equation, here: Linearisation, name: str) -> Iterator[np.ndarray]:
+    """(m, H+1) derivative of the modal q at given motion of the contacts, by a relative change of a
+    setting of one contact after the other; one of damping and level."""
+    balance = here.balance
+    if name == "level":
+        yield here.factors * balance.force
+    elif name == "damping":
+        yield -here.factors * _damping_push(here)
+    else:
+        yield from _by_contacts(here, name)
+
+
+def _by_contacts(here, name):
+    balance, problem = here.balance, here.balance.problem
+    P, nd, nh = len(problem.contacts), balance.nd, balance.nh
+    u = here.x.reshape(P, nd, nh)
+    none = np.zeros_like(here.modal)
+    terms = Terms(u, here.w, here.forces, none, here.factors, none)
+    rates = ContactSetting(name).force_rate(balance, terms, 1.0)
+    springs = springs_by(problem, name) if name in ("kn", "kt") else np.zeros((P, nd))
+    for c in range(P):
+        rows = c * nd + np.arange(nd)
+        push = balance.into[rows].T @ fourier.to_complex(rates[c])
+        if springs[c].any() and problem.damping_ratio is not None:
+            push = push + _ratios_follow(here, balance.shapes[rows], springs[c])
+        yield -here.factors * push
+
+
+def _damping_push(here: Linearisation) -> np.ndarray:
+    """(m, H+1) modal force of the damping."""
+    balance, problem = here.balance, here.balance.problem
+    orders = here.w * np.arange(balance.H + 1)
+    if problem.damping_ratio is not None:
+        return 1j * orders * (balance.damping[:, None] * here.modal)
+    q = here.displacement()
+    C: Any = problem.C
+    force = 1j * orders * (0.5 * (C + C.T) @ q)
+    if problem.structural is not None:
+        force += 1j * (orders != 0) * (problem.structural @ q)
+    return balance.receptance.into.T @ force
+
+
+def _ratios_follow(here: Linearisation, rows: np.ndarray, k: Sequence[float]) -> np.ndarray:
+    """(m, H+1) modal force of the damping that damping ratios of the stuck modes give more, where
+    springs k (nd,) at rows (nd, m) change these modes.
+
+    A function of a matrix changes by its divided differences [Daleckii, Krein 1965]: with ratios
+    zeta_r the damping in mass-normalised modes is c_r = 2 zeta_r w_r, and changes by
+    E_rs (c_r - c_s) / (w_r^2 - w_s^2)."""
+    of = here.balance.receptance
+    m = len(of.mass)
+    w = np.sqrt(of.stiffness / np.maximum(of.mass, 1e-28 * of.mass.max()))
+    c = 2 * of.ratio * w
+    apart, even = np.subtract.outer(w**2, w**2), np.add.outer(of.ratio, of.ratio)
+    near = np.abs(apart) <= 1e-9 * np.add.outer(w**2, w**2)
+    shares = np.where(
+        near, even / np.add.outer(w, w), np.subtract.outer(c, c) / np.where(near, 1.0, apart)
+    )
+    size = np.sqrt(of.mass * w**2 / of.stiffness)
+    change = np.einsum("d,dr,ds->rs", k, rows[:, :m] / size, rows[:, :m] / size) * shares
+    orders = here.w * np.arange(here.balance.H + 1)
+    push = np.zeros_like(here.modal)
+    push[:m] = 1j * orders * (change @ here.modal[:m])
+    return push

@@ -1,0 +1,173 @@
+"""Derivatives of peaks, points and stuck frequencies beside differences of those solved anew."""
+
+import numpy as np
+import pytest
+
+from tipdamp import (
+    DryFriction1T,
+    InputError,
+    Jenkins1D,
+    Problem,
+    Unbalance,
+    follow_parameter,
+    natural_frequencies,
+    peak_derivatives,
+    point_derivatives,
+    solutions_at,
+    stuck_frequency_derivatives,
+)
+from tipdamp.hbm.example import two_blades
+
+K = [[2.0, -1, 0], [-1, 2, -1], [0, -1, 1.3]]
+BAND = (0.06, 0.14)
+VARIED = [("mu", 0), ("kt", 0), ("kt", 1), ("kn", 1), ("preload", 0), ("damping", 0), ("level", 0)]
+
+
+def by_ratio(damping, level):
+    ratios = damping * np.array([0.02, 0.01, 0.015])
+    return Problem(np.eye(3), K=K, damping_ratio=ratios).force(0, 0.1 * level)
+
+
+def by_matrix(damping, level):
+    return Problem(np.eye(3), 0.012 * damping * np.eye(3), K).force(0, 0.1 * level)
+
+
+def turning(damping, level):
+    """Gyroscopic forces, unbalance and structural damping at once."""
+    G = 0.05 * np.array([[0, 1.0, 0], [-1, 0, 0.5], [0, -0.5, 0]])
+    C = 0.006 * damping * np.eye(3) + G
+    problem = Problem(np.eye(3), C, K, general=True, structural=0.006 * damping)
+    return problem.force(0, Unbalance(0.15 * level))
+
+
+def chain(kind=by_ratio, varied=(), factor=1.0):
+    def of(setting, c, value):
+        return value * (factor if varied == (setting, c) else 1.0)
+
+    problem = kind(of("damping", 0, 1.0), of("level", 0, 1.0))
+    problem = problem.add(
+        Jenkins1D(),
+        2,
+        kt=of("kt", 0, 0.5),
+        mu=of("mu", 0, 1.0),
+        preload=of("preload", 0, 0.1),
+    )
+    return problem.add(
+        DryFriction1T(),
+        [1, 0],
+        kt=of("kt", 1, 0.3),
+        kn=of("kn", 1, 0.4),
+        mu=of("mu", 1, 0.5),
+        preload=of("preload", 1, 0.2),
+    )
+
+
+def peak(problem, kind="half_peak_to_peak"):
+    curve = problem.follow_band(BAND, outputs={"tip": 2}, harmonics=5, truncation=False)
+    found = peak_derivatives(curve, problem, "tip", kind)
+    if kind == "half_peak_to_peak":
+        hz, height = curve.peak("tip")
+        assert found.amplitude == pytest.approx(height, rel=1e-9)
+        assert found.frequency == pytest.approx(hz, rel=1e-5)  # flat there
+    return found
+
+
+def difference(value_at, h=2e-3):
+    """Derivative by a factor at 1, by differences of fourth order."""
+    values = np.array([value_at(1 + s * h) for s in (-2, -1, 1, 2)])
+    return np.array([1.0, -8.0, 8.0, -1.0]) @ values / (12 * h)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("varied", VARIED)
+@pytest.mark.parametrize("kind", [by_ratio, by_matrix, turning])
+def test_a_peak_follows_a_setting_as_differences_say(kind, varied):
+    setting, c = varied
+    found = peak(chain(kind))
+
+    def value_at(factor):
+        one = peak(chain(kind, varied, factor))
+        return one.frequency, one.amplitude
+
+    hz, height = difference(value_at)
+    assert found.amplitude_by[setting][c] == pytest.approx(
+        height, rel=1e-6, abs=1e-7 * found.amplitude
+    )
+    assert found.frequency_by[setting][c] == pytest.approx(hz, rel=1e-6, abs=1e-7 * found.frequency)
+
+
+def test_other_measures_of_the_peak():
+    found = peak(chain(), "rms")
+    value = difference(lambda s: peak(chain(varied=("mu", 0), factor=s), "rms").amplitude)
+    assert found.amplitude_by["mu"][0] == pytest.approx(value, rel=1e-6)
+
+
+def test_a_contact_that_sticks_at_the_peak_has_no_share_in_friction():
+    found = peak(chain())
+    assert abs(found.amplitude_by["mu"][1]) < 1e-9 < abs(found.amplitude_by["mu"][0])
+    assert found.total("mu") == (
+        found.frequency_by["mu"].sum(),
+        found.amplitude_by["mu"].sum(),
+    )
+
+
+def test_a_point_at_its_frequency():
+    def at(varied=(), factor=1.0):
+        problem = chain(varied=varied, factor=factor)
+        curve = problem.follow_band(BAND, outputs={"tip": 2}, harmonics=5, truncation=False)
+        return curve, problem
+
+    curve, problem = at()
+    found = point_derivatives(curve, problem, "tip", 0.1251, kind="harmonic")
+    expected = difference(
+        lambda s: np.abs(solutions_at(*at(("kt", 0), s), 0.1251)[0, 0, 1]), h=5e-4
+    )
+    assert found.amplitude_by["kt"][0] == pytest.approx(expected, rel=1e-6)
+    assert not found.frequency_by["kt"].any()
+
+
+def test_a_stuck_frequency():
+    model, pairs = two_blades()
+    from tipdamp import DryFriction2T, contact_problem
+
+    problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.01)
+    found = stuck_frequency_derivatives(problem, 2)
+    assert found.frequency == pytest.approx(natural_frequencies(model, pairs)[1], rel=1e-10)
+    for name in ("kn", "kt"):
+
+        def value_at(factor, name=name):
+            stiffer = pairs.replace(**{name: vars(pairs)[name] * [factor, 1.0]})
+            return natural_frequencies(model, stiffer)[1]
+
+        expected = difference(value_at, 1e-3)
+        assert found.frequency_by[name][0] == pytest.approx(expected, rel=1e-6, abs=1e-7)
+
+
+def over_the_level():
+    given = {"outputs": {"tip": [0, 0, 1.0]}, "truncation": False}
+    problem = chain().contact_problem
+    return follow_parameter(problem, [0.1, 0, 0], 0.1, "level", (0.5, 1.0), **given), problem
+
+
+def low_band():
+    curve = chain().follow_band((0.06, 0.1), outputs={"tip": 2}, truncation=False)
+    return curve, chain()
+
+
+BAD = {
+    "runs over level": lambda: peak_derivatives(*over_the_level(), "tip"),
+    "border of the band": lambda: peak_derivatives(*low_band(), "tip"),
+    "output 'tap'": lambda: peak_derivatives(*low_band(), "tap"),
+    "kind 'size' is unknown": lambda: peak_derivatives(*low_band(), "tip", "size"),
+    "which = 5": lambda: point_derivatives(*low_band(), "tip", 0.08, 5),
+    "mode = 9": lambda: stuck_frequency_derivatives(chain(), 9),
+    "needs symmetric": lambda: stuck_frequency_derivatives(chain(turning), 1),
+    "setting 'k'": lambda: stuck_frequency_derivatives(chain(), 1).total("k"),
+}
+
+
+@pytest.mark.parametrize("said", BAD)
+def test_what_has_no_derivative_is_told_in_a_line(said):
+    with pytest.raises(InputError, match=said) as told:
+        BAD[said]()
+    assert "\n" not in str(told.value)
