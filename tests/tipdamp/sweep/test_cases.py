@@ -49,6 +49,18 @@ def test_what_cases_share_is_one_step(sweep):
     assert counts == {"reduce": 1, "preload": 3, "tune": 3, "respond": 9}
 
 
+def test_the_content_of_files_counts(sweep):
+    """Another table of pairs under the same name: all steps are others; a comment changes none."""
+    path = sweep(OVER)
+    before = {step.key: step.stage for step in planned(path).steps}
+    pairs = path.with_name("pairs.csv")
+    pairs.write_text(pairs.read_text() + "\n")
+    after = {step.key: step.stage for step in planned(path).steps}
+    assert before.keys() & after.keys() == set()
+    path.write_text(path.read_text() + "\n# a comment\n")
+    assert {step.key for step in planned(path).steps} == after.keys()
+
+
 def test_cases_are_made_in_their_order(sweep):
     """Of cases that are the same one is made."""
     text = OVER.replace("[60, 30, 15]", "[60, 30, 60]")

@@ -100,6 +100,27 @@ def test_failures_are_listed_and_tried_again(sweep, stages, capsys, monkeypatch)
     assert "4 of 4 cases done" in capsys.readouterr().out
 
 
+def test_a_case_goes_on_at_the_step_where_it_ended(matrices_study, stages, monkeypatch):
+    """Steps of a case alone are kept as well, when the case ends before its last."""
+    from tipdamp.sweep import work
+
+    matrices_study.write_text(CHAIN + "[sweep.over]\nmodel.pull = [60, 30]\n")
+    counted = work.run_stage
+
+    def failing(name, *a, **k):
+        if name == "respond":
+            raise RuntimeError("gave up")
+        return counted(name, *a, **k)
+
+    monkeypatch.setattr(work, "run_stage", failing)
+    assert swept(matrices_study) == 3
+    assert stages == ["reduce", "preload", "tune", "preload", "tune"]
+    del stages[:]
+    monkeypatch.setattr(work, "run_stage", counted)
+    assert swept(matrices_study, "--retry") == 0
+    assert stages == ["respond", "respond"]
+
+
 def test_an_index_that_is_lost_or_damaged_is_made_anew(sweep, stages, capsys):
     assert swept(sweep) == 0
     file = folder(sweep) / "index.sqlite"
