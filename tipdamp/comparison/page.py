@@ -2,10 +2,10 @@
 
 import csv
 from collections.abc import Iterator
-from dataclasses import astuple, fields
+from dataclasses import fields
 from pathlib import Path
 
-from tipdamp.comparison import figures, tables
+from tipdamp.comparison import figures, tables, wear
 from tipdamp.comparison.figures import in_words
 from tipdamp.comparison.peaks import ComparedPeak, Phase
 from tipdamp.comparison.record import Comparison
@@ -24,6 +24,7 @@ SECTIONS = (
     ("along", "Along the curves", (tables.events, figures.places)),
     ("studies", "The studies", (tables.studies,)),
     ("preload", "Preload", (figures.preloads,)),
+    ("wear", "Wear", (wear.figures,)),
     ("response", "Forced response", (figures.responses,)),
     ("cases", "Every case", (tables.cases,)),
 )
@@ -77,11 +78,13 @@ def _winner(comparison: Comparison, phase: Phase) -> Iterator[str]:
 
 
 def write_csv(comparison: Comparison, path: Path) -> None:
-    """Every peak in a row: the fields of ComparedPeak and Fc/Fe; SI units, m per N."""
+    """Every peak in a row: the fields of ComparedPeak, friction_W of all pairs together, and Fc/Fe;
+    SI units, m per N."""
     names = [one.name for one in fields(ComparedPeak)]
     with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
         out.writerow((*names, "ratio"))
         for peak in comparison.peaks:
-            row = (*astuple(peak), peak.ratio)
+            content = vars(peak) | {"friction_W": sum(peak.friction_W) if peak.friction_W else None}
+            row = (*(content[name] for name in names), peak.ratio)
             out.writerow(table.plain(v) if isinstance(v, str) else v for v in row)

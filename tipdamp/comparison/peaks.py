@@ -28,7 +28,8 @@ class ComparedPeak:
     hz, m_per_N - of the peak; None where the curve has none of this phase: at_least - m/N, the
     largest that was solved, where the curve does not cover the range of the phase, else the phase
     has no maximum of its own
-    slipping - share of the kept pairs that slip or open there
+    slipping - share of the kept pairs that slip or open there; friction_W - W, power of friction in
+    each of them
     mac - of the outputs with those at the peak of the next lower level; None at the first
     complete - whether the curve covers the range of the phase, this way or followed the other way
     ended - why it ends, see ForcedResponse
@@ -45,6 +46,7 @@ class ComparedPeak:
     m_per_N: float | None
     at_least: float | None
     slipping: float | None
+    friction_W: tuple[float, ...]
     mac: float | None
     complete: bool
     ended: str
@@ -149,6 +151,7 @@ def _peak(results, case: ReportedCurve, phase, window, blade, before):
         m_per_N=None,
         at_least=None,
         slipping=None,
+        friction_W=(),
         mac=None,
         complete=bool(whole),
         ended=(whole[0] if whole else case.curve).ended,
@@ -173,6 +176,7 @@ def _peak(results, case: ReportedCurve, phase, window, blade, before):
         hz=place,
         m_per_N=height / case.Fe,
         slipping=slipping(curve, at),
+        friction_W=tuple((curve.dissipated[at] * curve.frequency[at]).tolist()),
         mac=None if before is None else _mac(before, outputs),
     )
     return found, outputs

@@ -5,10 +5,16 @@ import csv
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.tipdamp.rig_study import CHAIN, write_chain
 from tipdamp.cli import main
+from tipdamp.comparison.read import read
+from tipdamp.comparison.wear import wear
+from tipdamp.report.subjects.axial import of_side
+from tipdamp.stages.run import results_folder
+from tipdamp.study.study import load_study
 
 pytestmark = pytest.mark.slow
 LEVELS = (5.0, 20.0, 40.0)
@@ -115,6 +121,22 @@ def test_sweep_of_a_study_gives_its_pulls_and_its_scatter(tmp_path, capsys):
     assert main(["sweep", str(path), "--quiet"]) == 0
     capsys.readouterr()
     assert "no case has the study's own values" in refused(capsys, str(path))
+
+
+def test_wear_index_is_the_friction_of_the_period(run):
+    """Over the hour and the length of the damper, it is the work of friction that the stage
+    `cycles` integrates over the period at the same peak."""
+    loaded = load_study(run / "light.toml")
+    comparison = read([(loaded, results_folder(loaded, None))])
+    one = comparison.studies["light"]
+    along = one.along(of_side(one.whole, "left"))
+    length = np.ptp(along) / (len(along) - 1)  # mm from station to station
+    for period in one.cycles.curves[-2:]:
+        (peak,) = [p for p in comparison.peaks if (p.Fe, p.blade) == (period.Fe_N, 1)]
+        assert peak.hz == pytest.approx(period.hz, rel=1e-9)
+        hour = sum(wear(one, peak, side)[1].sum() for side in ("left", "right")) * length
+        assert hour == pytest.approx(3600 * period.hz * sum(period.friction_J.values()), rel=1e-6)
+        assert hour > 0
 
 
 def refused(capsys, *arguments):

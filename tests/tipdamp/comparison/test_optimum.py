@@ -11,7 +11,7 @@ BEST = 8.0
 
 def level(Fe, height, blade=1):
     return ComparedPeak(
-        "a", "", "in_phase", blade, 100.0, Fe, 3, 1600.0, height, None, 0.0, None, True, ""
+        "a", "", "in_phase", blade, 100.0, Fe, 3, 1600.0, height, None, 0.0, (), None, True, ""
     )
 
 

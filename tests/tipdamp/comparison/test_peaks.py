@@ -165,7 +165,7 @@ def test_branch_that_was_left_is_a_gap(tmp_path):
 def test_reasons_without_advice():
     def peak(ended, complete=False):
         return ComparedPeak(
-            "a", "", "in_phase", 1, 10.0, 1.0, 3, None, None, 1e-7, None, None, complete, ended
+            "a", "", "in_phase", 1, 10.0, 1.0, 3, None, None, 1e-7, None, (), None, complete, ended
         )
 
     rolls = peak(

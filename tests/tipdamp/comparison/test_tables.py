@@ -9,7 +9,17 @@ from tipdamp.comparison.record import Comparison, Computed
 def level(name, Fe, height, **other):
     given = {"hz": 2800.0, "at_least": None, "mac": None, "complete": True, "ended": ""} | other
     return ComparedPeak(
-        name, "", "out_of_phase", 1, 100.0, Fe, 3, **given, m_per_N=height, slipping=0
+        name,
+        "",
+        "out_of_phase",
+        1,
+        100.0,
+        Fe,
+        3,
+        **given,
+        m_per_N=height,
+        slipping=0,
+        friction_W=(),
     )
 
 

@@ -1,0 +1,79 @@
+"""Wear index: work of friction per length of the damper and hour, at every station, at the best
+pull of each study."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from tipdamp.comparison.figures import COLORS, SYMBOLS, in_words
+from tipdamp.comparison.peaks import ComparedPeak, Phase
+from tipdamp.comparison.record import Comparison
+from tipdamp.hbm.drawing.figure import Figure, Item, Marks, Panel
+from tipdamp.report.results import Results
+from tipdamp.report.subjects.axial import AXIAL, of_side
+
+HOUR = 3600.0  # s
+
+
+def figures(comparison: Comparison) -> Iterator[Figure]:
+    """A row for each phase, a column for each side."""
+    panels = [
+        Panel(
+            f"{in_words(phase)}, side '{side}'",
+            AXIAL,
+            "friction work (J per mm and hour)",
+            items,
+        )
+        for phase in comparison.phases
+        for side in _sides(comparison)
+        if (items := list(_marks(comparison, phase, side)))
+    ]
+    if panels:
+        yield Figure(
+            "wear",
+            "Wear index at the best pull",
+            "Work of friction per length of the damper and hour at the kept stations, while "
+            "the blades vibrate at the peak of blade 1 at the level with the best Fc/Fe of each "
+            "study. Wear grows with it (Archard), and it grows with the square of pull and force "
+            "at one Fc/Fe.",
+            panels,
+            row_height=280,
+        )
+
+
+def _sides(comparison) -> list[str]:
+    found = (side for one in comparison.studies.values() for side in one.whole.sides)
+    return list(dict.fromkeys(found))
+
+
+def _marks(comparison, phase: Phase, side: str) -> Iterator[Item]:
+    optima = comparison.optima(phase)
+    for k, (name, one) in enumerate(comparison.studies.items()):
+        at = [
+            peak
+            for peak in comparison.of(name, phase, 1)
+            if name in optima and peak.ratio == optima[name].ratio
+        ]
+        for x, work in (wear(one, peak, side) for peak in at):
+            if len(x):
+                color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
+                yield Marks(x, work, name, color, symbol)
+
+
+def wear(one: Results, peak: ComparedPeak, side: str) -> tuple[np.ndarray, np.ndarray]:
+    """(mm along the axis (s,), J per mm and hour (s,)) of the kept stations of a side, each of
+    which stands for the length from station to station; empty without kept pairs, or of a single
+    station."""
+    if one.kept is None or one.whole is None:
+        return np.empty(0), np.empty(0)
+    carrying = one.kept.select(one.kept.carrying)
+    every, mine = of_side(one.whole, side), carrying.side == side
+    length = np.ptp(one.along(every)) / max(len(np.unique(every.station)) - 1, 1)
+    power = np.array(peak.friction_W)[mine]
+    pairs = of_side(carrying, side)
+    stations = np.unique(pairs.station)
+    if not length > 0 or not len(stations):
+        return np.empty(0), np.empty(0)
+    x = np.array([one.along(pairs)[pairs.station == s].mean() for s in stations])
+    work = np.array([power[pairs.station == s].sum() for s in stations]) * HOUR / length
+    return x, work
