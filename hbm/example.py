@@ -73,3 +73,20 @@ def _pairs(x):
         preload=PULL / (2 * n * z) * two,
         weight=two,
     )
+
+
+def cantilever(
+    length: float, height: float, thickness: float, elements: int = 8, E: float = 210e9
+) -> tuple[np.ndarray, np.ndarray]:
+    """(M, K), each (2 elements,) square, of a steel beam in bending, clamped at one end: deflection
+    m and slope of each node in turn, the tip last [Przemieniecki 1968]; lengths in m, E in Pa."""
+    area, inertia, h = height * thickness, height * thickness**3 / 12, length / elements
+    scale = np.diag([1.0, h, 1.0, h])
+    bending = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+    heavy = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
+    M, K = np.zeros((2, 2 * elements + 2, 2 * elements + 2))
+    for e in range(0, 2 * elements, 2):
+        own = slice(e, e + 4)
+        K[own, own] += E * inertia / h**3 * scale @ bending @ scale
+        M[own, own] += 7850.0 * area * h / 420 * scale @ heavy @ scale
+    return M[2:, 2:], K[2:, 2:]
