@@ -4,7 +4,6 @@ tables."""
 import sys
 from dataclasses import replace
 
-import matplotlib.pyplot
 import numpy as np
 import pytest
 
@@ -23,13 +22,14 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.example import two_blades
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
-matplotlib.use("agg")
+pyplot = pytest.importorskip("matplotlib.pyplot")
+pyplot.switch_backend("agg")
 
 
 @pytest.fixture(autouse=True)
 def closed_figures():
     yield
-    matplotlib.pyplot.close("all")
+    pyplot.close("all")
 
 
 @pytest.fixture(scope="module")
@@ -192,6 +192,7 @@ def test_points_where_a_curve_passes_a_value(folded):
 
 
 def test_frame_has_a_row_for_each_point(folded, rubbed):
+    pytest.importorskip("pandas")
     frame = rubbed.to_pandas()
     assert list(frame) == [
         *("frequency", "tip", "dissipated", "converged", "stable", "relative_truncation")
@@ -201,6 +202,7 @@ def test_frame_has_a_row_for_each_point(folded, rubbed):
 
 
 def test_dataset_has_names_and_units(rubbed):
+    pytest.importorskip("xarray")
     data = rubbed.to_xarray()
     assert data.harmonics.sel(output="tip", harmonic=1).values == pytest.approx(
         rubbed.harmonics[:, 0, 1]
