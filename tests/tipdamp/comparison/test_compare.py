@@ -89,6 +89,7 @@ def test_page_shows_every_study_and_is_whole(run, tmp_path):
         "optimisation",
         "frequencies",
         "preloads",
+        "wear",
         "responses_light",
         "responses_heavy",
     }

@@ -1,0 +1,30 @@
+"""Which cases of a sweep stand at places of a comparison, and which are its scatter: of the studies
+of three dampers."""
+
+from pathlib import Path
+
+import pytest
+
+from tipdamp.comparison.swept import scatter_of
+from tipdamp.study.study import load_study, read_toml
+from tipdamp.sweep.cases import cases_of
+
+FOLDER = Path(__file__).parents[3] / "docs" / "studies" / "three_dampers"
+
+
+@pytest.mark.parametrize("damper", ["asymmetric", "cylindrical", "wedge"])
+def test_both_phases_have_the_values_of_the_study(damper):
+    path = FOLDER / f"{damper}.toml"
+    content, cases = read_toml(path), cases_of(load_study(path))
+    scatter = [scatter_of(content, case) for case in cases]
+    assert len(cases) == 14 and scatter.count("") == 2
+    assert scatter.count("contact.mu = 0.5") == scatter.count("tune.stations = [4, 4]") == 2
+    bands = [case["respond.band"] for case, text in zip(cases, scatter, strict=True) if not text]
+    assert bands[0][0] > bands[1][1]  # out of phase, in phase
+
+
+def test_single_values_and_lists_of_one_are_alike():
+    content = {"respond": {"damping_ratio": [0.02], "levels": 5.0}}
+    assert scatter_of(content, {"respond.damping_ratio": 0.02, "respond.levels": 7.0}) == ""
+    said = scatter_of(content, {"respond.damping_ratio": 0.03, "damper.pull": 9.0})
+    assert said == "respond.damping_ratio = 0.03"
