@@ -66,11 +66,16 @@ class Extremum:
         """rad/s."""
         return float(self.w + y[-1] / self.by_w)
 
-    def slope_at(self, y: np.ndarray, p: float) -> float:
-        """The last residual alone."""
-        found = self.parameter.held(self.balance, y[:-1], self.frequency(y), p)
-        tangent = self.tangent(found)[0]
-        return self.metric.size * self.slope(found, tangent, self.metric.norm(*tangent))
+    def slope_at(self, y: np.ndarray, p: float, near: "ExtremumLinearisation") -> float:
+        """The last residual alone, at a place so near to another that one correction with the
+        factorised matrix of that one gives the tangent."""
+        there = self.parameter.held(self.balance, y[:-1], self.frequency(y), p)
+        tx, tw = near.tangent
+        change = there.moved(tx, tw).modal - there.modal
+        out = tx - fourier.to_real(real_times(there.balance.shapes, change)).ravel()
+        dx, dw = near.found.solve(*self.along, 0.0, out)
+        tangent = tx + dx, tw + dw
+        return self.metric.size * self.slope(there, tangent, self.metric.norm(*tangent))
 
     def apart(self, dy: np.ndarray, dp: float, p: float) -> float:
         """Length of a way, that of the parameter relative to it."""
@@ -172,7 +177,7 @@ class ExtremumLinearisation:
         if not long:
             return 0.0
         h = STEP / long
-        return (of.slope_at(self.y + h * dy, self.p + h * dp) - self.residual[-1]) / h
+        return (of.slope_at(self.y + h * dy, self.p + h * dp, self) - self.residual[-1]) / h
 
     def _bordered(self, R, row, corner, value):
         of = self.of
