@@ -122,6 +122,8 @@ if TYPE_CHECKING:
         stuck_frequency_derivatives as stuck_frequency_derivatives,
     )
     from tipdamp.hbm.modes.result import Backbone as Backbone
+    from tipdamp.hbm.modes.synthesis import Synthesis as Synthesis
+    from tipdamp.hbm.modes.synthesis import synthesis as synthesis
     from tipdamp.hbm.named_point import NamedPoint as NamedPoint
     from tipdamp.hbm.problem import Problem as Problem
     from tipdamp.hbm.response import (
@@ -229,6 +231,7 @@ else:  # a module __getattr__ would let type checkers accept any name
         "Followed": "hbm.following.result",
         "backbone": "hbm.modes.backbone",
         "Backbone": "hbm.modes.result",
+        **dict.fromkeys(("Synthesis", "synthesis"), "hbm.modes.synthesis"),
         "compare": "hbm.comparison",
         "IntegrationSettings": "hbm.time.settings",
         "load_study": "study.study",

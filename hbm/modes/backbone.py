@@ -36,6 +36,8 @@ from tipdamp.hbm.validation import (
 # of the stuck mode in the first output, beside what its largest dof would give: less is not seen
 UNSEEN = 1e-9
 LOWER = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6)  # times the first amplitude: where everything sticks
+# times the amplitude: steps of a tenth of it at most, so that slip does not begin in a wide one
+WIDEST = 4.0
 # of the stuck frequency: a mode that is slower is no vibration any more
 SLOWEST = 1e-2
 
@@ -78,6 +80,7 @@ def backbone(
     at = _check_amplitudes(amplitudes)
     equation, rows, names = _equation(problem, mode, outputs, check_harmonics(harmonics), samples)
     settings = check_settings(settings, progress)
+    settings = replace(settings, widest=min(settings.widest, WIDEST))
     begin = _first(equation, at[0], settings)
     if not begin.converged:
         raise InputError(
@@ -184,6 +187,7 @@ def _record(equation, branch, named, missed, made) -> Backbone:
         complete=bool(branch.complete and len(points) == len(branch.points) and not missed),
         H=equation.balance.H,
         unknowns=unknowns,
+        output_rows=rows,
         seconds=seconds,
     )
 

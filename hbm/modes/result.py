@@ -28,6 +28,7 @@ class Backbone(ArrayRecord):
     stuck_frequency : Hz, stuck_damping_ratio : of the mode where every contact sticks
     ended : why it ends; complete : it reaches the last amplitude without a failed point
     unknowns : (n, N) of the equation (`hbm.modes.free_motion`); H : harmonics
+    output_rows : (m, r) that take the outputs out of q
     seconds : cost
 
     The arrays are copies that cannot be written to; a point that failed is left out.
@@ -58,6 +59,7 @@ class Backbone(ArrayRecord):
     complete: bool
     H: int
     unknowns: np.ndarray
+    output_rows: np.ndarray
     seconds: float = field(compare=False)
 
     def __repr__(self) -> str:

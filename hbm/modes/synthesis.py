@@ -1,0 +1,183 @@
+"""Forced responses from a backbone: one nonlinear mode, all others stuck and linear.
+
+At the amplitude of a free motion with shape psi, frequency w0 and damping ratio zeta a force F
+excites it at W where
+
+    (w0^2 - W^2 + 2 i zeta w0 W) psi^H M psi exp(i theta) = psi^H F
+
+which is a quadratic equation for W^2 with two solutions below the peak, one at it and none above
+[Krack 2015; Schwarz, Krack, Thouverez 2019].
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
+
+from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.io.array_record import ArrayRecord
+from tipdamp.hbm.modes.result import Backbone
+from tipdamp.hbm.modes.stuck_modes import stuck_modes
+from tipdamp.hbm.result import amplitude
+from tipdamp.hbm.validation import check_forcing, numbers
+
+FINER = 20  # places between two points of the backbone
+NEARER = 0.5 ** np.arange(1, 12)  # of the last way to the peak: places on it
+OVERLAP = 0.1  # of an output at its peak: more of it from other modes is told
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesis(ArrayRecord):
+    """A forced response made of a nonlinear mode and the linear ones beside it: n places, from low
+    to high amplitude and back, m outputs.
+
+    frequency : (n,) Hz; output_names : (m,) str; harmonics : (n, m, H+1) complex, m
+    others : (n, m) share of harmonic 1 that is of the other modes
+    peak_reached : whether the backbone reaches the amplitude of the peak
+    said : where other modes overlap, in words; empty where this one rules
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    >>> mode = backbone(damped, 1, (1e-7, 1e-3), outputs={"tip": [1.0]})
+    >>> made: Synthesis = synthesis(mode, damped, np.array([5.0]))
+    >>> print(f"{made.peak('tip')[0]:.0f} Hz")
+    858 Hz
+    """
+
+    frequency: np.ndarray
+    output_names: np.ndarray
+    harmonics: np.ndarray
+    others: np.ndarray
+    peak_reached: bool
+    said: str
+
+    def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
+        """(n, m) m, of a kind as in `ForcedResponse.amplitude`."""
+        return amplitude(self.harmonics, kind, [1])
+
+    def peak(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
+        """(Hz, m) largest amplitude of an output; NaN where the backbone does not reach it."""
+        names = self.output_names.tolist()
+        if name not in names:
+            raise InputError(f"output '{name}' is not in this synthesis; {nearest(name, names)}")
+        j = names.index(name)
+        if not self.peak_reached:
+            return float("nan"), float("nan")
+        a = self.amplitude(kind)[:, j]
+        i = int(a.argmax())
+        return float(self.frequency[i]), float(a[i])
+
+
+def synthesis(
+    mode: Backbone, problem: AnyProblem, forcing: ArrayLike, level: float = 1.0
+) -> Synthesis:
+    """The response to a force of order 1 near the resonance of a nonlinear mode.
+
+    mode : of `backbone`, from amplitudes far below those of the response; problem : that of it
+    forcing : (r,) real or complex amplitude F of Re F exp(i w t) in N; level : factor on it
+    No equation is solved: every level costs milliseconds. Raises InputError where the force does
+    not excite the mode.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    >>> mode = backbone(damped, 1, (1e-7, 1e-3), outputs={"tip": [1.0]})
+    >>> made = synthesis(mode, damped, np.array([1.0]), level=5.0)
+    >>> curve = damped.force(0, 5.0).follow_band((600, 1000), outputs={"tip": 0})
+    >>> print(f"{abs(made.peak('tip')[1] / curve.peak('tip')[1] - 1):.0%}")
+    0%
+    """
+    problem = contact_problem_of(problem)
+    level = float(numbers("level", level, "must be a number"))
+    F = level * check_forcing(np.asarray(forcing), len(problem.K), 1)[1]
+    line = _Line.of(mode)
+    s = line.places
+    above = line.reach(s, F) > 0
+    if not above[0]:
+        raise InputError(
+            f"forcing: excites mode {mode.mode} to less than {mode.amplitude[0]:g} m, where its "
+            "backbone begins; begin it lower"
+        )
+    reached = not above.all()
+    if reached:
+        last = int(above.argmin()) - 1
+        top = brentq(lambda t: line.reach(np.array([t]), F)[0], s[last], s[last + 1], xtol=1e-13)
+        s = np.r_[s[: last + 1], top - (top - s[last]) * NEARER, top]
+    way = np.r_[s, s[::-1][reached:]]
+    side = np.r_[np.full(len(s), -1.0), np.full(len(way) - len(s), 1.0)]
+    pull, w0, zeta = line.excitation(way, F)
+    width = np.sqrt(np.maximum(line.reach(way, F), 0.0))
+    squared = w0**2 * (1 - 2 * zeta**2) + side * width
+    pull, w0, zeta, way, W = (
+        part[squared > 0] for part in (pull, w0, zeta, way, np.sqrt(np.maximum(squared, 0.0)))
+    )
+    turn = pull / (w0**2 - W**2 + 2j * zeta * w0 * W)
+    X = line.harmonics(way) * (turn / np.abs(turn))[:, None, None] ** np.arange(mode.H + 1)
+    beside = _other_modes(mode, problem, F, W)
+    X[..., 1] += beside
+    others = np.abs(beside) / np.maximum(np.abs(X[..., 1]), 1e-300)
+    top = np.abs(X[..., 1]).argmax(axis=0)
+    most = float(others[top, np.arange(len(top))].max())
+    said = f"other modes are {most:.0%} of an output at its peak" if most > OVERLAP else ""
+    return Synthesis(W / (2 * np.pi), mode.output_names, X, others, reached, said)
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A backbone as smooth functions of the place s along it, monotone between its points.
+
+    places : (k,), FINER of them between two points
+    known : functions of s, relative to the amplitude
+    """
+
+    places: np.ndarray
+    known: dict
+
+    @classmethod
+    def of(cls, mode):
+        s, a = np.arange(len(mode.amplitude)), mode.amplitude
+        columns = {
+            "amplitude": np.log(a),
+            "w0": 2 * np.pi * mode.frequency,
+            "zeta": mode.damping_ratio,
+            "shape": mode.shape / a[:, None],
+            "modal": mode.modal_amplitude / a,
+            "harmonics": mode.harmonics / a[:, None, None],
+        }
+        places = np.linspace(0, s[-1], FINER * s[-1] + 1)
+        return cls(places, {name: _through(s, part) for name, part in columns.items()})
+
+    def excitation(self, s, F):
+        """(psi^H F / psi^H M psi, w0, zeta), each (k,), at places."""
+        a = np.exp(self.known["amplitude"](s))
+        shape, modal = self.known["shape"](s), self.known["modal"](s)
+        return shape.conj() @ F / (a * modal**2), self.known["w0"](s), self.known["zeta"](s)
+
+    def reach(self, s, F):
+        """(k,) positive where the force holds the amplitude of a place at two frequencies."""
+        pull, w0, zeta = self.excitation(s, F)
+        return np.abs(pull) ** 2 - 4 * zeta**2 * w0**4 * (1 - zeta**2)
+
+    def harmonics(self, s):
+        """(k, m, H+1) of the outputs."""
+        return np.exp(self.known["amplitude"](s))[:, None, None] * self.known["harmonics"](s)
+
+
+def _through(s, values):
+    """Function of the place through values, real or complex."""
+    parts = [PchipInterpolator(s, part, axis=0) for part in (values.real, values.imag)]
+    if np.iscomplexobj(values):
+        return lambda at: parts[0](at) + 1j * parts[1](at)
+    return parts[0]
+
+
+def _other_modes(mode, problem, F, W):
+    """(n, m) harmonic 1 of the outputs in the stuck modes but for the one of the backbone."""
+    modes = stuck_modes(problem)
+    damping = modes.damping if modes.damping.ndim == 1 else modes.damping.diagonal()
+    own = modes.stiffness - W[:, None] ** 2 * modes.mass + 1j * W[:, None] * damping
+    beside = modes.moves[1] & (np.arange(len(modes.mass)) != mode.mode - 1)
+    Q = np.where(beside, (modes.shapes.T @ F) / own, 0.0)
+    return Q @ (mode.output_rows @ modes.shapes).T

@@ -1,0 +1,105 @@
+"""Peaks predicted from backbones against those of whole curves."""
+
+import numpy as np
+import pytest
+
+from tests.hbm.cases import beam, rig
+from tests.hbm.modes.test_backbone import cantilever
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import CubicSpring, Jenkins1D
+from tipdamp.hbm.modes.backbone import backbone
+from tipdamp.hbm.modes.synthesis import synthesis
+from tipdamp.hbm.problem import Problem
+from tipdamp.hbm.response import follow_band
+
+X = {"x": [1.0]}
+
+
+def oscillator():
+    blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
+    return blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+
+
+def tip_of(law, **settings):
+    problem, tip = cantilever(law, **settings)
+    return problem, tip, {"x": tip}
+
+
+CASES = {
+    "oscillator": (lambda: (oscillator(), np.ones(1), X), (1e-8, 5e-3), (500, 1200)),
+    "friction beam": (
+        lambda: tip_of(Jenkins1D(), kt=2.0, mu=1.0, preload=0.1),
+        (1e-5, 5.0),
+        (0.8, 1.6),
+    ),
+    "cubic beam": (lambda: tip_of(CubicSpring(200.0)), (1e-5, 1.0), (0.8, 1.9)),
+    "eight contacts": (lambda: beam("B8"), (1e-8, 0.1), (500, 1400)),
+    "eight contacts that lift off": (lambda: beam("C8"), (1e-8, 0.1), (500, 1400)),
+}
+LEVELS = {
+    "oscillator": (0.3, 1.0, 3.0, 5.0, 20.0),
+    "friction beam": (1e-3, 1e-2, 0.05, 0.15),
+    "cubic beam": (1e-3, 3e-3, 8e-3),
+    "eight contacts": (1.0, 10.0, 60.0),
+    "eight contacts that lift off": (1.0, 10.0, 60.0),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_peaks(name):
+    """2 % in height, and the place to 0.6 %: of a flat peak it says little."""
+    made, amplitudes, band = CASES[name]
+    problem, force, outputs = made()
+    mode = backbone(problem, 1, amplitudes, outputs=outputs, harmonics=3)
+    first = next(iter(outputs))
+    for level in LEVELS[name]:
+        given = dict(outputs={first: outputs[first]}, harmonics=3, truncation=False)
+        hz, height = follow_band(problem, level * force, band, **given).peak(first)
+        found = synthesis(mode, problem, force, level)
+        assert found.peak_reached and found.said == ""
+        assert found.peak(first)[1] == pytest.approx(height, rel=0.02)
+        assert found.peak(first)[0] == pytest.approx(hz, rel=0.006)
+
+
+@pytest.mark.slow
+def test_peaks_of_the_rig():
+    problem, force, outputs = rig()
+    name = next(iter(outputs))
+    mode = backbone(problem, 1, (1e-6, 1e-4), outputs={name: outputs[name]}, harmonics=3)
+    for level in (5.0, 20.0, 40.0):
+        given = dict(outputs={name: outputs[name]}, harmonics=3, truncation=False)
+        hz, height = follow_band(problem, level * force, (1450, 1600), **given).peak(name)
+        found = synthesis(mode, problem, force, level)
+        assert found.peak(name)[1] == pytest.approx(height, rel=0.05)
+        assert found.peak(name)[0] == pytest.approx(hz, rel=0.002)
+
+
+def test_a_stuck_response_is_the_linear_one():
+    """At every frequency, of a beam with all its modes."""
+    problem, tip, outputs = tip_of(Jenkins1D(), kt=2.0, mu=1.0, preload=0.1)
+    mode = backbone(problem, 1, (1e-7, 1e-1), outputs=outputs, harmonics=1)
+    found = synthesis(mode, problem, tip, 1e-4)
+    w = 2 * np.pi * found.frequency
+    linear = problem.receptance().respond(tip[None], 1e-4 * tip, w)
+    size = np.abs(linear).max()
+    assert np.abs(found.harmonics[:, :, 1] - linear).max() < 1e-8 * size
+    assert np.ptp(found.frequency) > 0.5
+
+
+def test_other_modes_that_overlap_are_told():
+    """Two equal oscillators, weakly coupled: 1 % apart with 1 % of damping."""
+    K = np.array([[1.01, -0.01], [-0.01, 1.01]])
+    pair = Problem(M=np.eye(2), K=K, damping_ratio=0.01).add(CubicSpring(1e-9), 0)
+    mode = backbone(pair, 1, (1e-6, 1.0), outputs={"x": [1.0, 0.0]}, harmonics=1)
+    assert "other modes are" in synthesis(mode, pair, np.array([1.0, 0.0]), 1e-3).said
+
+
+def test_the_backbone_must_reach_far_enough():
+    mode = backbone(oscillator(), 1, (1e-6, 1e-5), outputs=X, harmonics=1)
+    found = synthesis(mode, oscillator(), np.ones(1), 5.0)
+    assert not found.peak_reached and np.isnan(found.peak("x")).all()
+    with pytest.raises(InputError, match="excites mode 1 to less than 1e-06 m"):
+        synthesis(mode, oscillator(), np.ones(1), 1e-4)
+    with pytest.raises(InputError, match="output 'y' is not in this synthesis"):
+        found.peak("y")
