@@ -2,14 +2,15 @@
 store when it is finished."""
 
 import os
-import tempfile
 import threading
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from tipdamp.engine.store import Store
+from tipdamp.hbm.errors import InputError
 from tipdamp.stages.run import run_stage
 from tipdamp.study.study import study_of
 from tipdamp.sweep.cases import content_of
@@ -48,39 +49,43 @@ def work(common: SweepWork, task: Task, report: Callable[[float, str], None]) ->
     becomes of the rest."""
     from threadpoolctl import threadpool_limits
 
+    limits = {"limits": THREADS_OF_BLAS, "user_api": "blas"}
     home = common.folder / WORKING
-    home.mkdir(parents=True, exist_ok=True)
+    try:
+        home.mkdir(parents=True, exist_ok=True)
+        with ONE_AT_A_TIME, threadpool_limits(**limits), TemporaryDirectory(dir=home) as scratch:
+            _make(common, task, Store(Path(scratch)), report)
+    except OSError as error:
+        error.filename = error.filename or str(common.folder)  # a full disk is told without one
+        raise
+
+
+def _make(common, task, store, report):
+    """The steps of a task in a results folder of its own."""
     study = study_of(common.path, content_of(common.content, task.case))
-    limits = threadpool_limits(limits=THREADS_OF_BLAS, user_api="blas")
-    with ONE_AT_A_TIME, limits, tempfile.TemporaryDirectory(dir=home) as scratch:
-        store = Store(Path(scratch))
-        for step in task.before:
+    for step in task.before:
+        unpack(common.folder, step, store)
+    for i, step in enumerate(task.steps):
+        report(i / len(task.steps), step.stage)
+        if product(common.folder, step.key).is_file():
             unpack(common.folder, step, store)
-        for i, step in enumerate(task.steps):
-            report(i / len(task.steps), step.stage)
-            if product(common.folder, step.key).is_file():
-                unpack(common.folder, step, store)
-                continue
-            try:
-                run_stage(step.stage, study, store, quiet=True, locked=True)
-            except Exception as error:
-                error.add_note(f"in the stage '{step.stage}'")
-                raise
-            _pack(common.folder, step, store)
+            continue
+        try:
+            run_stage(step.stage, study, store, quiet=True, locked=True)
+        except Exception as error:
+            error.add_note(f"in the stage '{step.stage}'")
+            raise
+        _pack(common.folder, step, store)
 
 
 def _pack(folder: Path, step: Step, store: Store) -> None:
     """Files of a finished step as one, which has its name only when it is whole."""
     final, whole = product(folder, step.key), store.path(f"{step.key}.zip")
     final.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        with zipfile.ZipFile(whole, "w") as packed:
-            for file in _files(step, store):
-                packed.write(store.path(file), file)
-        os.replace(whole, final)
-    except OSError as error:
-        error.filename = error.filename or str(final)  # a full disk is told without one
-        raise
+    with zipfile.ZipFile(whole, "w") as packed:
+        for file in _files(step, store):
+            packed.write(store.path(file), file)
+    os.replace(whole, final)
 
 
 def _files(step: Step, store: Store) -> list[str]:
@@ -89,9 +94,15 @@ def _files(step: Step, store: Store) -> list[str]:
 
 
 def unpack(folder: Path, step: Step, store: Store) -> None:
-    """Files of a finished step, into a results folder."""
-    with zipfile.ZipFile(product(folder, step.key)) as packed:
-        packed.extractall(store.folder)
+    """Files of a finished step, into a results folder; InputError where it is damaged."""
+    file = product(folder, step.key)
+    try:
+        with zipfile.ZipFile(file) as packed:
+            packed.extractall(store.folder)
+    except zipfile.BadZipFile as error:
+        raise InputError(
+            f"{file} is damaged ({error}): remove it, and run again with --retry"
+        ) from None
 
 
 def read_member(folder: Path, key: str, name: str) -> bytes:

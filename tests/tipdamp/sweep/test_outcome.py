@@ -127,7 +127,7 @@ def test_a_full_disk_ends_the_sweep_in_one_line(sweep, capsys, monkeypatch):
     assert swept(sweep) == 4
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert "No space left on device" in error
+    assert f"{folder(sweep)}: No space left on device" in error
     monkeypatch.setattr(work, "_pack", real)
     assert swept(sweep) == 0
     with Index(folder(sweep)) as index:

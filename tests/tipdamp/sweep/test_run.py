@@ -146,6 +146,21 @@ def test_a_damaged_step_is_made_again(sweep, stages):
     assert sorted(map(str, Index(folder(sweep)).curves())) == sorted(map(str, before))
 
 
+def test_a_damaged_step_that_others_need_is_named(sweep, capsys):
+    assert swept(sweep) == 0
+    with Index(folder(sweep)) as index:
+        (reduced,) = [
+            k for k, s in index.base.execute("select key, stage from steps") if s == "reduce"
+        ]
+    sweep_run.product(folder(sweep), reduced).write_bytes(b"cut")
+    sweep.write_text(CHAIN + SWEEP.replace("[5, 8]", "[9]"))
+    assert swept(sweep) == 3
+    told = capsys.readouterr().out
+    assert f"{reduced}.zip is damaged" in told
+    sweep_run.product(folder(sweep), reduced).unlink()
+    assert swept(sweep, "--retry") == 0
+
+
 def test_two_sweeps_on_one_store(sweep, capsys):
     from tipdamp.engine.store import Store
 
