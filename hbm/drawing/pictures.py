@@ -160,6 +160,13 @@ def loop(
     return on_axes(Panel("", f"relative motion ({SHOWN[unit]})", "force (N)", items), ax)
 
 
+def over_frequency(hz: np.ndarray, amplitude: np.ndarray, name: str, unit: str, ax: Any) -> Any:
+    """An amplitude (n,) m over the frequency (n,) Hz that goes with it, between curves of a
+    response."""
+    line = Curve(hz, factor_of(unit) * amplitude, name, INK, "dashdot")
+    return on_axes(Panel("", "frequency (Hz)", f"amplitude ({SHOWN[unit]})", (line,)), ax)
+
+
 def preload_map(pairs: ContactTable, side: str, ax: Any) -> Any:
     """Normal preload of one side along its longest extent."""
     mine = pairs.select(pairs.side == side)

@@ -2,14 +2,19 @@
 
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 from zipfile import BadZipFile
 
 import numpy as np
 
+from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord
 from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.result import amplitude
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +81,18 @@ class Backbone(ArrayRecord):
         if name not in names:
             raise InputError(f"output '{name}' is not in this backbone; {nearest(name, names)}")
         return amplitude(self.harmonics[:, names.index(name)], kind, [1])
+
+    def plot(self, name: str | None = None, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
+        """Draw half of peak to peak of an output over the frequency of the mode, as it stands among
+        the curves of a forced response.
+
+        name : of the output, the first without; unit : 'm', 'mm' or 'um'; ax : axes of matplotlib
+            to draw on; new ones without
+        Returns the axes. Raises InputError where matplotlib is not installed, and for an unknown
+        output.
+        """
+        a = self.amplitudes(name or str(self.output_names[0]))
+        return pictures.over_frequency(self.frequency, a, f"backbone, mode {self.mode}", unit, ax)
 
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""

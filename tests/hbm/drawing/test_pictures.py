@@ -12,6 +12,7 @@ from tipdamp import (
     Jenkins1D,
     Problem,
     Search,
+    backbone,
     compare,
     contact_cycles,
     curves_beside,
@@ -151,6 +152,19 @@ def test_curves_found_beside_are_thin():
     first, detached = lines(ax, "-")
     assert detached.get_linewidth() < first.get_linewidth()
     assert detached.get_color() == first.get_color()
+
+
+def test_backbone_meets_the_peaks_of_the_response(slipping, rubbed):
+    found = backbone(slipping.contact_problem, 1, (1e-5, 1e-4), outputs={"tip": [1.0]})
+    ax = rubbed.plot(unit="um")
+    found.plot(unit="um", ax=ax)
+    line = ax.lines[-1]
+    hz, height = rubbed.peak("tip")
+    x, y = line.get_xdata(), line.get_ydata()
+    order = np.argsort(y)
+    assert np.interp(1e6 * height, y[order], x[order]) == pytest.approx(hz, rel=0.01)
+    with pytest.raises(InputError, match="output 'y'"):
+        found.plot("y")
 
 
 def test_statics_draw_their_maps():
