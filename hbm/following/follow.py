@@ -22,7 +22,7 @@ from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
 from tipdamp.hbm.continuation.point import Metric, Point, size
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.outputs import ModalRows
-from tipdamp.hbm.curve.trace import unrestrained
+from tipdamp.hbm.curve.trace import slides, unrestrained
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.following.extremum import Extremum, Slope
 from tipdamp.hbm.following.result import Followed
@@ -363,8 +363,10 @@ def _end_of(case, run):
     drifts = unrestrained(replace(last, detail=last.detail.found), case.problem)
     if drifts:
         return f"stopped at {place}{drifts}"
+    why = slides(case.problem).removesuffix(" Where they are not to slide: ")
+    also = f"; {why}" if why else ""
     if not run.met:
-        return run.branch.sentence(named)
+        return run.branch.sentence(named) + also
     if case.what == "peak":
-        return f"at {place} the peak meets a minimum of the curve, and is none beyond"
-    return f"at {place} two folds meet, and the curve does not turn back there beyond"
+        return f"at {place} the peak meets a minimum of the curve, and is none beyond{also}"
+    return f"at {place} two folds meet, and the curve does not turn back there beyond{also}"

@@ -2,13 +2,19 @@
 
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 from zipfile import BadZipFile
 
 import numpy as np
 
+from tipdamp.hbm.drawing import pictures
+from tipdamp.hbm.drawing.figure import Curve, Panel
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.array_record import ArrayRecord
 from tipdamp.hbm.io.npz import open_npz
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +75,21 @@ class Followed(ArrayRecord):
             f"{p[-1]:.6g}, {len(p)} places, {f.min():.6g} to {f.max():.6g} Hz, H = {self.H}; "
             f"{self.ended}>"
         )
+
+    def plot(self, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
+        """Draw the height over the parameter, apart where another peak was taken up.
+
+        unit : 'm', 'mm' or 'um'; ax : axes of matplotlib to draw on; new ones without
+        Returns the axes. Raises InputError where matplotlib is not installed.
+        """
+        y = pictures.factor_of(unit) * self.height
+        color, runs = pictures.free_color(ax), np.cumsum(self.jumps)
+        lines = tuple(
+            Curve(self.parameter[runs == k], y[runs == k], self.output * (not k), color)
+            for k in np.unique(runs)
+        )
+        label = f"{self.what} ({pictures.SHOWN[unit]})"
+        return pictures.on_axes(Panel("", self.parameter_name, label, lines), ax)
 
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""

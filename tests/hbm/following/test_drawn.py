@@ -1,0 +1,22 @@
+"""Followed peaks draw themselves."""
+
+import numpy as np
+import pytest
+
+from tipdamp.hbm.following.follow import follow_peak
+from tipdamp.hbm.laws import Jenkins1D
+from tipdamp.hbm.problem import Problem
+
+pyplot = pytest.importorskip("matplotlib.pyplot")
+pyplot.switch_backend("agg")
+BLADE = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
+DAMPED = BLADE.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+TIP = {"tip": [1.0]}
+
+
+def test_height_over_the_parameter():
+    given = dict(outputs=TIP, band=(600, 1000), harmonics=1)
+    peaks = follow_peak(DAMPED, np.array([5.0]), "level", (1.0, 2.0), **given)
+    x, drawn = peaks.plot(unit="mm").lines[0].get_data()
+    assert np.allclose(x, peaks.parameter) and np.allclose(drawn, 1e3 * peaks.height)
+    pyplot.close("all")
