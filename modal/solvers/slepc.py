@@ -78,13 +78,19 @@ def lowest(
         ksp.getPC().setFactorSolverType("mumps")
     else:
         ksp.setPC(_lent(A, factor))
-    eps.solve()
-    found = eps.getConverged()
-    if found < count:
-        raise RuntimeError(f"SLEPc converged {found} of {count} modes")
-    shapes = [A.createVecLeft() for _ in range(found)]
-    lam = np.array([eps.getEigenpair(i, shapes[i]).real for i in range(found)])
-    eps.destroy()
+    pc = ksp.getPC()
+    try:
+        eps.solve()
+        found = eps.getConverged()
+        if found < count:
+            raise RuntimeError(f"SLEPc converged {found} of {count} modes")
+        shapes = [A.createVecLeft() for _ in range(found)]
+        lam = np.array([eps.getEigenpair(i, shapes[i]).real for i in range(found)])
+    finally:
+        # all by hand: a lent factor of which the last reference is among what Python dropped is
+        # never freed
+        for one in (eps, transform, ksp, pc):
+            one.destroy()
     order = np.argsort(lam)
     return lam[order], [shapes[i] for i in order]
 

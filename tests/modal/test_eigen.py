@@ -10,7 +10,8 @@ import scipy.sparse as sp
 
 from tipdamp.modal.eigen import Factor, SingularStiffness
 from tipdamp.modal.elasticity import Material, elastic_body
-from tipdamp.modal.solvers import arpack, inertia, petsc
+from tipdamp.modal.solvers import arpack, inertia, petsc, slepc
+from tipdamp.modal.solvers.cholesky import sparse_factor
 from tipdamp.modal.solvers.inertia import modes_below
 
 from .blocks import block
@@ -41,6 +42,18 @@ def solver(request, monkeypatch):
     monkeypatch.setitem(sys.modules, "slepc4py", None)
     if request.param == "without PETSc":
         monkeypatch.setattr(petsc, "start", lambda: None)
+
+
+def test_a_factor_lent_to_slepc_is_freed_with_its_owner():
+    """Nothing that SLEPc leaves behind holds it: a factor of which the last reference is among what
+    Python dropped stays in memory for good."""
+    pytest.importorskip("slepc4py")
+    K = sp.diags([np.full(599, -1.0), np.full(600, 2.0), np.full(599, -1.0)], [-1, 0, 1]) * 1e6
+    factor = sparse_factor(K.tocsr())
+    before = sys.getrefcount(factor.factor)
+    slepc.lowest_with(factor, sp.identity(600, format="csr"), 5, 3)
+    after = sys.getrefcount(factor.factor)
+    assert after == before
 
 
 def test_a_mode_repeated_fourteen_times(solver):
