@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from tipdamp.checks.forecast import Cost, estimate
+from tipdamp.checks.forecast import Cost, Size, estimate, size_of
 from tipdamp.engine.progress import duration
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
@@ -23,6 +23,7 @@ from tipdamp.sweep.work import products
 
 LEAST_SECONDS, LEAST_BYTES = 0.1, 2e4  # of a step: what it takes to begin, read and pack it
 CURVE_SECONDS = 0.2  # at least
+ON_SURFACE = 0.15  # of the dofs of a mesh of some ten thousand, for which `reduce` keeps the shapes
 Costs = dict[str, tuple[int, float, float]]  # as `Index.costs`
 
 
@@ -87,10 +88,10 @@ def sweep_estimate(whole: Plan, study: Study, store: Store, jobs: int) -> SweepE
         with Index(folder) as index:
             costs = index.costs()
     to_make = Counter(step.stage for step in whole.steps if step.key not in there)
-    known = _forecast(study, store)
+    known, reduced = _forecast(study, store)
     seconds = disk = 0.0
     for stage, count in to_make.items():
-        _, each, size = costs.get(stage) or _step(stage, study, known)
+        _, each, size = costs.get(stage) or _step(stage, study, known, reduced)
         seconds += count * each
         disk += count * size
     return SweepEstimate(
@@ -106,19 +107,29 @@ def sweep_estimate(whole: Plan, study: Study, store: Store, jobs: int) -> SweepE
     )
 
 
-def _forecast(study, store) -> dict[str, Cost]:
-    """{stage: cost of the study as it stands}, of one job; {} where it cannot be looked at."""
+def _forecast(study, store) -> tuple[dict[str, Cost], float]:
+    """{stage: cost of the study as it stands}, of one job, and bytes on disk of the reduced bodies;
+    ({}, 0) where it cannot be looked at."""
     with suppress(InputError, OSError):
         alone = load_study(study.path)
         run_stage("inspect", alone, store, quiet=True)
-        return estimate(alone, InspectResult.load(store))[1]
-    return {}
+        found = InspectResult.load(store)
+        return estimate(alone, found)[1], _on_disk(size_of(alone, found))
+    return {}, 0.0
 
 
-def _step(stage: str, study: Study, known: dict[str, Cost]) -> tuple[int, float, float]:
+def _on_disk(size: Size) -> float:
+    """Bytes of the reduced matrices, and of the shapes on the surfaces that are drawn."""
+    dofs = sum(dofs for dofs, _, _ in size.bodies.values())
+    return 8.0 * size.reduced * (2 * size.reduced + ON_SURFACE * dofs)
+
+
+def _step(
+    stage: str, study: Study, known: dict[str, Cost], reduced: float
+) -> tuple[int, float, float]:
     cost = known.get(stage, Cost(0.0, 0.0))
     curves = len(study.respond.levels) * (stage == LAST)
-    matrices = cost.bytes if stage == "reduce" else 0.0
+    matrices = reduced if stage == "reduce" else 0.0
     seconds = max(cost.seconds, LEAST_SECONDS + CURVE_SECONDS * curves)
     return 0, seconds, LEAST_BYTES + 1e6 * CURVE_MB * curves + matrices
 

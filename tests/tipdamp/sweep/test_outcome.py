@@ -7,10 +7,15 @@ from dataclasses import replace
 
 import pytest
 
+from tests.robustness.rows import corner
 from tests.tipdamp.rig_study import CHAIN
 from tipdamp.cli import main
+from tipdamp.engine.store import Store
+from tipdamp.stages.run import run_stage
+from tipdamp.study.study import load_study
 from tipdamp.sweep import work
 from tipdamp.sweep.dataset import NETCDF, TABLE, dataset
+from tipdamp.sweep.estimate import _forecast
 from tipdamp.sweep.index import CurveRow, Index
 from tipdamp.sweep.plan import Step
 from tipdamp.sweep.run import Clock
@@ -178,3 +183,14 @@ def test_an_index_without_room(tmp_path):
         with pytest.raises(OSError, match="no space left on device"):
             index.begin([{"model.pull": "x" * 100}] * 1000, ["key"] * 1000)
         assert index.counts() == {}
+
+
+@pytest.mark.slow
+def test_the_disk_of_reduced_bodies_is_estimated(tmp_path):
+    """To a factor of three beside what `reduce` leaves of the corner's meshes."""
+    study = load_study(corner(tmp_path))
+    store = Store(tmp_path / "alone")
+    estimated = _forecast(study, store)[1]
+    run_stage("reduce", study, store, quiet=True)
+    left = sum(store.path(file).stat().st_size for file in store.outputs("reduce"))
+    assert left / 3 < estimated < 3 * left
