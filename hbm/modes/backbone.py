@@ -20,7 +20,7 @@ from tipdamp.hbm.continuation.point import Point, failed
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.trace import slides
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.modes.free_motion import FreeMotion
+from tipdamp.hbm.modes.free_motion import ModeEquation
 from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.modes.stuck_modes import seen_alone, stuck_modes
 from tipdamp.hbm.validation import (
@@ -132,7 +132,7 @@ def _equation(problem, mode, outputs, H, samples):
     if not modes.at_contacts[:, index].any():
         raise InputError(f"mode = {mode}: does not move any contact, it is linear")
     balance = HarmonicBalance(problem, {}, H, samples=samples)
-    return FreeMotion(balance, modes, index, row), rows, names
+    return ModeEquation(balance, modes, index, row), rows, names
 
 
 def _first(equation, a, settings):

@@ -102,7 +102,7 @@ def peak_derivatives(
     if not inside:
         raise InputError(f"peak of '{name}': the largest amplitude lies at the border of the band")
     metric = arc.metric_at(at.points[top], at.equation.weights)
-    return at.of_peak(_Line(at, at.points[top], metric))
+    return at.of_peak(_AlongBranch(at, at.points[top], metric))
 
 
 def point_derivatives(
@@ -172,7 +172,7 @@ def springs_by(problem: ContactProblem, setting: str) -> np.ndarray:
     return stiffness(problem.contacts) - stiffness(none)
 
 
-class _Line:
+class _AlongBranch:
     """Points of the branch on planes across it, at places z from a point of it."""
 
     def __init__(self, at: "_At", point: Point, metric: arc.Metric):
@@ -250,7 +250,7 @@ class _At:
         gaps = not problem.preloaded
         self.settings = [name for name in EVERY if not (gaps and name == "preload")]
 
-    def of_peak(self, line: _Line) -> Derivatives:
+    def of_peak(self, line: _AlongBranch) -> Derivatives:
         """At the top of the branch along a line."""
         z, height, curvature = line.top()
         h = BESIDE * np.sqrt(abs(height / curvature))

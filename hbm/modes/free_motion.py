@@ -22,14 +22,14 @@ from tipdamp.hbm.balance.kernels import applied, condensed, regularise, sign_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.laws.records import ContactForces
-from tipdamp.hbm.modes.stuck_modes import StuckModes, times
+from tipdamp.hbm.modes.stuck_modes import StuckModalSystem, times
 
 # of frequency and damping ratio beside the shape: a change of 0.001 there is as much as one of 0.02
 WEIGHT = 20.0
 
 
 @dataclass(frozen=True)
-class FreeMotion:
+class ModeEquation:
     """R(x, a) = 0; x (nc nh + 2,) : shape, relative frequency, damping ratio; a : amplitude in m.
 
     balance : of the contacts, without forces
@@ -37,7 +37,7 @@ class FreeMotion:
     """
 
     balance: HarmonicBalance
-    modes: StuckModes
+    modes: StuckModalSystem
     mode: int
     row: np.ndarray
 
@@ -82,7 +82,7 @@ class FreeMotion:
         u = (a * self.unit) * x[:-2].reshape(len(hb.problem.contacts), hb.nd, hb.nh)
         return u, self.frequency * x[-2], float(x[-1])
 
-    def evaluate(self, x: np.ndarray, a: float) -> "FreeLinearisation":
+    def evaluate(self, x: np.ndarray, a: float) -> "ModeLinearisation":
         """Linearisation at x (n,) and an amplitude."""
         hb = self.balance
         if hb.on_call:
@@ -102,7 +102,7 @@ class FreeMotion:
             away / (a * self.unit),
             scale * WEIGHT * np.array([out_of_balance.real, out_of_balance.imag]),
         ]
-        return FreeLinearisation(self, x, a, residual, forces, Q, Z, flexibility, scale * WEIGHT)
+        return ModeLinearisation(self, x, a, residual, forces, Q, Z, flexibility, scale * WEIGHT)
 
     def modal(self, g: np.ndarray) -> np.ndarray:
         """(H+1, m) N of forces g (..., nh) on the contacts."""
@@ -134,14 +134,14 @@ class FreeMotion:
 
 
 @dataclass(frozen=True)
-class FreeLinearisation:
-    """Residual of a FreeMotion at one point; `hbm.continuation.point.Linearised`.
+class ModeLinearisation:
+    """Residual of a ModeEquation at one point; `hbm.continuation.point.Linearised`.
 
     x, residual : (n,); a : amplitude, m; forces : of the contacts; modal : (H+1, m) coordinates
     impedance, flexibility : of the stuck modes there; scale : of the equation of the mode
     """
 
-    of: FreeMotion
+    of: ModeEquation
     x: np.ndarray
     a: float
     residual: np.ndarray
@@ -164,7 +164,7 @@ class FreeLinearisation:
         """tx, ta with row' tx + corner ta = 1, and the sign of the bordered determinant."""
         return self._bordered(np.zeros_like(self.residual), row, corner, 1.0)
 
-    def moved(self, dx: np.ndarray, da: float) -> "FreeLinearisation":
+    def moved(self, dx: np.ndarray, da: float) -> "ModeLinearisation":
         """This at x + dx, amplitude + da, linearised."""
         of, step = self.of, self.of.frequency * dx[-2]
         du = self.a * of.unit * dx[:-2] + of.unit * self.x[:-2] * da

@@ -15,7 +15,7 @@ UNMOVED = 1e-10  # of the most that a mode moves the contacts: nothing excites a
 
 
 @dataclass(frozen=True)
-class StuckModes:
+class StuckModalSystem:
     """m shapes of the stuck system, the lowest mode first.
 
     shapes : (r, m); at_contacts : (nc, m), the same at the components of the contacts
@@ -73,7 +73,7 @@ def times(A: np.ndarray, X: np.ndarray) -> np.ndarray:
     return A * X if A.ndim == 2 else (A @ X[..., None])[..., 0]
 
 
-def stuck_modes(problem: ContactProblem) -> StuckModes:
+def stuck_modes(problem: ContactProblem) -> StuckModalSystem:
     """Of a problem; InputError where a damping matrix stands beside motions that are free or held
     in the mean."""
     known = problem.receptance()
@@ -84,7 +84,7 @@ def stuck_modes(problem: ContactProblem) -> StuckModes:
         moves[0, m : m + e] = False
         moves[1, m + e :] = False
         own = 2 * known.ratio * np.sqrt(known.stiffness * known.mass)
-        return StuckModes(
+        return StuckModalSystem(
             known.shapes,
             _dense(problem.B @ known.shapes),
             np.r_[known.stiffness, np.zeros(e), -np.ones(held)],
@@ -98,7 +98,7 @@ def stuck_modes(problem: ContactProblem) -> StuckModes:
             "damping_ratio, or a support of that motion"
         )
     shapes, mass = modes_beside(problem.M, problem.stuck_stiffness, np.zeros((len(problem.K), 0)))
-    return StuckModes(
+    return StuckModalSystem(
         shapes,
         _dense(problem.B @ shapes),
         np.ones(len(mass)),
@@ -108,7 +108,7 @@ def stuck_modes(problem: ContactProblem) -> StuckModes:
     )
 
 
-def seen_alone(modes: StuckModes, index: int, row: np.ndarray) -> StuckModes:
+def seen_alone(modes: StuckModalSystem, index: int, row: np.ndarray) -> StuckModalSystem:
     """With the shapes of a repeated frequency turned so that an output, row (r,), sees that of
     `index` alone: of a round beam any pair of directions is one of modes."""
     if modes.damping.ndim == 2:

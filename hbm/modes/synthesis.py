@@ -92,7 +92,7 @@ def synthesis(
     problem = contact_problem_of(problem)
     level = float(numbers("level", level, "must be a number"))
     F = level * check_forcing(np.asarray(forcing), len(problem.K), 1)[1]
-    line = _Line.of(mode)
+    line = _OverAmplitude.of(mode)
     s = line.places
     above = line.reach(s, F) > 0
     if not above[0]:
@@ -125,7 +125,7 @@ def synthesis(
 
 
 @dataclass(frozen=True)
-class _Line:
+class _OverAmplitude:
     """A backbone as smooth functions of the place s along it, monotone between its points.
 
     places : (k,), FINER of them between two points

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from tipdamp.comparison.peaks import ComparedPeak, Phase
-from tipdamp.comparison.record import Comparison
+from tipdamp.comparison.record import ComparedStudies
 from tipdamp.hbm.drawing.branches import branch_lines, failures
 from tipdamp.hbm.drawing.figure import (
     BLUE,
@@ -41,7 +41,7 @@ def in_words(phase: Phase) -> str:
     return phase.replace("_", " ")
 
 
-def optimisation(comparison: Comparison) -> Iterator[Figure]:
+def optimisation(comparison: ComparedStudies) -> Iterator[Figure]:
     """Largest FRF over Fc/Fe on logarithmic axes: a column for each phase, a row for each blade."""
     panels = tuple(
         Panel(
@@ -70,7 +70,7 @@ def optimisation(comparison: Comparison) -> Iterator[Figure]:
     )
 
 
-def places(comparison: Comparison) -> Iterator[Figure]:
+def places(comparison: ComparedStudies) -> Iterator[Figure]:
     """Frequency of the same peaks on the first blade."""
     panels = tuple(
         Panel(
@@ -158,7 +158,7 @@ def _points(peaks, value) -> tuple[np.ndarray, np.ndarray]:
     return np.array([p.ratio for p in peaks]), np.array([value(p) for p in peaks])
 
 
-def preloads(comparison: Comparison) -> Iterator[Figure]:
+def preloads(comparison: ComparedStudies) -> Iterator[Figure]:
     """The preload maps, a row for each study and a column for each side."""
     panels = tuple(
         replace(panel, title=f"{name}, {panel.title}")
@@ -176,7 +176,7 @@ def preloads(comparison: Comparison) -> Iterator[Figure]:
     )
 
 
-def responses(comparison: Comparison) -> Iterator[Figure]:
+def responses(comparison: ComparedStudies) -> Iterator[Figure]:
     """Of each study its curves on both blades, per newton."""
     names = [one.name for one in comparison.nominal]
     for k, (name, one) in enumerate((each.name, each.results) for each in comparison.nominal):

@@ -8,7 +8,7 @@ from pathlib import Path
 from tipdamp.comparison import figures, tables, wear
 from tipdamp.comparison.figures import in_words
 from tipdamp.comparison.peaks import ComparedPeak, Phase
-from tipdamp.comparison.record import Comparison
+from tipdamp.comparison.record import ComparedStudies
 from tipdamp.engine.store import Store
 from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.drawing import matplotlib, table
@@ -30,7 +30,7 @@ SECTIONS = (
 )
 
 
-def write_comparison(comparison: Comparison, folder: Path) -> Path:
+def write_comparison(comparison: ComparedStudies, folder: Path) -> Path:
     """Write comparison.html, comparison.csv and figures/ (PNG and CSV) into the folder; returns the
     page."""
     store = Store(folder)
@@ -57,13 +57,13 @@ def write_comparison(comparison: Comparison, folder: Path) -> Path:
     return store.path("comparison.html")
 
 
-def introduction(comparison: Comparison) -> Iterator[str]:
+def introduction(comparison: ComparedStudies) -> Iterator[str]:
     """For each phase, which study is best and at which pull."""
     for phase in comparison.phases:
         yield from _winner(comparison, phase)
 
 
-def _winner(comparison: Comparison, phase: Phase) -> Iterator[str]:
+def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
     optima = comparison.optima(phase)
     if not optima:
         return
@@ -77,7 +77,7 @@ def _winner(comparison: Comparison, phase: Phase) -> Iterator[str]:
     )
 
 
-def write_csv(comparison: Comparison, path: Path) -> None:
+def write_csv(comparison: ComparedStudies, path: Path) -> None:
     """Every peak in a row: the fields of ComparedPeak, friction_W of all pairs together, and Fc/Fe;
     SI units, m per N."""
     names = [one.name for one in fields(ComparedPeak)]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from itertools import combinations
 
-from tipdamp.comparison.record import Comparison, Computed, compared
+from tipdamp.comparison.record import ComparedStudies, Computed, compared
 from tipdamp.comparison.swept import computed_of_sweep
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
@@ -17,7 +17,7 @@ from tipdamp.study.view import Study
 ALIKE = ("patches", "direction", "excitation", "amplitudes", "phase", "engine_order", "blade_count")
 
 
-def read(studies: Sequence[tuple[Study, Store]]) -> Comparison:
+def read(studies: Sequence[tuple[Study, Store]]) -> ComparedStudies:
     """Studies that were run to the end, with the store of each; of one with a [sweep] its cases.
 
     Raises InputError where a study has no forced response or an old one, or a sweep has not

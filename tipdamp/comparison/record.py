@@ -20,7 +20,7 @@ class Computed:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ComparedStudies:
     """computed - in the order given; peaks - of all of them; failed - (name, reason) of cases
     without a result."""
 
@@ -80,8 +80,10 @@ class Comparison:
         return {name: one for name, one in found.items() if one is not None}
 
 
-def compared(computed: Iterable[Computed], failed: Iterable[tuple[str, str]] = ()) -> Comparison:
+def compared(
+    computed: Iterable[Computed], failed: Iterable[tuple[str, str]] = ()
+) -> ComparedStudies:
     """The comparison of what was computed."""
     computed = tuple(computed)
     peaks = (peak for one in computed for peak in peaks_of(one.results, one.name, one.scatter))
-    return Comparison(computed, tuple(peaks), tuple(failed))
+    return ComparedStudies(computed, tuple(peaks), tuple(failed))

@@ -13,7 +13,7 @@ from tipdamp.study.study import read_toml
 from tipdamp.study.view import Study
 from tipdamp.sweep.cases import Case, cases_of, content_of, in_words, study_of_case
 from tipdamp.sweep.index import Index
-from tipdamp.sweep.plan import Step, chain
+from tipdamp.sweep.plan import SweepStep, chain
 from tipdamp.sweep.run import folder_of
 from tipdamp.sweep.work import products, unpack
 
@@ -57,7 +57,7 @@ def computed_of_sweep(study: Study, store: Store) -> tuple[list[Computed], list[
 
 
 def _loaded(
-    study: Study, content: dict, folder: Path, done: Sequence[tuple[Case, list[Step]]]
+    study: Study, content: dict, folder: Path, done: Sequence[tuple[Case, list[SweepStep]]]
 ) -> Iterator[Computed]:
     """Steps that several cases share are unpacked once."""
     with tempfile.TemporaryDirectory() as scratch:

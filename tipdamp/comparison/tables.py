@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from tipdamp.comparison.figures import in_words, runs
 from tipdamp.comparison.optimum import Optimum, envelope, lowest_at, ranks
 from tipdamp.comparison.peaks import ComparedPeak, Phase
-from tipdamp.comparison.record import Comparison
+from tipdamp.comparison.record import ComparedStudies
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.amplitudes import orders_of
@@ -16,7 +16,7 @@ Row = dict[str, str]
 DRIFT = 0.02  # of the frequency: what a peak must have moved to be told
 
 
-def studies(comparison: Comparison) -> Iterator[Table]:
+def studies(comparison: ComparedStudies) -> Iterator[Table]:
     """One column for each study: frequencies free and stuck, kept stations, settings."""
     rows = [_column(one) for one in comparison.studies.values()]
     yield Table(
@@ -47,7 +47,7 @@ def _column(one) -> Row:
     }
 
 
-def best(comparison: Comparison) -> Iterator[Table]:
+def best(comparison: ComparedStudies) -> Iterator[Table]:
     """One row for each phase and study: where its curve is least, how flat it is, and rank."""
     rows = [row for phase in comparison.phases for row in _best(comparison, phase)]
     yield Table(
@@ -96,7 +96,7 @@ def _flat(one: Optimum) -> str:
     return f"{low or ends[0]} to {high or ends[1]}"
 
 
-def differences(comparison: Comparison) -> Iterator[Table]:
+def differences(comparison: ComparedStudies) -> Iterator[Table]:
     """Where a study ranks behind what it states, each study before it: whether that one is lower
     already where little slips, by its stiffness, or by what friction leaves of it."""
     rows = [row for phase in comparison.phases for row in _differences(comparison, phase)]
@@ -140,7 +140,7 @@ def stuck_hz(one: Results, phase: Phase) -> float | None:
     return {one.study.tune.follow: one.tune.stuck_hz.tuned, **other}.get(phase)
 
 
-def events(comparison: Comparison) -> Iterator[Table]:
+def events(comparison: ComparedStudies) -> Iterator[Table]:
     """What happens to the peaks along each curve; nothing where nothing does."""
     rows = [
         {"study": f"{name}, {in_words(phase)}", "along its curve": text}
@@ -181,7 +181,7 @@ def told(peaks: list[ComparedPeak]) -> Iterator[str]:
             yield f"{at} incomplete: {bound}{peak.why}"
 
 
-def cases(comparison: Comparison) -> Iterator[Table]:
+def cases(comparison: ComparedStudies) -> Iterator[Table]:
     """Every case: both blades."""
     rows = []
     for name in comparison.names:

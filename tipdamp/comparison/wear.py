@@ -7,7 +7,7 @@ import numpy as np
 
 from tipdamp.comparison.figures import COLORS, SYMBOLS, in_words
 from tipdamp.comparison.peaks import ComparedPeak, Phase
-from tipdamp.comparison.record import Comparison
+from tipdamp.comparison.record import ComparedStudies
 from tipdamp.hbm.drawing.figure import Figure, Item, Marks, Panel
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import AXIAL, of_side
@@ -15,7 +15,7 @@ from tipdamp.report.subjects.axial import AXIAL, of_side
 HOUR = 3600.0  # s
 
 
-def figures(comparison: Comparison) -> Iterator[Figure]:
+def figures(comparison: ComparedStudies) -> Iterator[Figure]:
     """A row for each phase, a column for each side."""
     panels = [
         Panel(

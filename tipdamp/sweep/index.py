@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tipdamp.hbm.errors import InputError
 from tipdamp.sweep.cases import Case
-from tipdamp.sweep.plan import Step
+from tipdamp.sweep.plan import SweepStep
 
 FILE = "index.sqlite"
 BUSY = 30.0  # s that a reader waits for the writer
@@ -124,7 +124,7 @@ class Index:
             return {n: json.loads(v) for n, v in self.base.execute("select * from facts")}
 
     def done(
-        self, steps: Iterable[tuple[Step, float, int]], curves: Iterable[CurveRow] = ()
+        self, steps: Iterable[tuple[SweepStep, float, int]], curves: Iterable[CurveRow] = ()
     ) -> None:
         """Finished steps with their seconds and bytes, and the curves of those that end a case."""
         rows = [(s.key, s.stage, "done", "", seconds, size) for s, seconds, size in steps]

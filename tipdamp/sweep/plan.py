@@ -18,7 +18,7 @@ LAST = "respond"  # stage that ends a case
 
 
 @dataclass(frozen=True)
-class Step:
+class SweepStep:
     """One stage of one case or of several; key - of all that it follows from; needs - keys of the
     steps that its stage reads."""
 
@@ -32,12 +32,12 @@ class Task:
     """What one process does at a time: steps that no other case has, or a single one that several
     share; before - steps whose products it needs; case - values of one that it belongs to."""
 
-    steps: tuple[Step, ...]
-    before: tuple[Step, ...]
+    steps: tuple[SweepStep, ...]
+    before: tuple[SweepStep, ...]
     case: Case
 
     @property
-    def last(self) -> Step:
+    def last(self) -> SweepStep:
         """The step that it ends with."""
         return self.steps[-1]
 
@@ -51,7 +51,7 @@ class Plan:
     tasks: tuple[Task, ...]
 
     @property
-    def steps(self) -> Iterator[Step]:
+    def steps(self) -> Iterator[SweepStep]:
         """All of them, each once."""
         for task in self.tasks:
             yield from task.steps
@@ -79,7 +79,7 @@ def plan(path: Path, content: dict, cases: Sequence[Case]) -> Plan:
     return Plan(tuple(cases), tuple(last), tuple(tasks.values()))
 
 
-def _before(steps: Sequence[Step], chain: Sequence[Step]) -> tuple[Step, ...]:
+def _before(steps: Sequence[SweepStep], chain: Sequence[SweepStep]) -> tuple[SweepStep, ...]:
     """Steps of a case that these need, directly or not, beside themselves."""
     needed = {key for step in steps for key in step.needs}
     for step in reversed(chain):
@@ -88,7 +88,7 @@ def _before(steps: Sequence[Step], chain: Sequence[Step]) -> tuple[Step, ...]:
     return tuple(step for step in chain if step.key in needed and step not in steps)
 
 
-def chain(study: Study) -> list[Step]:
+def chain(study: Study) -> list[SweepStep]:
     """Steps of a case in the order of a run."""
     last = STAGES[LAST]
     for missing in last.lacks(study):
@@ -98,7 +98,7 @@ def chain(study: Study) -> list[Step]:
     for name in (*all_needed(last, study), LAST):
         needs = tuple(keys[need] for need in stages_needed(STAGES[name], study))
         keys[name] = fingerprint(name, read_from(name, study, _mark), needs)
-        steps.append(Step(name, keys[name], needs))
+        steps.append(SweepStep(name, keys[name], needs))
     return steps
 
 

@@ -21,7 +21,7 @@ from tipdamp.sweep.cases import cases_of
 from tipdamp.sweep.dataset import units_of_keys, write_netcdf, write_table
 from tipdamp.sweep.estimate import SweepEstimate, sweep_estimate
 from tipdamp.sweep.index import CurveRow, Index
-from tipdamp.sweep.plan import LAST, Plan, Step, Task, plan
+from tipdamp.sweep.plan import LAST, Plan, SweepStep, Task, plan
 from tipdamp.sweep.work import SweepWork, product, products, read_member, work
 
 if TYPE_CHECKING:
@@ -67,14 +67,14 @@ def run_sweep(
         index.begin(whole.cases, whole.last)
         units = units_of_keys(list(whole.cases[0]), content)
         index.say(study=str(path.absolute()), units=units, left=None)
-        sweep = _Sweep(SweepWork(path.absolute(), content, folder.absolute()), whole, index)
+        sweep = _Running(SweepWork(path.absolute(), content, folder.absolute()), whole, index)
         sweep.take_stock(retry)
         with display(quiet=quiet).job("sweep", patience=0.0) as tick:
             sweep.run(workers, tick)
     return [one for one in (write_table(folder), write_netcdf(folder)) if one]
 
 
-class _Sweep:
+class _Running:
     """A sweep that runs. tasks - those that can begin or have begun, in this order; the others
     wait in `needed_by` for what they need, `missing` has it by the key of their last step."""
 
@@ -111,7 +111,7 @@ class _Sweep:
             else:
                 self.tasks.append(task)
 
-    def _known(self, step: Step, states: dict[str, str]) -> bool:
+    def _known(self, step: SweepStep, states: dict[str, str]) -> bool:
         """Whether a finished step is in the index, or could be entered; a damaged one is
         removed."""
         if states.get(step.key) == "done":
@@ -138,7 +138,7 @@ class _Sweep:
                         self.tasks.append(task)
             self._show(tick)
 
-    def _enter(self, steps: Sequence[Step]) -> list[tuple[Step, float]]:
+    def _enter(self, steps: Sequence[SweepStep]) -> list[tuple[SweepStep, float]]:
         """Finished steps into the index; returns the seconds that each took."""
         found, rows, folder = [], list[CurveRow](), self.common.folder
         for step in steps:
@@ -238,7 +238,7 @@ def _reason(error: Exception) -> str:
     return shown(" ".join(f"{said} {' '.join(notes)}".split()), LONGEST)
 
 
-def curve_rows(folder: Path, step: Step) -> list[CurveRow]:
+def curve_rows(folder: Path, step: SweepStep) -> list[CurveRow]:
     """Curves of a finished case, a row for each and each patch."""
     found = RespondResult.model_validate_json(read_member(folder, step.key, RespondResult.file))
     tune = TuneResult.model_validate_json(read_member(folder, step.needs[-1], TuneResult.file))

@@ -14,7 +14,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.stages.run import run_stage
 from tipdamp.study.study import study_of
 from tipdamp.sweep.cases import content_of
-from tipdamp.sweep.plan import Step, Task
+from tipdamp.sweep.plan import SweepStep, Task
 
 MADE, WORKING = "made", "working"  # folders in that of a sweep
 ONE_AT_A_TIME = threading.Lock()  # a worker of a cluster may have several threads
@@ -78,7 +78,7 @@ def _make(common, task, store, report):
         _pack(common.folder, step, store)
 
 
-def _pack(folder: Path, step: Step, store: Store) -> None:
+def _pack(folder: Path, step: SweepStep, store: Store) -> None:
     """Files of a finished step as one, which has its name only when it is whole."""
     final, whole = product(folder, step.key), store.path(f"{step.key}.zip")
     final.parent.mkdir(parents=True, exist_ok=True)
@@ -88,12 +88,12 @@ def _pack(folder: Path, step: Step, store: Store) -> None:
     os.replace(whole, final)
 
 
-def _files(step: Step, store: Store) -> list[str]:
+def _files(step: SweepStep, store: Store) -> list[str]:
     records = (f".stages/{step.stage}.json", f".stages/{step.stage}.from")
     return [*records, *store.outputs(step.stage)]
 
 
-def unpack(folder: Path, step: Step, store: Store) -> None:
+def unpack(folder: Path, step: SweepStep, store: Store) -> None:
     """Files of a finished step, into a results folder; InputError where it is damaged."""
     file = product(folder, step.key)
     try:

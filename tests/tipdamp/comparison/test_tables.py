@@ -3,7 +3,7 @@
 from tests.tipdamp.comparison.test_peaks import results
 from tipdamp.comparison import tables
 from tipdamp.comparison.peaks import ComparedPeak
-from tipdamp.comparison.record import Comparison, Computed
+from tipdamp.comparison.record import ComparedStudies, Computed
 
 
 def level(name, Fe, height, **other):
@@ -32,7 +32,7 @@ def comparison(tmp_path):
     vars(soft.study)["reference"] = {"out_of_phase_rank": 1}
     peaks = [level("soft", Fe, h) for Fe, h in ((1.0, 8e-7), (10.0, 4e-7), (50.0, 6e-7))]
     peaks += [level("stiff", Fe, 3e-7) for Fe in (1.0, 10.0, 50.0)]
-    return Comparison((Computed("soft", soft), Computed("stiff", stiff)), tuple(peaks))
+    return ComparedStudies((Computed("soft", soft), Computed("stiff", stiff)), tuple(peaks))
 
 
 def test_best_pull_with_ranks(tmp_path):

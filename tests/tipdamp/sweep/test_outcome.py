@@ -17,7 +17,7 @@ from tipdamp.sweep import work
 from tipdamp.sweep.dataset import NETCDF, TABLE, dataset
 from tipdamp.sweep.estimate import _forecast
 from tipdamp.sweep.index import CurveRow, Index
-from tipdamp.sweep.plan import Step
+from tipdamp.sweep.plan import SweepStep
 from tipdamp.sweep.run import Clock
 from tipdamp.sweep.summary import status
 
@@ -141,7 +141,7 @@ def test_a_full_disk_ends_the_sweep_in_one_line(sweep, capsys, monkeypatch):
 
 def test_the_summary_counts_cases_and_says_why(tmp_path):
     """Of five cases two are done, one of them with a curve that stopped, and two failed alike."""
-    steps = [Step("respond", key, ()) for key in "abcde"]
+    steps = [SweepStep("respond", key, ()) for key in "abcde"]
     row = CurveRow("a", "patch_1", 5.0, 3, *5 * [None], True, False, 0, 4, 1844.0, "whole")
     with Index(tmp_path, write=True) as index:
         index.begin([{"model.pull": i} for i in range(5)], list("abcde"))
