@@ -332,6 +332,7 @@ def _parser() -> argparse.ArgumentParser:
         action="store_true",
         help="let the key `results` of a study lead out of its folder",
     )
+    compare.set_defaults(force=False)  # its stages run as those of `run`
     verb(
         "doctor",
         "what is missing or wrong on this machine, with the repair",
@@ -349,7 +350,7 @@ def _parser() -> argparse.ArgumentParser:
     explained = verb(
         "explain", "a key of a study file: unit, default, range, meaning", _explain, on_study=False
     )
-    explained.add_argument("key", help="such as kn, or contact.kn")
+    explained.add_argument("key", help="such as kn or contact.left.kn; a section for all its keys")
     first = verb(
         "init", "a first study that runs, with its files, commented", _init, on_study=False
     )
@@ -414,6 +415,7 @@ def _compare(arguments) -> int:
     if arguments.run_missing:
         with _workers(arguments) as workers:
             for study, store in zip(studies, stores, strict=True):
+                print(f"study       {study.path}", flush=True)
                 if "sweep" in study:
                     run_sweep(study.path, store, workers, quiet=arguments.quiet)
                 else:
@@ -493,7 +495,7 @@ def _stages(arguments, study, store, workers):
             if missing := run.STAGES[name].lacks(study):
                 print(f"{name:8s}    nothing to do: the study has no {', '.join(missing)}")
             else:
-                _run(arguments, name, study, store, workers)
+                _run(arguments, name, study, store, workers, locked=True)
 
 
 def _sweep(arguments) -> int:
@@ -550,8 +552,8 @@ def _compile_beside(workers, study, store):
         workers.begin(compile_kernels, study.respond.law.make())
 
 
-def _run(arguments, name, study, store, workers):
-    """One stage with its line and warnings."""
+def _run(arguments, name, study, store, workers, *, locked=False):
+    """One stage with its line and warnings; locked: whether this process holds the folder."""
     from tipdamp.stages import run
 
     before = run.changed(name, study, store)
@@ -564,7 +566,7 @@ def _run(arguments, name, study, store, workers):
         force=arguments.force,
         quiet=arguments.quiet,
         workers=workers,
-        locked=arguments.verb == "run",
+        locked=locked,
     )
     record = store.record(name)
     when = "up to date" if how == "skipped" or record is None else f"{record.seconds:.1f} s"

@@ -60,7 +60,8 @@ def reference() -> str:
 
 
 def explain(name: str) -> str:
-    """What a key is, in every section that has it. name : 'kn', or 'contact.kn' in one section.
+    """What a key is, in every section that has it. name : 'kn', or in one section 'contact.kn' or
+    'contact.left.kn'; a section, 'sweep', for all its keys.
 
     Raises InputError where no section has such a key.
     """
@@ -73,12 +74,20 @@ def explain(name: str) -> str:
     said = [
         _explained(title, one, where, sheet)
         for (title, one), (where, sheet) in known.items()
-        if one == key and section in ("", title, title.split(".")[0])
+        if name == title
+        or one == key
+        and (section in ("", title, title.split(".")[0]) or _of_kind(section, title))
     ]
     if not said:
         names = [f"{title}.{one}".removeprefix("top.") for title, one in known]
         raise InputError(f"no key '{shown(name)}' of a study; {nearest(key, _last(names))}")
     return "\n\n".join(said) + "\n"
+
+
+def _of_kind(section, title):
+    """Whether a section such as 'contact.left' is of the kind 'contact.NAME'."""
+    kind, dot, own = section.partition(".")
+    return bool(dot and own) and title == f"{kind}.NAME"
 
 
 def _last(names):

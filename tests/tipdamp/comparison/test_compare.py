@@ -95,6 +95,17 @@ def test_page_shows_every_study_and_is_whole(run, tmp_path):
     }
 
 
+def test_studies_that_were_not_run_are_run_first(tmp_path, capsys):
+    """With progress, as a user calls it: each stage in its line, below the name of the study."""
+    write_chain(tmp_path)
+    paths = [study(tmp_path, "light", levels=[5]), study(tmp_path, "heavy", pull=120, levels=[10])]
+    page = tmp_path / "page"
+    assert main(["compare", *paths, "--run", "--jobs", "1", "--out", str(page)]) == 0
+    said = capsys.readouterr().out
+    assert said.index("light.toml") < said.index("respond") < said.index("heavy.toml")
+    assert {r["study"] for r in rows(page)} == {"light", "heavy"}
+
+
 def test_sweep_of_a_study_gives_its_pulls_and_its_scatter(tmp_path, capsys):
     """Two pulls, and zeta about that of the study: a linear peak is as 1/zeta; `--run` makes what
     is missing."""

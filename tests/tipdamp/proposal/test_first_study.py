@@ -53,7 +53,20 @@ def test_a_key_of_several_sections_is_explained_in_each(capsys):
     assert "[damper]" not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("name", ["levles", "contact.levels", "[x]\n"])
+def test_a_key_is_explained_by_the_name_that_a_sweep_gives_it(capsys):
+    assert main(["explain", "contact.left.kn"]) == 0
+    assert capsys.readouterr().out.startswith("[contact.NAME] kn")
+
+
+def test_a_section_is_explained_key_by_key(capsys):
+    assert main(["explain", "sweep"]) == 0
+    said = capsys.readouterr().out
+    assert [line for line in said.splitlines() if line.startswith("[")] == [
+        f"[sweep] {key}" for key in ("over", "cases", "sample", "samples", "seed")
+    ]
+
+
+@pytest.mark.parametrize("name", ["levles", "contact.levels", "damper.left.pull", "[x]\n"])
 def test_no_such_key(name, capsys):
     assert main(["explain", name]) == 2
     assert "no key" in capsys.readouterr().err
