@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from tipdamp.hbm import response, self_excited
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem
-from tipdamp.hbm.balance.varying import Amplitude, Varying
+from tipdamp.hbm.balance.varying import Amplitude, Varying, amplitude_at, constant
 from tipdamp.hbm.curve.options import CurveKeywords, with_options_named
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
@@ -29,6 +29,8 @@ from tipdamp.hbm.validation import brief, check_whole, numbers
 
 Where = int | tuple[int, int] | ArrayLike
 """A dof, two dofs (a, b) for the motion q_a - q_b, or a row (r,) that takes a motion out of q."""
+
+CANCELS = 1e-12  # of the largest force of a wave: what is left is rounding
 
 
 @dataclass(frozen=True)
@@ -134,12 +136,7 @@ class Problem(AnyProblem):
         amplitude : a number, or where it depends on the frequency a function of w rad/s, as
             `Unbalance` or `ForceTable`
         """
-        row = self.row(where)
-        if callable(amplitude):
-            return self._with_forces((harmonic, row, amplitude))
-        pattern = amplitude * row
-        sum_of = {**self.forces, harmonic: self.forces.get(harmonic, 0.0) + pattern}
-        return replace(self, forces=sum_of)
+        return self._with_force(self.row(where), amplitude, harmonic)
 
     def base_motion(
         self, direction: ArrayLike, amplitude: complex | Amplitude, *, harmonic: int = 1
@@ -153,9 +150,12 @@ class Problem(AnyProblem):
 
         >>> shaken = Problem(M=[[2.0]], C=[[8.0]], K=[[2e5]]).base_motion([1.0], 1e-4)
         """
-        along = np.asarray(self.M) @ self.row(np.asarray(direction, dtype=float))
-        of = amplitude if callable(amplitude) else lambda w: amplitude
-        return self._with_forces((harmonic, along, lambda w: (harmonic * w) ** 2 * of(w)))
+        allowed = f"must be a row of {self.size} numbers"
+        along = cast(Any, self.M) @ self.row(numbers("direction", direction, allowed))
+        of = amplitude if callable(amplitude) else constant("m", amplitude)
+        return self._with_varying(
+            (harmonic, along, lambda w: (harmonic * w) ** 2 * amplitude_at(of, w))
+        )
 
     def travelling_wave(
         self,
@@ -171,15 +171,14 @@ class Problem(AnyProblem):
         places : of the N blades, one after the other; amplitude, harmonic : as in `force`
         """
         check_whole("engine_order", engine_order, 0)
+        if not isinstance(places, Sequence | np.ndarray) or isinstance(places, str):
+            raise InputError(f"places = {brief(places)}: must be a list, a place for each blade")
         turn = np.exp(2j * np.pi * engine_order * np.arange(len(places)) / max(len(places), 1))
         rows = [phase * self.row(place) for phase, place in zip(turn, places, strict=True)]
         wave = np.sum(rows, axis=0)
-        if not np.any(wave):
+        if np.abs(wave).max(initial=0.0) <= CANCELS * np.abs(rows).max(initial=0.0):
             raise InputError("travelling_wave: places is empty, or their forces cancel")
-        if callable(amplitude):
-            return self._with_forces((harmonic, wave, amplitude))
-        sum_of = {**self.forces, harmonic: self.forces.get(harmonic, 0.0) + amplitude * wave}
-        return replace(self, forces=sum_of)
+        return self._with_force(wave, amplitude, harmonic)
 
     def of_speed(
         self,
@@ -189,16 +188,30 @@ class Problem(AnyProblem):
         engine_order: int = 1,
     ) -> Problem:
         """With matrices that are functions of the speed of rotation, rad/s, which is w /
-        engine_order: gyroscopic forces, centrifugal stiffening.
+        engine_order: gyroscopic forces, centrifugal stiffening. What a call leaves out stays as one
+        before gave it. A loss factor `structural` is of the K given at rest.
 
         >>> turning = Problem(np.eye(2), 8 * np.eye(2), 1e5 * np.eye(2), general=True)
         >>> G = np.array([[0.0, 1.5], [-1.5, 0.0]])
         >>> rotor = turning.of_speed(C=lambda speed: 8 * np.eye(2) + speed * G)
         """
         before = self.varying or Varying()
+        if before.of_matrices and before.engine_order != engine_order:
+            raise InputError(
+                f"of_speed: engine_order = {brief(engine_order)}, and {before.engine_order} in a "
+                "call before: a problem has one"
+            )
+        C, K = (before.C if C is None else C), (before.K if K is None else K)
         return replace(self, varying=replace(before, C=C, K=K, engine_order=engine_order))
 
-    def _with_forces(self, one: tuple) -> Problem:
+    def _with_force(self, pattern, amplitude, harmonic):
+        if callable(amplitude):
+            return self._with_varying((harmonic, pattern, amplitude))
+        more = constant("N", amplitude)(0.0) * pattern
+        sum_of = {**self.forces, harmonic: self.forces.get(harmonic, 0.0) + more}
+        return replace(self, forces=sum_of)
+
+    def _with_varying(self, one: tuple) -> Problem:
         before = self.varying or Varying()
         return replace(self, varying=replace(before, forces=(*before.forces, one)))
 
@@ -217,7 +230,7 @@ class Problem(AnyProblem):
             return self._unit(where[0]) - self._unit(where[1])
         allowed = f"must be a dof 0..{r - 1}, two dofs (a, b), or a row of {r} numbers"
         row = numbers("where", where, allowed)
-        if row.shape != (r,):
+        if row.shape != (r,) or not np.isfinite(row).all():
             raise InputError(f"where = {brief(where)}: {allowed}")
         return row
 

@@ -4,6 +4,7 @@ one."""
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
+from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
@@ -17,7 +18,7 @@ from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord
 from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
-from tipdamp.hbm.validation import brief
+from tipdamp.hbm.validation import brief, check_whole, positive
 
 if TYPE_CHECKING:
     import pandas
@@ -192,7 +193,7 @@ class ForcedResponse(ArrayRecord):
 
     def __getitem__(self, i: int) -> "PeriodicSolution":
         """The solution of a point of the curve, counted from 0, or from the last with -1."""
-        i = range(len(self))[i]
+        i = range(len(self))[index(i)]
         P = len(self.carrying)
         forces = self.contact_force[i] if self.contact_force.size else np.empty((P, 0, self.H + 1))
         return PeriodicSolution(
@@ -228,6 +229,9 @@ class ForcedResponse(ArrayRecord):
         `solutions_at(curve, problem, value)` solves at the very value. Raises InputError outside
         the curve, and where `which` is missing or none.
         """
+        value = float(positive("value", value))
+        if which is not None:
+            check_whole("which", which, 0)
         p, known = self.parameter, self.converged
         passed = (p[:-1] - value) * (p[1:] - value) <= 0
         passed &= known[:-1] & known[1:] & ~self.jumps[1:]

@@ -127,7 +127,7 @@ class Varying:
         """{harmonic: (r,)} with the constant ones `forces`, which have all orders."""
         found = dict(forces)
         for k, pattern, amplitude in self.forces:
-            found[periods * k] = found[periods * k] + _amplitude(amplitude, w) * pattern
+            found[periods * k] = found[periods * k] + amplitude_at(amplitude, w) * pattern
         return found
 
     def rate(self, forces: dict, w: float, periods: int) -> tuple[dict, dict]:
@@ -163,14 +163,30 @@ class Varying:
         return self
 
 
-def _amplitude(amplitude: Amplitude, w: float) -> complex:
+def amplitude_at(amplitude: Amplitude, w: float) -> complex:
+    """That of a given function at w; InputError where it is no finite number."""
     found: Any = amplitude(w)
-    if np.shape(found) or not np.isfinite(found):
+    if not _is_one(found):
         raise InputError(
             f"force: its amplitude at {w / (2 * np.pi):g} Hz is {brief(found)}: must be one finite "
-            "number in N"
+            "number"
         )
     return complex(found)
+
+
+def constant(unit: str, amplitude: Any) -> Amplitude:
+    """The function that always gives a number; InputError where it is none."""
+    if not _is_one(amplitude):
+        raise InputError(
+            f"amplitude = {brief(amplitude)}: must be one finite number in {unit}, real or "
+            "complex, or a function of w rad/s"
+        )
+    return lambda w: complex(amplitude)
+
+
+def _is_one(value):
+    number = np.asarray(value)
+    return number.ndim == 0 and number.dtype.kind in "iufc" and bool(np.isfinite(number))
 
 
 def at_frequency(problem: Any, w: float) -> Any:

@@ -22,10 +22,11 @@ from tipdamp.hbm.io.array_record import ArrayRecord
 from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.modes.stuck_modes import stuck_modes
 from tipdamp.hbm.result import amplitude
-from tipdamp.hbm.validation import check_forcing, numbers
+from tipdamp.hbm.validation import brief, check_forcing, numbers
 
 FINER = 20  # places between two points of the backbone
 NEARER = 0.5 ** np.arange(1, 12)  # of the last way to the peak: places on it
+SAME = 1e-6  # of a stuck frequency: by more it is another problem
 OVERLAP = 0.1  # of an output at its peak: more of it from other modes is told
 
 
@@ -90,8 +91,13 @@ def synthesis(
     0%
     """
     problem = contact_problem_of(problem)
-    level = float(numbers("level", level, "must be a number"))
-    F = level * check_forcing(np.asarray(forcing), len(problem.K), 1)[1]
+    if not isinstance(mode, Backbone):
+        raise InputError(f"mode = {brief(mode)}: must be the Backbone of `backbone`")
+    factor = numbers("level", level, "must be one number")
+    if factor.shape:
+        raise InputError(f"level = {brief(level)}: must be one number")
+    _check_same(mode, problem)
+    F = float(factor) * check_forcing(np.asarray(forcing), len(problem.K), 1)[1]
     line = _OverAmplitude.of(mode)
     s = line.places
     above = line.reach(s, F) > 0
@@ -171,6 +177,20 @@ def _through(s, values):
     if np.iscomplexobj(values):
         return lambda at: parts[0](at) + 1j * parts[1](at)
     return parts[0]
+
+
+def _check_same(mode, problem):
+    """InputError where the stuck mode of a backbone is none of the problem."""
+    fits = mode.shape.shape[1] == len(problem.K)
+    if fits:
+        modes, j = stuck_modes(problem), mode.mode - 1
+        hz = np.sqrt(modes.stiffness[j] / modes.mass[j]) / (2 * np.pi)
+        fits = abs(hz / mode.stuck_frequency - 1) < SAME
+    if not fits:
+        raise InputError(
+            f"problem: has not the stuck mode {mode.mode} of the backbone, at "
+            f"{mode.stuck_frequency:.6g} Hz; give the problem that the backbone was made with"
+        )
 
 
 def _other_modes(mode, problem, F, W):

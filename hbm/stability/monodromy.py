@@ -184,8 +184,9 @@ def _springs_alone(balance):
 
 def _at(balance, components):
     """The receptance between components of the contacts, without the motion elsewhere."""
-    shapes = balance.contact_receptance.shapes[components]
-    return replace(balance.receptance, shapes=shapes)
+    at, left = balance.contact_receptance, balance.receptance.left
+    left = at.into[components] if left.size else left
+    return replace(balance.receptance, shapes=at.shapes[components], left=left)
 
 
 def _acting(tangents, springs):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from tipdamp import (
     CubicSpring,
@@ -161,6 +162,31 @@ def test_subharmonic_motions_have_the_forces_of_the_excitation():
     assert curve.harmonics[:, 0, 2] == pytest.approx(1e-6 * w**2 / stiffness(w), rel=1e-9)
 
 
+def test_matrices_of_the_speed_add_up_call_after_call():
+    more = dict(C=lambda speed: [[4 + 1e-3 * speed]]), dict(K=lambda speed: [[1e6 + speed**2]])
+    one = blade().force(0, 1.0).add(Jenkins1D(), 0, **STUCK)
+    found = [
+        curve_of(made, truncation=False)
+        for made in (
+            one.of_speed(**more[0], **more[1]),
+            one.of_speed(**more[0]).of_speed(**more[1]),
+        )
+    ]
+    assert np.array_equal(found[0].harmonics, found[1].harmonics)
+    with pytest.raises(InputError, match="engine_order = 1, and 2 in a call before"):
+        one.of_speed(**more[0], engine_order=2).of_speed(**more[1])
+
+
+def test_a_base_moves_sparse_matrices():
+    dense = Problem(np.eye(2), 0.1 * np.eye(2), 2 * np.eye(2))
+    sparse = Problem(*(sp.csc_matrix(one) for one in (dense.M, dense.C, dense.K)))
+    found = [
+        one.base_motion([1.0, 0.5], 0.1).add(CubicSpring(1.0), 0).solve_at(0.2, outputs={"x": 1})
+        for one in (dense, sparse)
+    ]
+    assert np.allclose(found[0].harmonics, found[1].harmonics, rtol=1e-9, atol=0)
+
+
 def test_a_travelling_wave_excites_one_nodal_diameter():
     """Four blades with a stop: engine order 5 aliases to 1, each blade a quarter period later."""
     ring = np.roll(np.eye(4), 1, axis=0)
@@ -195,6 +221,16 @@ BAD = {
         .force(0, 1.0)
         .add(Jenkins1D(), 0, **STUCK)
     ),
+    r"amplitude = \[1, 2\]: must be one finite number in N": lambda: blade().force(0, [1, 2]),
+    "amplitude = 'a': must be one": lambda: blade().travelling_wave([0], 1, "a"),
+    "amplitude = None: must be one finite number in m": lambda: blade().base_motion([1.0], None),
+    "its amplitude at 600 Hz is 'a'": lambda: curve_of(
+        blade().base_motion([1.0], lambda w: "a").add(Jenkins1D(), 0, **STUCK)
+    ),
+    "direction = 'a': must be a row of 1": lambda: blade().base_motion("a", 1.0),
+    r"where = .*nan.*: must be a dof": lambda: blade().base_motion([np.nan], 1.0),
+    "places = 3: must be a list": lambda: blade().travelling_wave(3, 1),
+    "their forces cancel": lambda: blade().travelling_wave([0, 0, 0], 1),
     "harmonics = 3 keeps": lambda: curve_of(
         blade().force(0, Unbalance(1e-6), harmonic=7).add(Jenkins1D(), 0, **STUCK)
     ),

@@ -203,6 +203,11 @@ def test_points_where_a_curve_passes_a_value(folded):
         folded.at(0.7)
     with pytest.raises(InputError, match="which = 3: the curve passes 0.25 3 times"):
         folded.at(0.25, which=3)
+    for bad in (None, "a", np.nan):
+        with pytest.raises(InputError, match="value = .*: must be one positive number"):
+            folded.at(bad)
+    with pytest.raises(InputError, match="which = 0.5: must be a whole number"):
+        folded.at(0.25, which=0.5)
 
 
 def test_frame_has_a_row_for_each_point(folded, rubbed):

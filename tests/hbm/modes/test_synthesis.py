@@ -103,3 +103,26 @@ def test_the_backbone_must_reach_far_enough():
         synthesis(mode, oscillator(), np.ones(1), 1e-4)
     with pytest.raises(InputError, match="output 'y' is not in this synthesis"):
         found.peak("y")
+
+
+def one_blade(K=1e6):
+    blade = Problem(M=[[0.05]], K=[[K]], damping_ratio=0.01)
+    return blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+
+
+WRONG = {
+    "mode = None: must be the Backbone": lambda mode: synthesis(None, one_blade(), [1.0]),
+    r"level = \[1, 2\]: must be one": lambda mode: synthesis(mode, one_blade(), [1.0], [1, 2]),
+    "has not the stuck mode 1 of the backbone": lambda mode: synthesis(mode, one_blade(2e6), [1.0]),
+    "the stuck mode 1 of the backbone, at 871.": lambda mode: synthesis(
+        mode, beam("B8")[0], beam("B8")[1]
+    ),
+}
+
+
+@pytest.mark.parametrize("said", WRONG)
+def test_bad_input_is_told_in_a_line(said):
+    mode = backbone(one_blade(), 1, (1e-6, 1e-4), outputs={"x": [1.0]}, harmonics=1)
+    with pytest.raises(InputError, match=said) as told:
+        WRONG[said](mode)
+    assert "\n" not in str(told.value)

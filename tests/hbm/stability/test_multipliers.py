@@ -366,3 +366,28 @@ def test_a_stiff_stop_that_is_never_touched(kn, f):
     exact = np.exp((-0.01 + 1j * np.sqrt(1 - 1e-4)) / curve.frequency)
     exact = np.where(exact.imag >= 0, exact, exact.conj())
     assert np.abs(curve.multipliers[:, 0] - exact).max() < 1e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("places", [[(0, 1), 1], [(0, 1)], [1, 0]])
+def test_matrices_that_are_not_symmetric_beside_the_equation_in_variations(places):
+    """dq'' = -C dq' - (K + sum 3 u^2 b b') dq, integrated over a period, with contacts at other
+    places than the dofs."""
+    C, K = np.array([[0.1, 0.3], [-0.3, 0.15]]), np.array([[2.0, -0.4], [0.1, 1.2]])
+    driven = Problem(np.eye(2), C, K, general=True).force(0, 0.5)
+    for place in places:
+        driven = driven.add(CubicSpring(1.0), place)
+    curve = driven.follow_band((0.15, 0.3), outputs={"x": 0, "y": 1}, harmonics=9, stability="all")
+    B = np.array([driven.row(place) for place in places])
+    for i in range(0, len(curve), 40):
+        w, X = 2 * np.pi * curve.frequency[i], curve.harmonics[i]
+
+        def rate(t, flat, w=w, X=X):
+            u = B @ (X @ np.exp(1j * w * t * np.arange(10))).real
+            dq, dv = flat.reshape(2, 2, 4)
+            return np.concatenate([dv, -C @ dv - (K + (B.T * 3 * u**2) @ B) @ dq]).ravel()
+
+        found = solve_ivp(rate, (0, 2 * np.pi / w), np.eye(4).ravel(), rtol=1e-9, atol=1e-11)
+        own = np.linalg.eigvals(found.y[:, -1].reshape(4, 4))
+        for one in curve.multipliers[i][~np.isnan(curve.multipliers[i])]:
+            assert np.abs(own - one).min() < 1e-4
