@@ -85,8 +85,8 @@ def places(comparison: ComparedStudies) -> Iterator[Figure]:
     yield Figure(
         "frequencies",
         "Frequency of the peaks",
-        "Of blade 1. Towards small Fc/Fe the contacts slip and the peak drifts from the stuck "
-        "frequency towards that of the blades without damper.",
+        "Of blade 1. Towards small Fc/Fe the contacts slip and the peak leaves the stuck "
+        "frequency.",
         panels,
         columns=len(panels),
     )

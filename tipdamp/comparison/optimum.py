@@ -14,12 +14,14 @@ FINE = 2001  # places between the computed levels
 
 @dataclass(frozen=True)
 class Optimum:
-    """ratio - Fc/Fe at which the largest FRF is least, m_per_N - there; low, high - Fc/Fe between
-    which it stays within 5 % of the least; at_end - whether one of these is an end of what was
-    computed, so that the true one lies at it or beyond: '' or 'low', 'high', 'both'."""
+    """ratio - Fc/Fe at which the largest FRF is least, m_per_N - there; of_end - whether that is
+    the first or the last level; low, high - Fc/Fe between which it stays within 5 % of the least;
+    at_end - whether one of these is an end of what was computed, so that the true one lies at it or
+    beyond: '' or 'low', 'high', 'both'."""
 
     ratio: float
     m_per_N: float
+    of_end: bool
     low: float
     high: float
     at_end: str
@@ -48,6 +50,7 @@ def optimum(peaks: Sequence[ComparedPeak]) -> Optimum | None:
     return Optimum(
         ratio=float(ratio[i]),
         m_per_N=float(height[i]),
+        of_end=i in (0, len(ratio) - 1),
         low=float(min(np.exp(fine[first]), ratio[i])),
         high=float(max(np.exp(fine[last]), ratio[i])),
         at_end=said,

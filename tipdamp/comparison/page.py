@@ -70,10 +70,12 @@ def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
     order = sorted(optima, key=lambda name: optima[name].m_per_N)
     least = optima[order[0]]
     others = listing(f"{name} {micro(optima[name].m_per_N)}" for name in order[1:])
+    ends = listing(name for name in order if optima[name].of_end)
     yield (
         f"{in_words(phase).capitalize()} the least response is that of {order[0]}, "
         f"{micro(least.m_per_N)} µm/N at Fc/Fe = {number(least.ratio, 3)}"
         + (f" ({others} µm/N at their best)." if others else ".")
+        + (f" Least at the first or last level, where more levels are needed: {ends}." * bool(ends))
     )
 
 

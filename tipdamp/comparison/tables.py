@@ -17,7 +17,8 @@ DRIFT = 0.02  # of the frequency: what a peak must have moved to be told
 
 
 def studies(comparison: ComparedStudies) -> Iterator[Table]:
-    """One column for each study: frequencies free and stuck, kept stations, settings."""
+    """One column for each study: frequencies free and stuck, kept stations, friction,
+    settings."""
     rows = [_column(one) for one in comparison.studies.values()]
     yield Table(
         "The studies: pull, frequencies without damper and with all kept pairs stuck, and what the "
@@ -40,11 +41,20 @@ def _column(one) -> Row:
         "stuck, whole line (Hz)": hertz(tune.stuck_hz.full_line),
         "stuck, kept, out of phase (Hz)": hertz(stuck_hz(one, "out_of_phase")),
         "stuck, kept, in phase (Hz)": hertz(stuck_hz(one, "in_phase")),
+        "friction coefficient": _friction(one.kept),
         "largest preload (N)": listing(number(s.max_N, 3) for s in one.preload.sides.values()),
         "damping ratio": listing(f"{zeta:g}" for zeta in respond.damping_ratio),
         "band (Hz)": f"{respond.band[0]:g} to {respond.band[1]:g}",
         "harmonics": orders_of(one.finest),
     }
+
+
+def _friction(kept) -> str:
+    """Least and largest of the pairs that carry."""
+    if kept is None or not kept.carrying.any():
+        return NOTHING
+    mu = kept.mu[kept.carrying]
+    return " to ".join(dict.fromkeys(f"{value:.3g}" for value in (mu.min(), mu.max())))
 
 
 def best(comparison: ComparedStudies) -> Iterator[Table]:

@@ -81,6 +81,9 @@ def _rows(path: Path) -> Iterator[Case]:
             []
         ]
     keys = [cell.strip() for cell in header]
+    for key in keys:
+        if keys.count(key) > 1:
+            raise InputError(f"{path}: {shown(key)} stands in its first line twice")
     if not lines:
         raise InputError(f"{path}: holds no case: dotted keys in the first line, one case a line")
     for number, row in enumerate(lines, 1):

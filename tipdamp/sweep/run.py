@@ -81,6 +81,7 @@ class _Running:
     def __init__(self, common: SweepWork, whole: Plan, index: Index) -> None:
         self.common, self.whole, self.index = common, whole, index
         self.tasks: list[Task] = []
+        self.made: set[str] = set()  # before it began
         self.missing: dict[str, set[str]] = {}
         self.needed_by: dict[str, list[Task]] = {}
         self.lost = Counter[str]()
@@ -95,16 +96,17 @@ class _Running:
             for key, state in states.items()
             if state == "done" and key not in there or state == "failed" and retry
         )
-        made = {s.key for s in self.whole.steps if s.key in there and self._known(s, states)}
-        failed = {key for key, state in states.items() if state == "failed" and not retry} - made
-        for key in made | failed:
+        self.made = {s.key for s in self.whole.steps if s.key in there and self._known(s, states)}
+        failed = {key for key, state in states.items() if state == "failed" and not retry}
+        failed -= self.made
+        for key in self.made | failed:
             self.cases_left.pop(key, None)
         for task in self.whole.tasks:
-            to_make = [step for step in task.steps if step.key not in made | failed]
+            to_make = [step for step in task.steps if step.key not in self.made | failed]
             if not to_make or any(step.key in failed for step in task.steps):
                 continue
             self.clock.left.update(step.stage for step in to_make)
-            if lacking := {step.key for step in task.before} - made:
+            if lacking := {step.key for step in task.before} - self.made:
                 self.missing[task.last.key] = lacking
                 for key in lacking:
                     self.needed_by.setdefault(key, []).append(task)
@@ -128,7 +130,8 @@ class _Running:
         self._show(tick)
         for i in workers.spread(work, self.common, self.tasks, lambda *_: None, self._failed):
             steps = self.tasks[i].steps
-            self.clock.made({step.stage: s for step, s in self._enter(steps)})
+            entered = self._enter(steps)
+            self.clock.made({step.stage: s for step, s in entered if step.key not in self.made})
             for step in steps:
                 self.cases_left.pop(step.key, None)
                 for task in self.needed_by.pop(step.key, ()):
@@ -179,7 +182,7 @@ class _Running:
     def _show(self, tick):
         cases, left = len(self.whole.cases), self.clock.seconds_left
         done = cases - self.cases_left.total()
-        rest = "" if left is None else f", about {duration(left)} left"
+        rest = "" if left is None or done == cases else f", about {duration(left)} left"
         tick(done / cases, f"{done} of {cases} cases{rest}")
         if self.clock.due:
             self.index.say(left=left, told=time.time())

@@ -1,7 +1,9 @@
 """What the tables of a comparison say: of curves made up so that the cause is known."""
 
+from tests.contact_tables import contact_table, frames
 from tests.tipdamp.comparison.test_peaks import results
 from tipdamp.comparison import tables
+from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
 from tipdamp.comparison.record import ComparedStudies, Computed
 
@@ -41,6 +43,22 @@ def test_best_pull_with_ranks(tmp_path):
     assert (soft["rank"], soft["paper"], stiff["rank"]) == ("2", "1", "1")
     assert soft["best Fc/Fe"] == "10.0" and soft["pull for Fe = 10 N (N)"] == "100"
     assert (soft["lowest"], stiff["lowest"]) == ("0 of 3", "3 of 3")
+
+
+def test_a_least_at_the_end_of_the_levels_is_no_optimum(tmp_path):
+    """Of `stiff`, as high at every level; between its levels `soft` has a least."""
+    (said,) = introduction(comparison(tmp_path))
+    assert said.endswith("Least at the first or last level, where more levels are needed: stiff.")
+
+
+def test_friction_is_among_what_tells_studies_apart(tmp_path):
+    given = comparison(tmp_path)
+    upright = frames([[0.0, 0.0, 1.0]] * 3)
+    kept = contact_table(upright, mu=[0.3, 0.5, 0.9], weight=[1, 1, 0])  # the last is detached
+    vars(given.computed[1].results)["kept"] = kept
+    (table,) = tables.studies(given)
+    row = next(row for row in table.records if row[""] == "friction coefficient")
+    assert (row["soft"], row["stiff"]) == ("0.6", "0.3 to 0.5")
 
 
 def test_cause_of_another_rank(tmp_path):

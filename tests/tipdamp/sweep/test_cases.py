@@ -115,6 +115,12 @@ def test_a_table_of_cases(sweep, tmp_path):
     assert (first.respond.levels, first.sides["right"].shape) == ((1.0, 5.0), "cylinder")
 
 
+def test_a_key_twice_in_a_table(sweep, tmp_path):
+    (tmp_path / "cases.csv").write_text("model.pull,model.pull\n60,30\n")
+    with pytest.raises(InputError, match=r"cases.csv: model.pull stands in its first line twice"):
+        planned(sweep('[sweep]\ncases = "cases.csv"'))
+
+
 REFUSED = [
     ("model.pul = [1]", "unknown key 'pul'; did you mean 'pull'"),
     ("modl.pull = [1]", "unknown key 'modl'; did you mean 'model'"),
