@@ -102,6 +102,7 @@ def cluster(address: str, jobs: int, folder: Path) -> Iterator[Cluster]:
             with LocalCluster(n_workers=jobs, **options) as own, Client(own) as client:
                 yield Cluster(client, jobs)
             return
+        _check_address(address)
         try:
             client = Client(address, timeout=ANSWER, set_as_default=False)
         except (OSError, ValueError, TimeoutError) as error:
@@ -112,6 +113,19 @@ def cluster(address: str, jobs: int, folder: Path) -> Iterator[Cluster]:
             ) from None
         with client:
             yield Cluster(client, _checked(client, address, folder))
+
+
+def _check_address(address):
+    """Before a client is made: one that fails at its address says so in a traceback of its own."""
+    from distributed.comm import get_address_host_port
+
+    try:
+        get_address_host_port(address if "://" in address else f"tcp://{address}")
+    except ValueError as error:
+        raise InputError(
+            f"--scheduler {shown(address)}: is no address ({shown(error)}); such as "
+            f"tcp://host:8786, or {LOCAL}"
+        ) from None
 
 
 def _checked(client, address, folder):

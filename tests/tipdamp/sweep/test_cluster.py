@@ -94,6 +94,16 @@ def test_nobody_answers(sweep, monkeypatch, capsys):
     assert swept(sweep, "--scheduler", "nonsense://x") == 2
 
 
+@pytest.mark.parametrize("address", ["nonsense", "host", "tcp://host", "nonsense://x"])
+def test_an_address_that_is_none_is_not_waited_for(sweep, capsys, monkeypatch, address):
+    """Without a client, which would end in a traceback of its own after 20 s."""
+    monkeypatch.setattr("distributed.Client", None)
+    assert swept(sweep, "--scheduler", address) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert f"--scheduler {address}: is no address" in error
+
+
 @pytest.mark.parametrize(
     "found, answer",
     [
