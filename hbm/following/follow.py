@@ -137,7 +137,10 @@ def follow_peak(
     harmonics, start, samples, settings : as in CurveOptions; progress : function (value, step,
         calls)
     Raises InputError on unusable input, and where the first curve has no peak inside its band.
-    Where a peak meets a minimum of the curve, or is lost, `ended` names it.
+    Where a peak meets a minimum of the curve, or is lost, `ended` names it, as the values of `at`
+    that are not solved. Another peak that grows above it on the way is not seen, and where the law
+    bends the curve at the peak a step may lead to one beside it: a curve at the value that is
+    chosen tells.
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
     >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
@@ -212,7 +215,7 @@ def _follow(what, given, more, at, near) -> Followed:
         insert_crossings(
             run.equation.evaluate, run.branch, scale * at, run.equation.weights, case.settings
         )
-    return _record(case, runs, time.perf_counter() - began)
+    return _record(case, runs, at, time.perf_counter() - began)
 
 
 def _checked(what, given, more):
@@ -315,7 +318,7 @@ def _to_the_meeting(equation, branch, sense, settings):
     branch.points[-1:] = [] if top.point is a else [top.point]
 
 
-def _record(case: _Case, runs: list[_Run], seconds: float) -> Followed:
+def _record(case: _Case, runs: list[_Run], at: np.ndarray, seconds: float) -> Followed:
     points = [p for run in runs for p in run.branch.points]
     jumps = [p.jump or (p is run.branch.points[0]) for run in runs for p in run.branch.points]
     jumps[0] = False
@@ -339,7 +342,7 @@ def _record(case: _Case, runs: list[_Run], seconds: float) -> Followed:
         share_open=shares[..., 2],
         curvature=np.array([p.detail.curvature for p in points]),
         jumps=np.array(jumps),
-        ended=_ended(case, runs),
+        ended=_ended(case, runs) + _unsolved(case, points, at),
         complete=bool(runs[-1].branch.complete),
         H=case.H,
         unknowns=np.array([p.x[:-1] for p in points]),
@@ -350,6 +353,15 @@ def _record(case: _Case, runs: list[_Run], seconds: float) -> Followed:
 
 def _ended(case, runs):
     return "; another peak was taken up; ".join(_end_of(case, run) for run in runs)
+
+
+def _unsolved(case, points, at):
+    """Which of the wanted values the branch passes without a solved point, in words."""
+    found = np.array([p.parameter for p in points])
+    wanted = case.parameter.scale * at
+    passed = (found.min() <= wanted) & (wanted <= found.max()) & ~np.isin(wanted, found)
+    values = ", ".join(f"{value:g}" for value in at[passed])
+    return f"; not solved at {case.parameter.name} = {values}" if values else ""
 
 
 def _end_of(case, run):

@@ -12,6 +12,7 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.varying import Unbalance
 from tipdamp.hbm.curve.peaks import find_peaks
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.following import follow as following
 from tipdamp.hbm.following.extremum import by_frequency
 from tipdamp.hbm.following.follow import follow_fold, follow_peak
 from tipdamp.hbm.following.result import Followed
@@ -192,6 +193,15 @@ def test_derivative_by_the_frequency():
         assert np.allclose(by_frequency(other).by_parameter, own, **near)
         held = as_parameter(name).held(balance, found.unknowns, w, 1.0)
         assert np.allclose(held.by_parameter, own, **near)
+
+
+def test_values_that_are_not_solved_are_told(monkeypatch):
+    given = dict(outputs=TIP, band=(600, 1200), harmonics=1, at=[1.25, 1.5])
+    whole = follow_peak(oscillator(), FORCE, "level", (1.0, 2.0), **given)
+    assert {1.25, 1.5} <= set(whole.parameter) and whole.ended == "reached the last value"
+    monkeypatch.setattr(following, "insert_crossings", lambda *given: [])
+    peaks = follow_peak(oscillator(), FORCE, "level", (1.0, 2.0), **given)
+    assert peaks.ended == "reached the last value; not solved at level = 1.25, 1.5"
 
 
 def test_saved_and_loaded(tmp_path):
