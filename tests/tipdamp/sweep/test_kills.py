@@ -64,8 +64,8 @@ def curves(folder):
 
 
 def same_curves(rows, others):
-    """The same but for the last bits of heights and errors: the files of the curves are equal to the bit, what is
-    taken from them differs by one now and then, in one of ten sweeps."""
+    """The same but for the last bits of heights and errors: the files of the curves are equal to
+    the bit, what is taken from them differs by one now and then, in one of ten sweeps."""
     assert len(rows) == len(others)
     for one, other in zip(rows, others, strict=True):
         assert one.peak_m == pytest.approx(other.peak_m, rel=1e-14)
