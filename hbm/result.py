@@ -3,11 +3,10 @@ one."""
 
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from operator import index
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,8 +14,7 @@ from numpy.typing import ArrayLike
 from tipdamp.hbm import fourier, rich, tables
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.io.array_record import ArrayRecord
-from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.io.array_record import ArrayRecord, read_record
 from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
 from tipdamp.hbm.validation import brief, check_whole, positive
 
@@ -224,8 +222,8 @@ class ForcedResponse(ArrayRecord):
     def at(self, value: float, which: int | None = None) -> "PeriodicSolution":
         """The computed point nearest to a frequency in Hz, or to another parameter along the curve.
 
-        which : of the passages, 0 for the first along the curve, where it passes the value several
-            times
+        which : of the crossings, 0 for the first along the curve, where it crosses the value
+            several times
         `solutions_at(curve, problem, value)` solves at the very value. Raises InputError outside
         the curve, and where `which` is missing or none.
         """
@@ -544,26 +542,15 @@ class ForcedResponse(ArrayRecord):
     def load(cls, path: str | Path) -> "ForcedResponse":
         """Read what `save` wrote; InputError where the file is not there or holds something
         else."""
-        path = Path(path)
-        if not path.is_file():
-            raise InputError(f"forced response not found: {path}")
-        plain = {str: str, bool: bool, int: int, float: float}
-        try:
-            with open_npz(path) as z:
-                found = {
-                    f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name]
-                    for f in fields(cls)
-                    if f.name in z
-                }
-                if "named_points" in found:
-                    found["named_points"] = from_table(found["named_points"])
-                return cls(**found)
-        except InputError:
-            raise
-        except (OSError, ValueError, TypeError, EOFError, BadZipFile) as error:
-            raise InputError(
-                f"{path}: is not a forced response as ForcedResponse.save writes it ({error})"
-            ) from None
+        what = "a forced response as ForcedResponse.save writes it"
+        return read_record(cls, path, "forced response", what, _with_named_points)
+
+
+def _with_named_points(found: dict[str, Any]) -> dict[str, Any]:
+    """Fields of a curve, its named points from their table; older files have none."""
+    if "named_points" in found:
+        found["named_points"] = from_table(found["named_points"])
+    return found
 
 
 @dataclass(frozen=True, eq=False)

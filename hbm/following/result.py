@@ -1,17 +1,14 @@
 """Followed: a peak or a fold of a curve over a parameter as read-only arrays."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
-from zipfile import BadZipFile
 
 import numpy as np
 
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.drawing.figure import Curve, Panel
-from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io.array_record import ArrayRecord
-from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.io.array_record import ArrayRecord, read_record
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -101,18 +98,4 @@ class Followed(ArrayRecord):
     def load(cls, path: str | Path) -> "Followed":
         """Read what `save` wrote; InputError where the file is not there or holds something
         else."""
-        path = Path(path)
-        if not path.is_file():
-            raise InputError(f"followed peaks not found: {path}")
-        plain = {str: str, bool: bool, int: int, float: float}
-        try:
-            with open_npz(path) as z:
-                found = {
-                    f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name]
-                    for f in fields(cls)
-                }
-                return cls(**found)
-        except InputError:
-            raise
-        except (OSError, ValueError, TypeError, KeyError, EOFError, BadZipFile) as error:
-            raise InputError(f"{path}: is not what Followed.save writes ({error})") from None
+        return read_record(cls, path, "followed peaks", "what Followed.save writes")

@@ -1,8 +1,18 @@
 """ArrayRecord: what records of arrays have in common."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, TypeVar
+from zipfile import BadZipFile
 
 import numpy as np
+
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.npz import open_npz
+
+Record = TypeVar("Record", bound="ArrayRecord")
+PLAIN = {str: str, bool: bool, int: int, float: float}  # kinds of fields that are no arrays
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,3 +42,33 @@ class ArrayRecord:
 def _equal(a, b) -> bool:
     a, b = np.asarray(a), np.asarray(b)
     return np.array_equal(a, b, equal_nan=a.dtype.kind in "fc" and b.dtype.kind in "fc")
+
+
+def read_record(
+    kind: type[Record],
+    path: str | Path,
+    name: str,
+    what: str,
+    restored: Callable[[dict[str, Any]], dict[str, Any]] = lambda found: found,
+) -> Record:
+    """A record from its fields in an .npz; those that have a default may be absent.
+
+    name, what : of the record in the messages: that it was not found, and what the file is not;
+    restored : {field: value} from {field: stored value}. Raises InputError where the file is not
+    there or holds something else.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{name} not found: {path}")
+    try:
+        with open_npz(path) as z:
+            found = {
+                f.name: PLAIN[f.type](z[f.name]) if f.type in PLAIN else z[f.name]
+                for f in fields(kind)
+                if f.name in z
+            }
+        return kind(**restored(found))
+    except InputError:
+        raise
+    except (OSError, ValueError, TypeError, EOFError, BadZipFile) as error:
+        raise InputError(f"{path}: is not {what} ({error})") from None

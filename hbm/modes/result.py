@@ -1,16 +1,14 @@
 """Backbone: a nonlinear mode over its amplitude as read-only arrays."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
-from zipfile import BadZipFile
 
 import numpy as np
 
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.io.array_record import ArrayRecord
-from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.io.array_record import ArrayRecord, read_record
 from tipdamp.hbm.result import amplitude
 
 if TYPE_CHECKING:
@@ -104,20 +102,4 @@ class Backbone(ArrayRecord):
     def load(cls, path: str | Path) -> "Backbone":
         """Read what `save` wrote; InputError where the file is not there or holds something
         else."""
-        path = Path(path)
-        if not path.is_file():
-            raise InputError(f"backbone not found: {path}")
-        plain = {str: str, bool: bool, int: int, float: float}
-        try:
-            with open_npz(path) as z:
-                found = {
-                    f.name: plain[f.type](z[f.name]) if f.type in plain else z[f.name]
-                    for f in fields(cls)
-                }
-                return cls(**found)
-        except InputError:
-            raise
-        except (OSError, ValueError, TypeError, KeyError, EOFError, BadZipFile) as error:
-            raise InputError(
-                f"{path}: is not a backbone as Backbone.save writes it ({error})"
-            ) from None
+        return read_record(cls, path, "backbone", "a backbone as Backbone.save writes it")
