@@ -4,6 +4,8 @@ import os
 
 import pytest
 
+import tipdamp  # noqa: F401 (before numpy, whose loops it chooses)
+
 os.environ.setdefault("TIPDAMP_JOBS", "1")  # tests of several processes say so
 if "TIPDAMP_ROUNDING" in os.environ:  # before anything imports eigh by its name
     from tests import rounding

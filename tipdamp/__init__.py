@@ -8,9 +8,39 @@ need no finite elements; type checkers and editors read the imports below, a tes
 together.
 """
 
+import os
+import sys
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 __version__ = "0.2.0"
+
+
+def _same_bits_anywhere_in_memory() -> None:
+    """Let numpy 1.24 multiply complex numbers alike wherever they lie.
+
+    Its AVX-512 loops round once where two arrays of complex numbers are 64 bytes or more apart and
+    twice where they are nearer: the same calls, repeated, then differ in their last bits. Numpy 2
+    does not. The variable takes effect when numpy is imported, here and in the processes that are
+    started from here.
+    """
+    if "numpy" in sys.modules:
+        return
+    numpy = find_spec("numpy")
+    if numpy is None or numpy.origin is None:
+        return
+    if os.path.isdir(os.path.join(os.path.dirname(numpy.origin), "_core")):  # numpy 2
+        return
+    try:
+        with open("/proc/cpuinfo", encoding="ascii", errors="replace") as processors:
+            flags = processors.read(4096)
+    except OSError:
+        return
+    if "avx512f" in flags:
+        os.environ.setdefault("NPY_DISABLE_CPU_FEATURES", "AVX512F")
+
+
+_same_bits_anywhere_in_memory()
 
 if TYPE_CHECKING:
     from tipdamp.hbm.balance.parameter import (
