@@ -14,7 +14,7 @@ from tipdamp.hbm.curve.solutions import points_at
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.hbm.time import floquet, shooting
+from tipdamp.hbm.time import period_map, shooting
 from tipdamp.hbm.time.base import Integrator
 from tipdamp.hbm.time.exact import ExactIntegrator
 from tipdamp.hbm.time.sampled import SampledIntegrator
@@ -34,7 +34,7 @@ class Comparison:
     steady : Steady state of the integration; left : whether that is another orbit, told by where
         the balance leads from it
     multiplier : largest modulus of the Floquet multipliers of the orbit of the solution, not of
-        another one to which the integration left (see `floquet`); NaN where a period of the
+        another one to which the integration left (see `period_map`); NaN where a period of the
         integration does not finish
     stable : whether it is at most 1, within `settings.marginal`; None where it is NaN
     said : one sentence; hz : frequency; H : harmonics of the balance; origin, start : as in
@@ -167,7 +167,7 @@ def _compared(balance, point, rows, settings) -> Comparison:
                 else judged(shooting.integrate(integrator, begin, rows, more))
             )
     steady, difference, left = found
-    multiplier, _ = floquet.largest_multiplier(
+    multiplier, _ = period_map.largest_multiplier(
         integrator, near[0].state if _on_orbit(near) else begin
     )
     stable = None if np.isnan(multiplier) else multiplier <= 1 + settings.marginal

@@ -15,7 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from tipdamp.hbm import rich
+from tipdamp.hbm import tables
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.hbm.io.csv_table import read_table
@@ -195,7 +195,9 @@ class ContactTable:
             f"{self.preload[self.side == side].sum():.4g} N"
             for side in self.sides
         }
-        return rich.table(f"{len(self)} contact pairs, {int(self.carrying.sum())} carry", rows)
+        return tables.notebook_table(
+            f"{len(self)} contact pairs, {int(self.carrying.sum())} carry", rows
+        )
 
     @property
     def normal(self) -> np.ndarray:

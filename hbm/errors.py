@@ -1,7 +1,10 @@
-"""InputError, the one exception for input that cannot be used, and the tail of its messages."""
+"""InputError, the one exception for input that cannot be used, the tail of its messages, and
+libraries that may be missing."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from importlib import import_module
+from types import ModuleType
 
 
 class InputError(ValueError):
@@ -29,3 +32,15 @@ def nearest(name: str, allowed: Iterable) -> str:
     close = get_close_matches(shown(name), allowed, n=1, cutoff=0.5)
     hint = f"did you mean '{close[0]}'? " if close else ""
     return f"{hint}valid: {', '.join(allowed)}"
+
+
+def library(name: str, purpose: str) -> ModuleType:
+    """A module that a picture or a table asks for, and nothing else; InputError, with the command
+    that brings it, where it is not installed."""
+    try:
+        return import_module(name)
+    except ImportError:
+        top = name.split(".")[0]
+        raise InputError(
+            f"{purpose} needs {top}, which is not installed: pip install {top}"
+        ) from None

@@ -37,10 +37,10 @@ from tipdamp.hbm.curve.automatic import AUTO, enough_harmonics
 from tipdamp.hbm.curve.band_end import band_ends
 from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
+from tipdamp.hbm.curve.folds_and_transitions import named_points
 from tipdamp.hbm.curve.guess import orders_of_guess, place_and_unknowns, solved, with_orders
 from tipdamp.hbm.curve.hold_check import hold_in_words, stiffer_change
 from tipdamp.hbm.curve.journal import Journal
-from tipdamp.hbm.curve.named_points import named_points
 from tipdamp.hbm.curve.options import (
     CurveKeywords,
     CurveOptions,
@@ -61,7 +61,7 @@ from tipdamp.hbm.laws.shipped import SHIPPED
 from tipdamp.hbm.memory import check_harmonics_fit
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse, PeriodicSolution
-from tipdamp.hbm.stability.monodromy import Stability
+from tipdamp.hbm.stability.multipliers import Stability
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     check_beyond,

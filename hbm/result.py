@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tipdamp.hbm import fourier, rich, tables
+from tipdamp.hbm import fourier, tables
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
@@ -307,7 +307,7 @@ class ForcedResponse(ArrayRecord):
         for kind in dict.fromkeys(one.kind for one in self.named_points):
             places = (f"{one.parameter:.6g}" for one in self.named_points if one.kind == kind)
             rows[kind] = f"at {', '.join(places)}"
-        return rich.table(f"Forced response over {over}", rows)
+        return tables.notebook_table(f"Forced response over {over}", rows)
 
     def amplitude(self, kind: str = "half_peak_to_peak", order: int | None = None) -> np.ndarray:
         """(n, m) amplitude, m: 'half_peak_to_peak' of the whole cycle, 'rms' of the vibration, or
@@ -622,7 +622,7 @@ class PeriodicSolution(ArrayRecord):
             for name, a, X in zip(self.output_names, self.amplitude(), self.harmonics, strict=True)
         }
         rows |= {"dissipated": f"{self.dissipated.sum():.4g} J", "solved": str(self.converged)}
-        return rich.table(f"Periodic solution at {self.frequency:.6g} Hz", rows)
+        return tables.notebook_table(f"Periodic solution at {self.frequency:.6g} Hz", rows)
 
     def amplitude(self, kind: str = "half_peak_to_peak", order: int | None = None) -> np.ndarray:
         """(m,) amplitude, m: as ForcedResponse.amplitude."""

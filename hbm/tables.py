@@ -1,12 +1,14 @@
-"""A curve as tables of other libraries."""
+"""Results as tables: of pandas and xarray, and as notebooks show them."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tipdamp.hbm.optional import library
+from tipdamp.hbm.errors import library
 
 if TYPE_CHECKING:
     import pandas
@@ -65,3 +67,13 @@ def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
         places[curve.parameter_name] = ("point", curve.parameter)
     about = {"ended": curve.ended, "complete": int(curve.complete), "periods": curve.periods}
     return xarray.Dataset(data, coords=places, attrs=about)
+
+
+def notebook_table(caption: str, rows: Mapping[str, str]) -> str:
+    """For a notebook: HTML of a caption and rows {what: value}, all of them plain text."""
+    body = "".join(
+        f"<tr><th style='text-align:left'>{escape(what)}</th>"
+        f"<td style='text-align:left'>{escape(value)}</td></tr>"
+        for what, value in rows.items()
+    )
+    return f"<table><caption><b>{escape(caption)}</b></caption>{body}</table>"

@@ -1,6 +1,7 @@
 """Faults planted at random in the code, one at a time: which do the tests of the same room see?
 
     python -m tests.mutation hbm/balance hbm/curve --seed 1 --count 20
+    python -m tests.mutation --known
 
 Each fault is one small change of one line (a constant, a comparison, a sign, an operator, an index,
 a guard or a statement left out), in a copy of the tree below a temporary folder. The tests of the
@@ -24,6 +25,16 @@ from itertools import islice
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+KNOWN = (  # lived once: file, what it says, the fault
+    ("tipdamp/report/subjects/response.py", "MICRO / case.Fe)", "MICRO)"),
+    ("hbm/continuation/branch.py", "1 / (order + 1)", "1 / order"),
+    ("hbm/continuation/ripples.py", "+ 4 / 27 *", "+ 1 / 27 *"),
+    (
+        "hbm/balance/settings.py",
+        "zero_weight: float = 0.01",
+        "zero_weight: float = 1.0",
+    ),
+)
 WRONG_USE, NO_TESTS = 4, 5  # exit codes of pytest
 
 OPERATORS = {
@@ -197,6 +208,15 @@ def drawn(rooms, seed: int, count: int):
     return list(islice(filter(compiles, found), count))
 
 
+def known(path: str, says: str, new: str) -> Fault:
+    text = (ROOT / path).read_text()
+    first = text.index(says)
+    begins = text.rfind("\n", 0, first) + 1
+    line = text.count("\n", 0, first)
+    last = first + len(says)
+    return Fault(Path(path), line + 1, text.split("\n")[line], begins, first, last, new)
+
+
 def python_files(place):
     return [place] if place.suffix == ".py" else place.glob("**/*.py")
 
@@ -233,7 +253,10 @@ def importers(tree: Path, path: Path):
 
 
 def seen_by(fault: Fault, whole: Path, marked: str, seconds: float):
-    """The first test of the room that fails, or None; whole : a copy of the tree, left as it is."""
+    """The first test of the room that fails, or None; whole : a copy of the tree, left as it is.
+
+    A test that fails without the fault, too, sees nothing: RuntimeError.
+    """
     tree = whole.parent / "planted"
     shutil.rmtree(tree, ignore_errors=True)
     shutil.copytree(whole, tree, symlinks=True, copy_function=os.link)
@@ -243,7 +266,10 @@ def seen_by(fault: Fault, whole: Path, marked: str, seconds: float):
     for path in importers(tree, fault.path):
         for kept in (tree / path).parent.glob(f"__pycache__/{path.stem}.*.nb?"):
             kept.unlink()
-    return run(tree, [*tests_of(fault.path, tree), "-m", marked], seconds)
+    seen = run(tree, [*tests_of(fault.path, tree), "-m", marked], seconds)
+    if seen and "::" in seen and run(whole, [seen], seconds):
+        raise RuntimeError(f"{seen} fails without a fault")
+    return seen
 
 
 def run(tree: Path, arguments, seconds):
@@ -273,13 +299,15 @@ def run(tree: Path, arguments, seconds):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("rooms", nargs="+", help="folders or files, such as hbm/balance")
+    parser.add_argument("rooms", nargs="*", help="folders or files, such as hbm/balance")
+    parser.add_argument("--known", action="store_true", help="the faults that lived once")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--count", type=int, default=10)
     parser.add_argument("--seconds", type=float, default=400, help="CPU of one run of pytest")
     parser.add_argument("--fast", action="store_true", help="without the tests marked slow")
     given = parser.parse_args()
-    faults = drawn(given.rooms, given.seed, given.count)
+    faults = [known(*fault) for fault in KNOWN] if given.known else []
+    faults += drawn(given.rooms, given.seed, given.count)
     living = faults
     with tempfile.TemporaryDirectory(prefix="faults-") as folder:
         whole = Path(folder) / "whole"

@@ -28,7 +28,6 @@ LINKED = set(MAY_USE) - {"tipdamp"}
 ROOMS = {
     "hbm": [
         "errors",
-        "optional",
         "fourier",
         "ties",
         "compiled",
@@ -38,7 +37,6 @@ ROOMS = {
         "validation",
         "io",
         "named_point",
-        "rich",
         "tables",
         "drawing",
         "contact",

@@ -23,7 +23,6 @@ PUBLIC = (
     "hbm/laws/base.py",
     "modal/body.py",
     "modal/craig_bampton.py",
-    "modal/damping.py",
     "modal/eigen.py",
     "modal/elasticity.py",
     "modal/loads.py",

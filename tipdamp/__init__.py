@@ -90,7 +90,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.curve.cycles import (
         whole_motion as whole_motion,
     )
-    from tipdamp.hbm.curve.named_points import named_points as named_points
+    from tipdamp.hbm.curve.folds_and_transitions import named_points as named_points
     from tipdamp.hbm.curve.options import CurveOptions as CurveOptions
     from tipdamp.hbm.curve.peaks import find_peaks as find_peaks
     from tipdamp.hbm.curve.solutions import (
@@ -252,7 +252,7 @@ else:  # a module __getattr__ would let type checkers accept any name
         "Search": "hbm.search.beside",
         "branch_from": "hbm.search.branches",
         **dict.fromkeys(("CurvesBeside", "curves_beside"), "hbm.search.curves"),
-        "named_points": "hbm.curve.named_points",
+        "named_points": "hbm.curve.folds_and_transitions",
         "NamedPoint": "hbm.named_point",
         "find_peaks": "hbm.curve.peaks",
         **dict.fromkeys(("solutions_at", "time_history"), "hbm.curve.solutions"),

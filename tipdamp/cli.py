@@ -361,7 +361,7 @@ def _parser() -> argparse.ArgumentParser:
 def _keys(arguments) -> int:
     import json
 
-    from tipdamp.study.keys import json_schema, reference
+    from tipdamp.study.documentation import json_schema, reference
 
     print(
         json.dumps(json_schema(), indent=1) + "\n" if arguments.json_schema else reference(), end=""
@@ -370,7 +370,7 @@ def _keys(arguments) -> int:
 
 
 def _explain(arguments) -> int:
-    from tipdamp.study.keys import explain
+    from tipdamp.study.documentation import explain
 
     print(explain(arguments.key), end="")
     return 0

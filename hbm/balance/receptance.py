@@ -42,7 +42,7 @@ from tipdamp.hbm.balance.restraint import (
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.named_motion import describe_motion
-from tipdamp.hbm.hold.settings import HOLD
+from tipdamp.hbm.hold.rigid_motion import HOLD
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.validation import brief, check_forcing, check_outputs
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tipdamp.hbm.hold.settings import HOLD
+from tipdamp.hbm.hold.rigid_motion import HOLD
 
 
 @dataclass(frozen=True)

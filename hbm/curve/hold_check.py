@@ -15,7 +15,7 @@ from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.peaks import Output
-from tipdamp.hbm.hold.settings import HOLD
+from tipdamp.hbm.hold.rigid_motion import HOLD
 from tipdamp.hbm.result import ForcedResponse
 
 

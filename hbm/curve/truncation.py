@@ -25,7 +25,7 @@ from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.outputs import ModalRows
 from tipdamp.hbm.laws.records import ContactForces
-from tipdamp.hbm.stability.monodromy import SETTINGS, Stability
+from tipdamp.hbm.stability.multipliers import SETTINGS, Stability
 
 FAR = 0.1  # of the vibration: a larger correction is none of first order
 

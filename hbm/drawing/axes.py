@@ -15,7 +15,7 @@ from tipdamp.hbm.drawing.figure import (
     fine_ticks,
     outlines,
 )
-from tipdamp.hbm.optional import library
+from tipdamp.hbm.errors import library
 
 DASH = {"solid": "-", "dash": (0, (5, 3)), "dashdot": (0, (6, 2, 1, 2)), "dot": (0, (1, 1.6))}
 SYMBOL = {

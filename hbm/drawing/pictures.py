@@ -35,8 +35,7 @@ from tipdamp.hbm.drawing.figure import (
     Panel,
 )
 from tipdamp.hbm.drawing.preload_items import lowest_shown, row_items
-from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.optional import library
+from tipdamp.hbm.errors import InputError, library, nearest
 
 if TYPE_CHECKING:
     from tipdamp.hbm.contact import ContactTable

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tipdamp.hbm.hold.rigid_motion import body_motions
-from tipdamp.hbm.hold.settings import HOLD
+from tipdamp.hbm.hold.rigid_motion import HOLD, body_motions
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike
 
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.hold.rigid_motion import body_motions, parse_motion, rigid_coordinate
-from tipdamp.hbm.hold.settings import HOLD
+from tipdamp.hbm.hold.rigid_motion import HOLD, body_motions, parse_motion, rigid_coordinate
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.validation import brief, check_kind, positive
 

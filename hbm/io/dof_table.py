@@ -12,7 +12,7 @@ import numpy as np
 
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.csv_table import read_table
-from tipdamp.hbm.io.matlab import open_matlab
+from tipdamp.hbm.io.file_size import open_matlab
 from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.points import ContactPoints
 

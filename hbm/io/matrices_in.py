@@ -23,9 +23,8 @@ import scipy.sparse as sp
 
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.dof_table import check_labels, read_dofs, saved_table, table_of_labels
-from tipdamp.hbm.io.matlab import open_matlab
+from tipdamp.hbm.io.file_size import check_size, open_matlab
 from tipdamp.hbm.io.npz import open_npz
-from tipdamp.hbm.io.room import check_size
 from tipdamp.hbm.memory import available_bytes
 
 FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")

@@ -22,8 +22,8 @@ from tipdamp.hbm.continuation.corrector import damped, solve_fixed
 from tipdamp.hbm.continuation.crossings import crossings
 from tipdamp.hbm.continuation.point import Plane, Point, size
 from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.curve.folds_and_transitions import NamedPoint
 from tipdamp.hbm.curve.guess import with_periods
-from tipdamp.hbm.curve.named_points import NamedPoint
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse

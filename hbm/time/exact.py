@@ -10,10 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tipdamp.hbm import fourier
+from tipdamp.hbm import compiled, fourier
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws import compilation
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear
 from tipdamp.hbm.time import events, guards
 from tipdamp.hbm.time.base import IntegratedCycle
@@ -44,7 +43,7 @@ class ExactIntegrator:
         self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None
     ):
         law, contacts = balance.problem.law, balance.problem.contacts
-        compilation.announce(events.run)  # before the first compiled function is called
+        compiled.announce(events.run)  # before the first compiled function is called
         table = law.piecewise_linear(contacts)
         if table is None:
             raise InputError(f"event-driven integration: law {law.name} is not piecewise linear")

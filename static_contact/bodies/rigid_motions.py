@@ -10,8 +10,7 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from tipdamp.hbm.hold.rigid_motion import body_motions
-from tipdamp.hbm.hold.settings import HOLD
+from tipdamp.hbm.hold.rigid_motion import HOLD, body_motions
 from tipdamp.hbm.model import ReducedModel
 
 

@@ -19,15 +19,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.static_contact.stiffness.contact_side import (
+from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
+from tipdamp.static_contact.stiffness.load_displacement import secant_stiffness
+from tipdamp.static_contact.stiffness.rough_surfaces import Roughness, rough_stiffness
+from tipdamp.static_contact.stiffness.side_stiffness import (
     ContactSide,
     half_width,
     side_compliance,
     side_stiffness,
 )
-from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
-from tipdamp.static_contact.stiffness.load_displacement import secant_stiffness
-from tipdamp.static_contact.stiffness.rough_surfaces import Roughness, rough_stiffness
 
 MODELS = ("halfspace_3d", "plane_depth", "rough_series")
 KINDS = ("tangent", "secant")

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from tipdamp.hbm.compiled import njit
-from tipdamp.static_contact.stiffness.rectangular_punch import TABLE, table_nodes
+from tipdamp.static_contact.stiffness.flat_punch import TABLE, table_nodes
 
 # cells over the half-width; multiples of 4, so that the cells along the length scale
 MESHES = (8, 12, 16, 24, 32)

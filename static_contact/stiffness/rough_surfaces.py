@@ -16,7 +16,7 @@ from tipdamp.static_contact.stiffness.elastic_constants import (
     Values,
     require,
 )
-from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_stiffness
+from tipdamp.static_contact.stiffness.flat_punch import ellipse_stiffness
 
 
 @dataclass(frozen=True)

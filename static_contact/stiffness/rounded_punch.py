@@ -10,14 +10,23 @@ per length N/m, a half-width of contact m, E* combined modulus Pa; s = sqrt(a^2 
 
 The pressure is the sum of the flat-punch pressures dP / (pi sqrt(a'^2 - x^2)) of the growing
 contact: positive terms only, so that both limits stay exact. Closed form of the same: Ciavarella,
-Hills & Monno, Proc IMechE C 212 (1998) 319."""
+Hills & Monno, Proc IMechE C 212 (1998) 319.
+
+Hertz line [Hertz 1881; Johnson, Contact Mechanics (1985), section 4.2]: a^2 = 4 P R / (pi E*), p0 =
+2 P / (pi a). The plane problem has no stiffness of its own; that of a cylinder of length L on
+half-spaces is the stiffness of a flat punch of L x 2a."""
 
 import numpy as np
 from scipy.optimize import brentq
 
 from tipdamp.hbm.errors import InputError
-from tipdamp.static_contact.stiffness.elastic_constants import Values, require
-from tipdamp.static_contact.stiffness.hertz import hertz_half_width
+from tipdamp.static_contact.stiffness.elastic_constants import (
+    MaterialPair,
+    Stiffness,
+    Values,
+    require,
+)
+from tipdamp.static_contact.stiffness.flat_punch import rectangle_stiffness
 from tipdamp.static_contact.stiffness.load_displacement import graded_nodes
 
 
@@ -87,6 +96,24 @@ def punch_peak(
         w = brentq(lambda w: w * np.arctanh(w) - level, 0.0, 1 - 1e-15, xtol=1e-300, rtol=1e-14)
         x = float(np.hypot(b, s) * b / np.hypot(b, w * s))
     return x, float(punch_pressure(x, load, b, radius, e_star))
+
+
+def hertz_half_width(load: Values, radius: Values, e_star: Values) -> np.ndarray:
+    """Half-width (m) of the line contact of relative radius R (m) under P (N/m)."""
+    return np.sqrt(4 * np.asarray(load) * radius / (np.pi * e_star))
+
+
+def hertz_peak_pressure(load: Values, half_width: Values) -> Values:
+    """Pressure (Pa) on the centre line."""
+    return 2 * load / (np.pi * half_width)
+
+
+def hertz_stiffness(pair: MaterialPair, length: Values, radius: Values, force: Values) -> Stiffness:
+    """Tangent stiffness (N/m), normal and tangential, of a cylinder of `length` and relative
+    `radius` (m) under a normal `force` (N)."""
+    return rectangle_stiffness(
+        pair, length, 2 * hertz_half_width(force / length, radius, pair.E_star)
+    )
 
 
 def _rim(load, flat_half_width, radius, e_star):

@@ -19,8 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as sl
 
-from tipdamp.hbm.ties import first_largest
-from tipdamp.modal.repeated import SETTINGS as REPEATED
+from tipdamp.hbm.ties import REPEATED, first_largest
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,7 @@ import scipy.linalg as sl
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.hbm.ties import first_largest
-from tipdamp.modal.repeated import SETTINGS as REPEATED
-from tipdamp.modal.repeated import turned
+from tipdamp.hbm.ties import REPEATED, first_largest, turned
 
 MODES = 20  # computed at first; doubled until what is asked for is among them
 ENOUGH = 0.9  # of the followed shape must lie in the modes that were computed

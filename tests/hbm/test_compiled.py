@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from tipdamp.hbm import compiled
-from tipdamp.hbm.laws import compilation
 
 ROOT = Path(__file__).parents[2]
 SOURCE = '''from tipdamp.hbm.compiled import njit
@@ -177,7 +176,7 @@ def test_no_folder_that_can_be_written_to(kernels, monkeypatch, caplog):
 
     monkeypatch.setattr(caching._CacheLocator, "ensure_cache_path", read_only)
     again = kernels()
-    compilation.announce(again.product)
+    compiled.announce(again.product)
     assert again.product(2.0, 3.0) == 8.0 and "cannot be kept" in caplog.text
 
 

@@ -22,8 +22,8 @@ from tipdamp.results.static_results import PreloadResult
 from tipdamp.stages.adrift import adrift
 from tipdamp.stages.respond import assembled
 from tipdamp.stages.run import results_folder, run_stage
+from tipdamp.study.documentation import json_schema
 from tipdamp.study.hold import HOLD
-from tipdamp.study.keys import json_schema
 from tipdamp.study.study import load_study
 
 TILTED = ("pull_direction = [1, 0, 1]", "pull_direction = [1, 0.2, 1]")

@@ -13,7 +13,7 @@ from tests.static_contact.stiffness.test_rounded_punch import (
 from tests.validation import Subject, row
 from tipdamp.static_contact.stiffness import rectangular_punch_bem
 from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness
-from tipdamp.static_contact.stiffness.rectangular_punch import rectangle_compliance
+from tipdamp.static_contact.stiffness.flat_punch import rectangle_compliance
 
 
 def rows():

@@ -28,9 +28,9 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.curve.solutions import points_at
 from tipdamp.hbm.response import follow_band
-from tipdamp.hbm.stability.monodromy import Stability
+from tipdamp.hbm.stability.multipliers import Stability
 from tipdamp.hbm.time.exact import ExactIntegrator
-from tipdamp.hbm.time.floquet import largest_multiplier
+from tipdamp.hbm.time.period_map import largest_multiplier
 
 MANY = 31  # harmonics of the true solution
 SEEN = 1e-5  # true errors below are not compared

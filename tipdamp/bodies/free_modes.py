@@ -12,8 +12,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.hbm.ties import first_largest
-from tipdamp.modal.repeated import SETTINGS, turned
+from tipdamp.hbm.ties import REPEATED, first_largest, turned
 from tipdamp.results.static_results import TuneResult
 from tipdamp.study.view import Study
 
@@ -98,7 +97,7 @@ def named_modes(blades: ReducedModel, one: np.ndarray, two: np.ndarray) -> FreeM
 def _most(hz, shapes, row) -> tuple[int, np.ndarray]:
     """(number, shape) of the mode that contributes most to the static compliance of a row (r,)."""
     shapes = turned(hz, shapes, row)
-    k = first_largest((row @ shapes / hz) ** 2, SETTINGS.alike)
+    k = first_largest((row @ shapes / hz) ** 2, REPEATED.alike)
     return k, shapes[:, k]
 
 
@@ -106,7 +105,7 @@ def repeated_warnings(hz: np.ndarray, which: str, used: Iterable[float]) -> list
     """One sentence where modes of the frequencies `used` share theirs with another one of hz
     (m,)."""
     for f in used:
-        same = np.abs(hz - f) <= SETTINGS.equal * f
+        same = np.abs(hz - f) <= REPEATED.equal * f
         if same.sum() > 1:
             return [
                 f"{same.sum()} {which} modes have the same frequency, {f:.1f} Hz: any mixture of "

@@ -15,7 +15,6 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.modal.mesh import Mesh
 from tipdamp.results.static_results import SideStiffness, StiffnessWay
 from tipdamp.static_contact.contact.equilibrium import side_forces, side_normals
-from tipdamp.static_contact.stiffness.contact_side import ContactSide
 from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
 from tipdamp.static_contact.stiffness.nodal_stiffness import (
     NodalStiffness,
@@ -24,6 +23,7 @@ from tipdamp.static_contact.stiffness.nodal_stiffness import (
     nodal_stiffness,
 )
 from tipdamp.static_contact.stiffness.rough_surfaces import Roughness
+from tipdamp.static_contact.stiffness.side_stiffness import ContactSide
 from tipdamp.study.schema import MaterialSection, OtherMaterial, SideSection
 from tipdamp.study.view import Study
 

@@ -22,7 +22,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.mesh_checks import parts
 from tipdamp.results.static_results import InspectResult
-from tipdamp.static_contact.stiffness.contact_side import side_stiffness
+from tipdamp.static_contact.stiffness.side_stiffness import side_stiffness
 from tipdamp.static_contact.surfaces.pairing import offsets
 from tipdamp.study.schema import SideSection
 from tipdamp.study.view import Study

@@ -13,7 +13,7 @@ from scipy.spatial.distance import pdist
 
 from tipdamp.fields.pressure import PressurePatch
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.static_contact.stiffness.hertz import hertz_half_width, hertz_peak_pressure
+from tipdamp.static_contact.stiffness.rounded_punch import hertz_half_width, hertz_peak_pressure
 
 
 @dataclass(frozen=True)

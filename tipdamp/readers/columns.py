@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.io.matlab import open_matlab
+from tipdamp.hbm.io.file_size import open_matlab
 
 MEANINGS = (
     "frequency_hz",

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tipdamp.hbm.curve.automatic import SETTINGS as AUTOMATIC
 from tipdamp.hbm.errors import InputError, nearest, shown
-from tipdamp.hbm.io.room import check_size
+from tipdamp.hbm.io.file_size import check_size
 from tipdamp.hbm.validation import check_samples
 from tipdamp.study.law import laws_with_sliders
 from tipdamp.study.schema import (

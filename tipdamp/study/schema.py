@@ -1,8 +1,8 @@
 """Sections of a study file, one frozen model each: every key with its type, kind, unit, default,
 range and meaning.
 
-docs/study_files.md and the JSON schema for editors are made from them (study/keys.py). Values are
-in SI units."""
+docs/study_files.md and the JSON schema for editors are made from them (study/documentation.py).
+Values are in SI units."""
 
 from typing import Annotated, Literal, TypeAlias
 

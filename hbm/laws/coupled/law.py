@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from tipdamp.hbm.laws import compilation
+from tipdamp.hbm import compiled
 from tipdamp.hbm.laws.coupled.cycle import cycle
 from tipdamp.hbm.laws.coupled.motion import SETTINGS
 from tipdamp.hbm.laws.friction import resultant_limited
@@ -64,7 +64,7 @@ class IsotropicFriction(CoulombFriction):
     def harmonics(self, contacts, x, start, grid, omega):
         """Forces of the event-driven cycle: in closed form, and in slip to 1e-8 of the limit
         force."""
-        compilation.announce(cycle)
+        compiled.announce(cycle)
         x, (P, nd, nh), (tau, E, E_rate) = np.ascontiguousarray(x), x.shape, grid
         law = Sliders(2, True, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
         pieces, counts, active, shares = _opened(

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from tipdamp.hbm.laws import compilation
+from tipdamp.hbm import compiled
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.piecewise import slider_table
 from tipdamp.hbm.laws.records import ContactForces
@@ -110,7 +110,7 @@ class CoulombFriction(ContactLaw):
 
     def harmonics(self, contacts, x, start, grid, omega):
         """Forces of the event-driven cycle, exact for the harmonics of the motion."""
-        compilation.announce(integrals.add_forces)
+        compiled.announce(integrals.add_forces)
         law = self._sliders_of(contacts)
         x = np.ascontiguousarray(x)
         pieces, counts, active, shares = located(law, *_moving_orders(x, start, grid))
@@ -134,7 +134,7 @@ class CoulombFriction(ContactLaw):
 
     def variation(self, contacts, x, start, grid, omega):
         """From the pieces of the cycle, between which everything is linear."""
-        compilation.announce(integrals.add_forces)
+        compiled.announce(integrals.add_forces)
         law = self._sliders_of(contacts)
         x, start, grid = _moving_orders(np.ascontiguousarray(x), start, grid)
         pieces, counts, active, _ = located(law, x, start, grid)

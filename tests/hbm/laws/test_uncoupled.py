@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from tests.hbm.conformance import random_case
-from tipdamp.hbm import fourier, laws
+from tipdamp.hbm import compiled, fourier, laws
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws import compilation
 from tipdamp.hbm.laws.uncoupled import integrals
 from tipdamp.hbm.testing import forces
 
@@ -89,26 +88,26 @@ def test_negative_settings_are_refused(column):
 
 def test_compilation_is_announced(tmp_path, caplog, monkeypatch):
     source = Path(integrals.__file__)
-    monkeypatch.setattr(compilation, "CPUDispatcher", SimpleNamespace)
+    monkeypatch.setattr(compiled, "CPUDispatcher", SimpleNamespace)
     kernel = SimpleNamespace(
         overloads={},
         py_func=integrals.add_forces.py_func,
         stats=SimpleNamespace(cache_path=tmp_path),
     )
-    compilation.announce(kernel)
+    compiled.announce(kernel)
     assert "compiling the contact kernels" in caplog.text
     caplog.clear()
     stored = tmp_path / "integrals.add_forces-1.py311.nbi"
     stored.touch()
     os.utime(stored, (source.stat().st_mtime + 5,) * 2)
-    compilation.announce(kernel)
+    compiled.announce(kernel)
     assert not caplog.text
     # a copy of the source that is younger
     stored.write_bytes(b"0.68" + sha256(source.read_bytes()).digest())
     os.utime(stored, (source.stat().st_mtime - 5,) * 2)
-    compilation.announce(kernel)
+    compiled.announce(kernel)
     assert not caplog.text
     stored.write_bytes(b"of another source")
     os.utime(stored, (source.stat().st_mtime - 5,) * 2)
-    compilation.announce(kernel)
+    compiled.announce(kernel)
     assert "compiling the contact kernels" in caplog.text

@@ -27,9 +27,9 @@ from tipdamp.hbm.laws.uncoupled import breaks
 from tipdamp.hbm.laws.uncoupled.law import located
 from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band, follow_parameter
-from tipdamp.hbm.stability.monodromy import Stability, StabilitySettings
+from tipdamp.hbm.stability.multipliers import Stability, StabilitySettings
 from tipdamp.hbm.time.exact import ExactIntegrator
-from tipdamp.hbm.time.floquet import largest_multiplier
+from tipdamp.hbm.time.period_map import largest_multiplier
 
 
 def solved(problem, force, w, H, x=None):

@@ -8,14 +8,14 @@ from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
 from tests.hbm.contact_nodes import with_node
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.hbm.small_rig import small_rig
-from tipdamp.hbm import fourier
+from tipdamp.hbm import compiled, fourier
 from tipdamp.hbm.balance.problem import contact_problem
 from tipdamp.hbm.comparison import compare, compare_point
 from tipdamp.hbm.curve.solutions import solutions_at
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws import DryFriction2T, compilation
+from tipdamp.hbm.laws import DryFriction2T
 from tipdamp.hbm.response import follow_band
-from tipdamp.hbm.time import events, floquet, guards, shooting
+from tipdamp.hbm.time import events, guards, period_map, shooting
 from tipdamp.hbm.time.exact import ExactIntegrator
 from tipdamp.hbm.time.poles import poles
 from tipdamp.hbm.time.settings import IntegrationSettings
@@ -100,7 +100,7 @@ def test_floquet_multiplier_of_lift_off(omega):
     _, q, point, balance = at("C1", omega, H=20)
     integrator = ExactIntegrator(balance, omega, IntegrationSettings(tolerance=1e-9))
     steady = shooting.shoot(integrator, integrator.on_orbit(point), [[1.0]])
-    multiplier, _ = floquet.largest_multiplier(integrator, steady.state)
+    multiplier, _ = period_map.largest_multiplier(integrator, steady.state)
     assert multiplier == pytest.approx(max(row_of("C1", omega)["floquet_moduli"]), rel=1e-7)
 
 
@@ -254,7 +254,7 @@ def test_settings_are_numbers(name, value, allowed):
 
 def test_compilation_of_the_integration_is_announced(monkeypatch):
     asked = []
-    monkeypatch.setattr(compilation, "announce", asked.append)
+    monkeypatch.setattr(compiled, "announce", asked.append)
     _, q, point, balance = at("A1", 1.05, 3)
     ExactIntegrator(balance, 1.05)  # before the first compiled function is called
     assert events.run in asked

@@ -10,11 +10,11 @@ import numba
 import numpy as np
 import pytest
 
-from tipdamp.static_contact.stiffness.contact_side import ContactSide
 from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
-from tipdamp.static_contact.stiffness.hertz import hertz_half_width
 from tipdamp.static_contact.stiffness.nodal_stiffness import StiffnessModel, nodal_stiffness
 from tipdamp.static_contact.stiffness.rectangular_punch_bem import _cell
+from tipdamp.static_contact.stiffness.rounded_punch import hertz_half_width
+from tipdamp.static_contact.stiffness.side_stiffness import ContactSide
 
 STEEL = MaterialPair(210e9, 0.3, 210e9, 0.3)
 RADIUS, LENGTH, LOAD = 5e-3, 0.07, 80.0  # reference case S24

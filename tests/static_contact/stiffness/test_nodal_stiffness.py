@@ -5,14 +5,8 @@ import numpy as np
 import pytest
 
 from tipdamp.hbm.errors import InputError
-from tipdamp.static_contact.stiffness.contact_side import (
-    ContactSide,
-    side_compliance,
-    side_stiffness,
-)
 from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
-from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_stiffness
-from tipdamp.static_contact.stiffness.hertz import hertz_half_width, hertz_stiffness
+from tipdamp.static_contact.stiffness.flat_punch import ellipse_stiffness, rectangle_stiffness
 from tipdamp.static_contact.stiffness.load_displacement import approach
 from tipdamp.static_contact.stiffness.nodal_stiffness import (
     StiffnessModel,
@@ -25,8 +19,13 @@ from tipdamp.static_contact.stiffness.nodal_weights import (
     tributary_weights,
 )
 from tipdamp.static_contact.stiffness.plane_strain import plane_stiffness
-from tipdamp.static_contact.stiffness.rectangular_punch import rectangle_stiffness
 from tipdamp.static_contact.stiffness.rough_surfaces import Roughness, rough_stiffness
+from tipdamp.static_contact.stiffness.rounded_punch import hertz_half_width, hertz_stiffness
+from tipdamp.static_contact.stiffness.side_stiffness import (
+    ContactSide,
+    side_compliance,
+    side_stiffness,
+)
 
 PAIR = MaterialPair(207e9, 0.3, 207e9, 0.3)
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)

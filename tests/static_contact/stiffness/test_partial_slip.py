@@ -6,9 +6,8 @@ import pytest
 from scipy.integrate import quad, trapezoid
 
 from tipdamp.hbm.errors import InputError
-from tipdamp.static_contact.stiffness.contact_side import ContactSide, side_compliance
 from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
-from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_stiffness
+from tipdamp.static_contact.stiffness.flat_punch import ellipse_stiffness
 from tipdamp.static_contact.stiffness.partial_slip import (
     displacement_loop,
     displacement_loop_energy,
@@ -20,6 +19,7 @@ from tipdamp.static_contact.stiffness.partial_slip import (
 )
 from tipdamp.static_contact.stiffness.plane_strain import plane_stiffness
 from tipdamp.static_contact.stiffness.rounded_punch import punch_half_width
+from tipdamp.static_contact.stiffness.side_stiffness import ContactSide, side_compliance
 
 UNLIKE = MaterialPair(210e9, 0.3, 114e9, 0.342)
 MU, LOAD, RADIUS = 0.6, 80.0, 5e-3

@@ -10,9 +10,9 @@ from scipy.integrate import dblquad
 from tipdamp.hbm.errors import InputError
 from tipdamp.static_contact.stiffness import rectangular_punch_bem
 from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
-from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_stiffness
-from tipdamp.static_contact.stiffness.rectangular_punch import (
+from tipdamp.static_contact.stiffness.flat_punch import (
     TABLE,
+    ellipse_stiffness,
     rectangle_compliance,
     rectangle_stiffness,
     table_nodes,

@@ -7,24 +7,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tipdamp.static_contact.stiffness.contact_side import ContactSide, half_width
 from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
-from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_integrals, ellipse_stiffness
-from tipdamp.static_contact.stiffness.hertz import hertz_half_width, hertz_peak_pressure
-from tipdamp.static_contact.stiffness.load_displacement import approach, secant_stiffness
-from tipdamp.static_contact.stiffness.nodal_stiffness import StiffnessModel, nodal_stiffness
-from tipdamp.static_contact.stiffness.partial_slip import slip_displacement, stick_load
-from tipdamp.static_contact.stiffness.plane_strain import plane_stiffness
-from tipdamp.static_contact.stiffness.rectangular_punch import (
+from tipdamp.static_contact.stiffness.flat_punch import (
+    ellipse_integrals,
+    ellipse_stiffness,
     rectangle_stiffness,
     slender_strip_stiffness,
     uniform_line_stiffness,
 )
+from tipdamp.static_contact.stiffness.load_displacement import approach, secant_stiffness
+from tipdamp.static_contact.stiffness.nodal_stiffness import StiffnessModel, nodal_stiffness
+from tipdamp.static_contact.stiffness.partial_slip import slip_displacement, stick_load
+from tipdamp.static_contact.stiffness.plane_strain import plane_stiffness
 from tipdamp.static_contact.stiffness.rounded_punch import (
+    hertz_half_width,
+    hertz_peak_pressure,
     punch_half_width,
     punch_peak,
     punch_pressure,
 )
+from tipdamp.static_contact.stiffness.side_stiffness import ContactSide, half_width
 
 CASES = {
     case["id"]: case

@@ -7,8 +7,7 @@ from scipy.integrate import quad
 
 from tipdamp.hbm.errors import InputError
 from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness
-from tipdamp.static_contact.stiffness.elliptical_punch import ellipse_integrals, ellipse_stiffness
-from tipdamp.static_contact.stiffness.hertz import hertz_half_width
+from tipdamp.static_contact.stiffness.flat_punch import ellipse_integrals, ellipse_stiffness
 from tipdamp.static_contact.stiffness.load_displacement import (
     approach,
     graded_nodes,
@@ -16,6 +15,7 @@ from tipdamp.static_contact.stiffness.load_displacement import (
 )
 from tipdamp.static_contact.stiffness.plane_strain import plane_compliance, plane_stiffness
 from tipdamp.static_contact.stiffness.rounded_punch import (
+    hertz_half_width,
     punch_half_width,
     punch_load,
     punch_peak,

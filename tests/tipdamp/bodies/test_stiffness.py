@@ -14,7 +14,6 @@ from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.stiffness import side_materials, with_values
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
-from tipdamp.static_contact.stiffness.contact_side import ContactSide
 from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
 from tipdamp.static_contact.stiffness.nodal_stiffness import (
     StiffnessModel,
@@ -22,6 +21,7 @@ from tipdamp.static_contact.stiffness.nodal_stiffness import (
     nodal_stiffness,
 )
 from tipdamp.static_contact.stiffness.rough_surfaces import Roughness
+from tipdamp.static_contact.stiffness.side_stiffness import ContactSide
 from tipdamp.study.study import load_study
 
 STEEL = (207e9, 0.3, 207e9, 0.3)

@@ -16,8 +16,8 @@ from tipdamp.static_contact.stiffness.elastic_constants import (
     Values,
     require,
 )
+from tipdamp.static_contact.stiffness.flat_punch import rectangle_stiffness
 from tipdamp.static_contact.stiffness.plane_strain import plane_stiffness
-from tipdamp.static_contact.stiffness.rectangular_punch import rectangle_stiffness
 from tipdamp.static_contact.stiffness.rounded_punch import punch_half_width
 
 # and what each needs

@@ -11,7 +11,7 @@ from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.comparison import compare_point, integrator_of
 from tipdamp.hbm.laws import Contacts, CubicSpring, IsotropicFriction, Jenkins1D
-from tipdamp.hbm.time import floquet
+from tipdamp.hbm.time import period_map
 from tipdamp.hbm.time.settings import IntegrationSettings
 
 ONE = np.ones((1, 1))
@@ -137,7 +137,7 @@ def test_leading_multiplier_of_a_chain():
     expected, periods = np.exp(-zeta * lowest * 2 * np.pi / w), []
     for columns in (0, 200):
         integrator = integrator_of(balance, w, IntegrationSettings(max_columns=columns))
-        found, used = floquet.largest_multiplier(integrator, integrator.on_orbit(point))
+        found, used = period_map.largest_multiplier(integrator, integrator.on_orbit(point))
         assert found == pytest.approx(expected, rel=1e-4)
         periods.append(used)
     assert periods[1] == 2 * (2 * n + 1)
@@ -158,5 +158,5 @@ def test_rig_is_stable():
         integrator = integrator_of(
             balance, point.parameter, replace(IntegrationSettings(), disturbance=disturbance)
         )
-        other, used = floquet.largest_multiplier(integrator, found.steady.state)
+        other, used = period_map.largest_multiplier(integrator, found.steady.state)
         assert other == pytest.approx(found.multiplier, rel=1e-3) and used < 200

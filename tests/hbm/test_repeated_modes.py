@@ -4,7 +4,7 @@ may return."""
 import numpy as np
 import pytest
 
-from tipdamp.modal.repeated import turned
+from tipdamp.hbm.ties import turned
 
 HZ = np.array([1.0, 1 + 1e-12, 1 + 2e-12, 2.0, 3.0, 3 + 1e-11])
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
-from tipdamp.study.keys import json_schema, reference
+from tipdamp.study.documentation import json_schema, reference
 from tipdamp.study.schema import SECTIONS
 
 ROOT = Path(__file__).parents[3]

@@ -24,7 +24,7 @@ from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.curve.truncation import TruncationEstimate
 from tipdamp.hbm.named_point import Kind, NamedPoint
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.hbm.stability.monodromy import Stability
+from tipdamp.hbm.stability.multipliers import Stability
 
 ENCLOSED = 1e-5  # arc length: a hundredth of that, relative, in the parameter
 SHARE = 1e-6  # of the cycle, above which a contact slips or is open

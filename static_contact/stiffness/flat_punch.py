@@ -1,10 +1,21 @@
-"""Rigid rectangular punch L x w on a pair of half-spaces: stiffness from the table of
-rectangular_punch_bem.py.
+"""Rigid flat punches on a pair of half-spaces.
+
+Rectangular punch L x w, stiffness from the table of rectangular_punch_bem.py:
 
 Kn = E* L / c(0), Kt = 2 L / (c(nu) (1/G1 + 1/G2)), with c the dimensionless compliance along or
 across, a function of length/width and nu. Between the table's Chebyshev nodes c is the polynomial
 through them, in log(length/width) and nu; its error is below 1e-6 (error columns of the table, and
 the tests). Beyond 1e8 c goes on straight in the logarithm, as the slender limit does.
+
+Elliptical (or circular) punch, closed form:
+
+    S0 = int dt/sqrt(b^2 cos^2 t + a^2 sin^2 t),  S_a with cos^2 t and S_b with sin^2 t above the
+    line, t = 0..pi/2
+    Kn = pi E*/S0,      1/Kt(dir) = sum over both bodies of [ (1 - nu) S0 + nu S_dir ] / (2 pi G)
+
+Circle: Kn = 2 a E*, Kt/Kn = 2 (1 - nu)/(2 - nu) for equal nu. Source: Johnson, Contact Mechanics
+(1985), sections 3.3, 4.2 and 7.4; Mindlin, J. Appl. Mech. 16 (1949) 259. The integrals in Carlson's
+symmetric form do not cancel at a = b.
 """
 
 from functools import lru_cache
@@ -12,6 +23,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.polynomial import chebyshev
+from scipy.special import elliprd, elliprf
 
 from tipdamp.static_contact.stiffness.elastic_constants import (
     MaterialPair,
@@ -60,6 +72,27 @@ def rectangle_compliance(aspect: Values, nu: Values) -> tuple[np.ndarray, np.nda
         slope = np.sum(series * np.arange(series.size) ** 2) * 2 / np.log(LONGEST)  # T_n'(1) = n^2
         values.append(value + slope * (place - inside))
     return tuple(values)
+
+
+def ellipse_integrals(a: float, b: float) -> tuple[float, float, float]:
+    """S0, S_a, S_b (1/m) for the semi-axes a and b (m), in any order; S_a belongs to the direction
+    of a."""
+    return (
+        elliprf(0, a * a, b * b),
+        a * a / 3 * elliprd(0, b * b, a * a),
+        b * b / 3 * elliprd(0, a * a, b * b),
+    )
+
+
+def ellipse_stiffness(pair: MaterialPair, a: float, b: float) -> Stiffness:
+    """Normal stiffness and tangential ones along the semi-axis a and across it (along b), N/m; a, b
+    in m."""
+    require("a", a, 0, open_low=True, unit="m")
+    require("b", b, 0, open_low=True, unit="m")
+    s0, *directions = ellipse_integrals(a, b)
+    nu, shear = pair.nu_tangential, pair.shear_compliance
+    along, across = (2 * np.pi / (shear * ((1 - nu) * s0 + nu * s)) for s in directions)
+    return Stiffness(np.pi * pair.E_star / s0, along, across)
 
 
 def slender_strip_stiffness(pair: MaterialPair, length: Values, half_width: Values) -> np.ndarray:
