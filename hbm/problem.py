@@ -24,7 +24,8 @@ from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.mixed import MixedLaw
 from tipdamp.hbm.laws.records import Contacts
 from tipdamp.hbm.laws.shipped import check_law
-from tipdamp.hbm.result import ForcedResponse, PeriodicSolution
+from tipdamp.hbm.periodic_solution import PeriodicSolution
+from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import brief, check_whole, numbers
 
 Where = int | tuple[int, int] | ArrayLike

@@ -60,7 +60,8 @@ from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.shipped import SHIPPED
 from tipdamp.hbm.memory import check_harmonics_fit
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.hbm.result import ForcedResponse, PeriodicSolution
+from tipdamp.hbm.periodic_solution import PeriodicSolution
+from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.stability.multipliers import Stability
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,

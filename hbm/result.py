@@ -1,5 +1,4 @@
-"""ForcedResponse: a curve of periodic solutions as read-only arrays; PeriodicSolution: a single
-one."""
+"""ForcedResponse: a curve of periodic solutions as read-only arrays."""
 
 import warnings
 from collections.abc import Iterator
@@ -12,22 +11,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm import fourier, tables
+from tipdamp.hbm.amplitude import KINDS, amplitude, local_maxima, orders_of, parabola_top
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
 from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
-from tipdamp.hbm.validation import brief, check_whole, positive
+from tipdamp.hbm.periodic_solution import PeriodicSolution
+from tipdamp.hbm.validation import check_whole, positive
 
 if TYPE_CHECKING:
     import pandas
     import xarray
     from matplotlib.axes import Axes
 
-KINDS = ("half_peak_to_peak", "harmonic", "rms")
 SOLVED = 1e-8  # of the amplitude: to what peaks are solved
 DOUBTFUL = 0.1  # of the vibration: a larger estimate of the truncation is no estimate
 NOT_SEARCHED = "not looked for further curves"
-RIPPLE = 1e-3  # a local maximum that stands out less, relative to its height, is none
 
 
 def _none(*shape, dtype: type = float):
@@ -350,10 +349,7 @@ class ForcedResponse(ArrayRecord):
         i = int(np.nanargmax(a))
         if self.peak_points.size or not 0 < i < len(a) - 1:
             return float(self.parameter[i]), float(a[i])
-        f = self.parameter[i - 1 : i + 2]
-        top, value = parabola(f - f[1], a[i - 1 : i + 2])
-        inside = min(f) <= f[1] + top <= max(f)
-        return (float(f[1] + top), float(value)) if inside else (float(f[1]), float(a[i]))
+        return parabola_top(self.parameter[i - 1 : i + 2], a[i - 1 : i + 2])
 
     def why_unsolved(
         self, name: str, kind: str = "half_peak_to_peak", order: int | None = None
@@ -553,150 +549,6 @@ def _with_named_points(found: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class PeriodicSolution(ArrayRecord):
-    """One periodic solution at `frequency` Hz: m outputs, P contacts, harmonics 0..H; NaN where
-    none was found.
-
-    The arrays are copies that cannot be written to; two solutions are equal where all fields are.
-
-    harmonics : (m, H+1) complex, m; contact_force, contact_motion : (P, nd, H+1) complex, N and m,
-    as in ForcedResponse
-    held : names of the motions that are held; reaction : (h, H+1) complex, N or N m, as in
-    ForcedResponse
-    share_stick, share_slip, share_open : (P,) share of the cycle; dissipated : (P,) J per cycle
-    converged : whether it was found; iterations : evaluations of the residual
-    unknowns : (N,) m, a `guess` for another call; force_orders : of the forcing
-    force_residual, periods : as in ForcedResponse
-
-    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
-    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
-    >>> found: PeriodicSolution = damped.solve_at(760, outputs={"tip": 0})
-    >>> print(f"{1e6 * found.amplitude().item():.1f} um")
-    13.9 um
-    """
-
-    frequency: float
-    output_names: tuple
-    held: tuple
-    harmonics: np.ndarray
-    reaction: np.ndarray
-    contact_force: np.ndarray
-    contact_motion: np.ndarray
-    share_stick: np.ndarray
-    share_slip: np.ndarray
-    share_open: np.ndarray
-    dissipated: np.ndarray
-    converged: bool
-    iterations: int
-    unknowns: np.ndarray
-    force_orders: tuple
-    force_residual: float
-    periods: int = 1
-
-    def __repr__(self) -> str:
-        sizes = ", ".join(
-            f"{name} {a:.4g} m" for name, a in zip(self.output_names, self.amplitude(), strict=True)
-        )
-        state = "" if self.converged else ", not solved"
-        return f"<PeriodicSolution: {self.frequency:.6g} Hz, {sizes}{state}>"
-
-    def plot(self, *names: str, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
-        """Draw the motion of outputs, all without any names, over one period of the motion.
-
-        unit : 'm', 'mm' or 'um'; ax : axes of matplotlib to draw on; new ones without
-        Returns the axes. Raises InputError where matplotlib is not installed, and for an unknown
-        output.
-        """
-        drawn = names or self.output_names
-        for name in drawn:
-            if name not in self.output_names:
-                raise InputError(f"output '{name}': {nearest(name, self.output_names)}")
-        motions = {name: self.harmonics[self.output_names.index(name)] for name in drawn}
-        seconds = self.periods / self.frequency
-        return pictures.period(seconds, motions, unit, ["solid"] * len(motions), ax)
-
-    def _repr_html_(self) -> str:
-        rows = {
-            name: f"{a:.4g} m, mean {X[0].real:.4g} m"
-            for name, a, X in zip(self.output_names, self.amplitude(), self.harmonics, strict=True)
-        }
-        rows |= {"dissipated": f"{self.dissipated.sum():.4g} J", "solved": str(self.converged)}
-        return tables.notebook_table(f"Periodic solution at {self.frequency:.6g} Hz", rows)
-
-    def amplitude(self, kind: str = "half_peak_to_peak", order: int | None = None) -> np.ndarray:
-        """(m,) amplitude, m: as ForcedResponse.amplitude."""
-        return amplitude(
-            self.harmonics,
-            kind,
-            orders_of(kind, order, self.harmonics.shape[-1] - 1, self.force_orders),
-        )
-
-
-def orders_of(kind: str, order: int | None, H: int, force_orders: ArrayLike) -> list[int]:
-    """The orders that count in an amplitude of a kind; InputError for an order that the kind or the
-    curve has not."""
-    if order is None:
-        return sorted(set(np.asarray(force_orders, dtype=int).tolist())) or [1]
-    if kind != "harmonic":
-        raise InputError(f"order = {order}: belongs to the kind 'harmonic', not to '{kind}'")
-    if isinstance(order, bool) or not isinstance(order, int | np.integer) or not 1 <= order <= H:
-        raise InputError(
-            f"order = {brief(order)}: must be a whole number from 1 to harmonics = {H}"
-        )
-    return [int(order)]
-
-
-def amplitude(X: np.ndarray, kind: str, orders: list[int]) -> np.ndarray:
-    """(...) amplitude of a kind from harmonics (..., H+1); NaN where they are. orders : that count
-    in 'harmonic'."""
-    if kind == "half_peak_to_peak":
-        return fourier.half_peak_to_peak(X)
-    if kind == "harmonic":
-        return np.sqrt(2) * fourier.rms(_chosen(X, orders))
-    if kind == "rms":
-        return fourier.rms(X)
-    raise InputError(f"amplitude kind '{kind}' is unknown; {nearest(kind, KINDS)}")
-
-
-def amplitude_along(
-    X: np.ndarray, dX: np.ndarray, kind: str, orders: list[int]
-) -> tuple[np.ndarray, np.ndarray]:
-    """(that amplitude, its derivative), each (...), where the harmonics change by dX (..., H+1)."""
-    if kind == "half_peak_to_peak":
-        return fourier.half_peak_to_peak_along(X, dX)
-    if kind == "harmonic":
-        X, dX = _chosen(X, orders), _chosen(dX, orders)
-    share = np.sqrt(2) if kind == "harmonic" else 1.0
-    return share * fourier.rms(X), share * fourier.rms_slope(X, dX)
-
-
-def _chosen(X, orders):
-    """The harmonics with those of other orders left out; the mean stands first."""
-    return X[..., [0, *(k for k in orders if k < X.shape[-1])]]
-
-
-def local_maxima(a: ArrayLike, jumps: ArrayLike) -> list[int]:
-    """Places of the local maxima of an amplitude (n,) along a curve, both neighbours solved and
-    ripples left out.
-
-    jumps : (n,) bool, points to which the branch does not lead from the point before
-    """
-    a, jumps = np.asarray(a, dtype=float), np.asarray(jumps)
-    higher = (a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:])
-    return [
-        i
-        for i in np.flatnonzero(higher & ~jumps[1:-1] & ~jumps[2:]) + 1
-        if a[i] - max(_saddle(a[i::-1]), _saddle(a[i:])) > RIPPLE * a[i]
-    ]
-
-
-def _saddle(a):
-    """The least value before the first that is higher than the first one."""
-    above = np.flatnonzero(a > a[0])
-    return np.nanmin(a[: above[0]] if len(above) else a)
-
-
 def widest_gap(parameter: ArrayLike, converged: ArrayLike, restarts: ArrayLike) -> float:
     """Between the neighbouring solved points furthest apart in any of the restarts (k, 2); 0
     without any."""
@@ -712,13 +564,3 @@ def widest_gap(parameter: ArrayLike, converged: ArrayLike, restarts: ArrayLike) 
         ),
         default=0.0,
     )
-
-
-def parabola(s: np.ndarray, y: np.ndarray) -> tuple[float, float]:
-    """(place, value) of the maximum of the parabola through three points; place infinite where it
-    has none."""
-    c = np.polyfit(s / np.abs(s).max(), y, 2)
-    if c[0] >= 0:
-        return float("inf"), float(y[1])
-    top = -0.5 * c[1] / c[0]
-    return float(top * np.abs(s).max()), float(np.polyval(c, top))

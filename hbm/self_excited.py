@@ -24,8 +24,8 @@ from tipdamp.hbm.curve.options import CurveKeywords, curve_options, with_options
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.shipped import SHIPPED
+from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.response import CheckedInput, as_solution
-from tipdamp.hbm.result import PeriodicSolution
 from tipdamp.hbm.time.poles import poles
 from tipdamp.hbm.validation import positive
 

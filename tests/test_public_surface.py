@@ -14,6 +14,8 @@ PUBLIC = (
     "hbm/model.py",
     "hbm/curve/peaks.py",
     "hbm/response.py",
+    "hbm/amplitude.py",
+    "hbm/periodic_solution.py",
     "hbm/result.py",
     "hbm/curve/solutions.py",
     "hbm/following/*.py",

@@ -155,6 +155,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.modes.synthesis import Synthesis as Synthesis
     from tipdamp.hbm.modes.synthesis import synthesis as synthesis
     from tipdamp.hbm.named_point import NamedPoint as NamedPoint
+    from tipdamp.hbm.periodic_solution import PeriodicSolution as PeriodicSolution
     from tipdamp.hbm.problem import Problem as Problem
     from tipdamp.hbm.response import (
         follow_band as follow_band,
@@ -168,12 +169,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.response import (
         solve_at as solve_at,
     )
-    from tipdamp.hbm.result import (
-        ForcedResponse as ForcedResponse,
-    )
-    from tipdamp.hbm.result import (
-        PeriodicSolution as PeriodicSolution,
-    )
+    from tipdamp.hbm.result import ForcedResponse as ForcedResponse
     from tipdamp.hbm.search.beside import Search as Search
     from tipdamp.hbm.search.branches import branch_from as branch_from
     from tipdamp.hbm.search.curves import CurvesBeside as CurvesBeside
@@ -248,7 +244,8 @@ else:  # a module __getattr__ would let type checkers accept any name
         "limit_cycle": "hbm.self_excited",
         "CurveOptions": "hbm.curve.options",
         "Settings": "hbm.continuation.settings",
-        **dict.fromkeys(("ForcedResponse", "PeriodicSolution"), "hbm.result"),
+        "ForcedResponse": "hbm.result",
+        "PeriodicSolution": "hbm.periodic_solution",
         "Search": "hbm.search.beside",
         "branch_from": "hbm.search.branches",
         **dict.fromkeys(("CurvesBeside", "curves_beside"), "hbm.search.curves"),

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from tipdamp.hbm.amplitude import KINDS, amplitude_along
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import DEFAULT
-from tipdamp.hbm.result import KINDS, amplitude_along
 
 
 class ModalRows:

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from tipdamp.hbm.amplitude import KINDS, RIPPLE, local_maxima, orders_of
 from tipdamp.hbm.balance.parameter import Equation, Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.continuation import arc
@@ -17,7 +18,7 @@ from tipdamp.hbm.continuation.ripples import TooManyRipples, resolve
 from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import restored
-from tipdamp.hbm.result import KINDS, RIPPLE, ForcedResponse, local_maxima, orders_of
+from tipdamp.hbm.result import ForcedResponse
 
 
 def refine_largest(

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tipdamp.hbm.amplitude import KINDS, amplitude, amplitude_along, orders_of
 from tipdamp.hbm.balance.parameter import Parameter, as_parameter
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
@@ -28,7 +29,6 @@ from tipdamp.hbm.following.extremum import Extremum, Slope
 from tipdamp.hbm.following.result import Followed
 from tipdamp.hbm.following.start import folds, highest_peak
 from tipdamp.hbm.response import Forcing, follow_band
-from tipdamp.hbm.result import KINDS, amplitude, amplitude_along, orders_of
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     check_forcing,

@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from tipdamp.hbm.amplitude import KINDS, local_maxima, orders_of
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.peaks import Output, beside
 from tipdamp.hbm.curve.solutions import restored
-from tipdamp.hbm.result import KINDS, ForcedResponse, local_maxima, orders_of
+from tipdamp.hbm.result import ForcedResponse
 
 
 def highest_peak(

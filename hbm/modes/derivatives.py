@@ -16,6 +16,7 @@ import numpy as np
 import scipy.linalg as la
 
 from tipdamp.hbm import fourier
+from tipdamp.hbm.amplitude import KINDS, amplitude_along, orders_of
 from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.parameter import SETTINGS, ContactSetting, Equation
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
@@ -28,7 +29,7 @@ from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import points_of, restored
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.result import KINDS, ForcedResponse, amplitude_along, orders_of
+from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import check_whole
 
 # of the half width of the peak, by the curvature of its top: distance of the points beside it

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tipdamp.hbm.amplitude import amplitude
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
-from tipdamp.hbm.result import amplitude
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
+from tipdamp.hbm.amplitude import amplitude
 from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord
 from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.modes.stuck_modes import stuck_modes
-from tipdamp.hbm.result import amplitude
 from tipdamp.hbm.validation import brief, check_forcing, numbers
 
 FINER = 20  # places between two points of the backbone

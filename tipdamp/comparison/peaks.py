@@ -8,8 +8,9 @@ from typing import Literal
 
 import numpy as np
 
+from tipdamp.hbm.amplitude import local_maxima, parabola_top
 from tipdamp.hbm.curve.trace import NO_PERIOD, ROLLS
-from tipdamp.hbm.result import ForcedResponse, local_maxima, parabola
+from tipdamp.hbm.result import ForcedResponse
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.results.response_results import SAME_MODE
 from tipdamp.statics.model_inputs import in_patch
@@ -231,9 +232,7 @@ def _top(curve, a, i):
     f = curve.frequency[i - 1 : i + 2]
     if (curve.peak_points.size and curve.peak_points[i].any()) or len(set(f)) < 3:
         return float(f[1]), float(a[i])
-    top, value = parabola(f - f[1], a[i - 1 : i + 2])
-    inside = min(f) <= f[1] + top <= max(f)
-    return (float(f[1] + top), float(value)) if inside else (float(f[1]), float(a[i]))
+    return parabola_top(f, a[i - 1 : i + 2])
 
 
 def _mac(a, b) -> float:

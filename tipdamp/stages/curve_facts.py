@@ -10,12 +10,13 @@ import numpy as np
 from tipdamp.checks.pairs import pair_names
 from tipdamp.engine.curves import CurveCase
 from tipdamp.hbm import fourier
+from tipdamp.hbm.amplitude import local_maxima
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.continuation.branch import ENDS
 from tipdamp.hbm.curve.hold_check import hold_in_words
 from tipdamp.hbm.hold.spring import HeldMotion
-from tipdamp.hbm.result import ForcedResponse, local_maxima
+from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.ties import first_largest
 from tipdamp.results.record import Number
 from tipdamp.results.response_results import (
