@@ -80,6 +80,7 @@ ROOMS = {
         "sweep",
         "comparison",
         "proposal",
+        "receipts",
         "doctor",
         "cli",
         "__main__",

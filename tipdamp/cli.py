@@ -21,6 +21,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import tipdamp
+from tipdamp import receipts
 from tipdamp.engine import ranks
 from tipdamp.engine.kernel_cache import choose_caches
 from tipdamp.hbm.errors import InputError, shown
@@ -99,9 +100,6 @@ def _main(argv):
             4,
         )
     choose_caches()
-    # numpy after the check of the memory and the choice of the cache
-    from numpy.linalg import LinAlgError
-
     parser = _parser()
     if not (sys.argv[1:] if argv is None else argv):
         parser.print_help()
@@ -110,6 +108,13 @@ def _main(argv):
     over_ranks = vars(arguments).get("full", False)
     if ranks.count() > 1 and (ranks.number() or not over_ranks):
         return _beside(arguments) if over_ranks else _alone(arguments)
+    if receipt := _kept(arguments):
+        for text in receipt.said:
+            print(text, flush=True)
+        return _complain(receipt.complaint, receipt.code) if receipt.complaint else receipt.code
+    # numpy after the check of the memory and the choice of the cache
+    from numpy.linalg import LinAlgError
+
     logging.basicConfig()  # before the libraries that put their names in front
     for handler in logging.getLogger().handlers:
         handler.setFormatter(_OneLine())
@@ -141,6 +146,35 @@ def _main(argv):
         return _complain(f"terminated; {KEPT}", 143)
     except KeyboardInterrupt:
         return _complain(f"interrupted; {KEPT}", 130)
+
+
+class _Said:
+    """What a verb says, and what it would say again: again - lines; needs_bytes - of the stage that
+    is estimated to need most."""
+
+    def __init__(self) -> None:
+        self.again: list[str] = []
+        self.needs_bytes = 0.0
+
+    def __call__(self, now: str, again: str | None = None) -> None:
+        print(now, flush=True)
+        self.again.append(now if again is None else again)
+
+
+def _asked(arguments) -> receipts.Asked | None:
+    """What a receipt answers: a verb that makes results, where they are not asked for anew."""
+    given = vars(arguments)
+    study, jobs = given.get("study"), given.get("jobs")
+    if isinstance(study, list):
+        study = study[0] if len(study) == 1 else None
+    if arguments.verb not in (*STAGES, "run") or given["force"] or given.get("full") or not study:
+        return None
+    return receipts.Asked(arguments.verb, study, arguments.out, (arguments.allow_outside, jobs))
+
+
+def _kept(arguments) -> receipts.Receipt | None:
+    asked = _asked(arguments)
+    return receipts.find(asked) if asked and ranks.count() == 1 else None
 
 
 def _interruptible(arguments) -> int:
@@ -419,7 +453,7 @@ def _compare(arguments) -> int:
                 if "sweep" in study:
                     run_sweep(study.path, store, workers, quiet=arguments.quiet)
                 else:
-                    _stages(arguments, study, store, workers)
+                    _stages(arguments, _Said(), study, store, workers)
     comparison = read(list(zip(studies, stores, strict=True)))
     folder = Path(arguments.out or studies[0].path.parent / "results" / "comparison")
     print(f"compare: {write_comparison(comparison, folder)}")
@@ -463,39 +497,53 @@ def _inspect(arguments) -> int:
 def _one_stage(arguments) -> int:
     from tipdamp.stages.full import release
 
+    asked, said = _asked(arguments), _Said()
+    before = receipts.begin(asked)
     study, store = _opened(arguments)
     with _workers(arguments) as workers:
         if arguments.verb == "respond":
             _compile_beside(workers, study, store)
         if ranks.count() == 1:
-            _run(arguments, arguments.verb, study, store, workers)
+            _run(arguments, said, arguments.verb, study, store, workers)
         if vars(arguments).get("full"):
             try:
-                _run(arguments, "full", study, store, workers)
+                _run(arguments, said, "full", study, store, workers)
             finally:
                 release()
-    return _partial(store) if arguments.verb == "respond" else 0
+    partial = _partial(store) if arguments.verb == "respond" else ""
+    return _ended(study, asked, before, said, partial)
 
 
 def _all_stages(arguments) -> int:
+    asked, said = _asked(arguments), _Said()
+    before = receipts.begin(asked)
     study, store = _opened(arguments)
     began = time.perf_counter()
     with _workers(arguments) as workers:
-        _stages(arguments, study, store, workers)
-    print(f"report: {store.path('report.html')}  ({time.perf_counter() - began:.1f} s)")
-    return _partial(store)
+        _stages(arguments, said, study, store, workers)
+    report = f"report: {store.path('report.html')}"
+    said(f"{report}  ({time.perf_counter() - began:.1f} s)", report)
+    return _ended(study, asked, before, said, _partial(store))
 
 
-def _stages(arguments, study, store, workers):
+def _ended(study, asked, before, said, partial) -> int:
+    """Exit code of a verb; it leaves a receipt, except where it warned of files from outside."""
+    code = 3 if partial else 0
+    if all(study.holds(path) for path in study.inputs().values()):
+        receipts.keep(asked, before, receipts.Receipt(said.again, partial, code, said.needs_bytes))
+    return _complain(partial, code) if partial else 0
+
+
+def _stages(arguments, said, study, store, workers):
     from tipdamp.stages import run
 
     with store.lock():
         _compile_beside(workers, study, store)
         for name in STAGES:
             if missing := run.STAGES[name].lacks(study):
-                print(f"{name:8s}    nothing to do: the study has no {', '.join(missing)}")
+                said(f"{name:8s}    nothing to do: the study has no {', '.join(missing)}")
             else:
-                _run(arguments, name, study, store, workers, locked=True)
+                _run(arguments, said, name, study, store, workers, locked=True)
 
 
 def _sweep(arguments) -> int:
@@ -552,7 +600,7 @@ def _compile_beside(workers, study, store):
         workers.begin(compile_kernels, study.respond.law.make())
 
 
-def _run(arguments, name, study, store, workers, *, locked=False):
+def _run(arguments, said, name, study, store, workers, *, locked=False):
     """One stage with its line and warnings; locked: whether this process holds the folder."""
     from tipdamp.stages import run
 
@@ -570,14 +618,15 @@ def _run(arguments, name, study, store, workers, *, locked=False):
     )
     record = store.record(name)
     when = "up to date" if how == "skipped" or record is None else f"{record.seconds:.1f} s"
-    print(f"{name:8s} {when:>10s}  {run.stage_of(name).line(store)}", flush=True)
+    line = run.stage_of(name).line(store)
+    said(*(f"{name:8s} {one:>10s}  {line}" for one in (when, "up to date")))
     if before and how != "skipped":
         more = ", ..." * (len(before) > 8)
         print(f"made again: since the last run {', '.join(before[:8])}{more} changed", flush=True)
     for warning in run.stage_of(name).warnings(study, store):
-        print(f"warning: {shown(warning, 4000)}", flush=True)
+        said(f"warning: {shown(warning, 4000)}")
     if name == "inspect":
-        _forecast(study, store, workers.jobs)
+        _forecast(said, study, store, workers.jobs)
 
 
 def _expect(name, study, store, jobs):
@@ -592,27 +641,28 @@ def _expect(name, study, store, jobs):
             print(f"{name:8s}   estimate  {costs[name].text}", flush=True)
 
 
-def _forecast(study, store, jobs):
+def _forecast(said, study, store, jobs):
     """What all stages are estimated to cost, and what will be slow."""
     from tipdamp.checks.forecast import advice, estimate
     from tipdamp.results.static_results import InspectResult
 
     size, costs = estimate(study, InspectResult.load(store), jobs)
-    print(
-        f"{'':21s}estimate: {'; '.join(f'{stage} {cost.text}' for stage, cost in costs.items())}",
-        flush=True,
-    )
+    texts = "; ".join(f"{stage} {cost.text}" for stage, cost in costs.items())
+    said(f"{'':21s}estimate: {texts}")
     for warning in advice(size, costs):
-        print(f"warning: {warning}", flush=True)
+        said(f"warning: {warning}")
+    said.needs_bytes = max(
+        (most for c in costs.values() for most in (c.bytes, c.bytes_at_most)), default=0.0
+    )
 
 
-def _partial(store) -> int:
-    """Exit code by the curves of the forced response."""
+def _partial(store) -> str:
+    """What is incomplete of the curves of the forced response; '' where nothing is."""
     from tipdamp.results.response_results import RespondResult
     from tipdamp.stages.respond import incomplete, solved_nothing, without_peak
 
     if store.record("respond") is None:
-        return 0
+        return ""
     found = RespondResult.load(store)
     (partial, curves), peakless = incomplete(found), without_peak(found)
     if partial:
@@ -620,7 +670,5 @@ def _partial(store) -> int:
         missing += (
             f", {nothing} without a solved point" if (nothing := solved_nothing(found)) else ""
         )
-        return _complain(
-            f"{partial} of {curves} curves are incomplete{missing}, see the warnings", 3
-        )
-    return 0
+        return f"{partial} of {curves} curves are incomplete{missing}, see the warnings"
+    return ""

@@ -9,7 +9,7 @@ from tipdamp.comparison.record import Computed
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
 from tipdamp.report.results import load_results
-from tipdamp.study.study import read_toml
+from tipdamp.study.toml_file import read_toml
 from tipdamp.study.view import Study
 from tipdamp.sweep.cases import Case, cases_of, content_of, in_words, study_of_case
 from tipdamp.sweep.index import Index

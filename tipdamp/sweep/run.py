@@ -16,7 +16,8 @@ from tipdamp.engine.workers import Workers
 from tipdamp.hbm.errors import shown
 from tipdamp.results.response_results import RespondResult
 from tipdamp.results.static_results import TuneResult
-from tipdamp.study.study import read_toml, study_of
+from tipdamp.study.study import study_of
+from tipdamp.study.toml_file import read_toml
 from tipdamp.sweep.cases import cases_of
 from tipdamp.sweep.dataset import units_of_keys, write_netcdf, write_table
 from tipdamp.sweep.estimate import SweepEstimate, sweep_estimate

@@ -6,7 +6,8 @@ import pytest
 
 from tests.tipdamp.rig_study import CHAIN
 from tipdamp.hbm.errors import InputError
-from tipdamp.study.study import load_study, read_toml
+from tipdamp.study.study import load_study
+from tipdamp.study.toml_file import read_toml
 from tipdamp.sweep.cases import cases_of, study_of_case
 from tipdamp.sweep.plan import plan
 
