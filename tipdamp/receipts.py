@@ -84,7 +84,12 @@ def find(asked: Asked) -> Receipt | None:
 def keep(asked: Asked | None, before: tuple[Path, str] | None, receipt: Receipt) -> None:
     """Leave a receipt for what was said; before - from `begin` as the verb began: none is left
     where something has changed since."""
-    if before is None or receipt.needs_bytes > available_bytes() or begin(asked) != before:
+    if (
+        not asked
+        or before is None
+        or receipt.needs_bytes > available_bytes()
+        or begin(asked) != before
+    ):
         return
     folder, mark = before
     with suppress(*UNUSABLE):
