@@ -13,18 +13,22 @@ import scipy.io
 import scipy.sparse as sp
 
 from tipdamp.hbm.errors import InputError, nearest, shown
-from tipdamp.hbm.io.dof_table import DIRECTIONS
+from tipdamp.hbm.io.dof_table import DIRECTIONS, LABELLED_DOFS
+from tipdamp.hbm.io.op4 import write_op4
+from tipdamp.hbm.io.punch import write_punch
 from tipdamp.hbm.model import ReducedModel
 
-KINDS = ("npz", "mat", "mtx")
+KINDS = ("npz", "mat", "mtx", "op4", "pch")
+NASTRAN = {"M": "MAAX", "K": "KAAX", "C": "BAAX"}
 
 
 def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path]:
-    """model.npz; or model.mat with M, K (and C), or M.mtx, K.mtx (and C.mtx), and dofs.csv. Returns
-    what was written.
+    """model.npz; or model.mat with M, K (and C), or M.mtx, K.mtx (and C.mtx), or model.op4 or .pch
+    of Nastran with MAAX, KAAX (and BAAX); and dofs.csv. Returns what was written.
 
     model.mat holds the dof table too: body, node, direction, position, load_names and loads (r, k),
-    group_names and group_nodes. `from_files` needs dofs.csv beside Matrix Market alone.
+    group_names and group_nodes. model.pch has 10 digits, and rows by node and dof, in which order
+    dofs.csv then stands too. `from_files` needs dofs.csv beside Matrix Market and OUTPUT4 alone.
     The dof table has a line per row of the matrices: body, node, direction, x, y, z (m), a column
     `load NAME` (N) for each load and a column `group NAME`, 1 on its nodes. Raises InputError for
     another kind, and where the model has contact points or names, empty or with blanks at an end,
@@ -50,11 +54,33 @@ def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path
     if kind == "mat":
         written = [folder / "model.mat"]
         scipy.io.savemat(written[0], matrices | _table(model))
+    elif kind in ("op4", "pch"):
+        return _write_nastran(model, folder / f"model.{kind}", matrices)
     else:
         written = [folder / f"{name}.mtx" for name in matrices]
         for path, A in zip(written, matrices.values(), strict=True):
             scipy.io.mmwrite(path, sp.coo_matrix(A), symmetry="symmetric", precision=17)
     return [*written, _write_dofs(model, folder / "dofs.csv")]
+
+
+def _write_nastran(model, path, matrices):
+    named = {NASTRAN[name]: A for name, A in matrices.items()}
+    if path.suffix == ".op4":
+        write_op4(path, named)
+        return [path, _write_dofs(model, path.parent / "dofs.csv")]
+    number = {direction: dof for dof, direction in LABELLED_DOFS.items()}
+    labels = [
+        (node, number[direction])
+        for node, direction in zip(model.node.tolist(), model.direction.tolist(), strict=True)
+    ]
+    if len(set(labels)) < len(labels):
+        raise InputError(
+            "export to 'pch': two bodies have nodes of one number, which DMIG cannot tell apart; "
+            "renumber them, or export to 'op4'"
+        )
+    order = sorted(range(len(labels)), key=labels.__getitem__)
+    write_punch(path, named, labels)
+    return [path, _write_dofs(model, path.parent / "dofs.csv", order)]
 
 
 def _check_names(model, kind):
@@ -97,7 +123,7 @@ def _table(model):
     return table
 
 
-def _write_dofs(model, path):
+def _write_dofs(model, path, order=None):
     columns = {"body": model.body, "node": model.node, "direction": model.direction}
     columns |= {axis: _numbers(model.position[:, k]) for k, axis in enumerate(DIRECTIONS)}
     columns |= {f"load {name}": _numbers(load) for name, load in model.loads.items()}
@@ -111,7 +137,8 @@ def _write_dofs(model, path):
     with open(path, "w", newline="", encoding="utf-8") as f:
         table = csv.writer(f)
         table.writerow(columns)
-        table.writerows(zip(*columns.values(), strict=True))
+        rows = list(zip(*columns.values(), strict=True))
+        table.writerows(rows if order is None else [rows[k] for k in order])
     return path
 
 

@@ -337,10 +337,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     export = verb(
         "export",
-        "the reduced model of a study (reduced before) as .npz, .mat or Matrix Market",
+        "the reduced model of a study (reduced before) for other codes",
         _export,
     )
-    export.add_argument("--format", default="mtx", help="npz, mat or mtx (default)")
+    export.add_argument(
+        "--format", default="mtx", help="npz, mat, mtx (Matrix Market), op4 or pch (Nastran)"
+    )
     compare = verb(
         "compare",
         "studies that were run, side by side on one page: which damper is best, at which pull",

@@ -21,7 +21,7 @@ DIRECTIONS = ("x", "y", "z")
 ROTATIONS = ("rx", "ry", "rz")
 TABLE = ("body", "node", "direction", "position")  # columns of a dof table inside a file
 ANSYS_DOFS = {"UX": "x", "UY": "y", "UZ": "z", "ROTX": "rx", "ROTY": "ry", "ROTZ": "rz"}
-ABAQUS_DOFS = dict(enumerate((*DIRECTIONS, *ROTATIONS), 1))
+LABELLED_DOFS = dict(enumerate(("mode", *DIRECTIONS, *ROTATIONS)))  # 0: a scalar point of Nastran
 
 
 def read_dofs(path: str | Path, body: str = "body") -> dict:
@@ -126,9 +126,9 @@ def _points(path, found):
 
 
 def table_of_labels(labels: Sequence[tuple[int, int]], body: str) -> dict:
-    """Columns body, node, direction of the (node, dof) labels of Abaqus' matrix text; InputError
-    for other dofs."""
-    wrong = [label for label in labels if label[1] not in ABAQUS_DOFS]
+    """Columns body, node, direction of the (node, dof) labels of Abaqus' text or punched DMIG;
+    InputError for other dofs."""
+    wrong = [label for label in labels if label[1] not in LABELLED_DOFS]
     if wrong:
         node, dof = wrong[0]
         raise InputError(
@@ -136,18 +136,18 @@ def table_of_labels(labels: Sequence[tuple[int, int]], body: str) -> dict:
             "give a dof table (CSV) in which it is a row of direction 'mode'"
         )
     return dict(
-        body=body, node=[n for n, _ in labels], direction=[ABAQUS_DOFS[d] for _, d in labels]
+        body=body, node=[n for n, _ in labels], direction=[LABELLED_DOFS[d] for _, d in labels]
     )
 
 
 def check_labels(labels: Sequence[tuple[int, int]], table: dict, dofs: object, M: object) -> None:
-    """The rows of Abaqus' text stand in the order of its node and dof numbers: a table must not say
-    otherwise."""
+    """The rows of labelled matrices stand in the order of node and dof numbers: a table must not
+    say otherwise."""
     rows = list(zip(table["node"], table["direction"], strict=True))
     if len(rows) != len(labels):
         raise InputError(f"{dofs}: has {len(rows)} rows, {M} names {len(labels)} dofs")
     for i, ((node, dof), (listed, direction)) in enumerate(zip(labels, rows, strict=True)):
-        meant = ABAQUS_DOFS.get(dof, "mode")
+        meant = LABELLED_DOFS.get(dof, "mode")
         if (node, direction) not in ((listed, meant), (listed, "mode" if dof > 3 else meant)):
             raise InputError(
                 f"{dofs}, row {i + 1}: is node {listed}, {direction}; {M} has node {node}, dof "

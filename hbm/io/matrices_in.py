@@ -1,5 +1,5 @@
 """Matrices from other codes: npz, npy, Matrix Market, MATLAB, Harwell-Boeing (Ansys HBMAT), Abaqus'
-matrix text.
+matrix text, Nastran's OUTPUT4 (.op4), punched DMIG (.pch) and, by pyNastran, OUTPUT2 (.op2).
 
     model = ReducedModel.from_files(M="mass.mtx", K="stiffness.mtx", dofs="dofs.csv")
 
@@ -7,7 +7,8 @@ The dof table is a CSV with a line per row of the matrices: body, node, directio
 rotations rx, ry, rz, or mode) and, where known,
 x, y, z in m, a column `load NAME` in N for each load, a column `group NAME` (not empty on its
 nodes) for each group of nodes, as `matrices_out` writes them; or the .mapping file that Ansys
-writes beside its Harwell-Boeing matrices. Abaqus' text names node and dof of each entry itself.
+writes beside its Harwell-Boeing matrices. Abaqus' text and punched DMIG name node and dof of each
+entry themselves.
 What `ReducedModel.save` or `matrices_out` wrote into an .npz or .mat holds the table already: with
 M and K from such a file, `dofs` may be left out.
 """
@@ -25,9 +26,14 @@ from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.dof_table import check_labels, read_dofs, saved_table, table_of_labels
 from tipdamp.hbm.io.file_size import check_size, open_matlab
 from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.io.op4 import read_op4
+from tipdamp.hbm.io.punch import read_punch
 from tipdamp.hbm.memory import available_bytes
+from tipdamp.hbm.optional import library
 
-FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix")
+FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix", ".op4", ".op2", ".pch")
+NASTRAN = {"M": "M", "K": "K", "C": "B"}  # first letters of its names; the sets that follow them:
+NASTRAN_SETS = ("AAX", "AA", "HH", "GG", "AX", "2GG", "2PP")
 
 
 def read_model(
@@ -90,6 +96,8 @@ def read_matrix(path: str | Path, name: str = "matrix") -> tuple[Any, Any]:
             matrix = _matlab(path, name)
         elif kind in (".hb", ".rb", ".matrix"):
             matrix, labels = _ansys(path)
+        elif kind in (".op4", ".op2", ".pch"):
+            matrix, labels = _nastran(path, name, kind)
         elif _is_matrix_market(path):
             matrix = scipy.io.mmread(path)
         else:
@@ -209,6 +217,24 @@ def _ansys(path):
             return scipy.io.hb_read(path), None
         except Exception:  # it raises what it likes
             raise ours from None
+
+
+def _nastran(path, name, kind):
+    """The matrix of that name, or the one that Nastran calls so: KAAX, KAA, KGG, ... for K."""
+    if kind == ".pch":
+        found, labels = read_punch(path)
+    else:
+        found, labels = read_op4(path) if kind == ".op4" else _op2(path), None
+    usual = (NASTRAN.get(name, name) + of for of in NASTRAN_SETS)
+    known = next((other for other in (name, *usual) if other in found), None)
+    return (_pick(path, name, found) if known is None else found[known]), labels
+
+
+def _op2(path):
+    pyNastran = library("pyNastran.op2.op2", "a matrix from .op2")
+    reader = pyNastran.OP2(mode="msc", debug=None)
+    reader.read_op2(str(path), build_dataframe=False)
+    return {name: matrix.data for name, matrix in reader.matrices.items()}
 
 
 def _npz(path, name):

@@ -1,0 +1,86 @@
+"""Matrices as Nastran punches them: DMIG entries, whose rows and columns are named by node and dof.
+
+As PARAM,EXTOUT,DMIGPCH or EXTSEOUT(DMIGPCH) leave them: a header, then a DMIG* entry a column
+with a line a row, in fields of 16. Layout: MSC Nastran, Quick Reference Guide, DMIG.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from tipdamp.hbm.errors import InputError
+
+SYMMETRIC, SQUARE_FORMS, REAL_DOUBLE = 6, (1, 6), 2
+EXPONENT = re.compile(r"(?<=[\d.])[dD]?(?=[+-])")  # 1.5D+02 and 1.5+2 are 1.5E+2
+
+Label = tuple[int, int]  # node and dof: 1 to 6, 0 of a scalar point
+
+
+def read_punch(path: str | Path) -> tuple[dict[str, sp.csr_matrix], tuple[Label, ...]]:
+    """({name: matrix}, labels) of the square real matrices of a file, all in the order of one list
+    of labels (node, dof).
+
+    Other entries are left out. Raises InputError with the line that is none.
+    """
+    forms: dict[str, int] = {}
+    entries: dict[str, list] = {}
+    name, column = "", (0, 0)
+    for number, line in enumerate(Path(path).read_text(errors="replace").splitlines(), 1):
+        try:
+            if line.startswith("DMIG*"):
+                name, column = line[8:24].strip(), _label(line[24:56])
+            elif line.startswith("DMIG ") and line[16:24].strip() == "0":
+                forms[line[8:16].strip()] = int(line[24:32])
+                entries[line[8:16].strip()] = []
+            elif line.startswith("*") and name:
+                entries[name].append((_label(line[8:40]), column, _number(line[40:56])))
+            elif line.startswith("DMIG"):
+                raise ValueError("a header, or an entry DMIG* in fields of 16, expected")
+            elif not line.startswith("$"):
+                name = ""  # continues another entry
+        except (ValueError, KeyError) as error:
+            raise InputError(f"{path}, line {number}: no DMIG as it is punched ({error})") from None
+    square = {name: entries[name] for name, form in forms.items() if form in SQUARE_FORMS}
+    labels = tuple(sorted({end for rows in square.values() for row in rows for end in row[:2]}))
+    place = {label: k for k, label in enumerate(labels)}
+    return {
+        name: _matrix(rows, place, forms[name] == SYMMETRIC) for name, rows in square.items()
+    }, labels
+
+
+def write_punch(path: str | Path, matrices: Mapping[str, Any], labels: Sequence[Label]) -> None:
+    """Symmetric matrices {name: (r, r)} with the labels (node, dof) of their rows; numbers have the
+    10 digits that a field holds."""
+    lines = []
+    for name, given in matrices.items():
+        lower = np.tril(given.toarray() if sp.issparse(given) else np.asarray(given, dtype=float))
+        lines.append(f"DMIG    {name:8s}{0:8d}{SYMMETRIC:8d}{REAL_DOUBLE:8d}{0:8d}")
+        for j, (node, dof) in enumerate(labels):
+            (rows,) = np.nonzero(lower[:, j])
+            if rows.size:
+                lines.append(f"DMIG*   {name:16s}{node:16d}{dof:16d}")
+            for i in rows:
+                value = f"{lower[i, j]:16.9E}".replace("E", "D")
+                lines.append(f"*       {labels[i][0]:16d}{labels[i][1]:16d}{value}")
+    Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")
+
+
+def _label(fields):
+    return int(fields[:16]), int(fields[16:32] or 0)
+
+
+def _number(field):
+    return float(EXPONENT.sub("E", field.strip()))
+
+
+def _matrix(rows, place, symmetric):
+    i, j = (np.array([place[row[k]] for row in rows], dtype=int) for k in (0, 1))
+    values = np.array([row[2] for row in rows], dtype=float)
+    matrix = sp.coo_matrix((values, (i, j)), shape=(len(place),) * 2).tocsr()
+    if not symmetric:
+        return matrix
+    return matrix + matrix.T - sp.diags(matrix.diagonal())
