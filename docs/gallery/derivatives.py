@@ -1,7 +1,7 @@
 """What a peak depends on
 
 Derivatives of frequency and height of a peak by friction, stiffness, pull and level, from the
-solution itself (per relative change), and the tangent that they promise beside peaks that were computed.
+solution itself and per relative change; crosses: what they promise for other frictions.
 """
 
 import numpy as np

@@ -16,6 +16,6 @@ peaks = follow_peak(problem, np.array([force]), "preload", (60.0, 0.5), **given)
 axes = peaks.plot(unit="um")
 axes.set_yscale("log")
 
-# Work of force and friction at a resonance: pi F a = 4 Fc (a - Fc / kt); a is least at Fc = pi F / 2
+# Force against friction at a resonance: pi F a = 4 Fc (a - Fc / kt); least a at Fc = pi F / 2
 best = 0.5 * peaks.parameter[peaks.height.argmin()]  # friction limit Fc, N
 assert abs(best - np.pi / 2 * force) < 0.05 * np.pi / 2 * force
