@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import tipdamp
 from tipdamp.hbm.memory import available_bytes
+from tipdamp.readers.includes import included_files
 from tipdamp.results import ON_REQUEST, STAGES
 from tipdamp.study.toml_file import read_toml
 
@@ -53,8 +54,9 @@ def read_from(asked: Asked) -> tuple[Path, str]:
     content = read_toml(study)
     results = content.get("results") or Path("results") / study.stem
     folder = Path(asked.out) if asked.out else study.parent / results
-    named = sorted({study.parent / text for text in _texts(content)})
-    marks = [[str(path), str(path.resolve()), _digest(path)] for path in (study, *named)]
+    named = {study.parent / text for text in _texts(content)}
+    named |= {file for path in named if os.path.isfile(path) for file in included_files(path)}
+    marks = [[str(path), str(path.resolve()), _digest(path)] for path in (study, *sorted(named))]
     ours = sorted((name, value) for name, value in os.environ.items() if "TIPDAMP" in name)
     about = [sys.version, sys.prefix, os.uname().nodename, sorted(os.sched_getaffinity(0)), ours]
     places = [os.getcwd(), str(folder.resolve())]

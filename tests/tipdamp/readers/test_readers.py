@@ -14,6 +14,7 @@ from tests.modal.blocks import block, mixture
 from tests.tipdamp import gmsh_files, mesh_texts
 from tipdamp.modal.elasticity import Material, elastic_body
 from tipdamp.readers.dispatch import read_mesh
+from tipdamp.readers.includes import included_files
 
 REAL = Path(__file__).parents[2] / "reference" / "meshes"
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)
@@ -248,6 +249,16 @@ def test_abaqus_include(tmp_path):
     (tmp_path / "sets.inc").write_text(whole[cut:])
     (tmp_path / "b.inp").write_text(whole[:cut] + "*INCLUDE, INPUT=sets.inc\n")
     assert np.array_equal(read_mesh(tmp_path / "b.inp").group("clamp"), mesh.groups["clamp"])
+
+
+def test_included_files_are_those_that_the_reader_opens(tmp_path):
+    """One names another, and itself; a comment and what does not exist are none."""
+    (tmp_path / "nodes.dat").write_text("GRID,1,,0.,0.,0.\n  include 'more.dat'\n")
+    (tmp_path / "more.dat").write_text("$ INCLUDE none.dat\nINCLUDE b.bdf\n")
+    (tmp_path / "b.bdf").write_text("BEGIN BULK\nINCLUDE nodes.dat\nINCLUDE away.dat\nENDDATA\n")
+    assert [f.name for f in included_files(tmp_path / "b.bdf")] == ["more.dat", "nodes.dat"]
+    (tmp_path / "b.msh").write_text("INCLUDE nodes.dat\n")
+    assert included_files(tmp_path / "b.msh") == []
 
 
 def test_nastran_clamp_from_single_point_constraints(tmp_path):

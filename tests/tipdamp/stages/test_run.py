@@ -93,6 +93,19 @@ def test_changes_that_keep_the_reduced_model(copy, capsys):
     assert table.preload[table.side == "left"].sum() == pytest.approx(60 / 2**0.5, rel=1e-6)
 
 
+def test_a_file_that_a_mesh_includes_is_looked_at(tmp_path, capsys):
+    path = corner_study.write(tmp_path)
+    (tmp_path / "blades.inp").rename(tmp_path / "part.inc")
+    (tmp_path / "blades.inp").write_text("*Include, input=part.inc\n")
+    told = []
+    for change in ("", "", "** another word\n"):
+        with (tmp_path / "part.inc").open("a") as file:
+            file.write(change)
+        assert main(["reduce", str(path), "--quiet"]) == 0
+        told.append(capsys.readouterr().out.splitlines()[0])
+    assert ["up to date" in line for line in told] == [False, True, False]
+
+
 def test_levels_band_and_damping_leave_inspect_alone(copy, capsys):
     """What they do not fit is judged each time, beside what inspect found."""
     edit(copy, "levels = [1, 20]", "levels = [2]")
