@@ -59,6 +59,7 @@ ROOMS = {
         "search",
         "comparison",
         "response",
+        "fitting",
         "self_excited",
         "following",
         "problem",

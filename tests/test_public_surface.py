@@ -18,6 +18,7 @@ PUBLIC = (
     "hbm/periodic_solution.py",
     "hbm/result.py",
     "hbm/curve/solutions.py",
+    "hbm/fitting/*.py",
     "hbm/following/*.py",
     "hbm/modes/*.py",
     "hbm/testing.py",

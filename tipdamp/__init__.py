@@ -100,6 +100,9 @@ if TYPE_CHECKING:
         time_history as time_history,
     )
     from tipdamp.hbm.errors import InputError as InputError
+    from tipdamp.hbm.fitting.fit import fit_damping as fit_damping
+    from tipdamp.hbm.fitting.result import DampingFit as DampingFit
+    from tipdamp.hbm.fitting.result import MeasuredResponse as MeasuredResponse
     from tipdamp.hbm.following.follow import follow_fold as follow_fold
     from tipdamp.hbm.following.follow import follow_peak as follow_peak
     from tipdamp.hbm.following.result import Followed as Followed
@@ -254,6 +257,8 @@ else:  # a module __getattr__ would let type checkers accept any name
         "find_peaks": "hbm.curve.peaks",
         **dict.fromkeys(("solutions_at", "time_history"), "hbm.curve.solutions"),
         **dict.fromkeys(("contact_cycles", "energy_balance", "whole_motion"), "hbm.curve.cycles"),
+        "fit_damping": "hbm.fitting.fit",
+        **dict.fromkeys(("DampingFit", "MeasuredResponse"), "hbm.fitting.result"),
         **dict.fromkeys(("follow_fold", "follow_peak"), "hbm.following.follow"),
         "Followed": "hbm.following.result",
         "backbone": "hbm.modes.backbone",

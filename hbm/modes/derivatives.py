@@ -274,7 +274,7 @@ class _At:
         on a plane across the branch or at the parameter held."""
         here, outputs = point.detail, self.outputs
         X = outputs.at(here)
-        for modal in _by_setting(self.equation, here, name):
+        for modal in by_setting(self.equation, here, name):
             if not modal.any():
                 yield 0.0, 0.0
                 continue
@@ -286,7 +286,7 @@ class _At:
             yield float(slope[0]), dp
 
 
-def _by_setting(equation: Equation, here: Linearisation, name: str) -> Iterator[np.ndarray]:
+def by_setting(equation: Equation, here: Linearisation, name: str) -> Iterator[np.ndarray]:
     """(m, H+1) derivative of the modal q at given motion of the contacts, by a relative change of a
     setting of one contact after the other; one of damping and level."""
     balance = here.balance

@@ -1,0 +1,1 @@
+"""Damping and contact settings fitted to measured responses, with the contacts in the model."""

@@ -1,0 +1,353 @@
+"""Damping ratios of modes, and on demand friction and stiffness of the contacts, by least squares
+on measured responses.
+
+The contacts are in the model: what friction takes is not counted as damping again, as half-power
+does on a curve on which contacts slip. Gauss and Newton's method in the logarithms of the unknowns;
+at a measured frequency the motion follows an unknown s by J dx/ds = -R_s, with the factorised
+Jacobian of the balance.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.stats import t as student
+
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.newton import Linearisation
+from tipdamp.hbm.balance.parameter import ContactSetting, Equation
+from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
+from tipdamp.hbm.balance.receptance import ratios
+from tipdamp.hbm.balance.series import real_times
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.point import Point
+from tipdamp.hbm.curve.options import CurveKeywords
+from tipdamp.hbm.curve.outputs import Outputs
+from tipdamp.hbm.curve.solutions import points_of, restored
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.fitting.result import DampingFit, MeasuredResponse
+from tipdamp.hbm.modes.derivatives import by_setting
+from tipdamp.hbm.response import follow_band
+from tipdamp.hbm.validation import check_whole
+
+STEPS, HALVINGS = 40, 8
+LONGEST = 0.7  # step in the logarithm of an unknown
+SMALL = 1e-7  # step at which it ends
+CALLS = 25  # of Newton's method from a predicted motion, before the curve is followed anew
+BESIDE = (
+    0.02  # of the frequencies, by which a curve begins before the first and ends after the last
+)
+BLIND = 1e-6  # influence of an unknown, or of a combination, relative to the largest
+VAGUE = np.log(10.0)  # half width of an interval: a factor of ten either way
+CONFIDENCE = 0.95
+STIFFNESS = ("kn", "kt")
+
+
+@dataclass(frozen=True)
+class _Unknown:
+    """settings - of the contacts, or modes - whose ratio it is."""
+
+    name: str
+    start: float
+    settings: tuple[str, ...] = ()
+    modes: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """At some unknowns: of each measured curve the equation, points (n,), computed response (n,),
+    and its change (n, p), with that of the motions (n, p, x)."""
+
+    equations: list[Equation]
+    points: list[list[Point]]
+    computed: list[np.ndarray]
+    changes: list[np.ndarray]
+    motions: list[np.ndarray]
+
+
+def fit_damping(
+    problem: AnyProblem,
+    force: ArrayLike,
+    measured: Sequence[MeasuredResponse],
+    *,
+    modes: Sequence[int] | None = None,
+    mu: bool = False,
+    stiffness: bool = False,
+    band: tuple[float, float] | None = None,
+    **options: Unpack[CurveKeywords],
+) -> DampingFit:
+    """Damping ratios with which a problem, its contacts included, responds as was measured.
+
+    problem : with the values to start from; its damping_ratio says which are unknown: one for all
+        modes, or one for each of the first, the last for all others
+    force : (r,) N - of the level 1
+    modes : of the stuck system, 1 the lowest, whose ratios alone are unknown
+    mu, stiffness : whether a factor on mu, or on kn and kt, of all contacts is unknown, too
+    band : Hz, of the measured points that count; default: all
+    options : of CurveOptions, but outputs and at
+
+    Raises InputError where no measured point lies in the band, there are not more values than
+    unknowns, or the curves do not tell an unknown, which is named.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=4.0)
+    >>> curve = damped.force(0, 5.0).follow_band((600, 1000), outputs={"tip": 0})
+    >>> run = MeasuredResponse(curve.frequency, abs(curve.harmonics[:, 0, 1]), [1.0], level=5.0)
+    >>> from dataclasses import replace
+    >>> guess = replace(damped.contact_problem, damping_ratio=0.02)
+    >>> print(fit_damping(guess, [1.0], [run], mu=True).values.round(4))
+    [0.01 1.  ]
+    """
+    start = contact_problem_of(problem)
+    start.check_plain("fit_damping")
+    if start.damping_ratio is None:
+        raise InputError("fit_damping: finds damping ratios, the problem has a matrix C")
+    inside = [one if band is None else one.within(*band) for one in measured]
+    fit = _Fit(start, np.asarray(force), inside, _unknowns(start, modes, mu, stiffness), options)
+    values = sum(one.values for one in inside)
+    if values <= len(fit.unknowns):
+        raise InputError(
+            f"fit_damping: {values} measured values for {len(fit.unknowns)} unknowns "
+            f"({', '.join(fit.names)}): more values than unknowns are needed"
+        )
+    theta, solved, iterations, converged = fit.run()
+    half = fit.half_widths(solved)
+    first = np.array([one.start for one in fit.unknowns])
+    found = first * np.exp(theta)
+    return DampingFit(
+        names=fit.names,
+        values=found,
+        low=found * np.exp(-half),
+        high=found * np.exp(half),
+        start=first,
+        computed=tuple(solved.computed),
+        misfit=tuple(
+            float(np.sqrt(np.mean(np.abs(a - one.response) ** 2)) / np.abs(one.response).max())
+            for a, one in zip(solved.computed, inside, strict=True)
+        ),
+        iterations=iterations,
+        converged=converged,
+        problem=fit.problem_at(theta),
+    )
+
+
+def _unknowns(problem, modes, mu, stiffness) -> list[_Unknown]:
+    given = np.atleast_1d(problem.damping_ratio)
+    count = len(problem.receptance().ratio)
+    every, last = ratios(given, count), len(given) - 1
+    for mode in modes or ():
+        if check_whole("modes", mode, 1) > count:
+            raise InputError(f"modes = {mode}: the stuck system has {count}, the lowest is 1")
+    single = [mode - 1 for mode in modes] if modes is not None else range(last)
+    groups: dict[str, tuple[int, ...]] = {f"damping ratio of mode {k + 1}": (k,) for k in single}
+    if modes is None:
+        name = f"damping ratio of modes {last + 1} and up" if last else "damping ratio"
+        groups[name] = tuple(range(last, count))
+    found = [_Unknown(name, float(every[at[0]]), modes=at) for name, at in groups.items()]
+    for one in found:
+        if not one.start > 0:
+            raise InputError(f"fit_damping: {one.name} starts at {one.start:g}, must be above 0")
+    found += [_Unknown("mu", 1.0, ("mu",))] * mu
+    found += [_Unknown("stiffness", 1.0, STIFFNESS)] * stiffness
+    if not found:
+        raise InputError("fit_damping: nothing is unknown: give modes, mu or stiffness")
+    return found
+
+
+class _Fit:
+    def __init__(
+        self,
+        start: ContactProblem,
+        force: np.ndarray,
+        measured: list[MeasuredResponse],
+        unknowns: list[_Unknown],
+        options: Any,
+    ):
+        self.start, self.force, self.measured = start, force, measured
+        self.unknowns, self.options = unknowns, options
+        self.names = tuple(one.name for one in unknowns)
+
+    def problem_at(self, theta: np.ndarray) -> ContactProblem:
+        """With the unknowns at exp(theta) of what they start from."""
+        found, zeta = (
+            self.start,
+            ratios(self.start.damping_ratio, len(self.start.receptance().ratio)),
+        )
+        for one, factor in zip(self.unknowns, np.exp(theta), strict=True):
+            zeta[list(one.modes)] *= factor
+            for setting in one.settings:
+                found = found.with_contacts(ContactSetting(setting).scaled(found, factor))
+        if not (zeta < 1).all():
+            raise InputError("fit_damping: a damping ratio grows beyond 1: the model does not fit")
+        found = replace(found, damping_ratio=zeta)
+        found.receptance()  # modes that hold for every contact
+        return found
+
+    def run(self) -> tuple[np.ndarray, _Solved, int, bool]:
+        """(unknowns, their solution, steps, whether the last was small)."""
+        theta = np.zeros(len(self.unknowns))
+        solved = self.solved(theta)
+        for step in range(1, STEPS + 1):
+            r, J = self.residual(solved), self.jacobian(solved)
+            way = np.linalg.lstsq(J, -r, rcond=BLIND)[0]
+            way *= min(1.0, LONGEST / max(np.abs(way).max(), 1e-300))
+            for _ in range(HALVINGS):
+                new = self.solved(theta + way, solved, way)
+                if np.linalg.norm(self.residual(new)) <= np.linalg.norm(r):
+                    break
+                way = 0.5 * way
+            else:  # no better: as near as the solutions are exact, or a minimum of another kind
+                return theta, solved, step, bool(np.abs(way).max() * 2**HALVINGS <= 1e3 * SMALL)
+            theta, solved = theta + way, new
+            if np.abs(way).max() <= SMALL:
+                return theta, solved, step, True
+        return theta, solved, STEPS, False
+
+    def solved(
+        self, theta: np.ndarray, before: _Solved | None = None, way: np.ndarray | None = None
+    ) -> _Solved:
+        """At unknowns, from what is known a step before."""
+        problem, parts = self.problem_at(theta), []
+        for k, one in enumerate(self.measured):
+            points = None
+            if before is not None:
+                guesses = [
+                    p.x + m.T @ way
+                    for p, m in zip(before.points[k], before.motions[k], strict=True)
+                ]
+                forces = {1: one.level * self.force}
+                old = before.equations[k]
+                equation = replace(old, balance=old.balance.rebuilt(problem, forces))
+                points = _from_guesses(equation, one.hz, guesses)
+            if points is None:
+                equation, points = self._followed(problem, one)
+            parts.append((equation, points, *self._responses(equation, points, one)))
+        return _Solved(*map(list, zip(*parts, strict=True)))
+
+    def _followed(self, problem, one):
+        """The points at the measured frequencies of a curve that is followed; where it folds, those
+        nearest to what was measured."""
+        low, high = one.hz[0] * (1 - BESIDE), one.hz[-1] * (1 + BESIDE)
+        rows = {f"measured {i + 1}": row for i, row in enumerate(one.output)}
+        options = {"truncation": False, "peaks": [], **self.options}
+        curve = follow_band(
+            problem, one.level * self.force, (low, high), outputs=rows, at=one.hz, **options
+        )
+        equation, points = restored(curve, problem)
+        found = []
+        for hz, wanted in zip(one.hz, one.response, strict=True):
+            there = [
+                solve_fixed(equation.evaluate, p.x, p.parameter, equation.weights)
+                for p in points_of(curve, equation, points, hz)
+            ]
+            there = [p for p in there if p.converged]
+            if not there:
+                raise InputError(f"fit_damping: no solution at {hz:g} Hz; {curve.ended}")
+            far = [abs(_measure(_outputs(p.detail, one.output), wanted)[0] - wanted) for p in there]
+            found.append(there[int(np.argmin(far))])
+        return equation, found
+
+    def _responses(self, equation, points, one):
+        """(computed (n,), changes (n, p), motions (n, p, x)) of a measured curve."""
+        computed, changes, motions = [], [], []
+        outputs = Outputs(one.output)
+        for point, wanted in zip(points, one.response, strict=True):
+            here, X = point.detail, outputs.at(point.detail)
+            value, slope = _measure(X[:, 1], wanted)
+            pairs = [self._change(equation, here, unknown) for unknown in self.unknowns]
+            moved = [
+                outputs.at(replace(other, modal=other.modal + modal)) - X
+                for other, modal, _ in pairs
+            ]
+            computed.append(value)
+            changes.append([slope(dX[:, 1]) for dX in moved])
+            motions.append([dx for *_, dx in pairs])
+        return np.array(computed), np.array(changes), np.array(motions)
+
+    def _change(self, equation, here: Linearisation, unknown: _Unknown):
+        """(linearisation moved, change of the modal q beside it, change of x) by a relative change
+        of an unknown."""
+        modal = sum(
+            (part for name in unknown.settings for part in by_setting(equation, here, name)),
+            np.zeros_like(here.modal),
+        )
+        if unknown.modes:
+            damping, at = np.zeros(len(here.modal)), list(unknown.modes)
+            damping[at] = here.balance.damping[at]
+            orders = here.w * np.arange(here.modal.shape[1])
+            modal = -here.factors * (1j * orders * (damping[:, None] * here.modal))
+        R = -fourier.to_real(real_times(here.balance.shapes, modal)).ravel()
+        dx, dp = here.solve(np.zeros(len(here.x)), 1.0, 0.0, R)
+        return here.moved(dx, dp), modal, dx
+
+    def residual(self, solved: _Solved) -> np.ndarray:
+        """(values,) differences by their deviations."""
+        pairs = zip(solved.computed, self.measured, strict=True)
+        return _joined([(a - one.response) / one.deviation for a, one in pairs])
+
+    def jacobian(self, solved: _Solved) -> np.ndarray:
+        """(values, p)."""
+        pairs = list(zip(solved.changes, self.measured, strict=True))
+        columns = [
+            _joined([change[:, j] / one.deviation for change, one in pairs])
+            for j in range(len(self.unknowns))
+        ]
+        return np.column_stack(columns)
+
+    def half_widths(self, solved: _Solved) -> np.ndarray:
+        """(p,) of the intervals, in the logarithm; InputError for what the curves do not tell."""
+        J, r = self.jacobian(solved), self.residual(solved)
+        size = np.linalg.norm(J, axis=0)
+        blind = size <= BLIND * max(size.max(), 1e-300)
+        if blind.any():
+            raise self._untold(blind, "does not change the measured curves")
+        values, ways = np.linalg.svd(J / size, full_matrices=False)[1:]
+        if values[-1] <= BLIND:
+            raise self._untold(np.abs(ways[-1]) > 0.1, "are not told apart by the measured curves")
+        free = len(r) - len(size)
+        each = np.sqrt((ways.T**2 / values**2).sum(axis=1)) / size
+        half = student.ppf(0.5 + CONFIDENCE / 2, free) * np.linalg.norm(r) / np.sqrt(free) * each
+        if (half > VAGUE).any():
+            raise self._untold(half > VAGUE, "is told to no better than a factor of ten")
+        return half
+
+    def _untold(self, which, why):
+        names = [name for name, one in zip(self.names, which, strict=True) if one]
+        return InputError(
+            f"fit_damping: {', '.join(names)} {why}: leave it out, or measure where the contacts "
+            "slip or the mode responds"
+        )
+
+
+def _from_guesses(equation, hz, guesses) -> list[Point] | None:
+    found = []
+    for value, x in zip(hz, guesses, strict=True):
+        p = equation.parameter.scale * value
+        point = solve_fixed(equation.evaluate, x, p, equation.weights, max_calls=CALLS)
+        if not point.converged:
+            return None
+        found.append(point)
+    return found
+
+
+def _outputs(here, rows):
+    return Outputs(rows).at(here)[:, 1]
+
+
+def _measure(X: np.ndarray, wanted: complex) -> tuple[Any, Callable[[np.ndarray], Any]]:
+    """(what is compared with a measured value, its change by a change of X (m,)): with a phase the
+    response itself, else the largest amplitude."""
+    if isinstance(wanted, complex):
+        return X[0], lambda dX: dX[0]
+    k = int(np.abs(X).argmax())
+    value = abs(X[k])
+    return value, lambda dX: (X[k].conj() * dX[k]).real / max(value, 1e-300)
+
+
+def _joined(parts):
+    """Real numbers of real and complex parts in a row."""
+    return np.concatenate(
+        [np.r_[part.real, part.imag] if np.iscomplexobj(part) else part for part in parts]
+    )

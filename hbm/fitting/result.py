@@ -1,0 +1,120 @@
+"""Measured responses that a fit takes, and what it finds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.validation import numbers, positive
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredResponse:
+    """A measured response at one level of the force.
+
+    hz : (n,) Hz
+    response : (n,) m - amplitude at the frequency of the force, or complex with its phase
+    output : (r,) - row of what was measured, or (m, r), of which the largest amplitude counts
+    level : factor on the force of the fit
+    deviation : (n,) m or one number - standard deviation, by which the points are weighted;
+        default: the same at all points of a curve, in proportion to its largest
+    Raises InputError where these do not fit.
+
+    >>> MeasuredResponse([700.0, 720.0], [1e-5, 2e-5], [1.0], level=5.0).values
+    2
+    """
+
+    hz: np.ndarray
+    response: np.ndarray
+    output: np.ndarray
+    level: float = 1.0
+    deviation: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        hz = np.atleast_1d(numbers("hz", self.hz, "must be frequencies in Hz"))
+        response = np.atleast_1d(np.asarray(self.response))
+        rows = np.atleast_2d(numbers("output", self.output, "must be a row (r,)"))
+        if hz.shape != response.shape or hz.ndim != 1:
+            raise InputError(
+                f"measured response: hz is {hz.shape} and response {response.shape}, both must be "
+                "(n,)"
+            )
+        if not (np.isfinite(hz).all() and (hz > 0).all() and np.isfinite(response).all()):
+            raise InputError("measured response: hz must be above 0, and all values finite")
+        if not response.any():
+            raise InputError("measured response: all amplitudes are 0")
+        if np.iscomplexobj(response) and len(rows) > 1:
+            raise InputError("measured response: with its phase it is of one output, a row (r,)")
+        positive("level", self.level, "")
+        size = np.abs(response).max() if self.deviation is None else self.deviation
+        deviation = np.broadcast_to(np.asarray(size, dtype=float), hz.shape)
+        if not (deviation > 0).all():
+            raise InputError("measured response: deviation must be above 0")
+        order = np.argsort(hz)
+        for name, value in {"hz": hz, "response": response, "deviation": deviation}.items():
+            object.__setattr__(self, name, value[order])
+        object.__setattr__(self, "output", rows)
+
+    @property
+    def values(self) -> int:
+        """Real numbers that were measured."""
+        return len(self.hz) * (1 + np.iscomplexobj(self.response))
+
+    def within(self, low: float, high: float) -> "MeasuredResponse":
+        """The part in a band; InputError where there is none."""
+        inside = (self.hz >= low) & (self.hz <= high)
+        if not inside.any():
+            raise InputError(
+                f"measured response from {self.hz[0]:g} to {self.hz[-1]:g} Hz: no point lies in "
+                f"the band {low:g} to {high:g} Hz"
+            )
+        deviation = np.asarray(self.deviation)[inside]
+        return MeasuredResponse(
+            self.hz[inside], self.response[inside], self.output, self.level, deviation
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class DampingFit:
+    """What a fit to measured responses has found.
+
+    names (p,); values, low, high, start (p,) : damping ratios, and factors on mu ('mu') or on kn
+        and kt ('stiffness'); low to high is the 95 % interval, from the scatter about the fit
+    computed : for each measured curve (n,) m, as it was measured, on the measured frequencies of
+        the band
+    misfit : for each of them the root mean square of the difference, relative to its largest
+    iterations; converged : whether the last step was small
+    problem : with the values found
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=4.0)
+    >>> curve = damped.force(0, 5.0).follow_band((600, 1000), outputs={"tip": 0})
+    >>> hz = curve.frequency[::2]
+    >>> run = MeasuredResponse(hz, abs(curve.harmonics[::2, 0, 1]), [1.0], level=5.0)
+    >>> from dataclasses import replace
+    >>> guess = replace(damped.contact_problem, damping_ratio=0.02)
+    >>> found: DampingFit = fit_damping(guess, [1.0], [run])
+    >>> found.names, f"{found.values[0]:.4f}"
+    (('damping ratio',), '0.0100')
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    start: np.ndarray
+    computed: tuple[np.ndarray, ...]
+    misfit: tuple[float, ...]
+    iterations: int
+    converged: bool
+    problem: ContactProblem
+
+    def __str__(self) -> str:
+        """A line for each unknown."""
+        rows = zip(self.names, self.values, self.low, self.high, self.start, strict=True)
+        return "\n".join(
+            f"{name} {value:.4g} ({low:.4g} to {high:.4g}), from {start:.4g}"
+            for name, value, low, high, start in rows
+        )
