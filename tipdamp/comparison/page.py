@@ -67,7 +67,7 @@ def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
     optima = comparison.optima(phase)
     if not optima:
         return
-    order = sorted(optima, key=lambda name: optima[name].m_per_N)
+    order = list(optima)
     least = optima[order[0]]
     others = listing(f"{name} {micro(optima[name].m_per_N)}" for name in order[1:])
     ends = listing(name for name in order if optima[name].of_end)

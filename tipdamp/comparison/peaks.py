@@ -122,6 +122,17 @@ def windows(results: Results) -> dict[Phase, tuple[float, float]]:
     }
 
 
+def why_missing(results: Results, phase: Phase) -> str:
+    """Why a study has no peaks of a phase."""
+    ranges, (low, high) = dict(_ranges(results)), results.study.respond.band
+    if ranges and phase not in ranges:
+        return "its mode was not found without damper and with all kept pairs stuck"
+    if ranges and phase not in windows(results):
+        a, b = ranges[phase]
+        return f"the band {low:g} to {high:g} Hz does not meet its range, {a:.0f} to {b:.0f} Hz"
+    return f"no curve from {low:g} to {high:g} Hz has a motion of this phase"
+
+
 def _ranges(results) -> Iterator[tuple[Phase, tuple[float, float]]]:
     tune, free = results.tune, results.reduce.free_hz
     stuck = {results.study.tune.follow: tune.stuck_hz.tuned}

@@ -1,10 +1,11 @@
 """Studies side by side: what was computed of them and the peaks of it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import product
 
-from tipdamp.comparison.optimum import Optimum, optimum
-from tipdamp.comparison.peaks import PHASES, ComparedPeak, Phase, peaks_of
+from tipdamp.comparison.optimum import Optimum, optimum, ranks
+from tipdamp.comparison.peaks import PHASES, ComparedPeak, Phase, peaks_of, why_missing
 from tipdamp.report.results import Results
 
 
@@ -75,9 +76,21 @@ class ComparedStudies:
         return min(heights), max(heights)
 
     def optima(self, phase: Phase) -> dict[str, Optimum]:
-        """{study: its optimum} of those that have one."""
+        """{study: its optimum} of those that have one, the lowest first."""
         found = {name: optimum(self.of(name, phase)) for name in self.names}
-        return {name: one for name, one in found.items() if one is not None}
+        known = {name: one for name, one in found.items() if one is not None}
+        return dict(sorted(known.items(), key=lambda item: item[1].m_per_N))
+
+    def ranks(self, phase: Phase) -> dict[str, int]:
+        """{study: place by its least}, 1 of the lowest."""
+        return ranks({name: one.m_per_N for name, one in self.optima(phase).items()})
+
+    def missing(self) -> Iterator[tuple[str, Phase, str]]:
+        """(study, phase, why it has no peaks of it)."""
+        for name, phase in product(self.names, PHASES):
+            mine = [one.results for one in self.nominal if one.name == name]
+            if mine and not self.of(name, phase):
+                yield name, phase, "; ".join(dict.fromkeys(why_missing(r, phase) for r in mine))
 
 
 def compared(

@@ -4,7 +4,7 @@ every case."""
 from collections.abc import Iterator
 
 from tipdamp.comparison.figures import in_words, runs
-from tipdamp.comparison.optimum import Optimum, envelope, lowest_at, ranks
+from tipdamp.comparison.optimum import Optimum, envelope, lowest_at
 from tipdamp.comparison.peaks import ComparedPeak, Phase
 from tipdamp.comparison.record import ComparedStudies
 from tipdamp.report.drawing.table import Table
@@ -41,6 +41,9 @@ def _column(one) -> Row:
         "stuck, whole line (Hz)": hertz(tune.stuck_hz.full_line),
         "stuck, kept, out of phase (Hz)": hertz(stuck_hz(one, "out_of_phase")),
         "stuck, kept, in phase (Hz)": hertz(stuck_hz(one, "in_phase")),
+        "contact law": str(respond.law),
+        "kn (N/µm per pair)": _stiffness(one.kept, "kn"),
+        "kt (N/µm per pair)": _stiffness(one.kept, "kt"),
         "friction coefficient": _friction(one.kept),
         "largest preload (N)": listing(number(s.max_N, 3) for s in one.preload.sides.values()),
         "damping ratio": listing(f"{zeta:g}" for zeta in respond.damping_ratio),
@@ -53,8 +56,20 @@ def _friction(kept) -> str:
     """Least and largest of the pairs that carry."""
     if kept is None or not kept.carrying.any():
         return NOTHING
-    mu = kept.mu[kept.carrying]
-    return " to ".join(dict.fromkeys(f"{value:.3g}" for value in (mu.min(), mu.max())))
+    return _from_to(kept.mu[kept.carrying])
+
+
+def _stiffness(kept, column: str) -> str:
+    """Of the pairs that carry, side by side."""
+    if kept is None:
+        return NOTHING
+    carrying = kept.select(kept.carrying)
+    each = {s: 1e-6 * vars(carrying)[column][carrying.side == s] for s in carrying.sides}
+    return listing(f"{side} {_from_to(values)}" for side, values in each.items()) or NOTHING
+
+
+def _from_to(values) -> str:
+    return " to ".join(dict.fromkeys(f"{value:.3g}" for value in (values.min(), values.max())))
 
 
 def best(comparison: ComparedStudies) -> Iterator[Table]:
@@ -73,7 +88,7 @@ def best(comparison: ComparedStudies) -> Iterator[Table]:
 
 def _best(comparison, phase: Phase) -> Iterator[Row]:
     optima = comparison.optima(phase)
-    rank = ranks({name: one.m_per_N for name, one in optima.items()})
+    rank = comparison.ranks(phase)
     lowest = lowest_at({name: envelope(comparison.of(name, phase)) for name in comparison.names})
     for name, results in comparison.studies.items():
         one = optima.get(name)
@@ -122,13 +137,12 @@ def differences(comparison: ComparedStudies) -> Iterator[Table]:
 
 
 def _differences(comparison, phase: Phase) -> Iterator[Row]:
-    optima = comparison.optima(phase)
-    rank = ranks({name: one.m_per_N for name, one in optima.items()})
+    rank = comparison.ranks(phase)
     for name, results in comparison.studies.items():
         stated = results.study.reference.get(f"{phase}_rank")
         if stated is None or rank.get(name, 0) <= stated:
             continue
-        ahead = sorted((other for other in rank if rank[other] < rank[name]), key=rank.__getitem__)
+        ahead = [other for other in rank if rank[other] < rank[name]]
         for other in (name, *ahead):
             ratio, height = envelope(comparison.of(other, phase))
             yield {
@@ -158,10 +172,14 @@ def events(comparison: ComparedStudies) -> Iterator[Table]:
         for name in comparison.names
         for text in told(comparison.of(name, phase, 1))
     ]
+    rows += [
+        {"study": f"{name}, {in_words(phase)}", "along its curve": f"no peaks: {why}"}
+        for name, phase, why in comparison.missing()
+    ]
     rows += [{"study": name, "along its curve": reason} for name, reason in comparison.failed]
     if rows:
         yield Table(
-            "What happens to the peaks of blade 1 as Fc/Fe falls.",
+            "What happens to the peaks of blade 1 as Fc/Fe falls, and why a study has none.",
             rows,
             left=(0, 1),
         )

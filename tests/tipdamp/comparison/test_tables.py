@@ -61,6 +61,34 @@ def test_friction_is_among_what_tells_studies_apart(tmp_path):
     assert (row["soft"], row["stiff"]) == ("0.6", "0.3 to 0.5")
 
 
+def test_contact_is_among_what_tells_studies_apart(tmp_path):
+    """Stiffness of each side, and the law."""
+    given = comparison(tmp_path)
+    (table,) = tables.studies(given)
+    row = {row[""]: row["soft"] for row in table.records}
+    assert row["contact law"] == "DryFriction2T"
+    assert row["kn (N/µm per pair)"] == "left 1 and right 1"
+    assert row["kt (N/µm per pair)"] == "left 0.9 and right 0.9"
+
+
+def test_why_a_phase_is_missing(tmp_path):
+    """A band about one mode says nothing of the other one."""
+    given = comparison(tmp_path)
+    for one in given.computed:
+        narrow = one.results.study.respond.model_copy(update={"band": (2300.0, 3300.0)})
+        vars(one.results.study)["respond"] = narrow
+    (table,) = tables.events(given)
+    said = {row["study"]: row["along its curve"] for row in table.records}
+    assert said["soft, in phase"].startswith(
+        "no peaks: the band 2300 to 3300 Hz does not meet its range, "
+    )
+    assert "soft, out of phase" not in said
+    vars(given.computed[0].results.tune)["other_modes"] = {}
+    (table,) = tables.events(given)
+    said = {row["study"]: row["along its curve"] for row in table.records}
+    assert "its mode was not found" in said["soft, in phase"]
+
+
 def test_cause_of_another_rank(tmp_path):
     (table,) = tables.differences(comparison(tmp_path))
     assert [row["study"] for row in table.records] == ["soft", "stiff"]
