@@ -1,5 +1,6 @@
 """Available memory, and what a curve needs: of all contacts, and for those that slip or lift."""
 
+import os
 import warnings
 from functools import partial
 from pathlib import Path
@@ -36,6 +37,15 @@ def available_bytes() -> float:
     except (OSError, ValueError):
         pass
     return float(min(found, default=float("inf")))
+
+
+def own_bytes() -> float:
+    """Bytes that this process holds; 0 where that is not known."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+    except (OSError, ValueError, IndexError):
+        return 0.0
+    return float(pages * os.sysconf("SC_PAGE_SIZE"))
 
 
 def newton_bytes(active: float, components: int, H: int, squares: int = _SQUARES) -> float:

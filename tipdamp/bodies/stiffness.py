@@ -44,13 +44,13 @@ def with_values(
     fitted: float = 1.0,
 ) -> ContactTable:
     """The pairs with stiffness, friction and initial gap of the study; a user-supplied pair table
-    brings its own.
+    brings its own, of which the study may replace mu, kn and kt.
 
     pull (3,) N: load on the damper, by default Fc; fitted - factor found by a fit, on what a model
     gives
     """
     if study.contact.pairs:
-        return pairs
+        return _in_place_of_table(study, pairs)
     kn, kt = node_stiffness(study, pairs, side_stiffness(study, pairs, materials, pull, fitted))
     along = pairs.position @ np.array(study.driver.axis)
     gap = pairs.gap.copy()
@@ -59,6 +59,21 @@ def with_values(
             mine = pairs.side == name
             gap[mine] += np.interp(along[mine], *np.array(side.gap).T)
     return pairs.replace(kn=kn, kt=kt, gap=gap, mu=np.full(len(pairs), study.contact.mu))
+
+
+def _in_place_of_table(study, pairs):
+    """The table with what the study gives in the place of its values."""
+    for name, side in study.sides.items():
+        mine = pairs.side == name
+        given = {"kn": side.kn, "kt": side.kt, "mu": study.contact.mu}
+        pairs = pairs.replace(
+            **{
+                column: np.where(mine, value, vars(pairs)[column])
+                for column, value in given.items()
+                if value is not None
+            }
+        )
+    return pairs
 
 
 def side_stiffness(

@@ -106,6 +106,19 @@ class Store:
         finally:
             held.release()
 
+    @property
+    def in_use(self) -> bool:
+        """Whether a run works in the folder now; also where that cannot be looked at."""
+        from filelock import FileLock, Timeout
+
+        if not self.path(".stages/.lock").is_file():
+            return False
+        try:
+            with FileLock(self.path(".stages/.lock"), timeout=0):
+                return False
+        except (Timeout, OSError):
+            return True
+
     def read_json(self, name: str) -> dict:
         """Content of a JSON file; InputError where it is absent or damaged."""
         if not self.path(name).is_file():

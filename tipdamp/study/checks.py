@@ -172,9 +172,10 @@ def _check_given_stiffness(where, side, model):
 
 
 def refuse_beside_pairs(path: Path, contact: ContactSection, sides: dict[str, SideSection]) -> None:
-    """What the table of pairs gives is given there alone."""
-    own = ("blade", "damper", *(key for way in GIVEN for key in way), "gap", *NEEDED)
-    of_all = ("mu", *OF_MODELS, "shares", "stiffness")
+    """What the table of pairs gives is given there alone, but for mu, kn and kt, which replace its
+    own."""
+    own = ("blade", "damper", *(key for way in GIVEN[1:] for key in way), "gap", *NEEDED)
+    of_all = (*OF_MODELS, "shares", "stiffness")
     given: list[tuple[str, StudySection, tuple[str, ...]]] = [("[contact]", contact, of_all)]
     given += [(f"[contact.{name}]", side, own) for name, side in sides.items()]
     for where, section, keys in given:

@@ -264,7 +264,8 @@ class ContactSection(StudySection):
         str,
         Key(
             TEXT,
-            "CSV of your own pairs of the whole patch, instead of those matched between the meshes",
+            "CSV of your own pairs of the whole patch, instead of those matched between the "
+            "meshes; mu, and kn and kt of a side, stand in the place of its values",
         ),
     ] = ""
     mu: Annotated[

@@ -149,14 +149,22 @@ def _listed(key, value):
 
 
 def study_of_case(path: Path, content: dict, number: int, case: Case) -> Study:
-    """The study of a case; InputError names the case, counted from 1."""
+    """The study of a case, whose files are there; InputError names the case, counted from 1."""
     try:
-        return study_of(path, content_of(content, case))
+        study = study_of(path, content_of(content, case))
+        _check_files(study)
+        return study
     except InputError as error:
         reason = str(error).removeprefix(f"{path}: ")
         raise InputError(
             f"{path}: [sweep] case {number} ({shown(in_words(case), 200)}): {reason}"
         ) from None
+
+
+def _check_files(study):
+    for key, file in study.inputs().items():
+        if not file.is_file():
+            raise InputError(f"{study.path}: {key}: file not found: {file}")
 
 
 def in_words(case: Case) -> str:

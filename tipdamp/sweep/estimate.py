@@ -11,7 +11,7 @@ from tipdamp.checks.forecast import Cost, Size, estimate, size_of
 from tipdamp.engine.progress import duration
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.memory import available_bytes
+from tipdamp.hbm.memory import available_bytes, own_bytes
 from tipdamp.results.static_results import InspectResult
 from tipdamp.stages.run import run_stage
 from tipdamp.study.checks import CURVE_MB
@@ -80,8 +80,12 @@ def _size(number: float) -> str:
 
 
 def sweep_estimate(whole: Plan, study: Study, store: Store, jobs: int) -> SweepEstimate:
-    """Of the steps of a plan that are not in the sweep of this results folder."""
+    """Of the steps of a plan that are not in the sweep of this results folder; OSError where it
+    cannot be written to."""
     folder = store.path("sweep")
+    with store.writing("sweep/.room") as path:
+        path.touch()
+        path.unlink()
     there = products(folder)
     costs: Costs = {}
     if (folder / FILE).is_file():
@@ -89,6 +93,7 @@ def sweep_estimate(whole: Plan, study: Study, store: Store, jobs: int) -> SweepE
             costs = index.costs()
     to_make = Counter(step.stage for step in whole.steps if step.key not in there)
     known, reduced = _forecast(study, store)
+    processes = jobs + (jobs > 1)  # each with the program, about as much as this one
     seconds = disk = 0.0
     for stage, count in to_make.items():
         _, each, size = costs.get(stage) or _step(stage, study, known, reduced)
@@ -102,7 +107,8 @@ def sweep_estimate(whole: Plan, study: Study, store: Store, jobs: int) -> SweepE
         jobs,
         disk,
         shutil.disk_usage(_existing(folder)).free,
-        jobs * max((known[stage].bytes for stage in to_make if stage in known), default=0.0),
+        jobs * max((known[stage].bytes for stage in to_make if stage in known), default=0.0)
+        + processes * own_bytes(),
         available_bytes(),
     )
 

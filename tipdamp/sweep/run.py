@@ -87,7 +87,7 @@ class _Running:
         self.needed_by: dict[str, list[Task]] = {}
         self.lost = Counter[str]()
         self.clock = Clock(index.costs())
-        self.cases_left = Counter(whole.last)
+        self.cases_left, self.cases_failed = Counter(whole.last), 0
 
     def take_stock(self, retry: bool) -> None:
         """The index follows the finished steps; what failed before is left, or tried again."""
@@ -100,8 +100,9 @@ class _Running:
         self.made = {s.key for s in self.whole.steps if s.key in there and self._known(s, states)}
         failed = {key for key, state in states.items() if state == "failed" and not retry}
         failed -= self.made
-        for key in self.made | failed:
+        for key in self.made:
             self.cases_left.pop(key, None)
+        self._give_up(failed)
         for task in self.whole.tasks:
             to_make = [step for step in task.steps if step.key not in self.made | failed]
             if not to_make or any(step.key in failed for step in task.steps):
@@ -174,17 +175,22 @@ class _Running:
         self.clock.left.subtract(broken.values())
         for key in broken:
             self.missing.pop(key, None)
-            self.cases_left.pop(key, None)
+        self._give_up(broken)
         self.index.failed(broken.items(), _reason(error))
+
+    def _give_up(self, keys):
+        """Cases whose last step is among these have failed."""
+        self.cases_failed += sum(self.cases_left.pop(key, 0) for key in keys)
 
     def _is_made(self, step):
         return product(self.common.folder, step.key).is_file()
 
     def _show(self, tick):
         cases, left = len(self.whole.cases), self.clock.seconds_left
-        done = cases - self.cases_left.total()
-        rest = "" if left is None or done == cases else f", about {duration(left)} left"
-        tick(done / cases, f"{done} of {cases} cases{rest}")
+        through, failed = cases - self.cases_left.total(), self.cases_failed
+        said = f"{through - failed} of {cases} cases" + f", {failed} failed" * bool(failed)
+        rest = "" if left is None or through == cases else f", about {duration(left)} left"
+        tick(through / cases, f"{said}{rest}")
         if self.clock.due:
             self.index.say(left=left, told=time.time())
 

@@ -5,6 +5,7 @@ from collections import Counter
 from pathlib import Path
 
 from tipdamp.engine.progress import duration
+from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import shown
 from tipdamp.sweep.cases import in_words
 from tipdamp.sweep.index import CaseState, Index
@@ -20,7 +21,7 @@ def status(folder: Path) -> tuple[str, bool]:
     count = Counter(one.state for one in cases)
     lines = [
         f"sweep       {count['done']} of {len(cases)} cases done, {count['failed']} failed, "
-        f"{count['to do']} to do{_left(facts, count['to do'])}"
+        f"{count['to do']} to do{_left(folder, facts, count['to do'])}"
     ]
     lines += [f"{n} curves are incomplete: {shown(why, 300)}" for why, n in incomplete.items()]
     lines += _failures([one for one in cases if one.state == "failed"])
@@ -29,9 +30,13 @@ def status(folder: Path) -> tuple[str, bool]:
     return "\n".join(lines), not count["failed"] and not incomplete
 
 
-def _left(facts, to_do):
+def _left(folder, facts, to_do):
+    if not to_do:
+        return ""
+    if not Store(folder).in_use:
+        return f"; nothing runs, to go on: tipdamp sweep {facts.get('study', 'STUDY')}"
     left, told = facts.get("left"), facts.get("told")
-    if not to_do or left is None or told is None:
+    if left is None or told is None:
         return ""
     ago = time.time() - told
     return f"; about {duration(left)} left as told {duration(max(ago, 0.0))} ago"

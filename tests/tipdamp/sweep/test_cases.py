@@ -122,6 +122,16 @@ def test_a_key_twice_in_a_table(sweep, tmp_path):
         planned(sweep('[sweep]\ncases = "cases.csv"'))
 
 
+def test_files_of_cases_are_looked_at(sweep):
+    """All of them, before anything is made."""
+    path = sweep('[sweep.over]\nmodel.matrices = ["model.npz", "other.npz"]')
+    with pytest.raises(InputError) as raised:
+        planned(path)
+    assert "case 2 (model.matrices = other.npz): [model] matrices: file not found" in str(
+        raised.value
+    )
+
+
 REFUSED = [
     ("model.pul = [1]", "unknown key 'pul'; did you mean 'pull'"),
     ("modl.pull = [1]", "unknown key 'modl'; did you mean 'model'"),

@@ -3,6 +3,7 @@ disk leaves."""
 
 import csv
 import errno
+import time
 from dataclasses import replace
 
 import pytest
@@ -11,14 +12,15 @@ from tests.robustness.rows import corner
 from tests.tipdamp.rig_study import CHAIN
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
+from tipdamp.hbm.memory import own_bytes
 from tipdamp.stages.run import run_stage
 from tipdamp.study.study import load_study
 from tipdamp.sweep import work
 from tipdamp.sweep.dataset import NETCDF, TABLE, dataset
-from tipdamp.sweep.estimate import _forecast
+from tipdamp.sweep.estimate import _forecast, sweep_estimate
 from tipdamp.sweep.index import CurveRow, Index
 from tipdamp.sweep.plan import SweepStep
-from tipdamp.sweep.run import Clock
+from tipdamp.sweep.run import Clock, planned
 from tipdamp.sweep.summary import status
 
 SWEEP = """
@@ -118,6 +120,40 @@ def test_too_little_room_is_told_first(sweep, capsys, monkeypatch):
     assert "warning: 1 cases side by side need about" in capsys.readouterr().out
 
 
+def test_the_processes_are_in_the_memory(sweep, monkeypatch):
+    """Beside what the stages need, each process holds the program; so does the one that waits."""
+    monkeypatch.setattr("tipdamp.sweep.estimate.own_bytes", lambda: 3e8)
+    study, store = load_study(sweep), Store(sweep.parent / "results" / "study")
+    found = [sweep_estimate(planned(sweep)[0], study, store, jobs).memory for jobs in (1, 2)]
+    stages = found[0] - 3e8
+    assert stages > 0
+    assert found[1] == pytest.approx(2 * stages + 3 * 3e8, rel=1e-12)
+
+
+def test_the_program_is_some_hundred_megabytes():
+    """What a fresh process with the finite elements and the equations holds."""
+    assert 5e7 < own_bytes() < 2e10
+
+
+def test_a_folder_that_cannot_be_written_ends_the_dry_run(sweep, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert swept(sweep, "--dry-run", "--out", str(tmp_path / "file" / "out")) == 4
+    assert str(tmp_path / "file") in capsys.readouterr().err
+
+
+def test_nothing_runs_after_a_kill(sweep):
+    """A time left is told while somebody works there alone."""
+    assert swept(sweep, "--dry-run") == 0
+    with Index(folder(sweep), write=True) as index:
+        index.begin([{"model.pull": 60}, {"model.pull": 30}], ["a", "b"])
+        index.say(study="study.toml", left=100.0, told=time.time())
+    with Store(folder(sweep)).lock():
+        assert "2 to do; about 1 min 40 s left" in status(folder(sweep))[0]
+    text = status(folder(sweep))[0]
+    assert "left" not in text
+    assert "2 to do; nothing runs, to go on: tipdamp sweep study.toml" in text
+
+
 def test_a_full_disk_ends_the_sweep_in_one_line(sweep, capsys, monkeypatch):
     """It is no failure of the cases: with room again the rest is made."""
     real, packed = work._pack, []
@@ -153,7 +189,8 @@ def test_the_summary_counts_cases_and_says_why(tmp_path):
         text, whole = status(tmp_path)
     assert not whole
     assert text.splitlines()[:5] == [
-        "sweep       2 of 5 cases done, 2 failed, 1 to do",
+        "sweep       2 of 5 cases done, 2 failed, 1 to do; nothing runs, to go on: tipdamp sweep "
+        "STUDY",
         "1 curves are incomplete: the damper slides freely",
         "failed: gave up",
         "    case 3: model.pull = 2",

@@ -121,6 +121,39 @@ def test_failures_are_listed_and_tried_again(sweep, stages, capsys, monkeypatch)
     assert "4 of 4 cases done" in capsys.readouterr().out
 
 
+def test_progress_tells_what_failed(sweep, capsys, monkeypatch):
+    """Cases that failed are through, and not done; also those that failed in an earlier run."""
+    from tipdamp.sweep import work
+
+    def failing(name, study, *a, **k):
+        if name == "tune" and study.driver.pull == 30:
+            raise RuntimeError("gave up")
+        return real(name, study, *a, **k)
+
+    real = work.run_stage
+    monkeypatch.setattr(work, "run_stage", failing)
+    for _ in range(2):
+        assert main(["sweep", str(sweep), "--jobs", "1"]) == 3
+        last = capsys.readouterr().err.splitlines()[-1]
+        assert "done  2 of 4 cases, 2 failed" in last
+
+
+def test_contact_of_studies_from_matrices_is_swept(matrices_study, stages):
+    """mu, kn and kt of the study stand in the place of those of the table of pairs; the reduced
+    matrices are shared. Stuck as it is, twice the stiffness raises the stuck frequency, and mu does
+    not change it."""
+    matrices_study.write_text(
+        CHAIN
+        + "[sweep.over]\ncontact.mu = [0.3, 0.6]\ncontact.left.kt = [1e6, 2e6]\n"
+        + "contact.left.kn = [1e6]\n"
+    )
+    assert swept(matrices_study) == 0
+    assert stages.count("reduce") == 1
+    with Index(folder(matrices_study)) as index:
+        stuck = {number: row.stuck_hz for number, row in index.curves()}
+    assert stuck[1] == stuck[3] < stuck[2] == stuck[4]
+
+
 def test_a_case_goes_on_at_the_step_where_it_ended(matrices_study, stages, monkeypatch):
     """Steps of a case alone are kept as well, when the case ends before its last."""
     from tipdamp.sweep import work
