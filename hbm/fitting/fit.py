@@ -9,7 +9,7 @@ Jacobian of the balance.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Unpack
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,9 +23,8 @@ from tipdamp.hbm.balance.receptance import ratios
 from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.point import Point
-from tipdamp.hbm.curve.options import CurveKeywords
 from tipdamp.hbm.curve.outputs import Outputs
-from tipdamp.hbm.curve.solutions import points_of, restored
+from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.fitting.result import DampingFit, MeasuredResponse
 from tipdamp.hbm.modes.derivatives import by_setting
@@ -76,7 +75,9 @@ def fit_damping(
     mu: bool = False,
     stiffness: bool = False,
     band: tuple[float, float] | None = None,
-    **options: Unpack[CurveKeywords],
+    harmonics: int = 5,
+    start: str | np.ndarray = "zero_slider",
+    samples: int | None = None,
 ) -> DampingFit:
     """Damping ratios with which a problem, its contacts included, responds as was measured.
 
@@ -86,7 +87,7 @@ def fit_damping(
     modes : of the stuck system, 1 the lowest, whose ratios alone are unknown
     mu, stiffness : whether a factor on mu, or on kn and kt, of all contacts is unknown, too
     band : Hz, of the measured points that count; default: all
-    options : of CurveOptions, but outputs and at
+    harmonics, start, samples : as in CurveOptions
 
     Raises InputError where no measured point lies in the band, there are not more values than
     unknowns, or the curves do not tell an unknown, which is named.
@@ -100,12 +101,13 @@ def fit_damping(
     >>> print(fit_damping(guess, [1.0], [run], mu=True).values.round(4))
     [0.01 1.  ]
     """
-    start = contact_problem_of(problem)
-    start.check_plain("fit_damping")
-    if start.damping_ratio is None:
+    given = contact_problem_of(problem)
+    given.check_plain("fit_damping")
+    if given.damping_ratio is None:
         raise InputError("fit_damping: finds damping ratios, the problem has a matrix C")
     inside = [one if band is None else one.within(*band) for one in measured]
-    fit = _Fit(start, np.asarray(force), inside, _unknowns(start, modes, mu, stiffness), options)
+    options = {"harmonics": harmonics, "start": start, "samples": samples}
+    fit = _Fit(given, np.asarray(force), inside, _unknowns(given, modes, mu, stiffness), options)
     values = sum(one.values for one in inside)
     if values <= len(fit.unknowns):
         raise InputError(
@@ -231,16 +233,19 @@ class _Fit:
         nearest to what was measured."""
         low, high = one.hz[0] * (1 - BESIDE), one.hz[-1] * (1 + BESIDE)
         rows = {f"measured {i + 1}": row for i, row in enumerate(one.output)}
-        options = {"truncation": False, "peaks": [], **self.options}
         curve = follow_band(
-            problem, one.level * self.force, (low, high), outputs=rows, at=one.hz, **options
+            problem,
+            one.level * self.force,
+            (low, high),
+            **{**self.options, "outputs": rows, "at": one.hz, "truncation": False, "peaks": []},
         )
         equation, points = restored(curve, problem)
         found = []
         for hz, wanted in zip(one.hz, one.response, strict=True):
+            here = np.flatnonzero(curve.converged & np.isclose(curve.frequency, hz, 1e-12, 0.0))
             there = [
                 solve_fixed(equation.evaluate, p.x, p.parameter, equation.weights)
-                for p in points_of(curve, equation, points, hz)
+                for p in (points[i] for i in here)
             ]
             there = [p for p in there if p.converged]
             if not there:

@@ -67,7 +67,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
         "Inside the contacts",
         (friction.energies, friction.friction_work, friction.hysteresis),
     ),
-    ("measured", "Measured and computed", (measured.tables, measured.figure)),
+    ("measured", "Measured and computed", (measured.tables, measured.fitted, measured.figure)),
     ("pairs", "Contact pairs", (pairs.scene,)),
     ("assumptions", "Assumptions", (assumptions.assumptions,)),
     ("reduction", "Reduced and full model", (key_figures.reduction_check,)),

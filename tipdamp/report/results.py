@@ -23,6 +23,7 @@ from tipdamp.results.response_results import (
     AgreementResult,
     CurveResult,
     CyclesResult,
+    FitResult,
     MeasuredResult,
     PeakCycle,
     RespondResult,
@@ -133,6 +134,7 @@ class Results:
     agreement: AgreementResult | None = None
     cycles: CyclesResult | None = None
     stress: StressResult | None = None
+    fit: FitResult | None = None
     full: FullResult | None = None
     loops: dict[str, Loops] = field(default_factory=dict)
     bands: dict[str, MeasuredBand] = field(default_factory=dict)
@@ -237,6 +239,7 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
         agreement,
         cycles,
         stress=read("stress", StressResult),
+        fit=read("fit", FitResult),
         full=_full(store),
         loops={
             one.file: load_loops(store.path(one.file)) for one in (cycles.curves if cycles else ())

@@ -17,6 +17,7 @@ STAGES = {
         "asks for it"
     ),
     "agreement": "sets the computed curves beside the measured ones",
+    "fit": "damping fitted to the measured curves with the contacts in the model, where [fit] asks",
     "report": "the HTML page, the figures and summary.json",
 }
 # not part of a run

@@ -341,6 +341,36 @@ class Agreement(Record):
     half_power: MeasuredDamping
 
 
+class FittedValue(Record):
+    """What a fit has found: a damping ratio, or a factor on mu or on the stiffness; low to high -
+    the 95 % interval."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+    start: float
+
+
+class FittedCurve(Record):
+    """A measured curve of a fit. misfit - root mean square of the difference, relative to the
+    largest amplitude; half_power - as if nothing slipped."""
+
+    measured: str
+    level_N: float
+    misfit: float
+    half_power: MeasuredDamping
+
+
+class FitResult(Result):
+    """fit.json."""
+
+    file: ClassVar[str] = "fit.json"
+    values: tuple[FittedValue, ...]
+    curves: tuple[FittedCurve, ...]
+    iterations: int
+
+
 class AgreementResult(Result):
     """agreement.json. zeta - damping ratio of the tracked stuck mode in the computation."""
 

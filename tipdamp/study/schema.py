@@ -1075,6 +1075,38 @@ class Measured(StudySection):
     ] = 0.05
 
 
+class Fit(StudySection):
+    """[fit]: damping, and on demand friction and stiffness, fitted to the measured curves with the
+    contacts in the model."""
+
+    curves: Annotated[
+        Texts, Key(ONE_OR_MORE, "names of [measured.NAME] that count; default: all")
+    ] = ()
+    modes: Annotated[
+        tuple[int, ...],
+        Key(
+            COUNTS,
+            "modes of the stuck system, 1 the lowest, whose damping ratios are unknown; default: "
+            "the values of [respond] damping_ratio, from which all start",
+            low=1,
+            high=100000,
+        ),
+    ] = ()
+    mu: Annotated[bool, Key(FLAG, "whether a factor on mu of all pairs is unknown, too")] = False
+    stiffness: Annotated[
+        bool, Key(FLAG, "whether a factor on kn and kt of all pairs is unknown, too")
+    ] = False
+    band: Annotated[
+        Band | None,
+        Key(
+            BAND,
+            "of the measured points that count, in Hz; default: [respond] band",
+            low=0,
+            open_low=True,
+        ),
+    ] = None
+
+
 class Sweep(StudySection):
     """[sweep]: the cases of `tipdamp sweep`, the product of all lists with the rows of a table or
     the samples."""
@@ -1121,5 +1153,6 @@ SECTIONS: dict[str, type[StudySection]] = {
     "tune": Tune,
     "free": Free,
     "respond": Respond,
+    "fit": Fit,
     "sweep": Sweep,
 }

@@ -37,6 +37,7 @@ class Study:
     tune: schema.Tune
     free: schema.Free
     respond: schema.Respond
+    fit: schema.Fit
     sweep: schema.Sweep
     sides: dict[str, schema.SideSection]
     materials: dict[str, schema.OtherMaterial]

@@ -74,7 +74,9 @@ def test_derivatives_are_those_of_the_response():
     """By each unknown, against differences of responses solved anew."""
     runs = [measured(TWO, level)[0] for level in (5.0, 10.0)]
     start = TWO.contact_problem
-    fit = _Fit(start, np.array([1.0, 0.0]), runs, _unknowns(start, None, True, True), {})
+    fit = _Fit(
+        start, np.array([1.0, 0.0]), runs, _unknowns(start, None, True, True), {"harmonics": 5}
+    )
     solved, step = fit.solved(np.zeros(4)), 1e-5
     J = fit.jacobian(solved)
     for j in range(4):

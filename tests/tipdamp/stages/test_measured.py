@@ -119,3 +119,35 @@ def test_no_overlap_with_the_band(study, capsys):
         np.savetxt(path, table + [1000, 0, 0], delimiter=",")
     assert run(study, "measured") == [2]
     assert "no overlap: measured 2000..2300 Hz, computed 900..1400 Hz" in capsys.readouterr().err
+
+
+def fitted(study, section, expected=0):
+    """fit.json of the study with other damping than its measured curve, and a section [fit]."""
+    other = CHAIN.replace("damping_ratio = 0.01", "damping_ratio = 0.02")
+    study.write_text(other + SECTION + section)
+    assert run(study, "tune", "respond", "measured", "fit") == [0, 0, 0, expected]
+    return read(study.parent / "results" / "study", "fit.json") if not expected else None
+
+
+def test_damping_of_a_measured_curve_comes_back(study):
+    """0.01 made it; from 0.02, with the contacts in the model. The report has it beside
+    half-power."""
+    found = fitted(study, "[fit]\nband = [1050, 1250]\n")
+    (one,), (curve,) = found["values"], found["curves"]
+    assert one["start"] == 0.02
+    assert one["value"] == pytest.approx(0.01, rel=0.01)
+    assert one["low"] < one["value"] < one["high"]  # links of the made curve are straight
+    assert curve["misfit"] < 0.01 and curve["half_power"]["zeta"] == pytest.approx(0.01, rel=0.1)
+    assert run(study, "cycles", "agreement", "report") == [0] * 3
+    page = (study.parent / "results" / "study" / "report.html").read_text()
+    assert "Fitted to the measured curves" in page and "half-power over fit" in page
+
+
+def test_what_a_fit_cannot_do_is_said(study, capsys):
+    """Nothing slips at 5 N: mu is not told, and named."""
+    fitted(study, "[fit]\nmu = true\n", expected=2)
+    assert "fit_damping: mu does not change the measured curves" in capsys.readouterr().err
+    fitted(study, "[fit]\nband = [2000, 3000]\n", expected=2)
+    assert "no point lies in the band 2000 to 3000 Hz" in capsys.readouterr().err
+    fitted(study, "[fit]\ncurves = 'rum'\n", expected=2)
+    assert "[fit] curves: no [measured.rum]; did you mean 'run'" in capsys.readouterr().err

@@ -10,7 +10,12 @@ from tipdamp.measured.agreement import computed_amplitude, drawn
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import MICRO, NOTHING, hertz, micro, number, percent
-from tipdamp.results.response_results import Agreement, MeasuredDamping, MeasuredFacts
+from tipdamp.results.response_results import (
+    Agreement,
+    FittedCurve,
+    MeasuredDamping,
+    MeasuredFacts,
+)
 
 
 def tables(results: Results) -> Iterator[Table]:
@@ -32,6 +37,45 @@ def tables(results: Results) -> Iterator[Table]:
             "neighbouring modes count as damping.",
             [_computed(one, found.zeta) for one in found.curves],
         )
+
+
+def fitted(results: Results) -> Iterator[Table]:
+    """What was fitted with the contacts in the model, beside half-power; and how near it comes."""
+    found = results.fit
+    if found is None:
+        return
+    yield Table(
+        "Fitted to the measured curves with the contacts in the model, by least squares, with the "
+        "interval of 95 % from the scatter about the fit; factors are those on mu, or on kn and "
+        "kt, of all pairs. The computed curves of this report have the values of the study.",
+        [
+            {
+                "": one.name,
+                "found": number(one.value, 4),
+                "95 %": f"{number(one.low, 4)} to {number(one.high, 4)}",
+                "start": number(one.start, 4),
+            }
+            for one in found.values
+        ],
+    )
+    zeta = next((one.value for one in found.values if one.name.startswith("damping")), None)
+    yield Table(
+        "The measured curves of the fit. Misfit: root mean square of the difference, relative to "
+        "the largest amplitude. Half-power takes the whole width of the peak for damping: its "
+        "difference to the first ratio of the fit is friction, and neighbouring modes.",
+        [_beside(one, zeta) for one in found.curves],
+    )
+
+
+def _beside(one: FittedCurve, zeta: float | None) -> dict[str, str]:
+    apparent = one.half_power.zeta
+    return {
+        "curve": one.measured,
+        "Fe (N)": f"{one.level_N:.4g}",
+        "misfit": percent(one.misfit, 1).lstrip("+"),
+        "half-power": _zeta(one.half_power),
+        "half-power over fit": percent(apparent / zeta - 1 if apparent and zeta else None, 1),
+    }
 
 
 def _measured(name: str, one: MeasuredFacts) -> dict[str, str]:

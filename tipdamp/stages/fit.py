@@ -1,0 +1,119 @@
+"""Stage fit: damping ratios, and on demand friction and stiffness of the contacts, with which the
+computed response is as the measured one."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
+from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.fitting.fit import fit_damping
+from tipdamp.hbm.fitting.result import DampingFit, MeasuredResponse
+from tipdamp.measured.frf import load_band
+from tipdamp.results.response_results import (
+    FitResult,
+    FittedCurve,
+    FittedValue,
+    MeasuredFacts,
+    MeasuredResult,
+)
+from tipdamp.stages.respond import READS, assembled
+from tipdamp.stages.stage import Stage
+from tipdamp.statics.model_inputs import in_patch
+from tipdamp.study.schema import named_orders
+from tipdamp.study.view import Study
+
+HARMONICS = 3  # where the study leaves their number to be found
+
+
+# as in `respond`: sums are split by threads, and differ in the last bit
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def fit(study: Study, store: Store, tick: Tick) -> list[str]:
+    """Fit what [fit] asks for to its measured curves, with the kept pairs in the model."""
+    settings, facts = study.fit, MeasuredResult.load(store).curves
+    names = settings.curves or tuple(facts)
+    for name in names:
+        if name not in facts:
+            raise InputError(f"[fit] curves: no [measured.{name}]; {nearest(name, list(facts))}")
+        if study.measured[name].amplitude != "fundamental":
+            raise InputError(
+                f"[fit] curves: [measured.{name}] amplitude = '{study.measured[name].amplitude}': "
+                "a fit is of amplitudes at the frequency of the force, 'fundamental'"
+            )
+    curves = assembled(study, store, responded=True).curves
+    runs = []
+    for name in names:
+        hz, mean, *_ = load_band(store.path(facts[name].file))
+        level, rows = facts[name].level_N, _rows(study, name, curves.rows)
+        runs.append(MeasuredResponse(hz, level * mean, rows, level))
+    tick(None, f"{len(names)} curves")
+    found = fit_damping(
+        curves.problem,
+        curves.force,
+        runs,
+        modes=settings.modes or None,
+        mu=settings.mu,
+        stiffness=settings.stiffness,
+        band=settings.band or study.respond.band,
+        harmonics=max(named_orders(study.respond.harmonics), default=HARMONICS),
+        start="zero_slider" if curves.start is None else curves.start,
+        samples=curves.samples,
+    )
+    result(found, names, [facts[name] for name in names]).save(store)
+    return []
+
+
+def result(found: DampingFit, names: Sequence[str], facts: Sequence[MeasuredFacts]) -> FitResult:
+    """The record of a fit to measured curves."""
+    values = zip(found.names, found.values, found.low, found.high, found.start, strict=True)
+    return FitResult(
+        values=tuple(
+            FittedValue(name=name, value=value, low=low, high=high, start=start)
+            for name, value, low, high, start in values
+        ),
+        curves=tuple(
+            FittedCurve(
+                measured=name, level_N=one.level_N, misfit=misfit, half_power=one.half_power
+            )
+            for name, one, misfit in zip(names, facts, found.misfit, strict=True)
+        ),
+        iterations=found.iterations,
+        warnings=() if found.converged else ("the fit has not converged: values are doubtful",),
+    )
+
+
+def _rows(study, name, rows) -> np.ndarray:
+    """(m, r) outputs at the place that was measured."""
+    place, names = study.measured[name].response or study.respond.patches[0], list(rows)
+    mine = in_patch(names, place) | (np.array(names) == place)
+    if not mine.any():
+        raise InputError(f"[measured.{name}] response = '{place}': {nearest(place, names)}")
+    return np.array([rows[one] for one, here in zip(names, mine, strict=True) if here])
+
+
+def line(store: Store) -> str:
+    """What was found."""
+    return "; ".join(_said(FitResult.load(store)))
+
+
+def _said(found: FitResult) -> Iterator[str]:
+    for one in found.values:
+        yield f"{one.name} {one.value:.4g} ({one.low:.4g} to {one.high:.4g})"
+
+
+def warnings(_: Study, store: Store) -> tuple[str, ...]:
+    """Whether it converged."""
+    return FitResult.load(store).warnings
+
+
+STAGE = Stage(
+    fit,
+    line,
+    warnings=warnings,
+    outputs=("fit.json",),
+    needs=("reduce", "measured", "tune", "respond"),
+    requires=("fit", "measured", "tune", "respond"),
+    reads=("fit", "measured", *READS),
+)
