@@ -34,6 +34,7 @@ SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross
 RATIO = "pull over excitation, Fc/Fe"
 AT_LEAST = {False: "at least: curve incomplete", True: "at least: the damper rolls or slides"}
 BEST = "least of the curve"
+BESIDE = 1.025  # of Fc/Fe, from one study to the next: bars of their scatter do not hide each other
 
 
 def in_words(phase: Phase) -> str:
@@ -99,7 +100,8 @@ def _heights(comparison, phase, blade) -> Iterator[Item]:
         for run in runs(mine):
             yield Curve(*_points(run, lambda p: MICRO * p.m_per_N), "", color)
         solved = [peak for peak in mine if peak.m_per_N is not None]
-        yield from _bars([(p.ratio, *comparison.spread(p)) for p in solved], color)
+        aside = BESIDE ** (k - (len(comparison.names) - 1) / 2)
+        yield from _bars([(aside * p.ratio, *comparison.spread(p)) for p in solved], color)
         yield Marks(*_points(solved, lambda p: MICRO * p.m_per_N), name, color, symbol)
     optima = comparison.optima(phase)
     for k, name in enumerate(comparison.names):

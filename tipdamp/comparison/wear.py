@@ -17,17 +17,7 @@ HOUR = 3600.0  # s
 
 def figures(comparison: ComparedStudies) -> Iterator[Figure]:
     """A row for each phase, a column for each side."""
-    panels = [
-        Panel(
-            f"{in_words(phase)}, side '{side}'",
-            AXIAL,
-            "friction work (J per mm and hour)",
-            items,
-        )
-        for phase in comparison.phases
-        for side in _sides(comparison)
-        if (items := list(_marks(comparison, phase, side)))
-    ]
+    panels = [panel for phase in comparison.phases for panel in _panels(comparison, phase)]
     if panels:
         yield Figure(
             "wear",
@@ -39,6 +29,24 @@ def figures(comparison: ComparedStudies) -> Iterator[Figure]:
             panels,
             row_height=280,
         )
+
+
+def _panels(comparison, phase: Phase) -> Iterator[Panel]:
+    """One for each side, on the same scales."""
+    found = {side: list(_marks(comparison, phase, side)) for side in _sides(comparison)}
+    every = [marks for items in found.values() for marks in items]
+    ends = [np.concatenate([vars(one)[axis] for one in every] or [[0.0]]) for axis in "xy"]
+    x_room, top = 0.03 * np.ptp(ends[0]), ends[1].max()
+    for side, items in found.items():
+        if items:
+            yield Panel(
+                f"{in_words(phase)}, side '{side}'",
+                AXIAL,
+                "friction work (J per mm and hour)",
+                items,
+                x_range=(ends[0].min() - x_room, ends[0].max() + x_room) if x_room else None,
+                y_range=(-0.04 * top, 1.06 * top) if top > 0 else None,
+            )
 
 
 def _sides(comparison) -> list[str]:

@@ -1,5 +1,6 @@
 """How far a sweep is, and what came of it, in words."""
 
+import re
 import time
 from collections import Counter
 from pathlib import Path
@@ -10,6 +11,7 @@ from tipdamp.hbm.errors import shown
 from tipdamp.sweep.cases import in_words
 from tipdamp.sweep.index import CaseState, Index
 
+FREQUENCY = re.compile(r"(\d+(?:\.\d+)?(?:e[+-]?\d+)?) Hz")
 SHOWN = 20  # cases that failed, for each reason
 
 
@@ -23,11 +25,31 @@ def status(folder: Path) -> tuple[str, bool]:
         f"sweep       {count['done']} of {len(cases)} cases done, {count['failed']} failed, "
         f"{count['to do']} to do{_left(folder, facts, count['to do'])}"
     ]
-    lines += [f"{n} curves are incomplete: {shown(why, 300)}" for why, n in incomplete.items()]
+    lines += _incomplete(incomplete)
     lines += _failures([one for one in cases if one.state == "failed"])
     if count["failed"]:
         lines.append(f"to try them again: tipdamp sweep {facts.get('study', 'STUDY')} --retry")
     return "\n".join(lines), not count["failed"] and not incomplete
+
+
+def _incomplete(reasons: dict[str, int]) -> list[str]:
+    """One line for each reason, whatever the frequencies."""
+    alike: dict[str, list[str]] = {}
+    for why, count in reasons.items():
+        alike.setdefault(FREQUENCY.sub("... Hz", why), []).extend([why] * count)
+    return [
+        f"{len(every)} curve{'s are' if len(every) > 1 else ' is'} incomplete: "
+        f"{shown(_with_range(why, every), 300)}"
+        for why, every in alike.items()
+    ]
+
+
+def _with_range(why, every):
+    """The reason with the first frequency of all of them, from to."""
+    hz = [float(found[1]) for one in every if (found := FREQUENCY.search(one))]
+    if not hz or min(hz) == max(hz):
+        return every[0]
+    return why.replace("... Hz", f"{min(hz):g} to {max(hz):g} Hz", 1)
 
 
 def _left(folder, facts, to_do):

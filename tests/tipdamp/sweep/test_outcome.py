@@ -191,10 +191,25 @@ def test_the_summary_counts_cases_and_says_why(tmp_path):
     assert text.splitlines()[:5] == [
         "sweep       2 of 5 cases done, 2 failed, 1 to do; nothing runs, to go on: tipdamp sweep "
         "STUDY",
-        "1 curves are incomplete: the damper slides freely",
+        "1 curve is incomplete: the damper slides freely",
         "failed: gave up",
         "    case 3: model.pull = 2",
         "    case 4: model.pull = 3",
+    ]
+
+
+def test_curves_that_stop_for_one_reason_are_one_line(tmp_path):
+    """Wherever each of them stops."""
+    steps = [SweepStep("respond", key, ()) for key in "abc"]
+    row = CurveRow("a", "patch_1", 5.0, 3, *5 * [None], False, False, 0, 4, 1844.0, "")
+    with Index(tmp_path, write=True) as index:
+        index.begin([{"model.pull": i} for i in range(3)], list("abc"))
+        for step, hz in zip(steps, (1500.0, 1474.88, 2870.29), strict=True):
+            ended = f"stopped at {hz:g} Hz: the damper rolls"
+            index.done([(step, 1.0, 10)], [replace(row, key=step.key, ended=ended)])
+        text, _ = status(tmp_path)
+    assert text.splitlines()[1:] == [
+        "3 curves are incomplete: stopped at 1474.88 to 2870.29 Hz: the damper rolls"
     ]
 
 
