@@ -60,6 +60,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
             held.figure,
             friction.states,
             peaks.stress,
+            peaks.safety,
         ),
     ),
     (

@@ -291,8 +291,8 @@ class CyclesResult(Result):
 
 
 class StressPlace(Record):
-    """A node where the alternating stress is larger than at all nodes of the cells around it; von
-    Mises stresses."""
+    """A node where the alternating stress is larger than at all nodes of the cells around it, or
+    where the safety is least; von Mises stresses. safety - by Goodman, None without limits."""
 
     body: str
     node: int
@@ -300,17 +300,19 @@ class StressPlace(Record):
     mean_Pa: float
     alternating_Pa: float
     amplitude_m: float
+    safety: Number = None
 
 
 class PeakStress(Record):
     """Stress at the highest solved point of a curve; files - .vtu of the bodies; places - the
-    largest of each body."""
+    largest of each body; least - of each body with limits, where its safety by Goodman is least."""
 
     files: Texts
     Fe_N: float
     H: int
     hz: float
     places: tuple[StressPlace, ...]
+    least: tuple[StressPlace, ...] = ()
 
 
 class StressResult(Result):

@@ -2,6 +2,7 @@
 largest H."""
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -64,7 +65,7 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
             continue
         q = whole_motion(curve, assembly.curves.problem, point)
         files = list[str]()
-        places = list[StressPlace]()
+        places, least = list[StressPlace](), list[StressPlace]()
         if assembly.interface is not None:
             q = assembly.interface.basis @ q
         for one in bodies:
@@ -73,17 +74,18 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
                 one.shape, q[assembly.model.body == name], 2 * np.pi * float(curve.frequency[point])
             )
             stem = case.file.rpartition("/")[2].removesuffix(".npz")
-            files += write_shapes(
-                store,
-                f"vibration_{stem}_{name}.vtu",
-                mesh,
-                {
-                    "mean von Mises stress (Pa)": fields.mean,
-                    "alternating stress (Pa)": fields.alternating,
-                    "displacement amplitude (m)": fields.amplitude,
-                },
-            )
-            places += _places(name, mesh, fields)
+            safety = goodman(fields, *limits(study, mesh))
+            shown = {
+                "mean von Mises stress (Pa)": fields.mean,
+                "alternating stress (Pa)": fields.alternating,
+                "displacement amplitude (m)": fields.amplitude,
+            }
+            known = np.isfinite(safety).any()
+            shown |= {"safety by Goodman": safety} if known else {}
+            files += write_shapes(store, f"vibration_{stem}_{name}.vtu", mesh, shown)
+            place = partial(_place, name, mesh, fields, safety)
+            places += map(place, _tops(mesh, fields))
+            least += [place(int(np.nanargmin(safety)))] if known else []
         found.append(
             PeakStress(
                 files=tuple(files),
@@ -91,6 +93,7 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
                 H=case.H,
                 hz=float(curve.frequency[point]),
                 places=tuple(places),
+                least=tuple(least),
             )
         )
     unbalanced = {
@@ -117,7 +120,39 @@ def _at_rest(study: Study, assembly: Assembly, tick: Tick) -> list[BodyAtRest]:
     return found
 
 
-def _places(body: str, mesh: Mesh, fields: VibrationStress) -> Iterator[StressPlace]:
+def limits(study: Study, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) (n,) Pa: fatigue limit and tensile strength at the nodes of a mesh, the lower ones where
+    materials meet; NaN where the material of a node has none."""
+    found = np.full((2, len(mesh.node)), np.inf)
+    rest = {kind: np.ones(len(cells), dtype=bool) for kind, cells in mesh.cells.items()}
+    for other in study.materials.values():
+        if other.group in mesh.cell_groups:
+            for kind, mine in mesh.members(other.group).items():
+                _lower(found, mesh.cells[kind][mine], other)
+                rest[kind] &= ~mine
+    for kind, mine in rest.items():
+        _lower(found, mesh.cells[kind][mine], study.material)
+    found[np.isinf(found)] = np.nan
+    return found[0], found[1]
+
+
+def _lower(found, cells, material):
+    if material.fatigue_limit is not None:
+        nodes = np.unique(cells)
+        values = material.fatigue_limit, material.tensile_strength
+        found[:, nodes] = np.minimum(found[:, nodes], np.array(values)[:, None])
+
+
+def goodman(
+    fields: VibrationStress, fatigue_limit: np.ndarray, tensile_strength: np.ndarray
+) -> np.ndarray:
+    """(n,) factor on both stresses at which the nodes reach Goodman's line [Goodman 1899]; the mean
+    counts as tension wherever it is. NaN without limits."""
+    used = fields.alternating / fatigue_limit + fields.mean / tensile_strength
+    return 1 / np.maximum(used, np.finfo(float).tiny)
+
+
+def _tops(mesh: Mesh, fields: VibrationStress) -> np.ndarray:
     """The nodes of the largest alternating stress, of those that no node of an adjacent cell
     surpasses."""
     value = np.nan_to_num(fields.alternating, nan=-1.0)
@@ -125,15 +160,19 @@ def _places(body: str, mesh: Mesh, fields: VibrationStress) -> Iterator[StressPl
     for cells in mesh.cells.values():
         np.maximum.at(around, cells, value[cells].max(axis=1, keepdims=True))
     tops = np.flatnonzero((value >= around * (1 - SAME)) & (value > 0))
-    for i in tops[in_order(-value[tops])][:LARGEST]:
-        yield StressPlace(
-            body=body,
-            node=mesh.node[i],
-            position_m=tuple(mesh.position[i]),
-            mean_Pa=fields.mean[i],
-            alternating_Pa=value[i],
-            amplitude_m=fields.amplitude[i],
-        )
+    return tops[in_order(-value[tops])][:LARGEST]
+
+
+def _place(body: str, mesh: Mesh, fields: VibrationStress, safety: np.ndarray, i: int):
+    return StressPlace(
+        body=body,
+        node=mesh.node[i],
+        position_m=tuple(mesh.position[i]),
+        mean_Pa=fields.mean[i],
+        alternating_Pa=fields.alternating[i],
+        amplitude_m=fields.amplitude[i],
+        safety=safety[i],
+    )
 
 
 def _unbalanced(parts: dict[str, float]) -> Iterator[str]:

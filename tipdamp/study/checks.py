@@ -13,6 +13,8 @@ from tipdamp.study.law import laws_with_sliders
 from tipdamp.study.schema import (
     ContactSection,
     LoadCase,
+    MaterialSection,
+    OtherMaterial,
     Respond,
     SideSection,
     StudySection,
@@ -63,6 +65,7 @@ def check_study(study: Study) -> None:
             raise InputError(f"{path}: {key} = {shown(file, 400)}: is not a file")
         if file.is_file():
             check_size(file)
+    check_limits(study)
     if not contact.pairs and contact.mu is None:
         raise InputError(
             f"{path}: [contact] mu is missing: {ContactSection.data_sheets()['mu'].text}"
@@ -102,6 +105,20 @@ def check_study(study: Study) -> None:
     for name, side in study.sides.items():
         check_side(f"{path}: [contact.{name}]", side, contact)
     check_loads(study)
+
+
+def check_limits(study: Study) -> None:
+    """Both limits of a material, or none."""
+    if "material" not in study:
+        return
+    every: dict[str, MaterialSection | OtherMaterial] = {"material": study.material}
+    every |= {f"material.{name}": one for name, one in study.materials.items()}
+    for name, one in every.items():
+        if (one.fatigue_limit is None) != (one.tensile_strength is None):
+            absent = "fatigue_limit" if one.fatigue_limit is None else "tensile_strength"
+            raise InputError(
+                f"{study.path}: [{name}] {absent} is missing: safety by Goodman needs both limits"
+            )
 
 
 def check_contact(where: str, contact: ContactSection) -> None:

@@ -73,6 +73,20 @@ Poisson = Annotated[float, Key(NUMBER, "Poisson's ratio", low=0, high=0.4999)]
 Density = Annotated[
     float, Key(NUMBER, "density", "density", low=0, open_low=True, sizes=(1e-9, 1e9))
 ]
+FatigueLimit = Annotated[
+    float | None,
+    Key(
+        NUMBER,
+        "alternating stress that is endured without a mean stress; with tensile_strength, "
+        "[respond] stress finds the safety by Goodman",
+        "stress",
+        low=0,
+        open_low=True,
+    ),
+]
+TensileStrength = Annotated[
+    float | None, Key(NUMBER, "mean stress at which none is", "stress", low=0, open_low=True)
+]
 WaveSpeed = Annotated[
     Band,
     Key(
@@ -171,6 +185,8 @@ class MaterialSection(StudySection):
     E: Young
     nu: Poisson
     density: Density
+    fatigue_limit: FatigueLimit = None
+    tensile_strength: TensileStrength = None
     wave_speed: WaveSpeed = (2000.0, 7000.0)
 
 
@@ -183,6 +199,8 @@ class OtherMaterial(StudySection):
     E: Young
     nu: Poisson
     density: Density
+    fatigue_limit: FatigueLimit = None
+    tensile_strength: TensileStrength = None
     wave_speed: WaveSpeed = (2000.0, 7000.0)
 
 

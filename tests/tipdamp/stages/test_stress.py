@@ -1,6 +1,7 @@
 """[respond] stress: what is written is the solution of the whole finite-element model."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from tipdamp.modal.elasticity import Material, elastic_body
 from tipdamp.modal.stress import nodal_stress, von_mises
 from tipdamp.results.response_results import StressResult
 from tipdamp.stages.run import results_folder
+from tipdamp.stages.stress import limits
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.statics.stresses import WholeBody, with_modes_of
 from tipdamp.study.study import load_study
@@ -205,6 +207,55 @@ def test_inertia_takes_up_what_is_not_balanced():
     edge = np.intersect1d(body.groups["face_x"], corner_study.on(mesh, 2, 0.0))  # straight across
     force[body.node_dofs(edge)] = np.tile([-1.0, 0, 0], 3)
     assert whole.at_rest(force)[1] < 1e-12
+
+
+def test_safety_by_goodman(tmp_path, capsys):
+    """At every node the factor that brings both stresses to the line; twice the limits, twice the
+    safety; one of them alone is refused."""
+    limits = "fatigue_limit = 2e6\ntensile_strength = 1e7"
+    store, found = solved(
+        tmp_path,
+        ("[20000, 40000]", "[20000, 20100]"),
+        ("density = 7850", f"density = 7850\n{limits}"),
+    )
+    (curve,) = found.curves
+    assert [place.body for place in curve.least] == ["blades", "damper"]
+    for place, file in zip(curve.least, curve.files, strict=True):
+        mesh = meshio.read(store.path(file))
+        used = (
+            mesh.point_data["alternating stress (Pa)"] / 2e6
+            + mesh.point_data["mean von Mises stress (Pa)"] / 1e7
+        )
+        assert mesh.point_data["safety by Goodman"] == pytest.approx(1 / used, rel=1e-6)
+        assert place.safety == pytest.approx(1 / np.nanmax(used), rel=1e-6)
+        assert place.alternating_Pa / 2e6 + place.mean_Pa / 1e7 == pytest.approx(1 / place.safety)
+    study = tmp_path / "corner.toml"
+    study.write_text(study.read_text().replace("fatigue_limit = 2e6\n", ""))
+    assert main(["inspect", str(study), "--quiet"]) == 2
+    assert "[material] fatigue_limit is missing: safety by Goodman" in capsys.readouterr().err
+
+
+def test_limits_are_those_of_the_materials():
+    """The lower ones at nodes where two materials meet, none where a material has none."""
+    mesh = replace(corner_study.damper(), cell_groups={})
+    kind, numbers = next(iter(mesh.number.items()))
+    mesh = replace(mesh, cell_groups={"tip": numbers[:1]})
+
+    def limits_with(tip, rest):
+        study = SimpleNamespace(
+            material=SimpleNamespace(fatigue_limit=rest, tensile_strength=2.0),
+            materials={"a": SimpleNamespace(group="tip", fatigue_limit=tip, tensile_strength=3.0)},
+        )
+        return limits(study, mesh)
+
+    tip = np.unique(mesh.cells[kind][:1])
+    fatigue, strength = limits_with(5.0, 4.0)
+    other = np.setdiff1d(np.unique(mesh.cells[kind][:1]), np.unique(mesh.cells[kind][1:]))
+    assert (fatigue[other] == 5.0).all() and (strength[other] == 3.0).all()
+    rest = np.setdiff1d(np.arange(len(fatigue)), other)
+    assert (fatigue[rest] == 4.0).all() and (strength[rest] == 2.0).all()
+    fatigue, _ = limits_with(5.0, None)
+    assert (fatigue[tip] == 5.0).all() and np.isnan(np.delete(fatigue, tip)).all()
 
 
 def test_matrices_have_no_stress(matrices_study, capsys):

@@ -199,6 +199,20 @@ def stress(results: Results) -> Iterator[Table]:
         )
 
 
+def safety(results: Results) -> Iterator[Table]:
+    """Of each curve where the safety of each body is least."""
+    curves = sorted(results.stress.curves if results.stress else (), key=lambda one: one.Fe_N)
+    rows = [_stress(one, place) for one in curves for place in one.least]
+    if rows:
+        yield Table(
+            "Least safety by Goodman of each body at the peak of blade 1: the factor on "
+            "alternating and mean stress together at which alternating over fatigue_limit and mean "
+            "over tensile_strength of the material add to 1. Means count as tension.",
+            rows,
+            left=(3, 5),
+        )
+
+
 def _stress(one: PeakStress, place: StressPlace) -> Row:
     return _of(one.H, one.Fe_N) | {
         "at (Hz)": hertz(one.hz),
@@ -208,4 +222,5 @@ def _stress(one: PeakStress, place: StressPlace) -> Row:
         "alternating (MPa)": number(place.alternating_Pa, 4, 1 / MEGA),
         "mean (MPa)": number(place.mean_Pa, 4, 1 / MEGA),
         "amplitude (µm)": micro(place.amplitude_m),
+        **({} if place.safety is None else {"safety": number(place.safety, 3)}),
     }
