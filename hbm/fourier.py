@@ -15,6 +15,8 @@ from functools import lru_cache
 
 import numpy as np
 
+EPS = np.finfo(float).eps
+
 
 def n_real(H: int) -> int:
     """Number of real coefficients of harmonics 0..H."""
@@ -69,7 +71,7 @@ def half_peak_to_peak(X: np.ndarray) -> np.ndarray:
     to rounding."""
     H = X.shape[-1] - 1
     if H <= 1:
-        return np.abs(X[..., 1]) if H else np.zeros(X.shape[:-1])
+        return modulus(X[..., 1]) if H else np.zeros(X.shape[:-1])
     (high, low), _ = _extrema(X[..., 1:].reshape(-1, H))
     return 0.5 * (high - low).reshape(X.shape[:-1])
 
@@ -78,19 +80,23 @@ def half_peak_to_peak_along(X: np.ndarray, dX: np.ndarray) -> tuple[np.ndarray, 
     """(half_peak_to_peak, its derivative where X changes by dX), each (...,): that of the values at
     the extremal instants."""
     H = X.shape[-1] - 1
+    if H == 1:
+        X, dX = X[..., 1], dX[..., 1]
+        value = modulus(X)
+        along = X.real * dX.real + X.imag * dX.imag
+        return value, along / np.where(value > 0, value, 1.0)
     (high, low), tau = _extrema(X[..., 1:].reshape(-1, H))
-    up, down = (
-        np.exp(1j * tau[..., None] * np.arange(1, H + 1)) * dX[..., 1:].reshape(-1, H)
-    ).real.sum(axis=-1)
-    value = 0.5 * (high - low).reshape(X.shape[:-1]) if H > 1 else np.abs(X[..., 1])
-    return value, 0.5 * (up - down).reshape(X.shape[:-1])
+    up, down = _turned(dX[..., 1:].reshape(-1, H), tau[..., None] * np.arange(1, H + 1))[0].sum(-1)
+    return 0.5 * (high - low).reshape(X.shape[:-1]), 0.5 * (up - down).reshape(X.shape[:-1])
 
 
 def _extrema(X):
     """(highest and lowest values (2, n), their instants (2, n)) of series without a mean, X (n, H)
     of orders 1..H.
 
-    Newton on the rate from the best sample; a sample stays where Newton would make it worse.
+    Newton on the rate from the best sample; a sample stays where Newton would make it worse by more
+    than rounding. At an extremum values tell an instant to 1e-8 only, the rate tells it to
+    rounding.
     """
     n, H = X.shape
     k, (tau, waves) = np.arange(1, H + 1), _waves(H)
@@ -100,17 +106,30 @@ def _extrema(X):
         np.repeat([1.0, -1.0], n),
     )
     X, step, best, at = np.concatenate([X, X]), np.pi / (16 * H), np.full(2 * n, -np.inf), tau
+    rounding = EPS * modulus(X).sum(axis=1)
     for _ in range(6):
-        z = X * np.exp(1j * tau[:, None] * k)
-        value = sign * z.real.sum(axis=1)
-        rate = -(z.imag @ k)
-        curvature = -(z.real @ k**2)
-        higher = ~(value <= best)
-        best, at = np.where(higher, value, best), np.where(higher, tau, at)
+        real, imag = _turned(X, tau[:, None] * k)
+        value, rate, curvature = sign * real.sum(axis=1), -(imag * k).sum(1), -(real * k**2).sum(1)
+        at = np.where(value >= best - rounding, tau, at)
+        best = np.maximum(value, best)
         tau = tau + np.minimum(
             np.maximum(-rate / np.where(curvature == 0, np.inf, curvature), -step), step
         )
     return (sign * best).reshape(2, n), at.reshape(2, n)
+
+
+def _turned(X, angle):
+    """Real and imaginary part of X exp(i angle)."""
+    c, s = np.cos(angle), np.sin(angle)
+    return X.real * c - X.imag * s, X.real * s + X.imag * c
+
+
+def modulus(X: np.ndarray) -> np.ndarray:
+    """|X| by real numbers.
+
+    Of a few complex numbers numpy rounds products and moduli in two ways, by how far apart they lie
+    in memory: the same call would give other last bits."""
+    return np.sqrt(X.real**2 + X.imag**2)
 
 
 @lru_cache
@@ -122,14 +141,11 @@ def _waves(H):
 
 def rms(X: np.ndarray) -> np.ndarray:
     """(...,) root mean square of the vibration, order 0 left out."""
-    return np.sqrt(0.5 * np.sum(np.abs(X[..., 1:]) ** 2, axis=-1))
+    return np.sqrt(0.5 * np.sum(X[..., 1:].real ** 2 + X[..., 1:].imag ** 2, axis=-1))
 
 
 def rms_slope(X: np.ndarray, dX: np.ndarray) -> np.ndarray:
     """(...,) derivative of rms where X changes by dX."""
-    size = rms(X)
-    return (
-        0.5
-        * np.sum((X[..., 1:].conj() * dX[..., 1:]).real, axis=-1)
-        / np.where(size > 0, size, 1.0)
-    )
+    size, X, dX = rms(X), X[..., 1:], dX[..., 1:]
+    along = np.sum(X.real * dX.real + X.imag * dX.imag, axis=-1)
+    return 0.5 * along / np.where(size > 0, size, 1.0)

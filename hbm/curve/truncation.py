@@ -75,7 +75,7 @@ class TruncationEstimate:
     def _both(self, here: Linearisation, point: Point) -> np.ndarray:
         with np.errstate(all="ignore"):
             change, motion = self.change(here, point)
-            size = np.sqrt(0.5 * (np.abs(change[:, 1:]) ** 2).sum(axis=1))
+            size = fourier.rms(change)
             size = np.where(np.isfinite(size), size, np.inf)
         if not self.stability:
             return size
