@@ -4,7 +4,7 @@ checked record."""
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from inspect import Parameter, signature
-from typing import Literal, Required, TypedDict, TypeVar
+from typing import Any, Literal, Required, TypedDict, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,14 @@ from tipdamp.hbm.curve.journal import Journal
 from tipdamp.hbm.errors import InputError, nearest
 
 Function = TypeVar("Function", bound=Callable)
+Options = TypeVar("Options")
+NEEDED = {
+    "outputs": (
+        "{name: row that takes the output out of q}, for example "
+        "{'tip': model.displacement_row('blades', 2, [0, 1, 0])}"
+    ),
+    "band": "(from, to) Hz",
+}
 PointsOfInterest = Literal["none", "peaks", "all"]
 
 
@@ -112,23 +120,27 @@ class CurveOptions:
 
 def curve_options(given: CurveKeywords) -> CurveOptions:
     """InputError for an option that does not exist, and where `outputs` is missing."""
-    known = [f.name for f in fields(CurveOptions)]
+    return given_options(CurveOptions, given, ("outputs",))
+
+
+def given_options(
+    kind: Callable[..., Options], given: Mapping[str, Any], needed: Sequence[str]
+) -> Options:
+    """A record of options from keywords; InputError for one that does not exist, and where one that
+    is needed is missing."""
+    known = list(signature(kind).parameters)
     for name in given:
         if name not in known:
             raise InputError(f"option {name}: is unknown; {nearest(name, known)}")
-    if "outputs" not in given:
-        raise InputError(
-            "outputs is missing: {name: row that takes the output out of q}, for example "
-            "{'tip': model.displacement_row('blades', 2, [0, 1, 0])}"
-        )
-    return CurveOptions(**given)
+    for name in needed:
+        if name not in given:
+            raise InputError(f"{name} is missing: {NEEDED[name]}")
+    return kind(**given)
 
 
-def with_options_named(function: Function) -> Function:
-    """The function whose `**options` are CurveKeywords; its signature, as `help` and editors show
-    it, names each of them with its type and default."""
-    own = signature(function)
-    named = [p for p in own.parameters.values() if p.kind is not Parameter.VAR_KEYWORD]
+def options_named(kind: type) -> Callable[[Function], Function]:
+    """For a function whose `**options` are the fields of a record: its signature, as `help` and
+    editors show it, names each of them with its type and default."""
     options = [
         Parameter(
             f.name,
@@ -136,7 +148,16 @@ def with_options_named(function: Function) -> Function:
             default=Parameter.empty if f.default is MISSING else f.default,
             annotation=f.type,
         )
-        for f in fields(CurveOptions)
+        for f in fields(kind)
     ]
-    vars(function)["__signature__"] = own.replace(parameters=[*named, *options])
-    return function
+
+    def named(function):
+        own = signature(function)
+        before = [p for p in own.parameters.values() if p.kind is not Parameter.VAR_KEYWORD]
+        vars(function)["__signature__"] = own.replace(parameters=[*before, *options])
+        return function
+
+    return named
+
+
+with_options_named = options_named(CurveOptions)

@@ -19,9 +19,11 @@ from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.series import real_times
-from tipdamp.hbm.continuation.point import Metric
+from tipdamp.hbm.continuation.point import Metric, Point
+from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 STEP = 1e-6  # arc length of the differences of tangents
+BESIDE = 0.05  # arc length within which a solution is that of a top
 NEAR = 0.02  # arc length within which their result is taken again by Newton's method
 # (linearisation by the frequency, tangent (dx, dw), arc length of that) -> relative slope
 Slope = Callable[[Linearisation, tuple[np.ndarray, float], float], float]
@@ -35,6 +37,7 @@ class Extremum:
     metric : arc length of the branch, in which e is the slope
     along : (row, corner) of a plane across the branch; it says which way is forward, and is taken
         from the last point
+    settings : of the continuation
     near : arc length within which derivatives of e are taken again
     recent : place at which these were found last, with that plane, and what they were
     """
@@ -45,6 +48,7 @@ class Extremum:
     metric: Metric
     w: float
     along: tuple[np.ndarray, float]
+    settings: Settings = DEFAULT
     near: float = NEAR
     recent: tuple | None = None
 
@@ -96,6 +100,11 @@ class Extremum:
         """((dx, dw), sign of the bordered determinant) of the branch, forward."""
         tx, tw, sign = found.direction(*self.along)
         return (tx, tw), sign
+
+    def near_top(self, point: Point, y: np.ndarray) -> bool:
+        """Whether a solution is that of a top y (n + 1,), not one beside it."""
+        away = point.x - y
+        return self.metric.norm(away[:-1], away[-1] / self.by_w) < BESIDE
 
     def look_along(self, tangent: tuple[np.ndarray, float]) -> None:
         """Take a tangent for the way forward."""

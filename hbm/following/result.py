@@ -22,12 +22,14 @@ class Followed(ArrayRecord):
     what : 'peak' or 'fold'; output, kind : whose peak, in which amplitude
     parameter_name, parameter : what varies, (n,) its values
     frequency : (n,) Hz; height : (n,) m, the amplitude of the output there
+    peak_of : (n,) str, the output whose peak it is: of several the largest
     output_names : (m,) str; harmonics : (n, m, H+1) complex, m, of all outputs
     share_stick, share_slip, share_open : (n, P) share of the cycle
     curvature : (n,) of the logarithm of what is extreme, by the arc length of the curve: negative
         at a maximum, zero where it meets a minimum
     jumps : (n,) bool, places that the way does not lead to from the one before: another peak was
         taken up there
+    fitted : (n,) bool, maxima of a piece of the curve, which has a kink there: no curvature
     ended : why it ends; complete : it reaches the last value
     unknowns : (n, N) of the curve, a `guess` for it; calls : evaluations of the residual
     seconds : cost
@@ -51,6 +53,7 @@ class Followed(ArrayRecord):
     parameter: np.ndarray
     frequency: np.ndarray
     height: np.ndarray
+    peak_of: np.ndarray
     output_names: np.ndarray
     harmonics: np.ndarray
     share_stick: np.ndarray
@@ -58,6 +61,7 @@ class Followed(ArrayRecord):
     share_open: np.ndarray
     curvature: np.ndarray
     jumps: np.ndarray
+    fitted: np.ndarray
     ended: str
     complete: bool
     H: int

@@ -14,9 +14,9 @@ from tipdamp.hbm.result import ForcedResponse
 
 def highest_peak(
     curve: ForcedResponse, problem: ContactProblem, name: str, kind: str
-) -> tuple[np.ndarray, float] | None:
-    """(x (n,), rad/s) of the highest maximum of an output inside the band; None where there is
-    none."""
+) -> tuple[np.ndarray, float, float] | None:
+    """(x (n,), rad/s, amplitude) of the highest maximum of an output inside the band; None where
+    there is none."""
     j, heights = curve.column(name), curve.amplitude(kind)[:, curve.column(name)]
     maxima = local_maxima(heights, curve.jumps)
     if not maxima:
@@ -24,13 +24,13 @@ def highest_peak(
     i = max(maxima, key=lambda k: heights[k])
     x, hz = curve.unknowns[i], curve.frequency[i]
     if kind == KINDS[0] and curve.peak_points.size and curve.peak_points[i, j]:
-        return x, 2 * np.pi * hz
+        return x, 2 * np.pi * hz, float(heights[i])
     equation, points = restored(curve, problem)
     orders = orders_of(kind, None, curve.H, curve.force_orders)
     outputs = Outputs(curve.output_rows[[j]], kind, orders)
     output = Output(equation, Branch(points), outputs, DEFAULT)
-    top = output.largest(0, heights, beside(heights, i), points)[0].point
-    return top.x, top.parameter
+    top = output.largest(0, heights, beside(heights, i), points)[0]
+    return top.point.x, top.point.parameter, top.value
 
 
 def folds(curve: ForcedResponse) -> list[tuple[np.ndarray, float]]:

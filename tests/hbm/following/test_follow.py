@@ -12,10 +12,10 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.varying import Unbalance
 from tipdamp.hbm.curve.peaks import find_peaks
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.following import follow as following
 from tipdamp.hbm.following.extremum import by_frequency
 from tipdamp.hbm.following.follow import follow_fold, follow_peak
 from tipdamp.hbm.following.result import Followed
+from tipdamp.hbm.following.run import Run
 from tipdamp.hbm.laws import CubicSpring, Jenkins1D
 from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band, solve_at
@@ -199,7 +199,7 @@ def test_values_that_are_not_solved_are_told(monkeypatch):
     given = dict(outputs=TIP, band=(600, 1200), harmonics=1, at=[1.25, 1.5])
     whole = follow_peak(oscillator(), FORCE, "level", (1.0, 2.0), **given)
     assert {1.25, 1.5} <= set(whole.parameter) and whole.ended == "reached the last value"
-    monkeypatch.setattr(following, "insert_crossings", lambda *given: [])
+    monkeypatch.setattr(Run, "at", lambda *given: False)
     peaks = follow_peak(oscillator(), FORCE, "level", (1.0, 2.0), **given)
     assert peaks.ended == "reached the last value; not solved at level = 1.25, 1.5"
 
@@ -247,3 +247,13 @@ def test_a_linear_resonance_has_no_fold():
     with pytest.raises(InputError, match="has no fold inside it"):
         given = dict(outputs=TIP, band=(600, 1200), harmonics=1)
         follow_fold(oscillator(), FORCE, "level", (0.1, 1.0), **given)
+
+
+def test_equal_calls_give_equal_numbers():
+    """Also where memory is used otherwise in between."""
+    given = dict(outputs={"x": [0.0, 1.0]}, band=(0.1, 0.3), harmonics=1)
+    first, *others = (
+        follow_peak(absorber(), np.array([0.0, 1.0]), "level", (1.0, 0.1), **given)
+        for _ in range(4)
+    )
+    assert all(other == first for other in others)

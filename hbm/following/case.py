@@ -1,0 +1,140 @@
+"""What is followed: the problem, the parameter, the outputs that are measured, and whole curves at
+one value."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from tipdamp.hbm.balance.parameter import Parameter
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.outputs import ModalRows
+from tipdamp.hbm.following.extremum import Slope
+from tipdamp.hbm.following.start import folds, highest_peak
+from tipdamp.hbm.response import follow_band
+from tipdamp.hbm.amplitude import amplitude, amplitude_along, orders_of
+from tipdamp.hbm.result import ForcedResponse
+
+AROUND = 0.01  # of the frequency: band around a peak in which it is found again
+WIDER = (1.0, 4.0)  # times that
+
+
+class Top(NamedTuple):
+    """A peak, or a fold, at one value of the parameter: x (n,) and w rad/s of the curve, whose
+    output `column` has it."""
+
+    x: np.ndarray
+    w: float
+    column: int
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is followed. rows (m, r) and names of all outputs, of which those of `columns` are
+    measured, and the largest of them counts."""
+
+    problem: ContactProblem
+    forces: dict
+    parameter: Parameter
+    what: str
+    names: list
+    rows: np.ndarray
+    columns: tuple[int, ...]
+    kind: str
+    band: tuple
+    H: int
+    start: str | np.ndarray | None
+    samples: int | None
+    settings: Settings
+
+    @property
+    def orders(self) -> list[int]:
+        """That count in an amplitude."""
+        return orders_of(self.kind, None, self.H, list(self.forces))
+
+    @cached_property
+    def modal(self) -> ModalRows:
+        """Of all outputs."""
+        return ModalRows(self.rows)
+
+    def balance(self) -> HarmonicBalance:
+        """Of the problem, at the value 1."""
+        start = "zero_slider" if self.start is None else self.start
+        return HarmonicBalance(self.problem, self.forces, self.H, start, self.samples)
+
+    def heights(self, found) -> np.ndarray:
+        """(m,) m, amplitudes of all outputs at a linearisation."""
+        return amplitude(self.modal.of(found.balance) @ found.modal, self.kind, self.orders)
+
+    def named(self, p: float) -> str:
+        """A place of the branch for messages."""
+        return self.parameter.named(p / self.parameter.scale)
+
+    def curve(
+        self,
+        value: float,
+        band: tuple | None = None,
+        guess: tuple[float, np.ndarray] | None = None,
+    ) -> tuple[ForcedResponse, ContactProblem]:
+        """(curve over the band, or over another one, its problem) at a value of the parameter."""
+        problem, forces = self.parameter.rebuild(self.problem, self.forces, value)
+        curve = follow_band(
+            problem,
+            forces,
+            self.band if band is None else band,
+            outputs={self.names[j]: self.rows[j] for j in self.columns},
+            settings=self.settings,
+            harmonics=self.H,
+            samples=self.samples,
+            truncation=False,
+            start=self.start,
+            guess=guess,
+        )
+        return curve, problem
+
+    def slope(self, column: int) -> Slope:
+        """Of the logarithm of what is extreme."""
+        if self.what == "fold":
+            return lambda found, tangent, length: tangent[1] / (found.w * length)
+        modal, orders, kind = ModalRows(self.rows[[column]]), self.orders, self.kind
+
+        def of_height(found, tangent, length):
+            rows = modal.of(found.balance)
+            X = rows @ found.modal
+            change = rows @ (found.moved(*tangent).modal - found.modal)
+            value, slope = amplitude_along(X, change, kind, orders)
+            return float(slope[0] / (value[0] * length))
+
+        return of_height
+
+    def begin(self, value: float, near: float | None = None) -> Top | None:
+        """The highest peak, or the fold nearest to `near` Hz, on the whole curve at a value."""
+        curve, problem = self.curve(value)
+        if self.what == "peak":
+            return self._highest(curve, problem)
+        hz = self.band[0] if near is None else near
+        found = min(folds(curve), key=lambda fold: abs(fold[1] - 2 * np.pi * hz), default=None)
+        return None if found is None else Top(*found, self.columns[0])
+
+    def again(self, top: Top, value: float) -> Top | None:
+        """A peak at another value, on the piece of the curve around it: no derivative is asked
+        for."""
+        hz = top.w / (2 * np.pi)
+        for wider in WIDER:
+            side = AROUND * wider * hz
+            curve, problem = self.curve(value, (hz - side, hz + side))
+            found = self._highest(curve, problem)
+            if found is not None:
+                return found
+        return None
+
+    def _highest(self, curve, problem):
+        found = []
+        for j in self.columns:
+            top = highest_peak(curve, problem, self.names[j], self.kind)
+            if top is not None:
+                found.append((top[2], Top(top[0], top[1], j)))
+        return max(found, key=lambda one: one[0], default=(0.0, None))[1]

@@ -1,0 +1,45 @@
+"""What may be asked of a followed peak or fold beside the problem and the parameter."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Required, TypedDict
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from tipdamp.hbm.continuation.settings import Settings
+
+
+class FollowKeywords(TypedDict, total=False):
+    """The fields of FollowOptions as keywords; `outputs` and `band` must be given."""
+
+    outputs: Required[Mapping[str, ArrayLike]]
+    band: Required[Sequence[float]]
+    harmonics: int
+    at: ArrayLike
+    start: str | np.ndarray | None
+    samples: int | None
+    settings: Settings | None
+    progress: Callable[[float, float, int], None] | None
+
+
+@dataclass(frozen=True)
+class FollowOptions:
+    """The keywords of `follow_peak` and `follow_fold`.
+
+    outputs : {name: (r,) row that takes the output out of q}
+    band : (low, high) Hz of the whole curves at the first value, at the last one and where a branch
+        ends: in it the highest peak counts
+    harmonics, start, samples, settings : as in CurveOptions
+    at : values of the parameter at which the peak is solved
+    progress : function (value, step, calls), called at each place
+    """
+
+    outputs: Mapping[str, ArrayLike]
+    band: Sequence[float]
+    harmonics: int = 5
+    at: ArrayLike = ()
+    start: str | np.ndarray | None = None
+    samples: int | None = None
+    settings: Settings | None = None
+    progress: Callable[[float, float, int], None] | None = None

@@ -1,0 +1,228 @@
+"""One branch of extrema: from one of them over the parameter, until it reaches a value, meets an
+extremum of the other kind, or is lost."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import nnls
+
+from tipdamp.hbm.balance.newton import Linearisation
+from tipdamp.hbm.continuation import arc
+from tipdamp.hbm.continuation.branch import Branch
+from tipdamp.hbm.continuation.corrector import reverse, solve_fixed
+from tipdamp.hbm.continuation.crossings import insert_crossings
+from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
+from tipdamp.hbm.continuation.point import Metric, Point, size
+from tipdamp.hbm.curve.trace import slides, unrestrained
+from tipdamp.hbm.following.case import Case, Top
+from tipdamp.hbm.following.extremum import Extremum
+
+NEAR = 0.1  # arc length up to which a place belongs to the branch before
+NEARBY = 0.01  # of the frequency: a unit of arc length along a curve
+# of a chord: what two tangents at its ends do not explain, with a kink between them; more is a jump
+ASIDE = 0.5
+SHORT = 1e-4  # arc length of a chord that is rounding beside the tangents
+
+
+class Met(BudgetExceeded):
+    """A maximum has met a minimum: what follows is the minimum."""
+
+
+class Found(BudgetExceeded):
+    """What was looked for is found."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """A branch of extrema of one output.
+
+    points : solved, in their order; column : of the output; calls : of the residual
+    why : it ends short of the value, in words; empty where it reaches it
+    enough : whether it ends as what was looked for is found
+    fitted : whether the points are maxima of pieces of a curve, not solutions of the equation
+    """
+
+    equation: Extremum
+    points: list[Point]
+    column: int
+    calls: int
+    why: str = ""
+    enough: bool = False
+    fitted: bool = False
+
+    @property
+    def values(self) -> np.ndarray:
+        """(n,) of the parameter, in units of the branch."""
+        return np.array([p.parameter for p in self.points])
+
+    def heights(self, case: Case) -> np.ndarray:
+        """(n,) m of its output."""
+        return np.array([case.heights(p.detail.found)[self.column] for p in self.points])
+
+    def backwards(self) -> "Run":
+        """From its end to its begin."""
+        return replace(self, points=[reverse(p) for p in self.points[::-1]])
+
+    def at(self, value: float) -> bool:
+        """Solve it at a value between two of its points; whether it is."""
+        if value in self.values:
+            return True
+        if self.fitted or len(self.points) < 2:
+            return False
+        branch = Branch(self.points)
+        settings = self.equation.settings
+        insert_crossings(self._near, branch, np.array([value]), self.equation.weights, settings)
+        return value in self.values
+
+    def _near(self, y, p):
+        """The equation that looks forward as the nearest point of the branch does: the way of the
+        last one may be backwards there."""
+        equation = self.equation
+        apart = [equation.apart(q.x - y, q.parameter - p, p) for q in self.points]
+        equation.look_along(self.points[int(np.argmin(apart))].detail.tangent)
+        return equation.evaluate(y, p)
+
+
+def equation_of(case: Case, top: Top) -> Extremum:
+    """The equation of an extremum, around a top."""
+    balance = case.balance()
+    metric = Metric(balance.weights, size(balance.weights * top.x), NEARBY * top.w)
+    forward = np.zeros(len(top.x)), 1.0
+    if case.what == "fold":  # there the frequency is no way forward
+        forward = metric.border(top.x / metric.size, 0.0)
+    slope = case.slope(top.column)
+    return Extremum(balance, case.parameter, slope, metric, top.w, forward, case.settings)
+
+
+def run_from(
+    case: Case,
+    top: Top,
+    ends: tuple[float, float],
+    progress: Callable | None,
+    found: Callable[[Point], bool] = lambda point: False,
+) -> Run | None:
+    """The branch from a top at the first of two values (units of the branch) towards the second;
+    None where the equation of an extremum is not solved there, as at a kink.
+
+    found(point) : of each new point, whether it is the last one
+    """
+    # a gap would be bridged to whatever is found: here it is an end; derivatives of the extremum
+    # are taken again now and then only, so that Newton is linear and the last step is evaluated
+    settings = replace(case.settings, max_gaps=0, last_step=0.0)
+    equation, begin = begin_at(case, top, ends[0])
+    if begin is None:
+        return None
+    budget = Budget(settings, progress, ends[0], len(equation.weights))
+    sign = np.sign(begin.detail.curvature)
+
+    def report(point: Point, step: float) -> None:
+        budget.point(point.parameter / case.parameter.scale, step, point.iterations)
+        if point.detail is None or not point.converged:
+            return
+        equation.look_along(point.detail.tangent)
+        turned = np.sign(point.detail.curvature) != sign
+        point.detail.forget()
+        if turned:
+            raise Met
+        if found(point):
+            raise Found
+
+    equation.balance.on_call = budget.call
+    branch = follow(equation.evaluate, begin, ends[1], equation.weights, settings, report)
+    equation.balance.on_call = None
+    branch.points = [p for p in branch.points if p.converged]
+    met = np.sign(branch.points[-1].detail.curvature) != sign
+    if met:
+        _to_the_meeting(equation, branch, np.sign(ends[1] - ends[0]), settings)
+    last, whole = branch.points[-1], len(branch.points)
+    branch.points = branch.points[: _first_jump(equation, branch.points)]
+    cut = len(branch.points) < whole
+    enough = not (met or cut or branch.complete) and len(branch.points) > 1 and found(last)
+    why = "" if branch.complete and not cut else _why(case, branch, met, cut)
+    if enough:
+        why = f"at {case.named(last.parameter)} another output has the larger peak"
+    return Run(equation, branch.points, top.column, branch.calls, why, enough)
+
+
+def begin_at(case: Case, top: Top, p: float) -> tuple[Extremum, Point | None]:
+    """(equation, its solution at a top), None where it has none that near; of a fold the nearest
+    point of a curve is known only."""
+    equation = equation_of(case, top)
+    y = equation.unknowns(top.x, top.w)
+    begin = solve_fixed(equation.evaluate, y, p, equation.weights, case.settings)
+    near_top = case.what == "fold" or equation.near_top(begin, y)
+    return equation, begin if begin.converged and near_top else None
+
+
+def near(found: Linearisation, x: np.ndarray, w: float) -> bool:
+    """Whether x (n,) and w lie near a point of a curve: on the same branch of peaks."""
+    metric = Metric(found.balance.weights, size(found.balance.weights * found.x), NEARBY * w)
+    return metric.norm(found.x - x, found.w - w) < NEAR
+
+
+def _to_the_meeting(equation, branch, sense, settings):
+    """End the branch where the parameter turns back: there maximum and minimum are one."""
+    a, b = branch.points[-2:]
+    equation.near, equation.recent = 0.0, None
+    metric = arc.metric_at(a, equation.weights)
+
+    def measure(point):
+        return arc.MeasuredPoint(
+            point, sense * point.parameter, sense * point.tangent[1] / metric.norm(*point.tangent)
+        )
+
+    ends = measure(a), measure(b)
+    if not ends[0].slope > 0 > ends[1].slope:
+        branch.points.pop()
+        return
+    top = arc.maximum(equation.evaluate, ends, measure, metric, settings).best
+    branch.points[-1:] = [] if top.point is a else [top.point]
+
+
+def _first_jump(equation, points):
+    """Number of points up to a chord that the tangents at its ends do not explain."""
+    for i in range(1, len(points)):
+        a, b = points[i - 1 : i + 1]
+        motion = size(equation.balance.weights * a.x[:-1])
+        metric = Metric(equation.weights, motion, _length(a.parameter))
+        if a.tangent is None or b.tangent is None:
+            continue
+        chord = _vector(metric, b.x - a.x, b.parameter - a.parameter)
+        long = np.linalg.norm(chord)
+        if long <= SHORT:
+            continue
+        ways = np.column_stack([_unit(_vector(metric, *q.tangent)) for q in (a, b)])
+        if nnls(ways, chord / long)[1] > ASIDE:
+            return i
+    return len(points)
+
+
+def _length(p: float) -> float:
+    """Unit of arc length over the parameter at p."""
+    return 0.1 * max(abs(p), 1e-300)
+
+
+def _vector(metric, dx, dp):
+    return np.r_[metric.weights * dx / metric.size, dp / metric.length]
+
+
+def _unit(v):
+    return v / max(np.linalg.norm(v), 1e-300)
+
+
+def _why(case, branch, met, cut):
+    last = branch.points[-1]
+    place = case.named(last.parameter)
+    drifts = unrestrained(replace(last, detail=last.detail.found), case.problem)
+    if drifts:
+        return f"stopped at {place}{drifts}"
+    said = slides(case.problem).removesuffix(" Where they are not to slide: ")
+    also = f"; {said}" if said else ""
+    if met and case.what == "peak":
+        return f"at {place} the peak meets a minimum of the curve, and is none beyond{also}"
+    if met:
+        return f"at {place} two folds meet, and the curve does not turn back there beyond{also}"
+    if cut or branch.end in ("lost", "no point"):
+        return f"at {place} a kink of the curve ends the branch of {case.what}s{also}"
+    return branch.sentence(case.named) + also
