@@ -14,12 +14,13 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+    from tipdamp.hbm.following.result import Followed
+    from tipdamp.hbm.modes.result import Backbone
     from tipdamp.hbm.result import ForcedResponse
 
 
 def as_frame(curve: ForcedResponse, kind: str, order: int | None) -> pandas.DataFrame:
     """A row for each point: see `ForcedResponse.to_pandas`."""
-    pandas = library("pandas", "to_pandas")
     amplitude = curve.amplitude(kind, order)
     columns: dict[str, Any] = {"frequency": curve.frequency}
     if curve.parameter_name != "frequency":
@@ -33,9 +34,7 @@ def as_frame(curve: ForcedResponse, kind: str, order: int | None) -> pandas.Data
         ]
     if curve.truncation.size:
         columns["relative_truncation"] = curve.relative_truncation
-    frame = pandas.DataFrame(columns)
-    frame.index.name = "point"
-    return frame
+    return _frame(columns, "point")
 
 
 def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
@@ -77,3 +76,33 @@ def notebook_table(caption: str, rows: Mapping[str, str]) -> str:
         for what, value in rows.items()
     )
     return f"<table><caption><b>{escape(caption)}</b></caption>{body}</table>"
+
+
+def mode_as_frame(mode: Backbone, kind: str) -> pandas.DataFrame:
+    """A row for each place: see `Backbone.to_pandas`."""
+    columns: dict[str, Any] = {
+        "mode_amplitude": mode.amplitude,
+        "frequency": mode.frequency,
+        "damping_ratio": mode.damping_ratio,
+    }
+    columns |= {name: mode.amplitudes(name, kind) for name in mode.output_names.tolist()}
+    return _frame(columns, "place")
+
+
+def followed_as_frame(peaks: Followed) -> pandas.DataFrame:
+    """A row for each place: see `Followed.to_pandas`."""
+    columns: dict[str, Any] = {
+        peaks.parameter_name: peaks.parameter,
+        "frequency": peaks.frequency,
+        "height": peaks.height,
+        "peak_of": peaks.peak_of,
+        "jump": peaks.jumps,
+        "fitted": peaks.fitted,
+    }
+    return _frame(columns, "place")
+
+
+def _frame(columns, index):
+    frame = library("pandas", "to_pandas").DataFrame(columns)
+    frame.index.name = index
+    return frame

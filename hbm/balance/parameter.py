@@ -362,7 +362,7 @@ class Rebuilt(Parameter):
 
 
 @dataclass(frozen=True)
-class Damping(Rebuilt):
+class Damping(Parameter):
     """A factor on the damping: on the damping ratios where the problem has these, else on C.
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
@@ -378,6 +378,21 @@ class Damping(Rebuilt):
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""
         return problem.with_damping(value), forces
+
+    def evaluate(
+        self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float
+    ) -> Linearisation:
+        """Linearisation at x (n,) and the factor p."""
+        value = max(p, SMALLEST)
+
+        def derivative(there, t):
+            return -t.factors * there.damping_push(t.factors * t.push, t.w) / value
+
+        return balance.with_damping(value).evaluate(x, w, derivative=derivative)
+
+    def held(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
+        """At the factor p, by the angular frequency."""
+        return balance.with_damping(max(p, SMALLEST)).evaluate(x, w)
 
 
 @dataclass(frozen=True)

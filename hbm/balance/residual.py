@@ -9,6 +9,7 @@ forces from the stuck springs (`hbm.laws.records.ContactForces`). Newton's linea
 
 from collections.abc import Callable
 from copy import copy
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -218,11 +219,39 @@ class HarmonicBalance:
                 return more
         return acting
 
-    def rebuilt(self, problem: ContactProblem, forces: dict) -> "HarmonicBalance":
+    def rebuilt(self, problem: ContactProblem, forces: dict) -> Any:
         """The same balance of another problem or other forces."""
         other = HarmonicBalance(problem, forces, self.H, self.given_start, len(self.grid[0]) - 1)
         other.on_call = self.on_call
         return other
+
+    def with_damping(self, factor: float) -> Self:
+        """The same balance with the damping times a factor; where it does not couple the modes
+        these are kept."""
+        known = self.receptance
+        if self.problem.reducible or not known.ratio.size:
+            return self.rebuilt(self.problem.with_damping(factor), self.forces)
+        other, at = copy(self), self.contact_receptance
+        damped = replace(
+            known, ratio=factor * known.ratio, free_damping=factor * known.free_damping
+        )
+        vars(other).pop("damping", None)
+        other.receptance = damped
+        other.contact_receptance = ContactReceptance(damped, at.shapes, at.into)
+        other._covering = other
+        return other
+
+    def damping_push(self, modal: np.ndarray, w: float) -> np.ndarray:
+        """(m, H+1) N, modal, of the damping in a motion with coordinates (m, H+1)."""
+        orders = w * np.arange(self.H + 1)
+        if self.receptance.ratio.size:
+            return 1j * orders * (self.damping[:, None] * modal)
+        problem, q = self.problem, self.receptance.shapes @ modal
+        C: Any = problem.C
+        force = 1j * orders * (0.5 * (C + C.T) @ q)
+        if problem.structural is not None:
+            force += 1j * (orders != 0) * (problem.structural @ q)
+        return self.receptance.into.T @ force
 
     def linear(self, w: float, level: float = 1.0) -> np.ndarray:
         """x of the stuck system at a force level: the solution while every contact sticks."""

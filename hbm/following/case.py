@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tipdamp.hbm.amplitude import amplitude, amplitude_along, orders_of
+from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
@@ -15,7 +17,6 @@ from tipdamp.hbm.curve.outputs import ModalRows
 from tipdamp.hbm.following.extremum import Slope
 from tipdamp.hbm.following.start import folds, highest_peak
 from tipdamp.hbm.response import follow_band
-from tipdamp.hbm.amplitude import amplitude, amplitude_along, orders_of
 from tipdamp.hbm.result import ForcedResponse
 
 AROUND = 0.01  # of the frequency: band around a peak in which it is found again
@@ -65,7 +66,7 @@ class Case:
         start = "zero_slider" if self.start is None else self.start
         return HarmonicBalance(self.problem, self.forces, self.H, start, self.samples)
 
-    def heights(self, found) -> np.ndarray:
+    def heights(self, found: Linearisation) -> np.ndarray:
         """(m,) m, amplitudes of all outputs at a linearisation."""
         return amplitude(self.modal.of(found.balance) @ found.modal, self.kind, self.orders)
 

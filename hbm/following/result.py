@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tipdamp.hbm import tables
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.drawing.figure import Curve, Panel
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 
@@ -91,6 +93,12 @@ class Followed(ArrayRecord):
         )
         label = f"{self.what} ({pictures.SHOWN[unit]})"
         return pictures.on_axes(Panel("", self.parameter_name, label, lines), ax)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A row for each place: the parameter, frequency in Hz, height in m, whose peak it is,
+        whether the way does not lead there, whether it is fitted. Raises InputError where pandas is
+        not installed."""
+        return tables.followed_as_frame(self)
 
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""

@@ -10,7 +10,6 @@ peak, by differences of fourth order.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import scipy.linalg as la
@@ -293,7 +292,7 @@ def by_setting(equation: Equation, here: Linearisation, name: str) -> Iterator[n
     if name == "level":
         yield here.factors * balance.force
     elif name == "damping":
-        yield -here.factors * _damping_push(here)
+        yield -here.factors * balance.damping_push(here.modal, here.w)
     else:
         yield from _by_contacts(here, name)
 
@@ -312,20 +311,6 @@ def _by_contacts(here, name):
         if springs[c].any() and problem.damping_ratio is not None:
             push = push + _ratios_follow(here, balance.shapes[rows], springs[c])
         yield -here.factors * push
-
-
-def _damping_push(here: Linearisation) -> np.ndarray:
-    """(m, H+1) modal force of the damping."""
-    balance, problem = here.balance, here.balance.problem
-    orders = here.w * np.arange(balance.H + 1)
-    if problem.damping_ratio is not None:
-        return 1j * orders * (balance.damping[:, None] * here.modal)
-    q = here.displacement()
-    C: Any = problem.C
-    force = 1j * orders * (0.5 * (C + C.T) @ q)
-    if problem.structural is not None:
-        force += 1j * (orders != 0) * (problem.structural @ q)
-    return balance.receptance.into.T @ force
 
 
 def _ratios_follow(here: Linearisation, rows: np.ndarray, k: Sequence[float]) -> np.ndarray:

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tipdamp.hbm import tables
 from tipdamp.hbm.amplitude import amplitude
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 
@@ -91,6 +93,12 @@ class Backbone(ArrayRecord):
         """
         a = self.amplitudes(name or str(self.output_names[0]))
         return pictures.over_frequency(self.frequency, a, f"backbone, mode {self.mode}", unit, ax)
+
+    def to_pandas(self, kind: str = "half_peak_to_peak") -> "pandas.DataFrame":
+        """A row for each place: `mode_amplitude` in m (harmonic 1 of the first output), frequency
+        in Hz, damping ratio, and the amplitude of each output in m, of a kind as in `amplitudes`.
+        Raises InputError where pandas is not installed."""
+        return tables.mode_as_frame(self, kind)
 
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""

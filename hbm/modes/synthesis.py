@@ -27,7 +27,7 @@ from tipdamp.hbm.validation import brief, check_forcing, numbers
 FINER = 20  # places between two points of the backbone
 NEARER = 0.5 ** np.arange(1, 12)  # of the last way to the peak: places on it
 SAME = 1e-6  # of a stuck frequency: by more it is another problem
-OVERLAP = 0.1  # of an output at its peak: more of it from other modes is told
+OVERLAP = 0.1  # of an output at phase resonance: more of it from other modes is told
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +37,7 @@ class Synthesis(ArrayRecord):
 
     frequency : (n,) Hz; output_names : (m,) str; harmonics : (n, m, H+1) complex, m
     others : (n, m) share of harmonic 1 that is of the other modes
+    top : place of phase resonance, where the mode has its largest amplitude
     peak_reached : whether the backbone reaches the amplitude of the peak
     said : where other modes overlap, in words; empty where this one rules
 
@@ -52,6 +53,7 @@ class Synthesis(ArrayRecord):
     output_names: np.ndarray
     harmonics: np.ndarray
     others: np.ndarray
+    top: int
     peak_reached: bool
     said: str
 
@@ -60,7 +62,8 @@ class Synthesis(ArrayRecord):
         return amplitude(self.harmonics, kind, [1])
 
     def peak(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
-        """(Hz, m) largest amplitude of an output; NaN where the backbone does not reach it."""
+        """(Hz, m) of the peak of the mode: the maximum uphill from its phase resonance; NaN where
+        the backbone does not reach it. Another one further away is that of a linear mode."""
         names = self.output_names.tolist()
         if name not in names:
             raise InputError(f"output '{name}' is not in this synthesis; {nearest(name, names)}")
@@ -68,7 +71,10 @@ class Synthesis(ArrayRecord):
         if not self.peak_reached:
             return float("nan"), float("nan")
         a = self.amplitude(kind)[:, j]
-        i = int(a.argmax())
+        i = self.top
+        for step in (-1, 1):
+            while 0 <= i + step < len(a) and a[i + step] > a[i]:
+                i += step
         return float(self.frequency[i]), float(a[i])
 
 
@@ -116,6 +122,7 @@ def synthesis(
     pull, w0, zeta = line.excitation(way, F)
     width = np.sqrt(np.maximum(line.reach(way, F), 0.0))
     squared = w0**2 * (1 - 2 * zeta**2) + side * width
+    top = int((squared > 0)[: len(s) - 1].sum())
     pull, w0, zeta, way, W = (
         part[squared > 0] for part in (pull, w0, zeta, way, np.sqrt(np.maximum(squared, 0.0)))
     )
@@ -124,10 +131,10 @@ def synthesis(
     beside = _other_modes(mode, problem, F, W)
     X[..., 1] += beside
     others = np.abs(beside) / np.maximum(np.abs(X[..., 1]), 1e-300)
-    top = np.abs(X[..., 1]).argmax(axis=0)
-    most = float(others[top, np.arange(len(top))].max())
-    said = f"other modes are {most:.0%} of an output at its peak" if most > OVERLAP else ""
-    return Synthesis(W / (2 * np.pi), mode.output_names, X, others, reached, said)
+    top = min(top, len(W) - 1)
+    most = float(others[top].max())
+    said = f"other modes are {most:.0%} of an output at its resonance" if most > OVERLAP else ""
+    return Synthesis(W / (2 * np.pi), mode.output_names, X, others, top, reached, said)
 
 
 @dataclass(frozen=True)

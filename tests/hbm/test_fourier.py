@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tipdamp.hbm.fourier import half_peak_to_peak, half_peak_to_peak_along
 from tipdamp.hbm.amplitude import KINDS, amplitude, amplitude_along
+from tipdamp.hbm.fourier import half_peak_to_peak, half_peak_to_peak_along
 
 RNG = np.random.default_rng(1)
 

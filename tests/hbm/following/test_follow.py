@@ -257,3 +257,29 @@ def test_equal_calls_give_equal_numbers():
         for _ in range(4)
     )
     assert all(other == first for other in others)
+
+
+def test_as_a_table():
+    pytest.importorskip("pandas")
+    given = dict(outputs=TIP, band=(600, 1200), harmonics=1)
+    peaks = follow_peak(oscillator(), FORCE, "level", (1.0, 2.0), **given)
+    table = peaks.to_pandas()
+    assert table["level"].tolist() == peaks.parameter.tolist()
+    assert table["height"].tolist() == peaks.height.tolist() and set(table["peak_of"]) == {"tip"}
+
+
+def test_the_damping_varies_without_a_problem_made_anew():
+    """Of damping ratios and of a matrix that couples the modes, against differences."""
+    for more in (dict(damping_ratio=0.02), dict(C=np.array([[4.0, 1.0], [1.0, 2.0]]))):
+        blade = Problem(M=np.diag([0.05, 0.1]), K=1e6 * np.array([[2.0, -1], [-1, 2]]), **more)
+        problem = blade.add(CubicSpring(1e9), 0).contact_problem
+        balance = HarmonicBalance(problem, {1: np.array([5.0, 1.0])}, 3)
+        x, w, parameter = balance.linear(4000.0), 4100.0, as_parameter("damping")
+        found, h = parameter.evaluate(balance, x, w, 0.7), 1e-4
+        near = [
+            balance.rebuilt(problem.with_damping(0.7 + s), balance.forces).evaluate(x, w)
+            for s in (0, h, -h)
+        ]
+        assert np.allclose(found.residual, near[0].residual, rtol=0, atol=1e-14)
+        rate = (near[1].residual - near[2].residual) / (2 * h)
+        assert np.allclose(found.by_parameter, rate, rtol=1e-6, atol=1e-6 * np.abs(rate).max())

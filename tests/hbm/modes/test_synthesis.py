@@ -95,6 +95,21 @@ def test_other_modes_that_overlap_are_told():
     assert "other modes are" in synthesis(mode, pair, np.array([1.0, 0.0]), 1e-3).said
 
 
+def test_the_peak_is_that_of_the_mode():
+    """Not the higher resonance of the linear mode further up, which the way passes too."""
+    K = np.array([[1.2, -0.2], [-0.2, 4.0]])
+    pair = Problem(M=np.eye(2), K=K, damping_ratio=0.01).add(CubicSpring(0.1), 0)
+    outputs = {"x": [1.0, 0.0], "y": [0.0, 1.0]}
+    mode = backbone(pair, 1, (1e-6, 0.5), outputs=outputs, harmonics=1)
+    found = synthesis(mode, pair, np.array([0.0, 1.0]), 0.05)
+    assert found.frequency[found.amplitude()[:, 1].argmax()] > 0.3  # of mode 2
+    hz, height = found.peak("y")
+    given = dict(outputs={"y": [0.0, 1.0]}, harmonics=1, truncation=False)
+    curve = follow_band(pair.contact_problem, np.array([0.0, 0.05]), (0.14, 0.22), **given)
+    assert hz == pytest.approx(curve.peak("y")[0], rel=1e-3)
+    assert height == pytest.approx(curve.peak("y")[1], rel=0.02)
+
+
 def test_the_backbone_must_reach_far_enough():
     mode = backbone(oscillator(), 1, (1e-6, 1e-5), outputs=X, harmonics=1)
     found = synthesis(mode, oscillator(), np.ones(1), 5.0)
