@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from tipdamp.modal.elements.cells import CELLS
+
 SAME_NODE = 1e-9  # m; nodes of two blocks closer than this are one node
 
 
@@ -31,29 +33,8 @@ class HexMesh:
     node_sets: dict
 
 
-def _hexahedron_order():
-    """Positions of the 27 nodes of gmsh's element type 12 on the lattice {0, 1, 2}^3 (gmsh manual,
-    node ordering)."""
-    # fmt: off
-    corners = [
-        (0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0),
-        (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2),
-    ]
-    # fmt: on
-    # fmt: off
-    edges = [
-        (0, 1), (0, 3), (0, 4), (1, 2),
-        (1, 5), (2, 3), (2, 6), (3, 7),
-        (4, 5), (4, 7), (5, 6), (6, 7),
-    ]
-    # fmt: on
-    faces = [(0, 3, 2, 1), (0, 1, 5, 4), (0, 4, 7, 3), (1, 2, 6, 5), (2, 3, 7, 6), (4, 5, 6, 7)]
-    c = np.array(corners)
-    middles = [c[list(part)].mean(axis=0) for part in (*edges, *faces, range(8))]
-    return np.vstack([c, middles]).astype(int)
-
-
-HEX27 = _hexahedron_order()
+# places of the nodes in gmsh's order on the lattice {0, 1, 2}^3
+HEX27 = (CELLS["hexahedron27"].reference + 1).astype(int)
 _QUAD9 = np.array([(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)])
 
 

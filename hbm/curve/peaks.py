@@ -49,6 +49,17 @@ def refine_largest(
     return marks
 
 
+def _beside(points, heights, high):
+    """Places of the pieces of the branch with a `high` point at an end, both ends solved."""
+    return [
+        i
+        for i in range(len(points) - 1)
+        if (high[i] or high[i + 1])
+        and np.isfinite(heights[i : i + 2]).all()
+        and not points[i + 1].jump
+    ]
+
+
 def _solve_extremes(output, group, found):
     """Add the highest and the lowest of the largest maxima of a group of outputs to `found`,
     {output: (it, whether it is solved)}.
@@ -169,13 +180,7 @@ class Output:
             return least
         if self._sampled(top):
             return (1 + RIPPLE) * least
-        near = [
-            i
-            for i in range(len(points) - 1)
-            if (high[i] or high[i + 1])
-            and np.isfinite(heights[i : i + 2]).all()
-            and not points[i + 1].jump
-        ]
+        near = _beside(points, heights, high)
         if any(point.tangent is None for i in near for point in points[i : i + 2]):
             return np.inf
         metric = arc.metric_at(top, self.equation.weights)
@@ -244,13 +249,7 @@ class Output:
     def _chains(self, points, heights, high, measured, metric):
         """([measured points, one after the other along the branch], whether their ripples are told
         apart): all that lie beside a `high` point."""
-        near = [
-            i
-            for i in range(len(points) - 1)
-            if (high[i] or high[i + 1])
-            and np.isfinite(heights[i : i + 2]).all()
-            and not points[i + 1].jump
-        ]
+        near = _beside(points, heights, high)
         wanted = sorted(
             {int(np.nanargmax(np.where(high, heights, -np.inf))), *near, *(i + 1 for i in near)}
         )

@@ -11,6 +11,7 @@ from collections import namedtuple
 import numpy as np
 
 from tipdamp.hbm.compiled import njit
+from tipdamp.hbm.time.events import fill_weights
 
 Poles = namedtuple("Poles", "s out into static")
 Poles.__doc__ = """As in `hbm.time.events.System`, at the components that act: s (n,), out (nc, 2n),
@@ -20,33 +21,6 @@ Segments = namedtuple("Segments", "place length gamma rate memory captured captu
 Segments.__doc__ = """K intervals of the contacts that act: place (a, nd) of a component among the
 nc that do, -1 of others; length (K,) s; and as in `hbm.laws.variation.CycleTangents`, gamma less
 the stuck springs, rate by time."""
-
-
-@njit(cache=True)
-def weights(s, h, W):
-    """W (5, n): exp(s h), and the weights of g0, g0', g1 and of the defect over a step h."""
-    for j in range(len(s)):
-        x = s[j] * h
-        if abs(x) < 1.0:
-            term, f4 = (1.0 + 0j) / 24, 0j
-            for k in range(18):
-                f4 += term
-                term *= x / (k + 5)
-            f3 = 1 / 6 + x * f4
-            f2 = 0.5 + x * f3
-            f1 = 1 + x * f2
-            E = 1 + x * f1
-        else:
-            E = np.exp(x)
-            f1 = (E - 1) / x
-            f2 = (f1 - 1) / x
-            f3 = (f2 - 0.5) / x
-            f4 = (f3 - 1 / 6) / x
-        W[0, j] = E
-        W[1, j] = h * (f1 - 2 * f3)
-        W[2, j] = h * h * (f2 - 2 * f3)
-        W[3, j] = 2 * h * f3
-        W[4, j] = h * h * (6 * f4 - 2 * f3)
 
 
 @njit(cache=True)
@@ -181,7 +155,7 @@ def monodromy(poles, segments, begins):
     for k in range(len(segments.length)):
         h = segments.length[k]
         if abs(h - length) > 1e-12 * h:
-            weights(poles.s, h, W)
+            fill_weights(poles.s, h, W)
             begin, rise = times(W[1], poles.into), times(W[2], poles.into)
             end, defect = times(W[3], poles.into), times(W[4], poles.into)
             by_end = np.dot(rows, end)  # of the force at the end, on what is seen there

@@ -17,7 +17,7 @@ from tipdamp.hbm.laws.piecewise import PiecewiseLinear
 from tipdamp.hbm.time import events, guards
 from tipdamp.hbm.time.base import IntegratedCycle
 from tipdamp.hbm.time.settings import IntegrationSettings
-from tipdamp.hbm.time.stuck_system import stuck_system
+from tipdamp.hbm.time.stuck_system import OnStuckSystem, stuck_system
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class ExactState:
     memory: np.ndarray
 
 
-class ExactIntegrator:
+class ExactIntegrator(OnStuckSystem):
     """Event-driven integration of the problem of a HarmonicBalance at angular frequency w (see
     `base.Integrator`).
 
@@ -162,19 +162,10 @@ class ExactIntegrator:
             int(record.count[1]),
         )
 
-    def vector(self, state: ExactState) -> np.ndarray:
-        """As in `Integrator`."""
-        return np.r_[state.z * self.stuck.weight, state.memory.ravel()]
-
     def from_vector(self, v: np.ndarray) -> ExactState:
         """As in `Integrator`."""
         n = len(self.stuck.weight)
         return self._settled(v[:n] / self.stuck.weight, v[n:].reshape(self.stuck.shape[0], -1))
-
-    def change(self, before: ExactState, cycle: IntegratedCycle) -> float:
-        """As in `Integrator`."""
-        after = cycle.state
-        return self.stuck.change((before.z, after.z), (before.memory, after.memory), cycle.force)
 
 
 def _for_kernels(piecewise: PiecewiseLinear, stiffness, rest) -> guards.Table:

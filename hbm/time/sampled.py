@@ -15,7 +15,7 @@ from tipdamp.hbm.laws.records import Motion
 from tipdamp.hbm.time import events
 from tipdamp.hbm.time.base import IntegratedCycle
 from tipdamp.hbm.time.settings import IntegrationSettings
-from tipdamp.hbm.time.stuck_system import stuck_system
+from tipdamp.hbm.time.stuck_system import OnStuckSystem, stuck_system
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class _StepEnd:
     dt: float
 
 
-class SampledIntegrator:
+class SampledIntegrator(OnStuckSystem):
     """Integration of the problem of a HarmonicBalance at angular frequency w by samples (see
     `base.Integrator`)."""
 
@@ -119,21 +119,12 @@ class SampledIntegrator:
         u, g, _, *slopes = self._solved(end, memory, 0 * u0)
         return SampledState(z, memory, u, g, self._rate(0, z, g, *slopes))
 
-    def vector(self, state: SampledState) -> np.ndarray:
-        """As in `Integrator`."""
-        return np.r_[state.z * self.stuck.weight, state.memory.ravel()]
-
     def from_vector(self, v: np.ndarray) -> SampledState:
         """As in `Integrator`."""
         n, stuck = len(self.stuck.weight), self.stuck
         z, memory = v[:n] / stuck.weight, v[n:].reshape(stuck.shape[0], -1)
         u = (self.known[0, 0] + stuck.system.out @ z).reshape(stuck.shape)
         return self._begin(z, stuck.law.state_at(u, memory, stuck.contacts))
-
-    def change(self, before: SampledState, cycle: IntegratedCycle) -> float:
-        """As in `Integrator`."""
-        after = cycle.state
-        return self.stuck.change((before.z, after.z), (before.memory, after.memory), cycle.force)
 
     def periods(self, state: SampledState, n: int = 1) -> IntegratedCycle:
         """As in `Integrator`."""

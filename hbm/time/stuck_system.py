@@ -6,6 +6,7 @@ what the nonlinear force g adds to it through the poles (see `poles`): u = known
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -89,12 +90,24 @@ class StuckSystem:
         """(P nd, H+1) complex harmonics of the motion at the contacts."""
         return self.balance.shapes @ self.modal(force)
 
-    def change(self, z: tuple, memory: tuple, force: np.ndarray) -> float:
-        """Largest change of motion and memory, each (before, after), relative to the vibration
-        under the force."""
-        size = np.abs(self.relative_motion(force)[:, 1:]).sum(axis=1).max(initial=0.0) + 1e-300
-        moved = np.abs(self.system.out @ (z[1] - z[0])).max(initial=0.0)
-        return float(max(moved, np.abs(memory[1] - memory[0]).max(initial=0.0)) / size)
+
+class OnStuckSystem:
+    """What integrators of any kind do alike with their states of poles z and memory."""
+
+    stuck: StuckSystem
+
+    def vector(self, state: Any) -> np.ndarray:
+        """As in `Integrator`."""
+        return np.r_[state.z * self.stuck.weight, state.memory.ravel()]
+
+    def change(self, before: Any, cycle: Any) -> float:
+        """As in `Integrator`."""
+        after, stuck = cycle.state, self.stuck
+        motion = stuck.relative_motion(cycle.force)[:, 1:]
+        size = np.abs(motion).sum(axis=1).max(initial=0.0) + 1e-300
+        moved = np.abs(stuck.system.out @ (after.z - before.z)).max(initial=0.0)
+        changed = np.abs(after.memory - before.memory).max(initial=0.0)
+        return float(max(moved, changed) / size)
 
 
 def stuck_system(balance: HarmonicBalance, w: float, settings: IntegrationSettings) -> StuckSystem:
