@@ -27,6 +27,9 @@ class Dense:
     def restoring(self, away):
         return 0 * away
 
+    def forget(self):
+        pass
+
     def direction(self, row, corner):
         return self._solve(row, corner, np.r_[0 * self.residual, 1.0])
 

@@ -93,6 +93,24 @@ def test_endless_folds_are_left_by_a_named_restart():
     assert all(b.converged for b in branch.points) and branch.points[-1].x[0] == pytest.approx(-10)
 
 
+def test_points_of_a_restart_lie_in_growing_steps():
+    """Towards the folds at p = 5.2, beyond which nothing lies; no step is left out."""
+
+    def folds(x, p):
+        a, slope = 5 + 0.2 * np.sin(5 * (x[0] - 5)), np.cos(5 * (x[0] - 5))
+        if x[0] < 5:
+            a, slope = x[0], 1.0
+        other = x[0] - 4
+        return Dense(np.array([(a - p) * other]), np.array([[slope * other + a - p]]), -x + 4)
+
+    branch = follow(folds, start_at(folds, 1.0, 1.0), 10.0, np.ones(1), Settings(patience=50))
+    begin, to = branch.restarts[0]
+    jumps = [b.parameter for b in branch.points if b.jump and b.parameter <= to]
+    steps = np.diff([begin, *jumps])
+    assert len(steps) > 1 and jumps[-1] == to
+    assert steps[0] <= 1e-3 * 9 and (steps[1:] <= 1.5 * steps[:-1] * (1 + 1e-9)).all()
+
+
 @pytest.mark.filterwarnings("ignore:invalid value encountered in det")
 def test_steps_that_are_no_number_are_not_evaluated():
     def broken(x, p):
