@@ -109,6 +109,57 @@ def test_a_release_is_told_alike():
     assert f"\ndate-released: {heading[2]}\n" in citation
 
 
+@pytest.fixture
+def small_project(tmp_path):
+    """What a release changes, in a repository of its own."""
+    for name in ("dev", "CITATION.cff", "CHANGELOG.md", "tipdamp/__init__.py"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+
+    def git(*words):
+        done = subprocess.run(["git", *words], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    git("init", "-q")
+    git("config", "user.name", "t")
+    git("config", "user.email", "t@t")
+    git("add", "-A")
+    git("commit", "-qm", "before")
+    return tmp_path, git
+
+
+def tagged(folder, version):
+    return subprocess.run([folder / "dev", "tag", version], capture_output=True, text=True)
+
+
+def test_a_release_is_a_commit_and_a_tag(small_project):
+    folder, git = small_project
+    changes = (folder / "CHANGELOG.md").read_text()
+    done = tagged(folder, "7.8.9")
+    assert done.returncode == 0, done.stderr
+    assert git("log", "-1", "--format=%s").strip() == "Version 7.8.9"
+    assert git("rev-parse", "v7.8.9^{commit}") == git("rev-parse", "HEAD")
+    today = git("log", "-1", "--format=%cs").strip()
+    citation = (folder / "CITATION.cff").read_text()
+    assert f"\nversion: 7.8.9\ndate-released: {today}\n" in citation
+    assert '\n__version__ = "7.8.9"\n' in (folder / "tipdamp" / "__init__.py").read_text()
+    heading = f"## Unreleased\n\n## 7.8.9 - {today}\n"
+    assert (folder / "CHANGELOG.md").read_text() == changes.replace("## Unreleased\n", heading)
+    again = tagged(folder, "7.8.9")
+    assert again.returncode and "v7.8.9 is there" in again.stderr
+
+
+def test_no_release_of_what_nobody_can_get(small_project):
+    folder, git = small_project
+    assert "such as 0.3.0" in tagged(folder, "7.8").stderr
+    (folder / "CHANGELOG.md").write_text("# Changelog\n\n## Unreleased\n\n## 0.2.0 - 2026-01-01\n")
+    assert "not committed" in tagged(folder, "7.8.9").stderr
+    git("commit", "-qam", "nothing new")
+    assert "nothing below Unreleased" in tagged(folder, "7.8.9").stderr
+    assert git("tag") == ""
+
+
 @pytest.mark.parametrize(
     "refused, why",
     [
