@@ -10,6 +10,7 @@ import scipy.linalg as la
 from tests.hbm.cases import coupled, load, with_damping_matrix
 from tests.hbm.conformance import SteppedFriction
 from tests.hbm.small_rig import small_rig
+from tipdamp import Jenkins1D, Problem
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance import aft, residual
 from tipdamp.hbm.balance.parameter import ContactSetting, Frequency, Level
@@ -323,3 +324,21 @@ def test_contact_open_at_rest_carries_nothing(law):
     )
     assert curve.complete
     assert np.abs(curve.harmonics[:, 0, 0]).max() < 1e-6 * np.abs(curve.harmonics[:, 0, 1]).max()
+
+
+def test_a_mean_that_moves_far_costs_few_points():
+    """Where a contact begins to slip, a small constant force moves the mean 34 times as far as the
+    mass vibrates, for next to no work; the vibration is that without it."""
+    mass = Problem(M=[[1.0]], K=[[1e3]], damping_ratio=0.002)
+    rubbing = mass.add(Jenkins1D(), 0, kt=1e6, mu=0.5, preload=20.0).force(0, 4.0)
+    moved = replace(rubbing, static=[0.5])
+    still, drifting = (
+        one.follow_band((120, 200), harmonics=3, outputs={"x": 0}) for one in (rubbing, moved)
+    )
+    mean = np.abs(drifting.harmonics[:, 0, 0]).max()
+    assert (
+        mean > 30 * drifting.amplitude().max()
+        and mean > 1e9 * np.abs(still.harmonics[:, 0, 0]).max()
+    )
+    assert drifting.peak("x")[1] == pytest.approx(still.peak("x")[1], rel=1e-6)
+    assert len(drifting) < 1.6 * len(still)
