@@ -26,7 +26,7 @@ from tipdamp.hbm.laws.records import Contacts
 from tipdamp.hbm.laws.shipped import check_law
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.hbm.validation import brief, check_whole, numbers
+from tipdamp.hbm.validation import brief, check_call, check_whole, numbers
 
 Where = int | tuple[int, int] | ArrayLike
 """A dof, two dofs (a, b) for the motion q_a - q_b, or a row (r,) that takes a motion out of q."""
@@ -154,6 +154,7 @@ class Problem(AnyProblem):
         allowed = f"must be a row of {self.size} numbers"
         along = cast(Any, self.M) @ self.row(numbers("direction", direction, allowed))
         of = amplitude if callable(amplitude) else constant("m", amplitude)
+        check_call("base_motion: its amplitude", of, "w")
         return self._with_varying(
             (harmonic, along, lambda w: (harmonic * w) ** 2 * amplitude_at(of, w))
         )
@@ -207,6 +208,7 @@ class Problem(AnyProblem):
 
     def _with_force(self, pattern, amplitude, harmonic):
         if callable(amplitude):
+            check_call("force: its amplitude", amplitude, "w")
             return self._with_varying((harmonic, pattern, amplitude))
         more = constant("N", amplitude)(0.0) * pattern
         sum_of = {**self.forces, harmonic: self.forces.get(harmonic, 0.0) + more}

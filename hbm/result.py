@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from operator import index
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -188,8 +188,17 @@ class ForcedResponse(ArrayRecord):
     def __bool__(self) -> bool:
         return True  # a curve without a point is a curve
 
-    def __getitem__(self, i: int) -> "PeriodicSolution":
-        """The solution of a point of the curve, counted from 0, or from the last with -1."""
+    @overload
+    def __getitem__(self, i: int) -> "PeriodicSolution": ...
+
+    @overload
+    def __getitem__(self, i: slice) -> "list[PeriodicSolution]": ...
+
+    def __getitem__(self, i):
+        """The solution of a point of the curve, counted from 0, or from the last with -1; those of
+        a slice as a list."""
+        if isinstance(i, slice):
+            return [self[k] for k in range(len(self))[i]]
         i = range(len(self))[index(i)]
         P = len(self.carrying)
         forces = self.contact_force[i] if self.contact_force.size else np.empty((P, 0, self.H + 1))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import fields
+from inspect import signature
 from numbers import Integral, Real
 from typing import Any
 
@@ -187,6 +188,21 @@ def check_kind(name: str, value: Any, kind: type, made_by: str) -> Any:
     return value
 
 
+def check_call(name: str, function: Callable, *arguments: str) -> None:
+    """InputError where a function of the user's own cannot be called with arguments of these names;
+    what does not state its arguments is taken as it is."""
+    try:
+        stated = signature(function)
+    except ValueError:
+        return
+    try:
+        stated.bind(*arguments)
+    except TypeError:
+        raise InputError(
+            f"{name}{shown(stated)} cannot be called with ({', '.join(arguments)}), as it will be"
+        ) from None
+
+
 def check_settings(settings: Settings | None, progress: Callable | None = None) -> Settings:
     """The numbers of the continuation, by default its own; InputError too where progress cannot be
     called."""
@@ -194,6 +210,8 @@ def check_settings(settings: Settings | None, progress: Callable | None = None) 
         raise InputError(
             f"progress = {brief(progress)}: must be a function (value, step, calls), or None"
         )
+    if progress is not None:
+        check_call("progress", progress, "value", "step", "calls")
     settings = DEFAULT if settings is None else settings
     check_kind(
         "settings", settings, Settings, "replace(hbm.continuation.settings.DEFAULT, max_calls=500)"

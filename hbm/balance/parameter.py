@@ -21,7 +21,14 @@ from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.laws.records import Contacts
-from tipdamp.hbm.validation import MOST_HARMONICS, brief, check_forcing, check_kind, numbers
+from tipdamp.hbm.validation import (
+    MOST_HARMONICS,
+    brief,
+    check_call,
+    check_forcing,
+    check_kind,
+    numbers,
+)
 
 Rebuild: TypeAlias = tuple[ContactProblem, dict]
 SETTINGS = ("preload", "mu", "kn", "kt")
@@ -417,6 +424,9 @@ class ModelParameter(Rebuilt):
     name: str
     of_value: Callable
 
+    def __post_init__(self):
+        check_call(f"parameter '{self.name}': of_value", self.of_value, "problem", "value")
+
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""
         made = check_kind(
@@ -451,6 +461,9 @@ class ForceParameter(Rebuilt):
     of_value: Callable
     periods: int = field(default=1, init=False)
 
+    def __post_init__(self):
+        check_call(f"parameter '{self.name}': of_value", self.of_value, "value")
+
     def over(self, periods: int) -> Parameter:
         """Its forces stand at that many times their orders."""
         same = replace(self)
@@ -481,6 +494,8 @@ def as_parameter(parameter: Parameter | str) -> Parameter:
     """A Parameter itself, or the one of a name: level, damping, preload, mu, kn, kt; InputError for
     anything else."""
     if isinstance(parameter, Parameter):
+        rebuilds = f"parameter '{parameter.name}': rebuild"
+        check_call(rebuilds, parameter.rebuild, "problem", "forces", "value")
         return parameter
     if not isinstance(parameter, str) or parameter not in BY_NAME:
         raise InputError(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.validation import brief, check_whole, numbers
+from tipdamp.hbm.validation import brief, check_call, check_whole, numbers
 
 STEP = 1e-5  # relative, of the central differences of given functions
 Amplitude = Callable[[float], complex]
@@ -160,6 +160,7 @@ class Varying:
                     f"of_speed: {name} = {brief(of)}: must be a function of the speed in rad/s "
                     f"that gives ({r}, {r})"
                 )
+            check_call(f"of_speed: {name}", of, "speed")
         return self
 
 

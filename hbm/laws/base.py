@@ -23,7 +23,7 @@ from tipdamp.hbm.laws.records import (
     Tangents,
 )
 from tipdamp.hbm.laws.variation import Variation, of_smooth_force
-from tipdamp.hbm.validation import brief
+from tipdamp.hbm.validation import brief, check_call
 
 __all__ = [
     "ContactForces",
@@ -245,6 +245,13 @@ class ContactLaw:
         for name, value in vars(self).items():
             if isinstance(value, np.ndarray) and len(value) != len(contacts):
                 raise InputError(_misfit(self.name, name, value, len(contacts)))
+        for name, method, *arguments in (
+            ("step", self.step, "motion", "state", "contacts"),
+            ("initial_state", self.initial_state, "u", "start", "contacts"),
+            ("stuck_stiffness", self.stuck_stiffness, "contacts"),
+            ("stuck_force", self.stuck_force, "contacts"),
+        ):
+            check_call(f"law {self.name}: {name}", method, *arguments)
         motion, _, _ = rest = self._rest(contacts)
         P, nd = motion.u.shape
         found = [

@@ -12,7 +12,7 @@ import numpy as np
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.force import PlainForce
 from tipdamp.hbm.laws.records import Tangents
-from tipdamp.hbm.validation import brief, check_whole, numbers
+from tipdamp.hbm.validation import brief, check_call, check_whole, numbers
 
 
 class CoordinateForce(PlainForce):
@@ -108,6 +108,8 @@ class OwnForce(CoordinateForce):
                     f"OwnForce: {name} = {brief(given)}: must be a function of (u, v), each "
                     f"(n, {self.size})"
                 )
+            if given is not None:
+                check_call(f"OwnForce: {name}", given, "u", "v")
 
     def force(self, u, v):
         """(P, size) N."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.validation import check_call
 
 
 class PlainForce(ContactLaw):
@@ -37,6 +38,11 @@ class PlainForce(ContactLaw):
             f"law {self.name} has no force: define force(self, u, v), which returns (P, "
             "components) N"
         )
+
+    def check(self, contacts):
+        """InputError where `force` takes other arguments, and as that of `ContactLaw`."""
+        check_call(f"law {self.name}: force", self.force, "u", "v")
+        super().check(contacts)
 
     def step(self, motion, state, contacts):
         """The force of the end of the step."""

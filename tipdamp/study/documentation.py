@@ -1,9 +1,11 @@
 """What a study file may hold, from its schema: as a text for readers, and as a JSON schema for
 editors."""
 
+from difflib import get_close_matches
+
 import numpy as np
 
-from tipdamp.hbm.errors import InputError, nearest, shown
+from tipdamp.hbm.errors import InputError, shown
 from tipdamp.study.schema import (
     REFERENCE,
     SECTIONS,
@@ -16,6 +18,8 @@ from tipdamp.study.schema import (
     Top,
 )
 from tipdamp.study.values import Key
+
+FEW = 5  # keys named for one that there is not
 
 
 def reference() -> str:
@@ -80,7 +84,9 @@ def explain(name: str) -> str:
     ]
     if not said:
         names = [f"{title}.{one}".removeprefix("top.") for title, one in known]
-        raise InputError(f"no key '{shown(name)}' of a study; {nearest(key, _last(names))}")
+        close = _nearest_few(key, names)
+        meant = f"did you mean {', '.join(close)}? " if close else ""
+        raise InputError(f"no key '{shown(name)}' of a study; {meant}all: tipdamp keys")
     return "\n\n".join(said) + "\n"
 
 
@@ -90,9 +96,11 @@ def _of_kind(section, title):
     return bool(dot and own) and title == f"{kind}.NAME"
 
 
-def _last(names):
-    """The keys without their sections, each once."""
-    return list(dict.fromkeys(name.rpartition(".")[2] for name in names))
+def _nearest_few(key, names):
+    """Of the dotted names those whose key is the nearest one, of any section."""
+    last = {name: name.rpartition(".")[2] for name in names}
+    close = get_close_matches(key, dict.fromkeys(last.values()), n=1)
+    return [name for name in names if last[name] in close][:FEW]
 
 
 def _sections() -> dict[str, type[StudySection]]:

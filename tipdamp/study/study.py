@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from tipdamp.hbm.errors import InputError, nearest, shown
-from tipdamp.hbm.validation import brief
 from tipdamp.study import checks
 from tipdamp.study.schema import (
     REFERENCE,
@@ -26,7 +25,7 @@ from tipdamp.study.schema import (
     Top,
 )
 from tipdamp.study.toml_file import read_toml
-from tipdamp.study.values import NUMBER, Key, number
+from tipdamp.study.values import NUMBER, Key, in_toml, number
 from tipdamp.study.view import Study
 
 S = TypeVar("S", bound=StudySection)
@@ -141,13 +140,13 @@ def _in_words(unknown, allowed):
 def _units(path, given):
     """{unit: factor to SI}"""
     if not isinstance(given, dict):
-        raise InputError(f"{path}: [units] must be a section, got {brief(given)}")
+        raise InputError(f"{path}: [units] must be a section, got {in_toml(given)}")
     factors = {}
     for key, allowed in UNITS.items():
         name = given.get(key, next(iter(allowed)))
         if not isinstance(name, str) or name not in allowed:
             raise InputError(
-                f"{path}: [units] {key} = {brief(name)}: {nearest(str(name), allowed)}"
+                f"{path}: [units] {key} = {in_toml(name)}: {nearest(str(name), allowed)}"
             )
         factors[key] = allowed[name]
     return {
@@ -181,12 +180,12 @@ def _named_tables(path, raw, section):
 
 def _reference(path, given):
     if not isinstance(given, dict):
-        raise InputError(f"{path}: [reference] must be a section, got {brief(given)}")
+        raise InputError(f"{path}: [reference] must be a section, got {in_toml(given)}")
     for key, value in given.items():
         try:
             number(value, Key(NUMBER, "", low=0))
         except ValueError as error:
-            raise InputError(f"{path}: [reference] {key} = {brief(value)}: {error}") from None
+            raise InputError(f"{path}: [reference] {key} = {in_toml(value)}: {error}") from None
     return given
 
 
@@ -197,7 +196,7 @@ def _tables(section: type[S], where: str, given: dict, factors: dict) -> dict[st
 def _read(section: type[S], where: str, given: Any, factors: dict) -> S:
     """One section in SI units; the first thing that is wrong with it as an InputError."""
     if not isinstance(given, dict):
-        raise InputError(f"{where} must be a section, got {brief(given)}")
+        raise InputError(f"{where} must be a section, got {in_toml(given)}")
     try:
         return section.model_validate(given, context=factors)
     except ValidationError as error:
@@ -205,4 +204,4 @@ def _read(section: type[S], where: str, given: Any, factors: dict) -> S:
     key = str(wrong["loc"][0])
     if wrong["type"] == "missing":
         raise InputError(f"{where} {key} is missing: {section.data_sheets()[key].text}")
-    raise InputError(f"{where} {key} = {brief(given[key])}: {wrong['ctx']['error']}")
+    raise InputError(f"{where} {key} = {in_toml(given[key])}: {wrong['ctx']['error']}")

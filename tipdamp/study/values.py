@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
-from tipdamp.hbm.errors import nearest
+from tipdamp.hbm.errors import nearest, shown
 from tipdamp.readers.columns import parse_meanings
 
 LONGEST = 10_000  # list of a study
@@ -77,6 +77,20 @@ class Key:
         )
 
 
+def in_toml(value: Any) -> str:
+    """A value as it stands in the file, in one short line."""
+    return shown(" ".join(_toml(value).split()))
+
+
+def _toml(value):
+    if isinstance(value, dict):
+        inside = ", ".join(f"{key} = {_toml(one)}" for key, one in value.items())
+        return f"{{ {inside} }}" if inside else "{}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_toml, value))}]"
+    return str(value).lower() if isinstance(value, bool) else repr(value)
+
+
 # ---- readers -------------------------------------------------------------------------------------
 
 
@@ -90,13 +104,12 @@ def number(value: Any, key: Key, factor: float = 1.0) -> float:
         raise ValueError("must be finite") from None
     low_ok = value > key.low if key.open_low else value >= key.low
     if not (np.isfinite(value) and low_ok and value <= key.high):
-        bound = (
-            f"{'above' if key.open_low else 'at least'} {key.low:g}"
-            if np.isfinite(key.low)
-            else "finite"
-        )
-        upper = f" and at most {key.high:g}" if np.isfinite(key.high) else ""
-        raise ValueError(f"must be {bound}{upper}")
+        bounds = ["finite"] * (not np.isfinite(value) or not np.isfinite(key.low))
+        if np.isfinite(key.low):
+            bounds.append(f"{'above' if key.open_low else 'at least'} {key.low:g}")
+        if np.isfinite(key.high):
+            bounds.append(f"at most {key.high:g}")
+        raise ValueError(f"must be {' and '.join(bounds)}")
     found, (least, most) = factor * value, key.sizes
     if found and not least <= abs(found) <= most:
         raise ValueError(

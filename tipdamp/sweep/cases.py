@@ -23,6 +23,7 @@ from tipdamp.study.view import Study
 
 MOST = 1_000_000  # cases of a sweep
 FIXED = ("sweep", "units", "reference")  # sections that no case changes
+OF_MESHES = ("material", "blades", "damper")  # sections that a study with matrices does not have
 NAMED: dict[str, type[StudySection]] = {
     "contact": SideSection,
     "material": OtherMaterial,
@@ -57,14 +58,19 @@ def cases_of(study: Study) -> list[Case]:
         raise InputError(f"{where} makes {count} cases, at most {MOST} are computed in one sweep")
     keys = [key for part in parts for key in part[0]]
     for key in keys:
-        _check_key(where, key)
+        _check_key(where, key, study)
         if keys.count(key) > 1:
             raise InputError(f"{where} {key} stands in it twice")
     return [{k: v for one in chosen for k, v in one.items()} for chosen in product(*parts)]
 
 
-def _check_key(where, key):
+def _check_key(where, key, study):
     section, _, inside = key.partition(".")
+    if "model" in study and section in OF_MESHES:
+        there = f": model.{inside}" * (inside in SECTIONS["model"].model_fields)
+        raise InputError(
+            f"{where} {shown(key)}: the study has matrices and no [{section}]{shown(there)}"
+        )
     if not inside or section in FIXED:
         raise InputError(
             f"{where} {shown(key)}: is no key of a section of the study, such as damper.pull or "

@@ -35,6 +35,9 @@ def test_the_first_study_runs(tmp_path):
     sums = [side["sum_N"] for side in preload["sides"].values()]
     assert sums == pytest.approx([60 / 2 / 0.573576436] * 2, rel=1e-6)
     assert (results / "report.html").is_file()
+    # the blades are coupled by their fixture, so that modes are in and out of phase
+    reduced = json.loads((results / "reduce.json").read_text())
+    assert set(reduced["free_hz"]) == {"out_of_phase", "in_phase"} and not reduced["warnings"]
 
 
 def test_a_key_is_explained_where_it_stands(capsys):
@@ -70,3 +73,25 @@ def test_a_section_is_explained_key_by_key(capsys):
 def test_no_such_key(name, capsys):
     assert main(["explain", name]) == 2
     assert "no key" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "name, meant",
+    [
+        ("levles", "respond.levels"),
+        ("contct.kn", "contact.NAME.kn"),
+        ("pull_", "damper.pull"),
+        ("blades.pull", "damper.pull"),
+    ],
+)
+def test_the_nearest_few_keys_are_named(name, meant, capsys):
+    """Where they stand, and no list of all."""
+    assert main(["explain", name]) == 2
+    said = capsys.readouterr().err
+    assert meant in said and "tipdamp keys" in said
+    assert len(said) < 200
+
+
+def test_nothing_is_near(capsys):
+    assert main(["explain", "qqqqqq"]) == 2
+    assert capsys.readouterr().err == "tipdamp: no key 'qqqqqq' of a study; all: tipdamp keys\n"

@@ -146,6 +146,9 @@ REFUSED = [
     ("model.pull = { start = 0, stop = 2, count = 3, spacing = 'log' }", "above 0"),
     ("model.pull = { start = 1, stop = 2, count = 3, step = 1 }", "unknown key 'step'"),
     ("model.pull = [5, -1]", "case 2 (model.pull = -1): [model] pull = -1: must be above 0"),
+    ("model.pull = { start = 1 }", "over = { model = { pull = { start = 1 } } }: model.pull"),
+    ("damper.pull = [1]", "matrices and no [damper]: model.pull"),
+    ("blades.modes = [4]", "[sweep] blades.modes: the study has matrices and no [blades]"),
     ('model.pull = [1]\nmodel."pull" = [2]', "Cannot overwrite a value"),
 ]
 
