@@ -17,7 +17,7 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
 
 import tipdamp
@@ -181,7 +181,8 @@ def _interruptible(arguments) -> int:
     """Run the verb. An interrupt in the midst of compiled code comes as an error of that code: it
     is made one again."""
     try:
-        return arguments.run(arguments)
+        with _code_as_allowed(arguments):
+            return arguments.run(arguments)
     except Exception as error:
         behind: BaseException | None = error
         while behind is not None and not isinstance(behind, KeyboardInterrupt):
@@ -189,6 +190,15 @@ def _interruptible(arguments) -> int:
         if behind is not None:
             raise behind from None
         raise
+
+
+def _code_as_allowed(arguments):
+    """Files of laws run only where the command line says so."""
+    if not vars(arguments).get("allow_code"):
+        return nullcontext()
+    from tipdamp.study.own_law import code_allowed
+
+    return code_allowed()
 
 
 def _of_the_machine(error: OSError | ImportError) -> str:
@@ -281,6 +291,7 @@ def _parser() -> argparse.ArgumentParser:
                 action="store_true",
                 help="let the study's key `results` lead out of its folder",
             )
+            _add_allow_code(added)
         return added
 
     for name, text, run in [
@@ -368,6 +379,7 @@ def _parser() -> argparse.ArgumentParser:
         action="store_true",
         help="let the key `results` of a study lead out of its folder",
     )
+    _add_allow_code(compare)
     compare.set_defaults(force=False)  # its stages run as those of `run`
     verb(
         "doctor",
@@ -392,6 +404,14 @@ def _parser() -> argparse.ArgumentParser:
     )
     first.add_argument("folder", nargs="?", default=".", help="where it is written (default: here)")
     return parser
+
+
+def _add_allow_code(parser):
+    parser.add_argument(
+        "--allow-code",
+        action="store_true",
+        help="run the file of Python that the study names as its law; read it before",
+    )
 
 
 def _keys(arguments) -> int:
@@ -520,12 +540,22 @@ def _all_stages(arguments) -> int:
     asked, said = _asked(arguments), _Said()
     before = receipts.begin(asked)
     study, store = _opened(arguments)
+    _refuse_code(study)
     began = time.perf_counter()
     with _workers(arguments) as workers:
         _stages(arguments, said, study, store, workers)
     report = f"report: {store.path('report.html')}"
     said(f"{report}  ({time.perf_counter() - began:.1f} s)", report)
     return _ended(study, asked, before, said, _partial(store))
+
+
+def _refuse_code(study):
+    """Before anything is computed, where the law is a file that may not run."""
+    if "respond" in study:
+        try:
+            study.respond.law.refuse_code()
+        except InputError as error:
+            raise InputError(f"{study.path}: [respond] law: {error}") from None
 
 
 def _ended(study, asked, before, said, partial) -> int:
@@ -565,6 +595,7 @@ def _sweep(arguments) -> int:
         return 0
     files = []
     if not arguments.status:
+        _refuse_code(study)
         with _sweepers(arguments, folder_of(store)) as workers:
             options = {"quiet": arguments.quiet, "retry": arguments.retry, "tell": tell}
             files = run_sweep(study.path, store, workers, **options)
@@ -598,7 +629,8 @@ def _compile_beside(workers, study, store):
     is done."""
     from tipdamp.engine.curves import compile_kernels
 
-    if workers.jobs > 1 and "respond" in study and store.record("respond") is None:
+    responds = "respond" in study and study.respond.levels
+    if workers.jobs > 1 and responds and store.record("respond") is None:
         workers.begin(compile_kernels, study.respond.law.make())
 
 

@@ -8,15 +8,38 @@ from tipdamp.hbm.contact import GROUND, ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.static_contact.bodies.rigid_motions import SETTINGS, RigidMotionSettings
 
+TURNS = 0.02  # of the normals of a side, rad: with less it is flat
+NEAR = 0.2  # of the largest gap, over which the weight of a point falls by e
+
 
 def side_normals(pairs: ContactTable) -> dict[str, np.ndarray]:
-    """Mean unit normal of each side of the damper, (3,), from the damper into the blade or the
-    ground."""
+    """Unit normal of each side of the damper where it touches first, (3,), from the damper into the
+    blade or the ground: the mean one, of an arc beside gaps that of the line of contact."""
     normals, pairs = {}, pairs.select(pairs.damper_body != GROUND)
     for side in pairs.sides:
-        mean = pairs.normal[pairs.side == side].mean(axis=0)
-        normals[side] = mean / np.linalg.norm(mean)
+        mine = pairs.select(pairs.side == side)
+        mean = mine.normal.mean(axis=0)
+        normals[side] = _where_it_touches(mine, mean / np.linalg.norm(mean))
     return normals
+
+
+def _where_it_touches(mine, mean):
+    """The normal at the least of a parabola through the gaps over the direction in which normals
+    turn; nearer points count more, since an arc is no parabola far off."""
+    way = np.linalg.svd(mine.normal - mean, full_matrices=False)[2][0]
+    turned, gap = mine.normal @ way, mine.gap - mine.gap.min()
+    if np.ptp(turned) < TURNS or not gap.any():
+        return mean
+    place = mine.position @ np.cross(mean, way)  # along the side, where gaps may differ as well
+    place = (place - place.mean()) / (np.ptp(place) or 1.0)
+    near = np.exp(-gap / (NEAR * gap.max()))
+    terms = np.column_stack([np.ones_like(turned), turned, turned**2, place, place**2])
+    _, slope, curved, *_ = np.linalg.lstsq(near[:, None] * terms, near * gap, rcond=None)[0]
+    if curved <= 0:
+        return mean
+    least = np.clip(-slope / (2 * curved), turned.min(), turned.max())
+    beside = mean - (mean @ way) * way
+    return least * way + np.sqrt(1 - least**2) * beside / np.linalg.norm(beside)
 
 
 def beside(held: ArrayLike, forces: np.ndarray) -> np.ndarray:

@@ -149,7 +149,7 @@ def tracking_warnings(study: Study, tune: TuneResult) -> list[str]:
     ]
     (low, high), tuned = study.respond.band, tune.stuck_hz.tuned
     found += repeated_warnings(np.array(tune.stuck_modes_hz.tuned), "stuck", [tuned])
-    if not low <= tuned <= high:
+    if high and not low <= tuned <= high:
         inside = [f"{f:.1f}" for f in tune.stuck_modes_hz.tuned if low <= f <= high]
         found.append(
             f"the tracked mode, stuck {labels['tuned']} ({tuned:.0f} Hz), lies outside [respond] "

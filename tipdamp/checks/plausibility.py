@@ -170,7 +170,7 @@ def _frequency(study, inspected):
     if bounds is None or "respond" not in study:
         return
     (low, high), band = bounds, study.respond.band
-    if band[1] < low or high < band[0]:
+    if any(band) and (band[1] < low or high < band[0]):
         yield (
             "blades: a body of this size and material has its first natural frequency between "
             f"{low:.3g} and {high:.3g} Hz, the band of the study is {band[0]:g} to {band[1]:g} "
@@ -333,7 +333,7 @@ def damping_warnings(study: Study) -> Iterator[str]:
     """Damping ratios that look like percent."""
     sections = {"respond": study.respond.damping_ratio} if "respond" in study else {}
     for section, ratios in {**sections, "free": study.free.damping_ratio}.items():
-        large = max(ratios)
+        large = max(ratios, default=0.0)
         if large >= LARGE_DAMPING:
             yield (
                 f"[{section}] damping_ratio = {large:g}: is it in percent? expected a ratio (2 % "

@@ -280,7 +280,7 @@ def _leaves(value: Any) -> Iterator[Any]:
     """Names, arrays and plain values of records inside one another; functions, which only describe,
     are passed over."""
     if is_dataclass(value):
-        yield type(value).__name__
+        yield f"{type(value).__module__}.{type(value).__name__}"  # the module of own laws: the file
         value = {f.name: vars(value)[f.name] for f in fields(value)}
     if isinstance(value, dict):
         for key, part in value.items():

@@ -105,7 +105,8 @@ def _tune(results):
 def _reduced(results, more):
     """Modes that the band sees: those inside it and not far above, or around the tracked one."""
     tune, study = results.tune, results.study
-    band = study.respond.band[1] if "respond" in study else tune.stuck_hz.tuned
+    band = study.respond.band[1] if "respond" in study else 0.0
+    band = band or tune.stuck_hz.tuned
     errors = [
         (abs(reduced / full - 1), i + 1, reduced, name.replace("_", " "))
         for name, check in tune.full_model_check.items()

@@ -139,6 +139,6 @@ STAGE = Stage(
     warnings=warnings,
     outputs=("agreement.json",),
     needs=("measured", "tune", "respond"),
-    requires=("measured", "tune", "respond"),
+    requires=("measured", "tune", "respond", "respond.levels"),
     reads=("measured", "respond.patches", "respond.damping_ratio"),
 )

@@ -120,6 +120,6 @@ STAGE = Stage(
     outputs=("cycles.json",),
     may_write=("cycles/*.npz",),
     needs=("reduce", "tune", "respond"),
-    requires=("tune", "respond"),
+    requires=("tune", "respond", "respond.levels"),
     reads=(*READS, "respond.compare"),
 )

@@ -23,7 +23,8 @@ def measured(study: Study, store: Store, tick: Tick) -> list[str]:
         try:
             repeats, more = read_measured([study.file(f) for f in settings.files], settings)
             curve = average(repeats)
-            _check_overlap(curve, study.respond.band)
+            if any(study.respond.band):
+                _check_overlap(curve, study.respond.band)
         except InputError as error:
             raise InputError(f"[measured.{name}]: {error}") from None
         facts[name] = _facts(name, settings.files, curve)

@@ -107,8 +107,15 @@ def line(store: Store) -> str:
     )
     return (
         f"{found.reduction.dofs} dofs to {kept}{sum(found.reduction.modes.values())} modes; free: "
-        + (modes or f"{found.free_modes_hz[0]:.1f} Hz")
+        + (modes or f"{found.free_modes_hz[0]:.1f} Hz{_unnamed(found)}")
     )
+
+
+def _unnamed(found):
+    """Without patches nothing tells modes by their shape."""
+    if found.free_response is not None:
+        return ""
+    return " (which are in and out of phase is told where [respond] names patches and direction)"
 
 
 def warnings(_: Study, store: Store) -> tuple[str, ...]:

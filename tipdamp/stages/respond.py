@@ -51,6 +51,7 @@ from tipdamp.statics.model_inputs import (
     peak_groups,
     ratio,
 )
+from tipdamp.study.checks import check_sliders
 from tipdamp.study.schema import Respond
 from tipdamp.study.view import Study, every_key
 
@@ -250,6 +251,7 @@ def assembled(study: Study, store: Store, responded: bool = False) -> Assembly:
     force = excitation(study, model)
     tangential = np.zeros((len(kept), 2))
     if study.preload.friction:
+        check_sliders("[respond]", study.respond, law)
         tangential = friction.load(store.path("kept_friction.csv"), table)[table.carrying]
         # a tangent that the law does not know carries no friction
         tangential[:, law.sliders :] = 0.0
@@ -581,7 +583,7 @@ STAGE = Stage(
     outputs=("respond.json", "stuck.npz"),
     may_write=("responses/*.npz", "responses/*_beside.json", *FILES),
     needs=("reduce", "tune"),
-    requires=("tune", "respond"),
+    requires=("tune", "respond", "respond.levels"),
     reads=READS,
     reads_more=_reads_more,
     parallel=True,

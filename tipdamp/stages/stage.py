@@ -9,6 +9,8 @@ from operator import attrgetter
 from tipdamp.engine.store import Store
 from tipdamp.study.view import Study
 
+SWITCHES = ("stress",)  # keys that a stage may require to be true
+
 
 def _nothing(*_: object) -> tuple[str, ...]:
     return ()
@@ -27,7 +29,8 @@ class Stage:
     with their content
     needs, needs_more - stages whose files it reads, always or where the study asks for them
     uses - stages whose files it reads where they are
-    requires - sections, and switches such as 'respond.stress', without which it has nothing to do
+    requires - sections, keys such as 'respond.levels' and switches, without which it has nothing
+    to do
     parallel - whether its work is also given the processes that it may use
     forget - drops what it keeps of earlier runs beside its files, where it is to be run in any case
     """
@@ -49,10 +52,10 @@ class Stage:
 
     def lacks(self, study: Study) -> list[str]:
         """What the study lacks of what the stage requires, as it is written: '[tune]', '[respond]
-        stress = true'."""
+        levels', '[respond] stress = true'."""
         split = [part.partition(".") for part in self.requires]
         return [
-            f"[{section}] {key} = true" if key else f"[{section}]"
+            " ".join((f"[{section}]", key + " = true" * (key in SWITCHES))).strip()
             for section, _, key in split
             if section not in study or key and not attrgetter(f"{section}.{key}")(study)
         ]

@@ -4,6 +4,7 @@ in the file."""
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tipdamp.hbm.curve.automatic import SETTINGS as AUTOMATIC
 from tipdamp.hbm.errors import InputError, nearest, shown
@@ -23,6 +24,9 @@ from tipdamp.study.schema import (
 )
 from tipdamp.study.view import Study
 
+if TYPE_CHECKING:
+    from tipdamp.hbm.laws import ContactLaw
+
 TRIED = 3  # numbers of harmonics of harmonics = 'auto', as counted
 MOST_CURVES, CURVE_SECONDS, CURVE_MB = 1000, 1, 0.05  # of a study; of a curve of a small model
 OF_MODELS = ("kind", "scale", "fit_hz")  # keys of [contact] on how a model gives the stiffness
@@ -33,6 +37,7 @@ GIVEN = (
     ("reference_kn", "reference_kt"),
 )
 # of a side, by which model
+OF_CURVES = ("levels", "band", "damping_ratio")  # keys of [respond]
 NEEDED = {"depth": "plane_depth", "h_rms": "rough_series", "gamma": "rough_series"}
 
 
@@ -100,8 +105,8 @@ def check_study(study: Study) -> None:
         )
     if "respond" in study:
         check_respond(f"{path}: [respond]", study.respond)
-        if study.preload.friction:
-            check_sliders(f"{path}: [respond]", study.respond)
+        if study.preload.friction and not study.respond.law.file:  # which is not run for that
+            check_sliders(f"{path}: [respond]", study.respond, study.respond.law.make())
     for name, side in study.sides.items():
         check_side(f"{path}: [contact.{name}]", side, contact)
     check_loads(study)
@@ -205,7 +210,11 @@ def refuse_beside_pairs(path: Path, contact: ContactSection, sides: dict[str, Si
 
 
 def check_respond(where: str, respond: Respond) -> None:
-    """No curve or patch twice; one patch on each blade."""
+    """No curve or patch twice; one patch on each blade; all that curves need, or none of it."""
+    absent = [key for key in OF_CURVES if key not in respond.model_fields_set]
+    if absent and len(absent) < len(OF_CURVES):
+        text = Respond.data_sheets()[absent[0]].text
+        raise InputError(f"{where} {absent[0]} is missing: {text}")
     orders = named_orders(respond.harmonics)
     listed: dict[str, tuple] = {"levels": respond.levels, "harmonics": orders}
     listed |= {"patches": respond.patches, "excitation": respond.excitation}
@@ -265,9 +274,9 @@ def check_excitation(where: str, respond: Respond) -> None:
         )
 
 
-def check_sliders(where: str, respond: Respond) -> None:
+def check_sliders(where: str, respond: Respond, law: "ContactLaw") -> None:
     """The response can start from friction forces only where its law has sliders."""
-    if not respond.law.make().sliders:
+    if not law.sliders:
         raise InputError(
             f"{where} law = '{respond.law}': has no sliders, and with [preload] friction = true "
             "the response starts from friction forces; laws with sliders: "

@@ -7,6 +7,7 @@ import numpy as np
 
 from tipdamp.hbm.errors import InputError, shown
 from tipdamp.study.schema import (
+    NONE,
     REFERENCE,
     SECTIONS,
     UNITS,
@@ -158,7 +159,7 @@ def _object(section: type[StudySection]) -> dict:
     """The section's own schema; an absent value has no form in TOML, so no default None."""
     schema = section.model_json_schema()
     for key in schema["properties"].values():
-        if key.get("default", "") is None:
+        if key.get("default", "") in (None, [], list(NONE)):
             del key["default"]
     return {k: v for k, v in schema.items() if k not in ("title", "$defs")}
 
@@ -183,7 +184,7 @@ def _default(section: type[StudySection], name: str) -> str:
     field = section.model_fields[name]
     if field.is_required():
         return "required"
-    return "" if field.default in (None, "", ()) else f"`{field.default}`"
+    return "" if field.default in (None, "", (), NONE) else f"`{field.default}`"
 
 
 def _range(key: Key) -> str:

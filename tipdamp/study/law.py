@@ -1,27 +1,54 @@
 """The contact law of a study: any law that ships with hbm, by its name, with parameters checked
-like other keys."""
+like other keys; or one of the user's own, by file and name."""
 
 from dataclasses import MISSING, fields
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
 
-from tipdamp.hbm.errors import nearest
+from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.study.values import Key, Kind, number
 
 if TYPE_CHECKING:
     from tipdamp.hbm.laws import ContactLaw
 
 DEFAULT = "DryFriction2T"
+OWN = r"\.py:[A-Za-z_]\w*$"  # names of laws of one's own
 
 
 class LawChoice(BaseModel):
-    """name - of a shipped law; parameters {name: value in SI units}, those of the study alone."""
+    """name - of a shipped law, or 'my_law.py:Dahl'; parameters {name: value in SI units}, those of
+    the study alone; content - fingerprint of the file of a law of one's own, '' of a shipped one;
+    folder - of the study, to which the file is relative"""
 
     model_config = ConfigDict(frozen=True)
 
     name: str = DEFAULT
     parameters: dict[str, float] = {}
+    content: str = ""
+    folder: Path | None = Field(default=None, exclude=True)
+
+    @property
+    def file(self) -> str:
+        """Of a law of one's own; '' of a shipped one."""
+        return self.name.rpartition(":")[0]
+
+    def beside(self, study: Path) -> "LawChoice":
+        """The same for the study of this path; InputError where it has no such file."""
+        if not self.file:
+            return self
+        from tipdamp.study.own_law import content_of
+
+        content = content_of(study.parent / self.file)
+        return self.model_copy(update={"content": content, "folder": study.parent.absolute()})
+
+    def refuse_code(self) -> None:
+        """InputError where the law is a file that may not run."""
+        if self.file and self.folder is not None:
+            from tipdamp.study.own_law import refuse_code
+
+            refuse_code(self.folder / self.file)
 
     def __str__(self) -> str:
         return self.name
@@ -31,12 +58,22 @@ class LawChoice(BaseModel):
         """First line of the law's own description."""
         from tipdamp.hbm.laws import SHIPPED
 
+        if self.file:
+            return f"a law of the study's own, in a file with the fingerprint {self.content[:12]}."
         return str(SHIPPED[self.name].__doc__).splitlines()[0]
 
     def make(self) -> "ContactLaw":
-        """The law itself."""
+        """The law itself; InputError where its file may not run, or holds no such law."""
         from tipdamp.hbm.laws import SHIPPED
 
+        if self.file and self.folder is not None:
+            from tipdamp.study.own_law import own_law
+
+            path, name = self.folder / self.file, self.name.rpartition(":")[2]
+            try:
+                return own_law(path, self.content, name, self.parameters)
+            except InputError as error:
+                raise InputError(f"[respond] law = '{self.name}': {error}") from None
         return SHIPPED[self.name](**self.parameters)
 
 
@@ -54,9 +91,15 @@ def _read(value: Any, key: Key, _: float) -> LawChoice:
     if not isinstance(given, dict) or not isinstance(given.get("name"), str):
         raise ValueError(
             "must be the name of a law, or a table with its name and parameters, such as "
-            '{ name = "CubicSpring", cubic = 1e12 }'
+            '{ name = "CubicSpring", cubic = 1e12 }; of your own "my_law.py:MyLaw"'
         )
     name = given["name"]
+    if ":" in name:
+        file, _, own_name = name.rpartition(":")
+        if not file.endswith(".py") or not own_name.isidentifier():
+            raise ValueError("a law of your own is named by file and class: my_law.py:MyLaw")
+        stated = {k: _parameter(k, v, key) for k, v in given.items() if k != "name"}
+        return LawChoice(name=name, parameters=stated)
     if name not in SHIPPED:
         raise ValueError(f"no law '{name}'; {nearest(name, list(SHIPPED))}")
     own = _parameters(SHIPPED[name])
@@ -111,6 +154,13 @@ def _json() -> dict:
         "oneOf": [
             {"enum": [name for name, parameters in needed.items() if not parameters]},
             *tables,
+            {"type": "string", "pattern": OWN},
+            {
+                "type": "object",
+                "additionalProperties": {"type": "number"},
+                "required": ["name"],
+                "properties": {"name": {"type": "string", "pattern": OWN}},
+            },
         ]
     }
 

@@ -64,6 +64,7 @@ Vector = tuple[float, float, float]
 OnGroup = tuple[str, str, float]
 VectorOnGroup = tuple[str, str, float, float, float]
 Band = tuple[float, float]
+NONE = (0.0, 0.0)  # a band that is not given
 
 # keys of several sections
 Young = Annotated[
@@ -886,8 +887,16 @@ class Respond(StudySection):
         ),
     ] = ("patch_1", "patch_2")
     levels: Annotated[
-        Numbers, Key(NUMBERS, "Fe, amplitudes of the excitation", "force", low=0, open_low=True)
-    ]
+        Numbers,
+        Key(
+            NUMBERS,
+            "Fe, amplitudes of the excitation; with band and damping_ratio what the curves need: "
+            "without the three [respond] says to reduce and tune where the blades move",
+            "force",
+            low=0,
+            open_low=True,
+        ),
+    ] = ()
     harmonics: Annotated[
         Orders,
         Key(
@@ -910,7 +919,7 @@ class Respond(StudySection):
             high=0.1,  # a larger one is none that an estimate knows
         ),
     ] = 1e-3
-    band: Annotated[Band, Key(BAND, "first and last frequency in Hz", low=0, open_low=True)]
+    band: Annotated[Band, Key(BAND, "first and last frequency in Hz", low=0, open_low=True)] = NONE
     samples: Annotated[
         int | None,
         Key(
@@ -931,7 +940,7 @@ class Respond(StudySection):
             low=0,
             high=0.9999,
         ),
-    ]
+    ] = ()
     interface: Annotated[
         Literal["auto", "whole", "reduced"],
         Key(
@@ -1003,7 +1012,8 @@ class Respond(StudySection):
         Key(
             LAW,
             'contact law by name, or { name = "...", parameter = value } with parameters '
-            "in SI units; kn, kt, mu and preload come from the pairs",
+            "in SI units; kn, kt, mu and preload come from the pairs. Of your own: "
+            '"my_law.py:MyLaw", the file beside the study, which runs with --allow-code only',
         ),
         Field(json_schema_extra={"default": DEFAULT}),
     ] = LawChoice()

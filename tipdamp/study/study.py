@@ -83,6 +83,8 @@ def study_of(path: str | Path, content: dict) -> Study:
         for name, section in SECTIONS.items()
         if name in given
     }
+    if "respond" in sections:
+        sections["respond"] = _with_law(path, sections["respond"])
     tables = {
         "sides": _tables(SideSection, f"{path}: [contact.%s]", sides, factors),
         "materials": _tables(OtherMaterial, f"{path}: [material.%s]", materials, factors),
@@ -187,6 +189,14 @@ def _reference(path, given):
         except ValueError as error:
             raise InputError(f"{path}: [reference] {key} = {in_toml(value)}: {error}") from None
     return given
+
+
+def _with_law(path, respond):
+    """[respond] with the content of the file of a law of one's own."""
+    try:
+        return respond.model_copy(update={"law": respond.law.beside(path)})
+    except InputError as error:
+        raise InputError(f"{path}: [respond] law = '{respond.law}': {error}") from None
 
 
 def _tables(section: type[S], where: str, given: dict, factors: dict) -> dict[str, S]:

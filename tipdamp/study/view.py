@@ -84,6 +84,8 @@ class Study:
             ("measured", f"[measured.{name}] files", one.files)
             for name, one in vars(self).get("measured", {}).items()
         ]
+        if "respond" in vars(self):
+            named.append(("respond", "[respond] law", (vars(self)["respond"].law.file,)))
         return {
             key if len(files) == 1 else f"{key} {k}": self.file(file)
             for section, key, files in named

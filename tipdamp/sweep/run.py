@@ -16,6 +16,7 @@ from tipdamp.engine.workers import Workers
 from tipdamp.hbm.errors import shown
 from tipdamp.results.response_results import RespondResult
 from tipdamp.results.static_results import TuneResult
+from tipdamp.study.own_law import ALLOWED
 from tipdamp.study.study import study_of
 from tipdamp.study.toml_file import read_toml
 from tipdamp.sweep.cases import cases_of
@@ -68,7 +69,8 @@ def run_sweep(
         index.begin(whole.cases, whole.last)
         units = units_of_keys(list(whole.cases[0]), content)
         index.say(study=str(path.absolute()), units=units, left=None)
-        sweep = _Running(SweepWork(path.absolute(), content, folder.absolute()), whole, index)
+        common = SweepWork(path.absolute(), content, folder.absolute(), ALLOWED.get())
+        sweep = _Running(common, whole, index)
         sweep.take_stock(retry)
         with display(quiet=quiet).job("sweep", patience=0.0) as tick:
             sweep.run(workers, tick)

@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
 from tipdamp.stages.run import run_stage
+from tipdamp.study.own_law import code_allowed
 from tipdamp.study.study import study_of
 from tipdamp.sweep.cases import content_of
 from tipdamp.sweep.plan import SweepStep, Task
@@ -29,6 +30,7 @@ class SweepWork:
     path: Path
     content: dict
     folder: Path
+    allow_code: bool = False  # of laws in files
 
 
 def product(folder: Path, key: str) -> Path:
@@ -53,7 +55,12 @@ def work(common: SweepWork, task: Task, report: Callable[[float, str], None]) ->
     home = common.folder / WORKING
     try:
         home.mkdir(parents=True, exist_ok=True)
-        with ONE_AT_A_TIME, threadpool_limits(**limits), TemporaryDirectory(dir=home) as scratch:
+        with (
+            ONE_AT_A_TIME,
+            threadpool_limits(**limits),
+            code_allowed(common.allow_code),
+            TemporaryDirectory(dir=home) as scratch,
+        ):
             _make(common, task, Store(Path(scratch)), report)
     except OSError as error:
         error.filename = error.filename or str(common.folder)  # a full disk is told without one
