@@ -26,8 +26,8 @@ for law in ("DryFriction2T", "dahl.py:Dahl"):
     for verb in ("inspect", "reduce", "preload", "tune", "respond"):
         assert main([verb, str(study), "--quiet", "--allow-code"]) == 0
     curve = ForcedResponse.load(folder / "results/study/responses/Fe_5N_H3.npz")
-    curve.plot("blades:3", ax=axes, unit="um", label=law)
-    peaks[law] = curve.peak("blades:3")[1]
+    curve.plot("patch_1:3", ax=axes, unit="um", label=law)
+    peaks[law] = curve.peak("patch_1:3")[1]
 axes.legend()
 
 assert peaks["dahl.py:Dahl"] < peaks["DryFriction2T"]  # it dissipates where Coulomb's still sticks

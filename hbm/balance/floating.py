@@ -36,7 +36,7 @@ def modes_beside(M: np.ndarray, K: np.ndarray, free: np.ndarray) -> tuple[np.nda
     else:
         mass, shapes = la.eigh(M, K)
     if mass[0] < -1e-10 * mass[-1]:
-        dof = np.abs(shapes[:, 0]).argmax() + 1
+        dof = np.abs(shapes[:, 0]).argmax()
         raise InputError(f"M is not positive: a motion mostly of dof {dof} has negative mass")
     return np.ascontiguousarray(shapes[:, ::-1]), mass[::-1]
 

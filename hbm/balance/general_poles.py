@@ -27,7 +27,7 @@ def general_poles(M, C, K, describe=None, remedy: str = SUPPORT) -> tuple:
     check_restrained(symmetric, describe, remedy=remedy)
     period2, shapes = la.eigh(M, symmetric)
     if period2[0] <= 1e-14 * period2[-1]:
-        dof = np.abs(shapes[:, 0]).argmax() + 1
+        dof = np.abs(shapes[:, 0]).argmax()
         raise InputError(
             f"M leaves a motion mostly of dof {dof} without mass: with matrices that are not "
             "symmetric, or structural damping, every motion needs mass; condense it statically"

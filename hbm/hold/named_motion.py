@@ -85,8 +85,8 @@ def _through(centre, motion) -> str:
 
 def mostly(motion: np.ndarray) -> str:
     """The name of a motion of which nothing but the numbers of its dofs is known."""
-    return f"mostly dof {np.abs(motion).argmax() + 1}"
+    return f"mostly dof {np.abs(motion).argmax()}"
 
 
 def _dof_name(model, i) -> str:
-    return f"dof {i + 1} (node {model.node[i]}, {model.direction[i]})"
+    return f"dof {i} (node {model.node[i]}, {model.direction[i]})"

@@ -91,13 +91,13 @@ def _read(value: Any, key: Key, _: float) -> LawChoice:
     if not isinstance(given, dict) or not isinstance(given.get("name"), str):
         raise ValueError(
             "must be the name of a law, or a table with its name and parameters, such as "
-            '{ name = "CubicSpring", cubic = 1e12 }; of your own "my_law.py:MyLaw"'
+            '{ name = "CubicSpring", cubic = 1e12 }; of your own "dahl.py:Dahl"'
         )
     name = given["name"]
     if ":" in name:
         file, _, own_name = name.rpartition(":")
         if not file.endswith(".py") or not own_name.isidentifier():
-            raise ValueError("a law of your own is named by file and class: my_law.py:MyLaw")
+            raise ValueError("a law of your own is named by file and class: dahl.py:Dahl")
         stated = {k: _parameter(k, v, key) for k, v in given.items() if k != "name"}
         return LawChoice(name=name, parameters=stated)
     if name not in SHIPPED:

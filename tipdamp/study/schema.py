@@ -1013,7 +1013,7 @@ class Respond(StudySection):
             LAW,
             'contact law by name, or { name = "...", parameter = value } with parameters '
             "in SI units; kn, kt, mu and preload come from the pairs. Of your own: "
-            '"my_law.py:MyLaw", the file beside the study, which runs with --allow-code only',
+            '"dahl.py:Dahl", the file beside the study, which runs with --allow-code only',
         ),
         Field(json_schema_extra={"default": DEFAULT}),
     ] = LawChoice()

@@ -116,7 +116,7 @@ def test_a_file_that_does_not_run(tmp_path, text, words):
     "law, words",
     [
         ('"my_law.py:Spring"', "file not found: .*my_law.py"),
-        ('"my_law:Spring"', "my_law.py:MyLaw"),
+        ('"my_law:Spring"', "dahl.py:Dahl"),
         ('{ name = "my_law.py:Spring", stiffness = "soft" }', "stiffness must be a number"),
     ],
 )
@@ -165,7 +165,7 @@ def test_curves_of_a_law_by_file(dahl, jobs, capsys, tmp_path):
 
     options = {"harmonics": 5, "outputs": curves.rows, "peaks": curves.peaks}
     alone = follow_band(curves.problem, 10 * curves.force, study.respond.band, **options)
-    assert found.peak("blades:8")[1] == pytest.approx(alone.peak("blades:8")[1], rel=1e-9)
+    assert found.peak("patch_2:8")[1] == pytest.approx(alone.peak("blades:8")[1], rel=1e-9)
     law = json.loads((out / "respond.json").read_text())["law"]
     assert law["name"] == "my_law.py:Dahl" and len(law["content"]) == 64
     assert "my_law.py:Dahl" in (out / "report.html").read_text()
