@@ -114,6 +114,6 @@ STAGE = Stage(
     warnings=warnings,
     outputs=("fit.json",),
     needs=("reduce", "measured", "tune", "respond"),
-    requires=("fit", "measured", "tune", "respond"),
+    requires=("fit", "measured", "tune", "respond", "respond.levels"),
     reads=("fit", "measured", *READS),
 )
