@@ -10,7 +10,7 @@ from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import solve_fixed
-from tipdamp.hbm.curve.solutions import points_at
+from tipdamp.hbm.curve.solutions import point_of, points_at
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
@@ -82,10 +82,12 @@ class Comparison:
 def compare(
     curve: ForcedResponse,
     problem: AnyProblem,
-    value: float,
+    value: float | None = None,
     which: int | None = None,
     settings: IntegrationSettings | None = None,
     parameter: Parameter | None = None,
+    *,
+    point: int | None = None,
 ) -> Comparison:
     """A solution of a curve compared with time integration that starts on its orbit.
 
@@ -95,6 +97,7 @@ def compare(
     problem : that the curve was made with; value, parameter : as in
     `hbm.curve.solutions.solutions_at`
     which : the place there, needed where the curve has several solutions
+    point : instead of value, the number of a point of the curve, as of `curve[point]`
     The integration starts at displacement, velocity and sliders of the solution and runs until the
     period map repeats. Where the transient dies slowly, Newton on the period map finds where it
     leads; where Newton fails, up to `settings.max_periods` are integrated. The largest Floquet
@@ -105,9 +108,17 @@ def compare(
     >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
     >>> curve = follow_band(problem, np.array([5.0]), (600, 1000), outputs={"tip": [1.0]})
     >>> found = compare(curve, problem, 700.0)
+    >>> compare(curve, problem, point=3).hz == curve[3].frequency
+    True
     >>> found.agrees, bool(found.stable), bool(found.difference < 0.01)
     (True, True, True)
     """
+    if (value is None) == (point is None):
+        raise InputError("compare: give either a value or a point of the curve")
+    if point is not None:
+        balance, there = point_of(curve, problem, point, parameter)
+        return compare_point(balance, there, curve.output_rows, settings)
+    assert value is not None
     balance, points = points_at(curve, problem, value, parameter)
     if which is None and len(points) > 1:
         sizes = ", ".join(

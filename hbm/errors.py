@@ -1,5 +1,5 @@
-"""InputError, the one exception for input that cannot be used, the tail of its messages, and
-libraries that may be missing."""
+"""InputError, the one exception for input that cannot be used, the tail of its messages; Doubt, the
+one warning; and libraries that may be missing."""
 
 from collections.abc import Iterable
 from difflib import get_close_matches
@@ -14,6 +14,17 @@ class InputError(ValueError):
     >>> Contacts(kn=1e6, kt=-1e6, mu=0.5, preload=40)
     Traceback (most recent call last):
     tipdamp.hbm.errors.InputError: contact 1: kt = -1e+06, must be finite and not negative
+    """
+
+
+class Doubt(UserWarning):
+    """A result that may not be what it looks like: the class of all warnings of this library.
+
+    docs/warnings.md explains each of them, and what to do.
+
+    >>> import warnings
+    >>> warnings.simplefilter("error", Doubt)  # a script that stops where there is a doubt
+    >>> warnings.simplefilter("default", Doubt)
     """
 
 

@@ -5,7 +5,7 @@ import warnings
 from functools import partial
 from pathlib import Path
 
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import Doubt, InputError
 
 # Measured by tests/hbm/test_memory.py: at its largest a curve keeps the condensed matrix and its
 # factors of the last points, each of the square of the unknowns of the active contacts, beside the
@@ -72,7 +72,7 @@ def check_harmonics_fit(contacts: int, components: int, H: int) -> None:
     active = max(contacts // _SLIPPING, 1)
     what = f"{active} of the {contacts} contacts, should they slip or lift at once, need"
     if message := _lack(partial(curve_bytes, active, contacts, components), H, what):
-        warnings.warn(message, stacklevel=6)
+        warnings.warn(message, Doubt, stacklevel=6)
 
 
 def check_active_fit(active: int, contacts: int, components: int, H: int) -> None:

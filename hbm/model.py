@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 from scipy.linalg.lapack import dpotrf
 
-from tipdamp.hbm.errors import InputError, nearest, shown
+from tipdamp.hbm.errors import Doubt, InputError, nearest, shown
 from tipdamp.hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_npz
 from tipdamp.hbm.io.matrices_in import read_model
 from tipdamp.hbm.points import ContactPoints, check_points, motion_of
@@ -380,6 +380,7 @@ def _check_definite(model):
             f"K is indefinite: a motion mostly of {_dof(model, i)} has a negative stiffness, "
             f"{-values[0]:.1e} of its diagonal; a sign is wrong, or the body buckles and contact "
             "alone restrains it",
+            Doubt,
             stacklevel=4,
         )
 

@@ -19,7 +19,7 @@ from tipdamp.hbm import response, self_excited
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem
 from tipdamp.hbm.balance.varying import Amplitude, Varying, amplitude_at, constant
 from tipdamp.hbm.curve.options import CurveKeywords, with_options_named
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.mixed import MixedLaw
 from tipdamp.hbm.laws.records import Contacts
@@ -125,7 +125,7 @@ class Problem(AnyProblem):
         settings = Contacts(*(np.array([value]) for value in (kn, kt, mu, preload)))
         law.check(settings)
         if doubt := law.doubt(settings):
-            warnings.warn(doubt, stacklevel=2)
+            warnings.warn(doubt, Doubt, stacklevel=2)
         return replace(self, attached=(*self.attached, Attached(law, rows, settings)))
 
     def force(
@@ -275,20 +275,31 @@ class Problem(AnyProblem):
 
     @with_options_named
     def follow_band(
-        self, band: Sequence[float], **options: Unpack[CurveKeywords]
+        self,
+        band: Sequence[float] | None = None,
+        *,
+        omega: Sequence[float] | None = None,
+        **options: Unpack[CurveKeywords],
     ) -> ForcedResponse:
-        """The forced response over a band (low, high) in Hz.
+        """The forced response over a band (low, high) in Hz, or over omega (low, high) in rad/s.
 
         options : of CurveOptions; outputs {name: a dof, two dofs (a, b), or a row (r,)}
         """
         problem, options = self.contact_problem, self._with_rows(options)
-        return response.follow_band(problem, self._forcing(), band, **options)
+        return response.follow_band(problem, self._forcing(), band, omega=omega, **options)
 
     @with_options_named
-    def solve_at(self, hz: float, **options: Unpack[CurveKeywords]) -> PeriodicSolution:
-        """The periodic response at one frequency in Hz; options as in `hbm.response.solve_at`."""
+    def solve_at(
+        self,
+        hz: float | None = None,
+        *,
+        omega: float | None = None,
+        **options: Unpack[CurveKeywords],
+    ) -> PeriodicSolution:
+        """The periodic response at one frequency, hz or omega in rad/s; options as in
+        `hbm.response.solve_at`."""
         problem, options = self.contact_problem, self._with_rows(options)
-        return response.solve_at(problem, self._forcing(), hz, **options)
+        return response.solve_at(problem, self._forcing(), hz, omega=omega, **options)
 
     @with_options_named
     def limit_cycle(

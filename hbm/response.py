@@ -54,7 +54,8 @@ from tipdamp.hbm.curve.recorded import RecordedBalance
 from tipdamp.hbm.curve.starts import first_of, starts
 from tipdamp.hbm.curve.trace import record, slides, trace
 from tipdamp.hbm.curve.truncation import TruncationEstimate, peak_multipliers
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.curve.watched import watched
+from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.hold.spring import Hold
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.shipped import SHIPPED
@@ -74,6 +75,7 @@ from tipdamp.hbm.validation import (
     check_settings,
     check_values,
     check_whole,
+    in_hz,
     interval,
     numbers,
     one_of,
@@ -133,7 +135,7 @@ def forced_response(
         model, pairs, law, (origin, static, damping_ratio, hold)
     )
     for doubt in (*doubts, *contact_doubts(model, pairs.select(kept))):
-        warnings.warn(doubt, stacklevel=2)
+        warnings.warn(doubt, Doubt, stacklevel=2)
     start = options.get("start")
     if start is not None and not isinstance(start, str):
         start = numbers(
@@ -142,7 +144,7 @@ def forced_response(
         options["start"] = start[kept] if start.shape[:1] == kept.shape else start
     curve = follow_band(problem, forcing, band, **options)
     for sentence in hold_in_words(curve, problem):
-        warnings.warn(sentence, stacklevel=2)
+        warnings.warn(sentence, Doubt, stacklevel=2)
     return _with_all_pairs(curve, kept)
 
 
@@ -150,11 +152,15 @@ def forced_response(
 def follow_band(
     problem: ContactProblem,
     forcing: Forcing,
-    band: Sequence[float],
+    band: Sequence[float] | None = None,
+    *,
+    omega: Sequence[float] | None = None,
     **options: Unpack[CurveKeywords],
 ) -> ForcedResponse:
     """forced_response of a ContactProblem, for matrices without a node table; options : of
     CurveOptions.
+
+    band : (from, to) Hz; or omega : (from, to) rad/s
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
     >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
@@ -164,7 +170,8 @@ def follow_band(
     >>> np.allclose(up.peak("tip"), down.peak("tip"), rtol=1e-6)
     True
     """
-    return _curve(problem, forcing, (Frequency(), np.nan), ("band", band), curve_options(options))
+    ends = in_hz("band", band, omega)
+    return _curve(problem, forcing, (Frequency(), np.nan), ("band", ends), curve_options(options))
 
 
 @with_options_named
@@ -206,10 +213,12 @@ def follow_parameter(
 def solve_at(
     problem: ContactProblem,
     forcing: Forcing,
-    hz: float,
+    hz: float | None = None,
+    *,
+    omega: float | None = None,
     **options: Unpack[CurveKeywords],
 ) -> PeriodicSolution:
-    """The periodic response of a ContactProblem at one frequency in Hz.
+    """The periodic response of a ContactProblem at one frequency, hz or omega in rad/s.
 
     options : outputs, harmonics, periods, guess, start, samples, settings of CurveOptions
     Where several solutions exist it is one of them: the crossings of a curve are all
@@ -229,7 +238,7 @@ def solve_at(
     """
     chosen = curve_options(options)
     case = CheckedInput.checked(problem, forcing, chosen)
-    hz = positive("hz", hz, " Hz")
+    hz = positive("hz", in_hz("hz", hz, omega), " Hz")
     problem, case = _at_hz(problem, case, hz, chosen.periods)
     w = 2 * np.pi * hz / chosen.periods
     check_carried(problem, case.forces, w)
@@ -246,6 +255,7 @@ def solve_at(
         warnings.warn(
             f"solve_at: no solution was found at {hz:g} Hz; {why}give a `guess` that is near, or "
             "less force",
+            Doubt,
             stacklevel=2,
         )
     if found and residual > DEFAULT.equilibrium:
@@ -253,6 +263,7 @@ def solve_at(
             f"solve_at: the forces balance to {residual:.0e} of their scale only, by the rounding "
             "of static forces beside the excitation, or of the given matrices: more digits of "
             "the vibration are not known",
+            Doubt,
             stacklevel=2,
         )
     solved = replace(points[0], converged=found)
@@ -384,11 +395,14 @@ def _branch(
             estimate.of(point)
 
     along = scale * first, scale * last
-    branch = trace(equation, *along, settings, options.progress, note, past, begin)
+    with watched(options.progress, first, last, parameter.unit) as progress:
+        branch = trace(equation, *along, settings, progress, note, past, begin)
     at_ends = band_ends(equation, branch, scale * last, past, settings)
     for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
         warnings.warn(
-            f"at = {parameter.named(p / scale)}: a crossing could not be solved", stacklevel=3
+            f"at = {parameter.named(p / scale)}: a crossing could not be solved",
+            Doubt,
+            stacklevel=3,
         )
     if len(branch.points) > 2:
         peak_points = refine_largest(equation, branch, outputs, case.groups, settings)

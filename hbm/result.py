@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from tipdamp.hbm import fourier, tables
 from tipdamp.hbm.amplitude import KINDS, amplitude, local_maxima, orders_of, parabola_top
 from tipdamp.hbm.drawing import pictures
-from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.errors import Doubt, InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
 from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
 from tipdamp.hbm.periodic_solution import PeriodicSolution
@@ -350,11 +350,11 @@ class ForcedResponse(ArrayRecord):
         a = self.amplitude(kind, order)[:, self.column(name)]
         reason = self._why_no_peak(a)
         if reason:
-            warnings.warn(f"no peak of '{name}': {reason}", stacklevel=2)
+            warnings.warn(f"no peak of '{name}': {reason}", Doubt, stacklevel=2)
             return float("nan"), float("nan")
         doubt = self.why_unsolved(name, kind, order)
         if doubt:
-            warnings.warn(f"peak of '{name}': {doubt}", stacklevel=2)
+            warnings.warn(f"peak of '{name}': {doubt}", Doubt, stacklevel=2)
         i = int(np.nanargmax(a))
         if self.peak_points.size or not 0 < i < len(a) - 1:
             return float(self.parameter[i]), float(a[i])

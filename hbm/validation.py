@@ -45,6 +45,19 @@ def positive(name: str, value: Any, unit: str = "") -> float:
     return float(value)
 
 
+def in_hz(name: str, hz: Any, omega: Any) -> Any:
+    """A frequency, or a pair of them, in Hz, of which either Hz or omega in rad/s is given."""
+    if (hz is None) == (omega is None):
+        raise InputError(f"give either {name} in Hz or omega in rad/s")
+    if omega is None:
+        return hz
+    try:
+        angular = np.asarray(omega, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"omega = {omega!r}: must be in rad/s, as {name} in Hz") from None
+    return (angular / (2 * np.pi)).tolist()
+
+
 def interval(name: str, ends: Any, unit: str = "") -> tuple[float, float]:
     """Two different finite numbers above zero, (from, to)."""
     try:
@@ -203,14 +216,14 @@ def check_call(name: str, function: Callable, *arguments: str) -> None:
         ) from None
 
 
-def check_settings(settings: Settings | None, progress: Callable | None = None) -> Settings:
+def check_settings(settings: Settings | None, progress: Callable | bool | None = None) -> Settings:
     """The numbers of the continuation, by default its own; InputError too where progress cannot be
     called."""
-    if progress is not None and not callable(progress):
+    if not (progress is None or progress is False or callable(progress)):
         raise InputError(
-            f"progress = {brief(progress)}: must be a function (value, step, calls), or None"
+            f"progress = {brief(progress)}: must be a function (value, step, calls), None or False"
         )
-    if progress is not None:
+    if callable(progress):
         check_call("progress", progress, "value", "step", "calls")
     settings = DEFAULT if settings is None else settings
     check_kind(

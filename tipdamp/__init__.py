@@ -99,6 +99,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.curve.solutions import (
         time_history as time_history,
     )
+    from tipdamp.hbm.errors import Doubt as Doubt
     from tipdamp.hbm.errors import InputError as InputError
     from tipdamp.hbm.fitting.fit import fit_damping as fit_damping
     from tipdamp.hbm.fitting.result import DampingFit as DampingFit
@@ -195,7 +196,7 @@ else:  # a module __getattr__ would let type checkers accept any name
     from importlib import import_module
 
     _HOME = {
-        "InputError": "hbm.errors",
+        **dict.fromkeys(("Doubt", "InputError"), "hbm.errors"),
         "ReducedModel": "hbm.model",
         "ContactTable": "hbm.contact",
         "Body": "modal.body",

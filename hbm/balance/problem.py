@@ -33,7 +33,7 @@ from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.balance.varying import Varying
 from tipdamp.hbm.contact import ContactTable, relative_motion, without_normal_motion
 from tipdamp.hbm.contact_doubts import contact_doubts
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.hold.named_motion import describe_motion, mostly
 from tipdamp.hbm.hold.spring import HeldMotion, Hold, held_motions, springs, with_springs
 from tipdamp.hbm.laws.base import ContactLaw
@@ -447,7 +447,7 @@ def contact_problem(
         model, pairs, law, (origin, static, damping_ratio, hold)
     )
     for doubt in (*doubts, *contact_doubts(model, pairs.select(kept))):
-        warnings.warn(doubt, stacklevel=2)
+        warnings.warn(doubt, Doubt, stacklevel=2)
     return problem, kept
 
 

@@ -8,6 +8,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from tipdamp.hbm.errors import Doubt
 from tipdamp.hbm.result import ForcedResponse
 
 AUTO: Literal["auto"] = "auto"
@@ -57,7 +58,7 @@ def enough_harmonics(
     if complete is None:
         return curve
     cut = "" if curve.complete else f"; the curve with H = {curve.H} is incomplete"
-    warnings.warn(f"harmonics = 'auto': {not_met(tried, tolerance)}{cut}", stacklevel=4)
+    warnings.warn(f"harmonics = 'auto': {not_met(tried, tolerance)}{cut}", Doubt, stacklevel=4)
     return complete
 
 

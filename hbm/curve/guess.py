@@ -10,7 +10,7 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.point import Point, size
 from tipdamp.hbm.continuation.settings import Settings
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.validation import numbers
 
 Guess = np.ndarray | tuple[float, np.ndarray]
@@ -84,7 +84,7 @@ def solved(equation: Equation, x: np.ndarray, value: float, settings: Settings) 
         )
     for doubt in (_far(point, x, weights), _repeats(point, equation)):
         if doubt:
-            warnings.warn(f"guess: the solution found at {named} {doubt}", stacklevel=6)
+            warnings.warn(f"guess: the solution found at {named} {doubt}", Doubt, stacklevel=6)
     return point
 
 

@@ -44,7 +44,7 @@ class CurveKeywords(TypedDict, total=False):
     truncation: bool
     stability: PointsOfInterest
     peaks: Sequence[Sequence[str]] | None
-    progress: Callable[[float, float, int], None] | None
+    progress: Callable[[float, float, int], None] | bool | None
     settings: Settings | None
     journal: Journal | None
 
@@ -86,7 +86,8 @@ class CurveOptions:
         solved, as of the nodes of a patch; None solves the peak of every output. `find_peaks`
         solves any other afterwards
     progress : function (value, step, calls), called at each point with the residual calls that it
-        took, and at every 20 calls between points with step 0 and the calls since
+        took, and at every 20 calls between points with step 0 and the calls since; None shows a
+        line in a terminal or a notebook, once it takes two seconds, False none
     settings : of the continuation: steps, points, budget; None takes
     `hbm.continuation.settings.DEFAULT`
     journal : of a curve that may be interrupted, to continue it later (`hbm.curve.journal`)
@@ -113,7 +114,7 @@ class CurveOptions:
     truncation: bool = True
     stability: PointsOfInterest = "none"
     peaks: Sequence[Sequence[str]] | None = None
-    progress: Callable | None = None
+    progress: Callable | bool | None = None
     settings: Settings | None = None
     journal: Journal | None = None
 

@@ -18,6 +18,7 @@ from tipdamp.hbm.continuation.ripples import TooManyRipples, resolve
 from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import restored
+from tipdamp.hbm.errors import Doubt
 from tipdamp.hbm.result import ForcedResponse
 
 
@@ -109,6 +110,7 @@ def find_peaks(
     if not curve.complete:
         warnings.warn(
             f"maxima of '{name}': the curve is incomplete, others may be missing: {curve.ended}",
+            Doubt,
             stacklevel=2,
         )
     heights = curve.amplitude(kind, order)[:, j]
@@ -131,6 +133,7 @@ def find_peaks(
             warnings.warn(
                 f"the maximum of '{name}' near {equation.parameter.named(value)} is not solved: "
                 "the highest point found stands for it",
+                Doubt,
                 stacklevel=2,
             )
     table = np.reshape(found, (-1, 2))

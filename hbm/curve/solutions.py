@@ -13,7 +13,7 @@ from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import crossings
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import DEFAULT
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import brief, check_kind, check_whole, numbers
 
@@ -48,6 +48,7 @@ def solutions_at(
     if doubt:
         warnings.warn(
             f"solutions at {value:g}: others than those of the curve are possible: {doubt}",
+            Doubt,
             stacklevel=2,
         )
     equation, points = restored(curve, problem, parameter)
@@ -73,6 +74,19 @@ def points_at(
         solve_fixed(balance.evaluate, point.x, w, balance.weights)
         for point in points_of(curve, equation, points, value)
     ]
+
+
+def point_of(
+    curve: ForcedResponse, problem: AnyProblem, point: int, parameter: Parameter | None = None
+) -> tuple[HarmonicBalance, Point]:
+    """(balance, a point of a curve solved there) by its number.
+
+    Raises InputError where it was not solved, or the problem is not that of the curve."""
+    equation, points = restored(curve, problem, parameter)
+    if not 0 <= check_whole("point", point, 0) < len(points) or not points[point].converged:
+        raise InputError(f"point {point}: not a solved point of the curve, which has {len(points)}")
+    balance, w = equation.balance_at(points[point].parameter)
+    return balance, solve_fixed(balance.evaluate, points[point].x, w, balance.weights)
 
 
 def points_of(
@@ -208,6 +222,7 @@ def _places(curve, equation, points, value):
             warnings.warn(
                 f"a crossing of {equation.parameter.named(value)} could not be solved: a solution "
                 "is missing",
+                Doubt,
                 stacklevel=3,
             )
         elif not there[i - 1 : i + 1].any():

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.contact import ContactTable, check_pairs_once
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.hold.spring import HeldMotion
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.static_contact.bodies.compliance import Compliance
@@ -154,6 +154,7 @@ class StaticContact:
                 f"{self.settings.rigid.doubtful:g} of the stiffness of their dofs, which carries "
                 f"up to {share[doubtful].max():.1e} of a load on them: where a body floats this "
                 "is rounding; name its motions (rigid of ReducedModel.from_matrices)",
+                Doubt,
                 stacklevel=3,
             )
 

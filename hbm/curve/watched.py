@@ -1,0 +1,74 @@
+"""A line that says how far a curve is, where somebody watches: in a terminal or a notebook."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from multiprocessing import parent_process
+from typing import TextIO
+
+PATIENCE = 2.0  # s before a curve is shown
+EVERY = 0.2  # s between two lines
+BAR = 24  # characters
+
+Progress = Callable[[float, float, int], None]
+
+
+@contextmanager
+def watched(
+    given: Progress | bool | None, first: float, last: float, unit: str
+) -> Iterator[Progress | None]:
+    """What is called at each point: the given function; where None is given, a line that is
+    overwritten and goes at the end, after a moment's patience.
+
+    Nothing where False is given, in a pipe, and in processes that others started.
+    """
+    stream = _stream() if given is None else None
+    if stream is None:
+        yield given if callable(given) else None
+        return
+    line = _Line(stream, first, last, unit)
+    try:
+        yield line
+    finally:
+        line.clear()
+
+
+def _stream() -> TextIO | None:
+    if parent_process() is not None:
+        return None
+    if "ipykernel" in sys.modules:  # a notebook, whose errors are red
+        return sys.stdout
+    return sys.stderr if sys.stderr is not None and sys.stderr.isatty() else None
+
+
+class _Line:
+    """`line(value, step, calls)` of a curve between two values."""
+
+    def __init__(self, stream: TextIO, first: float, last: float, unit: str) -> None:
+        self.stream, self.first, self.last, self.unit = stream, first, last, unit
+        self.began = time.monotonic()
+        self.next, self.points, self.width = self.began + PATIENCE, 0, 0
+
+    def __call__(self, value: float, step: float, calls: int) -> None:
+        self.points += step != 0
+        now = time.monotonic()
+        if now < self.next:
+            return
+        self.next = now + EVERY
+        share = min(max((value - self.first) / (self.last - self.first), 0.0), 1.0)
+        bar = ("#" * round(BAR * share)).ljust(BAR, ".")
+        said = f"{bar} {value:.6g}{self.unit}, {self.points} points, {now - self.began:.0f} s"
+        self._write(said)
+
+    def clear(self) -> None:
+        """Nothing remains of it."""
+        if self.width:
+            self._write("")
+            self.stream.write("\r")
+            self.stream.flush()
+
+    def _write(self, text):
+        self.stream.write("\r" + text.ljust(self.width))
+        self.stream.flush()
+        self.width = len(text)
