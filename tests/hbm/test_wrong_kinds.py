@@ -24,9 +24,11 @@ from tipdamp import (
     time_history,
     whole_motion,
 )
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 DUFFING = Problem([[1.0]], [[0.12]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 0.2)
 ROW = {"x": [1.0]}
+COARSE = IntegrationSettings(samples=64)
 
 
 @cache
@@ -42,7 +44,7 @@ OF_A_CURVE = {
     "energy_balance": lambda problem: energy_balance(curve(), problem, 0).input,
     "contact_cycles": lambda problem: contact_cycles(curve(), problem, 0).force,
     "whole_motion": lambda problem: whole_motion(curve(), problem, 0),
-    "compare": lambda problem: compare(curve(), problem, 0.16).difference,
+    "compare": lambda problem: compare(curve(), problem, 0.16, settings=COARSE).difference,
     "backbone": lambda problem: backbone(problem, 1, (0.1, 0.2), outputs=ROW).frequency,
 }
 

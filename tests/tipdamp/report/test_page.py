@@ -203,6 +203,20 @@ def test_failed_points_are_gaps_with_a_mark(hostile_report, tmp_path):
     assert any("failed point" in script for script in read.scripts[1:])
 
 
+def test_failed_points_stand_where_slip_ends(tmp_path):
+    """In the picture of the contact states: at the height to which contacts slip or are open."""
+    study, store = artefacts(tmp_path, failed=(19, 20))
+    panels = next(friction.states(results_of(study, store))).panels
+    marked = [p for p in panels if any(isinstance(i, figure.Marks) for i in p.items)]
+    assert marked
+    for panel in marked:
+        marks = next(i for i in panel.items if isinstance(i, figure.Marks))
+        slip = next(i for i in panel.items if i.name == "slip")
+        solved = np.isfinite(slip.high)
+        heights = np.interp(marks.x, slip.x[solved], slip.high[solved])
+        assert marks.y == pytest.approx(heights) and (slip.high > slip.low)[solved].any()
+
+
 def marks_of_early_stop(folder):
     """The curve of 20 N at H = 3 says that it is incomplete, and no point failed."""
     folder.mkdir()
