@@ -8,6 +8,7 @@ import numpy as np
 
 Kind = Literal[
     "fold",
+    "symmetry breaking",
     "branch point",
     "period doubling",
     "Neimark-Sacker",
@@ -22,10 +23,12 @@ Kind = Literal[
 class NamedPoint:
     """One point of a curve that has a name.
 
-    kind : 'fold' - the parameter turns back; 'branch point' - a real multiplier passes 1 where the
-        curve does not fold: another curve meets it there, most often by a break of symmetry;
-        'period doubling', 'Neimark-Sacker' - a multiplier passes -1, or a complex pair the unit
-        circle; 'grazing' - multipliers jump across it, as a contact touches or begins to slip;
+    kind : 'fold' - the parameter turns back; 'symmetry breaking' - a real multiplier passes 1 and
+        a motion meets the curve there that lost a symmetry: half a period later it is no longer
+        its own mirror image, or equal contacts move unequally; 'branch point' - another one at
+        which a real multiplier passes 1 and the curve does not fold; 'period doubling',
+        'Neimark-Sacker' - a multiplier passes -1, or a complex pair the unit circle; 'grazing' -
+        multipliers jump across it, as a contact touches or begins to slip;
         'onset of slip', 'lift-off' - a contact does so somewhere in the cycle on one side of the
         point; 'separation' - it is open through the cycle on one side
     parameter, frequency : of the point, Hz where the curve runs over the frequency
@@ -60,7 +63,7 @@ PLAIN = ("kind", "parameter", "frequency", "within", "index", "contact")
 def as_table(points: Sequence[NamedPoint], outputs: int) -> np.ndarray:
     """(k,) with a column for each field; a multiplier that is not known is NaN."""
     columns = [
-        ("kind", "U16"),
+        ("kind", "U24"),
         *((name, float) for name in ("parameter", "frequency", "within")),
         *((name, int) for name in ("index", "contact")),
         ("multiplier", complex),

@@ -1,6 +1,6 @@
 """Where a symmetry breaks
 
-A branch point on the curve of a symmetric oscillator: there two unequal motions begin, images of
+The symmetry of an oscillator breaks: there two unequal motions begin, images of
 each other. `branch_from` follows them.
 """
 

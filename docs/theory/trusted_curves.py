@@ -18,7 +18,8 @@ from tipdamp.hbm.response import follow_band
 
 MARKERS = {
     "fold": "o",
-    "branch point": "D",
+    "symmetry breaking": "D",
+    "branch point": "*",
     "period doubling": "s",
     "Neimark-Sacker": "^",
     "grazing": "x",

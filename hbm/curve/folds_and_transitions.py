@@ -14,10 +14,11 @@ import numpy as np
 
 from tipdamp.hbm.balance.parameter import Equation, Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
+from tipdamp.hbm.balance.symmetry import kept_by_symmetry
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.corrector import between
 from tipdamp.hbm.continuation.crossings import with_tangent
-from tipdamp.hbm.continuation.point import Metric, Point
+from tipdamp.hbm.continuation.point import Metric, Point, size
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import restored
@@ -29,6 +30,10 @@ from tipdamp.hbm.stability.multipliers import Stability
 ENCLOSED = 1e-5  # arc length: a hundredth of that, relative, in the parameter
 SHARE = 1e-6  # of the cycle, above which a contact slips or is open
 JUMP = 0.02  # of a multiplier at the unit circle: with more it has not passed, but jumped
+SYMMETRIC = 1e-6  # of the motion, within which it has a symmetry
+ITERATIONS = 30  # of the inverse iteration for the direction in which it is lost
+ALIKE = 1e-4  # of a multiplier, from 1: nearer it may be missing on the other side
+BESIDE = 1e-3  # of the way from a fold to the next point
 REAL = 1e-3  # imaginary part, relative, below which a multiplier is real
 
 
@@ -145,7 +150,7 @@ class _Along:
 
         turn = self._fold(a, b, metric)
         if turn is not None:
-            named("fold", (turn, turn), multiplier=self._at_one(turn))
+            named("fold", (turn, turn), multiplier=self._at_one(turn, b, metric))
         if start.known and end.known and start.outside != end.outside:
             if start.beside != end.beside:
                 near = self._enclosed(a, b, metric, lambda point: self._leading(point).beside)
@@ -173,8 +178,17 @@ class _Along:
         ends = measure(a), measure(b)
         return arc.maximum(self.equation.evaluate, ends, measure, metric, DEFAULT).best.point
 
-    def _at_one(self, point):
-        """The multiplier nearest 1."""
+    def _at_one(self, fold: Point, end: Point, metric: Metric) -> complex:
+        """The multiplier at a fold between points: the nearest to 1. NaN where none is near, as
+        where multipliers jump across it, or more orders change the motion."""
+        nearest = self._nearest_one(fold)
+        if abs(nearest - 1) <= JUMP or np.isnan(nearest):
+            return nearest
+        beside = between(self.equation.evaluate, fold, end, BESIDE, metric.weights)
+        # one that is 1 to rounding is taken for one of what nothing holds
+        return 1 + 0j if abs(self._nearest_one(beside) - 1) <= JUMP else complex("nan")
+
+    def _nearest_one(self, point):
         multipliers = self._leading(point).multipliers
         return _nearest(multipliers, multipliers - 1)
 
@@ -204,11 +218,25 @@ class _Along:
         # on one side it may be taken for one of what nothing holds
         multiplier = min(through, key=lambda one: abs(abs(one) - 1))
         kind: Kind = "Neimark-Sacker"
-        if not abs(abs(multiplier) - 1) <= JUMP:
+        away = abs(abs(multiplier) - 1)
+        a, b = (complex(one.real, abs(one.imag)) for one in through)
+        if not away <= JUMP or away > ALIKE and abs(a - b) > JUMP:
             kind = "grazing"
         elif abs(multiplier.imag) <= REAL:
-            kind = "branch point" if multiplier.real > 0 else "period doubling"
+            kind = self._at_plus_one(near[1]) if multiplier.real > 0 else "period doubling"
         return kind, near, -1, multiplier
+
+    def _at_plus_one(self, point: Point) -> Kind:
+        """What the motion loses in the direction in which the Jacobian is singular."""
+        keeps = kept_by_symmetry(*self.equation.balance_at(point.parameter), point.x, SYMMETRIC)
+        if keeps is None:
+            return "branch point"
+        v = np.random.default_rng(0).normal(size=len(point.x))
+        zero, here = np.zeros(len(v)), self.equation.evaluate(point.x, point.parameter)
+        for _ in range(ITERATIONS):
+            v = here.solve(zero, 1.0, 0.0, -v)[0]
+            v /= size(v)
+        return "branch point" if size(keeps(v)) > 0.5 else "symmetry breaking"
 
     def _leading(self, point: Point) -> _Leading:
         if id(point) not in self._known:

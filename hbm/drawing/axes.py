@@ -27,6 +27,7 @@ SYMBOL = {
     "triangle-up": "^",
     "triangle-down": "v",
     "star": "*",
+    "hexagram": "H",
 }
 
 

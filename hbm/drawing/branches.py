@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 BIFURCATIONS = {  # symbol of each kind of named point
     "fold": "square",
-    "branch point": "diamond",
+    "symmetry breaking": "diamond",
+    "branch point": "hexagram",
     "period doubling": "x",
     "Neimark-Sacker": "circle",
     "grazing": "cross",

@@ -53,8 +53,8 @@ class Band:
 
 @dataclass(frozen=True)
 class Marks:
-    """Points. symbol - circle, diamond, square, x, cross, triangle-up, triangle-down or star;
-    labels - one text beside each, or none."""
+    """Points. symbol - circle, diamond, square, x, cross, triangle-up, triangle-down, star or
+    hexagram;    labels - one text beside each, or none."""
 
     x: Values
     y: Values

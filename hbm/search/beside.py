@@ -18,13 +18,13 @@ import numpy as np
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.parameter import Equation, Level
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.symmetry import Symmetry, symmetries
 from tipdamp.hbm.continuation.closed import follow_both_ways, follow_one_way
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import crossings
 from tipdamp.hbm.continuation.point import size
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.search.deflation import newton
-from tipdamp.hbm.search.symmetry import Symmetry, symmetries
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ those of the curve. A step along it, and Newton's method on the plane across, le
 branch [Seydel, Practical Bifurcation and Stability Analysis, 3rd ed. 2010, sec. 5.6].
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ import numpy as np
 from tipdamp.hbm.balance.parameter import Equation, Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.balance.symmetry import Kept, kept_by_symmetry
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.closed import follow_away
@@ -24,14 +25,14 @@ from tipdamp.hbm.continuation.point import Plane, Point, size
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.folds_and_transitions import NamedPoint
 from tipdamp.hbm.curve.guess import with_periods
+from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.search.curves import as_curve
-from tipdamp.hbm.search.symmetry import symmetries
 from tipdamp.hbm.validation import check_kind
 
-LEADS_ON = ("branch point", "period doubling")
+LEADS_ON = ("symmetry breaking", "branch point", "period doubling")
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,8 @@ class BranchSettings:
     symmetric : of the motion, within which it has a symmetry
     iterations : of the inverse iteration; null : eigenvalue of the Jacobian, whose largest are near
     1, up to which a second one counts as zero; directions : tried in the plane of two null vectors
+    place : of the amplitude, within which a point is where the curve has it; between : times the
+    distance of its neighbours, the most from it to either
     points : most of a branch, each way; same : distance, of the motion, below which points are one
     """
 
@@ -54,12 +57,14 @@ class BranchSettings:
     iterations: int = 30
     null: float = 1e-2
     directions: int = 12
+    place: float = 1e-3
+    between: float = 1.2
     points: int = 1000
     same: float = 1e-3
 
 
 SETTINGS = BranchSettings()
-Kept = Callable[[np.ndarray], np.ndarray]
+NOT_ITS_OWN = "give one of the named points of this very curve, unchanged"
 
 
 def branch_from(
@@ -68,14 +73,16 @@ def branch_from(
     point: NamedPoint,
     parameter: Parameter | None = None,
 ) -> tuple[ForcedResponse, ...]:
-    """The other curves through a branch point or a period doubling of a curve, over its band.
+    """The other curves through a point of a curve at which a symmetry breaks, through another
+    branch point or a period doubling, over its band.
 
     point : of `named_points`; problem : the ContactProblem that the curve was made with; parameter
     : as in `solutions_at`
     Each begins at the point, and ends where it meets the first curve again, or at the end of the
     band. A branch point has two, one each way: where a symmetry breaks, they are images of each
     other. From a period doubling begins one of twice the period, with twice as many orders
-    (`ForcedResponse.periods`). Raises InputError for points of other kinds, where the problem is
+    (`ForcedResponse.periods`). They have the estimate, the multipliers and the named points of any
+    other curve. Raises InputError for points of other kinds, where the problem is
     another one, and where Newton's method leads to no other branch.
 
     >>> duffing = Problem([[1.0]], [[0.1]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 2.0)
@@ -95,13 +102,22 @@ def branch_from(
             f"motions begins; must be a {' or a '.join(LEADS_ON)}"
         )
     equation, points = restored(curve, problem, parameter)
-    ends = points[point.index : point.index + 2]
+    ends = points[point.index : point.index + 2] if point.index >= 0 else []
+    if len(ends) < 2:
+        raise InputError(
+            f"branch_from: the point lies after point {point.index} of a curve with {len(points)} "
+            f"points; {NOT_ITS_OWN}"
+        )
     doubled = point.kind == "period doubling"
     if doubled:
         equation, ends = _over_two_periods(equation, ends)
     p = equation.parameter.scale * point.parameter
     root = _at(equation, ends, p)
-    keeps = _kept_by_time(equation) if doubled else _kept_by_symmetry(equation, root)
+    _check_place(point, equation, (root, *ends), curve.output_rows)
+    there = equation.balance_at(p)
+    keeps = (
+        _kept_by_time(equation) if doubled else kept_by_symmetry(*there, root.x, SETTINGS.symmetric)
+    )
     band = tuple(equation.parameter.scale * end for end in _ends(curve))
     found = list[Branch]()
     for start in _Through(equation, root, ends, keeps).beside():
@@ -116,7 +132,28 @@ def branch_from(
             f"{equation.parameter.named(point.parameter)}; try more harmonics"
         )
     names = curve.output_names.tolist()
-    return tuple(as_curve(branch, equation, names, curve.output_rows) for branch in found)
+    return tuple(
+        as_curve(branch, equation, (names, curve.output_rows), (problem, parameter))
+        for branch in found
+    )
+
+
+def _check_place(point, equation, found, rows):
+    """InputError where a point is not where its index says; found : it and the points around it."""
+    root, a, b = found
+    known = root.detail is not None
+    if known:
+        metric = arc.metric_at(root, equation.weights)
+        apart = SETTINGS.between * arc.distance(a, b, metric)
+        known = max(arc.distance(end, root, metric) for end in (a, b)) <= apart
+        a = Outputs(rows).amplitudes([root])[0][0]
+        known &= np.abs(a - point.amplitudes).max() <= SETTINGS.place * np.abs(a).max()
+    if not known:
+        value = equation.parameter.named(point.parameter)
+        raise InputError(
+            f"branch_from: the curve does not have the point at {value} after its point "
+            f"{point.index}; {NOT_ITS_OWN}"
+        )
 
 
 class _Through:
@@ -194,18 +231,6 @@ def _kept_by_time(equation: Equation) -> Kept:
     orders = np.r_[0, np.repeat(np.arange(1, equation.balance.H + 1), 2)]
     even = np.tile(orders % 2 == 0, equation.balance.n_components)
     return lambda x: np.where(even, x, 0.0)
-
-
-def _kept_by_symmetry(equation: Equation, root: Point) -> Kept | None:
-    """Of a motion, the part that has the symmetries of the root; None where that has none."""
-    balance, w = equation.balance_at(root.parameter)
-    if balance.problem.reducible:
-        return None
-    near = SETTINGS.symmetric * size(root.x)
-    own = [one for one in symmetries(balance, w) if size(one(root.x) - root.x) <= near]
-    if not own:
-        return None
-    return lambda x: sum((image(x) for image in own), x) / (1 + len(own))
 
 
 def _over_two_periods(equation, points):

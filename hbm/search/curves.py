@@ -18,15 +18,17 @@ from tipdamp.hbm.continuation.point import size
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.equilibrium import settle, with_residuals
+from tipdamp.hbm.curve.named_points import named_points
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.curve.trace import record
-from tipdamp.hbm.curve.truncation import peak_multipliers
+from tipdamp.hbm.curve.truncation import TruncationEstimate
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.search.beside import Beside, Search, growth
+from tipdamp.hbm.stability.monodromy import Stability
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -104,8 +106,8 @@ def curves_beside(
     equation, points = restored(curve, problem, parameter)
     looked = _Looked(equation, Branch(points), search, curve.residual_calls, progress)
     looked.everywhere(float(curve.parameter.min()), float(curve.parameter.max()))
-    names = curve.output_names.tolist()
-    found = tuple(as_curve(branch, equation, names, curve.output_rows) for branch in looked.found)
+    outputs, of = (curve.output_names.tolist(), curve.output_rows), (problem, parameter)
+    found = tuple(as_curve(branch, equation, outputs, of) for branch in looked.found)
     searched = replace(curve, searched=looked.words())
     places = {value: one for value, one in looked.besides.items() if value in looked.looked}
     counts = (len(beside.known) for beside in places.values())
@@ -250,16 +252,30 @@ def _far_apart(count):
     return [(i + count // 2) % count for i in order]
 
 
-def as_curve(branch, equation, names, rows):
-    """ForcedResponse of a branch, with its peaks solved."""
-    outputs, marks = Outputs(rows), np.zeros((len(branch.points), len(rows)), dtype=bool)
+def as_curve(
+    branch: Branch,
+    equation: Equation,
+    outputs: tuple[list[str], np.ndarray],
+    of: tuple[AnyProblem, Parameter | None],
+) -> ForcedResponse:
+    """ForcedResponse of a branch, with its peaks solved, the estimate and the multipliers of every
+    point, and its named points; outputs : (names, rows (m, r)); of : (problem, parameter) as given
+    to `solutions_at`."""
+    names, rows = outputs
+    taken, marks = Outputs(rows), np.zeros((len(branch.points), len(rows)), dtype=bool)
     if len(branch.points) > 2:
-        marks = refine_largest(equation, branch, outputs, [[j] for j in range(len(rows))], DEFAULT)
-        marks = refine_drawn(equation, branch, outputs, marks, DEFAULT)
+        marks = refine_largest(equation, branch, taken, [[j] for j in range(len(rows))], DEFAULT)
+        marks = refine_drawn(equation, branch, taken, marks, DEFAULT)
     ends = branch.points[0].parameter, branch.points[-1].parameter
     residuals, energies, bad = settle(equation, branch.points, ends)
     held = marks, (0.0, 0.0)
-    curve = record(branch, equation, (names, outputs), False, held, 0.0)
-    multipliers = peak_multipliers(equation, rows, branch.points, marks)
-    curve = replace(curve, energy_error=energies, multipliers=multipliers)
-    return with_residuals(curve, residuals, bad, equation, branch.points)
+    curve = record(branch, equation, (names, taken), False, held, 0.0)
+    estimate = TruncationEstimate(equation, rows, Stability())
+    curve = replace(
+        curve,
+        energy_error=energies,
+        truncation=np.array([estimate.of(point) for point in branch.points]),
+        multipliers=np.array([estimate.multipliers(point) for point in branch.points]),
+    )
+    curve = with_residuals(curve, residuals, bad, equation, branch.points)
+    return replace(curve, named_points=named_points(curve, *of))

@@ -66,7 +66,7 @@ class BackCurve(Peak):
 class BesideCurve(Record):
     """A curve that was found beside another one, over from_hz to to_hz: highest - largest amplitude
     of its points on the first patch; closed - it comes back to where it began; unstable - whether
-    the motion there is."""
+    the motion there is; unstable_points, worst_truncation - as in CurveResult."""
 
     file: str
     from_hz: float
@@ -77,6 +77,8 @@ class BesideCurve(Record):
     complete: bool
     ended: str
     unstable: bool = False
+    unstable_points: int | None = None
+    worst_truncation: Number = None
 
     @property
     def ends(self) -> str:

@@ -96,9 +96,7 @@ def curve_result(
         energy_error=worst(curve.energy_error),
         worst_truncation=worst(curve.relative_truncation),
         unstable=bool(curve.unstable[_largest(curve, first)]),
-        unstable_points=(
-            int(curve.unstable.sum()) if (curve.stable | curve.unstable).any() else None
-        ),
+        unstable_points=_unstable_points(curve),
     )
 
 
@@ -114,7 +112,14 @@ def _beside(file, curve, outputs):
         complete=curve.complete,
         ended=curve.ended,
         unstable=bool(curve.unstable[i]),
+        unstable_points=_unstable_points(curve),
+        worst_truncation=worst(curve.relative_truncation),
     )
+
+
+def _unstable_points(curve):
+    known = (curve.stable | curve.unstable).any()
+    return int(curve.unstable.sum()) if known else None
 
 
 def _named(one, kept, outputs):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from tests.hbm.cases import load, unilateral
+from tests.hbm.cases import duffing, load, unilateral
+from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.hbm.search.test_curves_beside import ABSORBER, HZ
 from tests.hbm.stability.test_multipliers import largest_multiplier, solved
 from tipdamp import (
@@ -47,6 +48,27 @@ def test_folds_of_duffing_with_one_harmonic():
     upper = -minimize_scalar(lambda a: -w(a, 1), **within).fun
     assert kinds(found) == ["fold", "fold"]
     assert [point.frequency / HZ for point in found] == pytest.approx([upper, lower], rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_multiplier_is_one_at_every_fold():
+    """Also where it is 1 to rounding, as that of a motion that nothing holds."""
+    given = load("I1")["parameters"]
+    problem, force = duffing(given["c"], given["k3"]), np.array([given["F"]])
+    band = (0.8 * HZ, 2 * HZ)
+    curve = follow_band(problem, force, band, outputs={"x": [1.0]}, harmonics=7, stability="all")
+    assert kinds(curve.named_points) == ["fold", "fold"]
+    for point in curve.named_points:
+        assert point.multiplier == pytest.approx(1, abs=1e-3)
+
+
+@pytest.mark.slow
+def test_multipliers_that_jump_are_no_branch_point():
+    """At a contact that begins to slip: from a pair of modulus 1.05 to 0.98."""
+    given = {"outputs": Y2, "harmonics": 7, "stability": "all"}
+    curve = follow_band(oscillator(), 3 * FORCE, (245.0, 255.0), **given)
+    found = kinds(curve.named_points)
+    assert "branch point" not in found and "grazing" in found
 
 
 def test_slip_begins_at_the_limit():
@@ -114,8 +136,8 @@ def test_unequal_motions_branch_off_equal_ones():
         ring.contact_problem, dict(ring.forces), 2.5 * HZ, "level", (0.05, 3), outputs=rows
     )
     found = named_points(curve, ring.contact_problem)
-    branches = [point for point in found if point.kind == "branch point"]
-    assert set(kinds(found)) == {"branch point", "fold"} and len(branches) >= 3
+    branches = [point for point in found if point.kind == "symmetry breaking"]
+    assert set(kinds(found)) == {"symmetry breaking", "fold"} and len(branches) >= 3
     for point in branches:
         assert point.multiplier == pytest.approx(1, abs=1e-4)
 

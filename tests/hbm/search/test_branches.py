@@ -1,6 +1,8 @@
 """Branches through branch points and period doublings, against symmetry, and integrations that are
 written here."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -75,7 +77,7 @@ def test_a_broken_symmetry_both_ways():
     """A mean builds up, either way: half a period later and with the other sign."""
     curve = SYMMETRIC.follow_band((0.12, 0.16), outputs={"x": 0}, harmonics=7)
     problem = SYMMETRIC.contact_problem
-    first, second = of_kind(named_points(curve, problem), "branch point")
+    first, second = of_kind(named_points(curve, problem), "symmetry breaking")
     up, down = branch_from(curve, problem, first)
     X, Y = up.harmonics[:, 0], down.harmonics[:, 0]
     assert len(X) == len(Y)
@@ -89,6 +91,9 @@ def test_a_broken_symmetry_both_ways():
         assert one.frequency[-1] == pytest.approx(second.frequency, rel=1e-3)
         assert np.abs(one.harmonics[[0, -1], 0, 0]).max() < 1e-6
         assert one.force_residual.max() < 5e-9 and one.periods == 1
+        assert one.relative_truncation.max() < 1e-2  # with estimate and multipliers as any curve
+        assert (one.stable | one.unstable)[1:-1].all()
+        assert one.named_points == named_points(one, problem)
     back, _ = branch_from(curve, problem, second)
     there = 0.5 * (first.frequency + second.frequency)
     means = (solutions_at(one, problem, there)[:, 0, 0].real for one in (up, down, back))
@@ -102,7 +107,7 @@ def test_two_equal_oscillators_move_unequally():
     problem, rows = two.contact_problem, {"a": [1, 0], "b": [0, 1]}
     given = {"outputs": rows, "harmonics": 3}
     curve = follow_parameter(problem, dict(two.forces), 2 * HZ, "level", (0.05, 3), **given)
-    first, second = of_kind(named_points(curve, problem), "branch point")
+    first, second = of_kind(named_points(curve, problem), "symmetry breaking")
     one, other = branch_from(curve, problem, first)
     X, Y = one.harmonics, other.harmonics
     assert np.abs(X - Y[:, ::-1]).max() < 1e-6 * np.abs(X).max()
@@ -139,7 +144,7 @@ def test_four_equal_oscillators_have_branches_in_pairs():
     curve = follow_parameter(
         problem, balance.forces, 2.5 * HZ, "level", (2.2, 2.6), outputs=rows, harmonics=3
     )
-    found = of_kind(named_points(curve, problem), "branch point")
+    found = of_kind(named_points(curve, problem), "symmetry breaking")
     double = min(found, key=lambda point: abs(point.parameter - 2.502))
     branches = branch_from(curve, problem, double)
     patterns = set()
@@ -209,6 +214,21 @@ def test_a_second_frequency_at_a_stop():
             assert abs(abs(leading.imag) - abs(point.multiplier.imag)) < 0.1
     with pytest.raises(InputError, match="is a Neimark-Sacker, from which no other branch"):
         branch_from(curve, problem, found[0])
+
+
+@pytest.mark.slow
+def test_a_point_that_was_edited():
+    """One that is not where its index says, or is none of the curve."""
+    curve = SYMMETRIC.follow_band((0.12, 0.16), outputs={"x": 0}, harmonics=3)
+    problem = SYMMETRIC.contact_problem
+    point = of_kind(named_points(curve, problem), "symmetry breaking")[0]
+    for index in (-1, 999):
+        with pytest.raises(InputError, match=f"after point {index}"):
+            branch_from(curve, problem, replace(point, index=index))
+    with pytest.raises(InputError, match="the curve does not have the point"):
+        branch_from(curve, problem, replace(point, index=2))
+    with pytest.raises(InputError, match="the curve does not have the point"):
+        branch_from(curve, problem, replace(point, parameter=1.1 * point.parameter))
 
 
 def test_a_fold_leads_to_no_other_branch():

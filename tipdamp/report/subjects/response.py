@@ -8,6 +8,7 @@ import numpy as np
 from tipdamp.hbm.drawing.branches import (
     BIFURCATIONS,
     CONTACTS,
+    Place,
     branch_lines,
     error_band,
     failures,
@@ -101,10 +102,16 @@ def _family_curve(results, case: ReportedCurve, color, factor) -> Iterator[Item]
     if error is not None:
         yield error_band(case.curve, top, factor * error, "", color)
     yield from branch_lines(case.curve, top, level_title(case), color)
+    named = places(case, factor)
     for one in case.beside:
-        highest = one.amplitude()[:, in_patch(one.output_names, results.first_patch)].max(axis=1)
+        columns = in_patch(one.output_names, results.first_patch)
+        highest = one.amplitude()[:, columns].max(axis=1)
         yield from branch_lines(one, factor * highest, "", color, 0.9)
-    yield from named_marks(places(case, factor), BIFURCATIONS, color)
+        named += [
+            Place(at.kind, at.frequency, factor * np.array(at.amplitudes)[columns].max())
+            for at in one.named_points
+        ]
+    yield from named_marks(named, BIFURCATIONS, color)
     if facts.peak_m is not None and facts.peak_hz is not None:
         yield peak_mark(facts.peak_hz, factor * facts.peak_m, color)
     yield from failures(case.curve, top, case.facts.complete)

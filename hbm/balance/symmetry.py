@@ -4,13 +4,14 @@ Alike contacts may change places, as those of a ring of equal blades under equal
 every force is odd, a solution half a period later and with the other sign is one as well.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.point import size
 
+Kept = Callable[[np.ndarray], np.ndarray]
 SAME = 1e-9  # of the size of a matrix or a residual: what is equal
 MOST = 48  # symmetries of places: those of a cube; more are not used
 
@@ -52,6 +53,18 @@ def symmetries(balance: HarmonicBalance, w: float) -> list[Symmetry]:
             if error <= SAME * size(residual):
                 found.append(one)
     return found
+
+
+def kept_by_symmetry(balance: HarmonicBalance, w: float, x: np.ndarray, near: float) -> Kept | None:
+    """Of any motion (n,), the part that has the symmetries that the motion x has at w rad/s, up to
+    a share `near` of it; None where it has none."""
+    if balance.problem.reducible:
+        return None
+    allowed = near * size(x)
+    own = [one for one in symmetries(balance, w) if size(one(x) - x) <= allowed]
+    if not own:
+        return None
+    return lambda moved: sum((image(moved) for image in own), moved) / (1 + len(own))
 
 
 def _places(balance, linear, w) -> Iterator[np.ndarray]:
