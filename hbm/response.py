@@ -58,7 +58,6 @@ from tipdamp.hbm.curve.watched import watched
 from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.hold.spring import Hold
 from tipdamp.hbm.laws.base import ContactLaw
-from tipdamp.hbm.laws.shipped import SHIPPED
 from tipdamp.hbm.memory import check_harmonics_fit
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.periodic_solution import PeriodicSolution
@@ -316,7 +315,7 @@ class CheckedInput:
             if options.journal
             else HarmonicBalance(*arguments)
         )
-        if type(problem.law) not in SHIPPED.values():
+        if not problem.law.tested:
             there = Equation(made, Frequency().over(options.periods)).balance_at(w)[0]
             x = there.linear(w).reshape(len(problem.contacts), made.nd, made.nh)
             check_derivatives(problem.law, problem.contacts, x, w)

@@ -277,13 +277,8 @@ def slides(problem):
     ]
     return (
         f"{SLIDES} ({'; '.join(map(str, named))}): where the contacts slide it drifts, and then "
-        f"no periodic state exists: {_held(named[0])}. Where they are not to slide: "
+        f"no periodic state exists: {named[0].remedy}. Where they are not to slide: "
     )
-
-
-def _held(named):
-    """How to hold a motion that has a name, or none."""
-    return getattr(named, "remedy", "give that motion a stiffness that restrains it")
 
 
 def _lifts_off(points):
@@ -309,6 +304,6 @@ def unrestrained(last: Point, problem: ContactProblem | None) -> str:
     if q is None or value >= 1e-4 or np.abs(q[:, 0]).max() <= 0.9 * np.abs(q).max():
         return ""
     motion = q[:, 0].real
-    named = problem.describe(motion) if problem and problem.describe else None
-    verb = ROLLS if named and named.turns else "nothing restrains a mean motion"
-    return f"; {verb} ({named or mostly(motion)}): {NO_PERIOD}; {_held(named)}"
+    named = problem.describe(motion) if problem and problem.describe else mostly(motion)
+    verb = ROLLS if named.turns else "nothing restrains a mean motion"
+    return f"; {verb} ({named}): {NO_PERIOD}; {named.remedy}"

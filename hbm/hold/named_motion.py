@@ -83,9 +83,9 @@ def _through(centre, motion) -> str:
     return f"({', '.join(f'{v + 0.0:.3g}' for v in np.where(np.abs(x) < 1e-9, 0.0, x))}) m"
 
 
-def mostly(motion: np.ndarray) -> str:
+def mostly(motion: np.ndarray) -> NamedMotion:
     """The name of a motion of which nothing but the numbers of its dofs is known."""
-    return f"mostly dof {np.abs(motion).argmax()}"
+    return NamedMotion(f"mostly dof {np.abs(motion).argmax()}", "", False, False)
 
 
 def _dof_name(model, i) -> str:

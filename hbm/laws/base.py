@@ -50,6 +50,8 @@ class ContactLaw:
         contact, coordinates of any other names
     states : length of the state of a contact; sliders : its leading entries that are slider
         positions in m, from which slip is told; a law without sliders slips where it dissipates
+    tested : whether tests hold its derivatives, as `class MyLaw(ContactLaw, tested=True)` states of
+        this class alone; those of other laws are compared with differences before each curve
 
     >>> class Dashpot(ContactLaw):
     ...     components = ("t1",)
@@ -62,6 +64,11 @@ class ContactLaw:
     components: ClassVar[tuple] = ("t1", "t2", "n")
     states: ClassVar[int] = 0
     sliders: ClassVar[int] = 0
+    tested: ClassVar[bool] = False
+
+    def __init_subclass__(cls, tested: bool = False, **more: Any):
+        super().__init_subclass__(**more)
+        cls.tested = tested
 
     def __post_init__(self):
         for name, value in list(vars(self).items()):

@@ -55,7 +55,7 @@ class PlainForce(ContactLaw):
 
 
 @dataclass(frozen=True)
-class CubicSpring(PlainForce):
+class CubicSpring(PlainForce, tested=True):
     """f = cubic u_n^3, the restoring force of Duffing's oscillator. Exact with more than 4 H
     samples.
 

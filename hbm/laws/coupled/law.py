@@ -15,7 +15,7 @@ from tipdamp.hbm.laws.uncoupled.law import CoulombFriction, integrated, located
 
 
 @dataclass(frozen=True)
-class IsotropicFriction(CoulombFriction):
+class IsotropicFriction(CoulombFriction, tested=True):
     """Isotropic coupled friction, |T| <= mu N, under N = max(0, preload + kn u_n); open: T = 0, the
     slider follows.
 

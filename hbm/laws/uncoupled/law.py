@@ -14,7 +14,7 @@ from tipdamp.hbm import compiled
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.piecewise import slider_table
 from tipdamp.hbm.laws.records import ContactForces
-from tipdamp.hbm.laws.uncoupled import breaks, events, integrals
+from tipdamp.hbm.laws.uncoupled import breaks, events, integrals, tangents
 from tipdamp.hbm.laws.variation import CycleTangents, Variation
 
 
@@ -150,8 +150,8 @@ class CoulombFriction(ContactLaw):
             P, nd, _ = x.shape
             found = CycleTangents.none(len(instants) - 1, P, nd)
             found.gamma[..., np.arange(nd), np.arange(nd)] = self.stuck_stiffness(contacts)
-            for p in moving:
-                _open_and_slipping(law, p, pieces[p], counts[p], instants, found)
+            own = found.gamma, found.memory, found.captured, found.capture
+            tangents.fill(law, moving, pieces, counts, instants, *own)
             return found
 
         return Variation(1, happens[happens > 0], between)
@@ -193,37 +193,6 @@ class CoulombFriction(ContactLaw):
     def default_samples(self, H):
         """Samples separate the events, which are located."""
         return max(64, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
-
-
-def _open_and_slipping(law, p, pieces, counts, instants, found):
-    """Fill the CycleTangents of contact p."""
-    middle = 0.5 * (instants[1:] + instants[:-1])
-    kn, kt, mu = law.kn[p], law.kt[p], law.mu[p]
-    gamma, n = found.gamma[:, :, p], law.count
-    if law.normal:
-        spans = pieces[law.count, : counts[law.count]]
-        away = np.searchsorted(spans[:, breaks.BEGIN], middle) > np.searchsorted(
-            spans[:, breaks.END], middle
-        )
-        gamma[:, away, n, n] = 0.0
-    for d in range(law.count):
-        own = pieces[d, : counts[d]]
-        if not len(own):
-            continue
-        at = np.minimum(np.searchsorted(own[:, breaks.END], middle), len(own) - 1)
-        state = own[at, 0]
-        gamma[:, :, d, d] = np.where(state == breaks.STICK, kt, 0.0)
-        found.memory[:, p, d] = np.where(state == breaks.STICK, -kt, 0.0)
-        rests = own[(own[:, 0] == breaks.STICK) & (own[:, breaks.BEGIN] > 0)]
-        rests = rests[rests[:, breaks.INSTANT] == rests[:, breaks.BEGIN]]
-        k = np.abs(instants[:, None] - rests[:, breaks.BEGIN]).argmin(axis=0)
-        rests, k = rests[k < len(middle)], k[k < len(middle)]
-        found.captured[k, p, d] = True
-        found.capture[k, p, d, d] = rests[:, breaks.BY_U]
-        if law.normal:
-            sign = np.where(state == breaks.FORWARD, 1.0, np.where(state == breaks.BACKWARD, -1, 0))
-            gamma[:, :, d, n] = sign * mu * kn
-            found.capture[k, p, d, n] = rests[:, breaks.BY_N] * kn
 
 
 def _moving_orders(x, start, grid):
@@ -271,7 +240,7 @@ def _sticks(contacts, tangents, normal):
 
 
 @dataclass(frozen=True)
-class Jenkins1D(CoulombFriction):
+class Jenkins1D(CoulombFriction, tested=True):
     """One tangent, constant normal load: limit mu * preload. A spring kt in series with a slider
     [Griffin 1980].
 
@@ -288,7 +257,7 @@ class Jenkins1D(CoulombFriction):
 
 
 @dataclass(frozen=True)
-class DryFriction1T(CoulombFriction):
+class DryFriction1T(CoulombFriction, tested=True):
     """One tangent under a variable normal load, with slip and lift-off [Yang, Menq 1998].
 
     >>> from tipdamp.hbm.laws.base import Motion
@@ -304,7 +273,7 @@ class DryFriction1T(CoulombFriction):
 
 
 @dataclass(frozen=True)
-class DryFriction2T(CoulombFriction):
+class DryFriction2T(CoulombFriction, tested=True):
     """Two uncoupled tangents under one variable normal load, with slip and lift-off [Yang, Menq
     1998].
 
@@ -321,7 +290,7 @@ class DryFriction2T(CoulombFriction):
 
 
 @dataclass(frozen=True)
-class UnilateralSpring(CoulombFriction):
+class UnilateralSpring(CoulombFriction, tested=True):
     """Normal only: a spring with preload (positive) or gap -preload/kn (negative).
 
     >>> from tipdamp.hbm.laws.base import Motion
