@@ -18,7 +18,7 @@ from tipdamp.hbm.continuation.point import size
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.equilibrium import settle, with_residuals
-from tipdamp.hbm.curve.named_points import named_points
+from tipdamp.hbm.curve.folds_and_transitions import named_points
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.solutions import restored
@@ -28,7 +28,7 @@ from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.search.beside import Beside, Search, growth
-from tipdamp.hbm.stability.monodromy import Stability
+from tipdamp.hbm.stability.multipliers import Stability
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
