@@ -403,6 +403,13 @@ def _parser() -> argparse.ArgumentParser:
         "init", "a first study that runs, with its files, commented", _init, on_study=False
     )
     first.add_argument("folder", nargs="?", default=".", help="where it is written (default: here)")
+    completed = verb(
+        "completion",
+        'what bash and zsh complete: eval "$(tipdamp completion)" in ~/.bashrc or ~/.zshrc',
+        _completion,
+        on_study=False,
+    )
+    completed.set_defaults(verbs=verbs.choices)
     return parser
 
 
@@ -429,6 +436,14 @@ def _explain(arguments) -> int:
     from tipdamp.study.documentation import explain
 
     print(explain(arguments.key), end="")
+    return 0
+
+
+def _completion(arguments) -> int:
+    from tipdamp.completion import script
+    from tipdamp.study.documentation import key_names
+
+    print(script(arguments.verbs, key_names()), end="")
     return 0
 
 

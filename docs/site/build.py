@@ -21,7 +21,13 @@ ROOT = Path(__file__).resolve().parents[2]
 SITE = Path(__file__).resolve().parent
 LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^)#\s]+)(#[^)\s]*)?\)")
 CONTENTS = {
-    "Start": ["README", "gallery/index", "docs/python", "docs/own_model", "docs/two_blade_rig"],
+    "Start": [
+        "Start <README>",
+        "gallery/index",
+        "docs/python",
+        "docs/own_model",
+        "docs/two_blade_rig",
+    ],
     "How to": [
         "docs/measured_curves",
         "docs/comparison",
@@ -32,8 +38,32 @@ CONTENTS = {
     ],
     "Reference": ["docs/study_files", "api/index", "docs/glossary", "CHANGELOG"],
     "Theory": ["docs/theory/*"],
-    "How far to trust it": ["docs/validation", "docs/reliability", "docs/decisions"],
+    "How far to trust it": [
+        "docs/warnings",
+        "docs/validation",
+        "docs/reliability",
+        "docs/decisions",
+    ],
     "Work on it": ["CONTRIBUTING", "meshes/README"],
+}
+GALLERY = {  # examples that no heading names stand at the end
+    "First steps": [
+        "duffing",
+        "friction_loops",
+        "gap",
+        "two_blades",
+        "preload_map",
+        "preload_curve",
+    ],
+    "Your own matrices and curves": [
+        *("matrices", "matrices_nastran", "matrices_ansys", "measured", "parallel_sweep"),
+    ],
+    "Dampers": ["damper_preload", "follow_peak", "derivatives", "friction_beam", "backbone"],
+    "Excitation": ["base_motion", "rotor_unbalance", "two_orders"],
+    "Laws": ["own_law_numpy", "own_law_hysteresis", "mixed_chain"],
+    "Stability and further motions": [
+        *("named_points", "detached", "subharmonic", "time_integration"),
+    ],
 }
 FRONT = """\
 # tipdamp
@@ -104,7 +134,7 @@ def _gallery(folder):
 
     folder.mkdir()
     plt.switch_backend("agg")
-    lines = ["# Gallery", "", "Short examples, each of which the tests run.", ""]
+    cards = {}
     for path in sorted((ROOT / "docs" / "gallery").glob("*.py")):
         text = path.read_text(encoding="utf-8")
         title, said = text.split('"""')[1].strip().split("\n\n", 1)
@@ -114,8 +144,19 @@ def _gallery(folder):
         said = LINK.sub(lambda found: _link(Path("docs/gallery/x"), *found.groups()), said)
         page = f"# {title}\n\n{said}\n\n![{title}]({picture.name})\n\n```python\n{code}\n```\n"
         (folder / f"{path.stem}.md").write_text(page, encoding="utf-8")
-        lines += [f"## [{title}]({path.stem}.md)", "", f"![{title}]({picture.name})", "", said, ""]
-    lines += ["```{toctree}", ":hidden:", ":glob:", "", "*", "```"]
+        link = f"**[{title}]({path.stem}.md)**"
+        cards[path.stem] = (
+            f":::{{container}} card\n![{title}]({picture.name})\n\n{link}\n\n{said}\n:::"
+        )
+    lines = ["# Gallery", "", "Short examples, each of which the tests run.", ""]
+    named = {stem for stems in GALLERY.values() for stem in stems}
+    groups = GALLERY | {"More": sorted(set(cards) - named)}
+    for heading, stems in groups.items():
+        if stems:
+            inside = "\n\n".join(cards[stem] for stem in stems)
+            lines += [f"## {heading}", "", f"::::{{container}} cards\n{inside}\n::::", ""]
+    lines += ["```{toctree}", ":hidden:", ""]
+    lines += [*(stem for stems in groups.values() for stem in stems), "```", ""]
     (folder / "index.md").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
@@ -142,6 +183,10 @@ def _contents(source):
     for heading, entries in CONTENTS.items():
         lines += ["```{toctree}", ":hidden:", f":caption: {heading}", ""]
         for entry in entries:
+            if entry.endswith(">"):  # a name of its own
+                lines.append(entry)
+                named.add(source / f"{entry.split('<')[1][:-1]}.md")
+                continue
             found = sorted(source.glob(f"{entry}.md"))
             lines += [path.relative_to(source).with_suffix("").as_posix() for path in found]
             named |= set(found)

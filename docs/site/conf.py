@@ -14,5 +14,5 @@ html_show_sphinx = False
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 myst_heading_anchors = 4
-myst_enable_extensions = ["deflist", "attrs_block"]
+myst_enable_extensions = ["deflist", "attrs_block", "colon_fence"]
 suppress_warnings = ["myst.header"]  # README of a folder may begin deeper

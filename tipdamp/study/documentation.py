@@ -64,6 +64,12 @@ def reference() -> str:
     return "\n".join(lines) + "\n"
 
 
+def key_names() -> list[str]:
+    """Dotted names of all keys, as `explain` takes them."""
+    found = (f"{title}.{one}" for title, s in _sections().items() for one in s.data_sheets())
+    return [name.removeprefix("top.") for name in found]
+
+
 def explain(name: str) -> str:
     """What a key is, in every section that has it. name : 'kn', or in one section 'contact.kn' or
     'contact.left.kn'; a section, 'sweep', for all its keys.
