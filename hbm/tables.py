@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import xarray
 
     from tipdamp.hbm.following.result import Followed
+    from tipdamp.hbm.modes.influence import Derivatives
     from tipdamp.hbm.modes.result import Backbone
     from tipdamp.hbm.result import ForcedResponse
 
@@ -100,6 +101,16 @@ def followed_as_frame(peaks: Followed) -> pandas.DataFrame:
         "fitted": peaks.fitted,
     }
     return _frame(columns, "place")
+
+
+def influence_as_frame(by: Derivatives) -> pandas.DataFrame:
+    """A row for each setting of each contact: see `Derivatives.to_pandas`."""
+    rows = [(name, c) for name, part in by.amplitude_by.items() for c in range(len(part))]
+    columns: dict[str, Any] = {"setting": [name for name, _ in rows]}
+    columns["contact"] = [c for _, c in rows]
+    columns["amplitude_percent"] = [by.amplitude_by[k][c] / by.amplitude for k, c in rows]
+    columns["frequency_percent"] = [by.frequency_by[k][c] / by.frequency for k, c in rows]
+    return _frame(columns, "row")
 
 
 def _frame(columns, index):

@@ -144,9 +144,6 @@ if TYPE_CHECKING:
     from tipdamp.hbm.model import ReducedModel as ReducedModel
     from tipdamp.hbm.modes.backbone import backbone as backbone
     from tipdamp.hbm.modes.derivatives import (
-        Derivatives as Derivatives,
-    )
-    from tipdamp.hbm.modes.derivatives import (
         peak_derivatives as peak_derivatives,
     )
     from tipdamp.hbm.modes.derivatives import (
@@ -155,6 +152,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.modes.derivatives import (
         stuck_frequency_derivatives as stuck_frequency_derivatives,
     )
+    from tipdamp.hbm.modes.influence import Derivatives as Derivatives
     from tipdamp.hbm.modes.result import Backbone as Backbone
     from tipdamp.hbm.modes.synthesis import Synthesis as Synthesis
     from tipdamp.hbm.modes.synthesis import synthesis as synthesis
@@ -238,13 +236,13 @@ else:  # a module __getattr__ would let type checkers accept any name
         **dict.fromkeys(("ForceTable", "Unbalance"), "hbm.balance.varying"),
         **dict.fromkeys(
             (
-                "Derivatives",
                 "peak_derivatives",
                 "point_derivatives",
                 "stuck_frequency_derivatives",
             ),
             "hbm.modes.derivatives",
         ),
+        "Derivatives": "hbm.modes.influence",
         "limit_cycle": "hbm.self_excited",
         "CurveOptions": "hbm.curve.options",
         "Settings": "hbm.continuation.settings",

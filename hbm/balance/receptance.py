@@ -20,6 +20,7 @@ that of harmonic motions, the modes hold for w > 0 and further shapes for the me
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -100,6 +101,16 @@ class Receptance:
         with np.errstate(divide="ignore"):
             own = np.abs(self.poles) if self.poles.size else np.sqrt(self.stiffness / self.mass)
         return np.sort(np.r_[np.zeros(self.free), own]) / (2 * np.pi)
+
+    @cached_property
+    def damping_shares(self) -> np.ndarray:
+        """(m, m) by which a change of the stiffness, in mass-normalised modes, changes the damping
+        that keeps its ratios: divided differences of c = 2 zeta w over w^2."""
+        w = np.sqrt(self.stiffness / np.maximum(self.mass, 1e-28 * self.mass.max()))
+        c, sums = 2 * self.ratio * w, np.add.outer(w, w)
+        apart, even = np.subtract.outer(w**2, w**2), np.add.outer(self.ratio, self.ratio)
+        near = np.abs(apart) <= 1e-9 * np.add.outer(w**2, w**2)
+        return np.where(near, even / sums, np.subtract.outer(c, c) / np.where(near, 1.0, apart))
 
     def factors(self, w: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
         """d and dd/dw, each (m, n) complex, at the angular frequencies w (n,)."""

@@ -8,8 +8,8 @@ amplitude A(z, s). These second derivatives are those of the first ones at four 
 peak, by differences of fourth order.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import scipy.linalg as la
@@ -28,6 +28,7 @@ from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import points_of, restored
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.modes.influence import Derivatives
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import check_whole
 
@@ -40,36 +41,6 @@ SLOPES = np.array([1.0, -8.0, 8.0, -1.0]) / 12  # by them: the derivative, to fo
 ASIDE, CLOSE, ON_TOP = 1e-3, 1e-5, 1e-10
 TOP_STEPS = 20  # at most, of the secant to the top
 EVERY = (*SETTINGS, "damping", "level")
-
-
-@dataclass(frozen=True)
-class Derivatives:
-    """Of a frequency in Hz and an amplitude in m, by relative changes of the settings.
-
-    amplitude_by, frequency_by : {setting: (P,) m or Hz} by a relative change of kn, kt, mu or the
-        preload of each contact; 'damping' and 'level' (of the force): (1,). One per cent more of a
-        setting of contact c changes the amplitude by 0.01 amplitude_by[setting][c]
-
-    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
-    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=4.0)
-    >>> curve = damped.follow_band((600, 1000), outputs={"tip": 0})
-    >>> by: Derivatives = peak_derivatives(curve, damped, "tip")
-    >>> largest = max(by.amplitude_by, key=lambda name: abs(by.total(name)[1]))
-    >>> largest  # what counts most
-    'level'
-    """
-
-    frequency: float
-    amplitude: float
-    amplitude_by: dict[str, np.ndarray]
-    frequency_by: dict[str, np.ndarray]
-
-    def total(self, setting: str) -> tuple[float, float]:
-        """(Hz, m) by a relative change of a setting of all contacts at once."""
-        if setting not in self.amplitude_by:
-            known = ", ".join(self.amplitude_by)
-            raise InputError(f"setting '{setting}': must be one of {known}")
-        return float(self.frequency_by[setting].sum()), float(self.amplitude_by[setting].sum())
 
 
 def peak_derivatives(
@@ -305,33 +276,28 @@ def _by_contacts(here, name):
     terms = Terms(u, here.w, here.forces, none, here.factors, none)
     rates = ContactSetting(name).force_rate(balance, terms, 1.0)
     springs = springs_by(problem, name) if name in ("kn", "kt") else np.zeros((P, nd))
+    ratios = problem.damping_ratio is not None and springs.any()
+    further = _ratios_follow(here, springs) if ratios else None
     for c in range(P):
-        rows = c * nd + np.arange(nd)
-        push = balance.into[rows].T @ fourier.to_complex(rates[c])
-        if springs[c].any() and problem.damping_ratio is not None:
-            push = push + _ratios_follow(here, balance.shapes[rows], springs[c])
-        yield -here.factors * push
+        push = balance.into[c * nd + np.arange(nd)].T @ fourier.to_complex(rates[c])
+        yield -here.factors * (push if further is None else push + further[c])
 
 
-def _ratios_follow(here: Linearisation, rows: np.ndarray, k: Sequence[float]) -> np.ndarray:
-    """(m, H+1) modal force of the damping that damping ratios of the stuck modes give more, where
-    springs k (nd,) at rows (nd, m) change these modes.
+def _ratios_follow(here: Linearisation, springs: np.ndarray) -> np.ndarray:
+    """(P, m, H+1) modal force of the damping that damping ratios of the stuck modes give more,
+    where springs (P, nd) N/m of one contact or another change these modes.
 
-    A function of a matrix changes by its divided differences [Daleckii, Krein 1965]: with ratios
-    zeta_r the damping in mass-normalised modes is c_r = 2 zeta_r w_r, and changes by
-    E_rs (c_r - c_s) / (w_r^2 - w_s^2)."""
-    of = here.balance.receptance
-    m = len(of.mass)
+    A function of a matrix changes by its divided differences [Daleckii, Krein 1965]:
+    `Receptance.damping_shares`."""
+    balance, of = here.balance, here.balance.receptance
+    m, K = len(of.mass), balance.H + 1
     w = np.sqrt(of.stiffness / np.maximum(of.mass, 1e-28 * of.mass.max()))
-    c = 2 * of.ratio * w
-    apart, even = np.subtract.outer(w**2, w**2), np.add.outer(of.ratio, of.ratio)
-    near = np.abs(apart) <= 1e-9 * np.add.outer(w**2, w**2)
-    shares = np.where(
-        near, even / np.add.outer(w, w), np.subtract.outer(c, c) / np.where(near, 1.0, apart)
-    )
     size = np.sqrt(of.mass * w**2 / of.stiffness)
-    change = np.einsum("d,dr,ds->rs", k, rows[:, :m] / size, rows[:, :m] / size) * shares
-    orders = here.w * np.arange(here.balance.H + 1)
-    push = np.zeros_like(here.modal)
-    push[:m] = 1j * orders * (change @ here.modal[:m])
-    return push
+    at = np.flatnonzero(springs)
+    P = balance.shapes[at][:, :m] / size
+    moved = (P.T[:, :, None] * here.modal[:m, None, :]).reshape(m, -1)
+    pulled = real_times(of.damping_shares, moved).reshape(m, len(at), K)
+    push = np.zeros((len(springs), len(here.modal), K), dtype=complex)
+    for i, c in enumerate(at // springs.shape[1]):
+        push[c, :m] += springs.ravel()[at[i]] * P[i][:, None] * pulled[:, i]
+    return 1j * here.w * np.arange(K) * push
