@@ -33,6 +33,7 @@ CONTENTS = {
         "docs/comparison",
         "docs/sweeps",
         "docs/unlike_meshes",
+        "docs/coming_from",
         "docs/studies/own_law/README",
         "docs/studies/matrices_only/README",
     ],

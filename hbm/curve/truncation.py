@@ -4,8 +4,7 @@ The motion of a point with the orders 0..H gives its contact forces at the order
 move the contacts at these orders, against the receptance and the tangents that the contacts show
 there, an order at a time: what couples the orders is second to that. This changes the forces at the
 orders up to H, by the derivative of the law, and the Jacobian of the point says what that does. A
-law of sampled forces is evaluated with the samples of the higher orders, so that the error of the
-samples is in the estimate.
+law of sampled forces is evaluated with twice the samples, so that their error is in the estimate.
 
 Krack, Gross, Harmonic Balance for Nonlinear Vibration Problems (2019), sec. 2.3 and 4.3, for the
 truncation; the correction is a step of Newton's method with more orders, by parts.
@@ -26,6 +25,7 @@ from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.outputs import ModalRows
 from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.stability.multipliers import SETTINGS, Stability
+from tipdamp.hbm.validation import MOST_SAMPLES
 
 FAR = 0.1  # of the vibration: a larger correction is none of first order
 
@@ -139,10 +139,10 @@ def peak_multipliers(
 
 
 def _wider(balance: HarmonicBalance) -> HarmonicBalance:
-    """With orders up to 2 H + 1."""
-    return HarmonicBalance(
-        balance.problem, balance.forces, 2 * balance.H + 1, balance.given_start, None
-    )
+    """With orders up to 2 H + 1, and twice the samples: a quarter of their error is left."""
+    H, own = 2 * balance.H + 1, len(balance.grid[0]) - 1
+    samples = min(max(2 * own, balance.problem.law.default_samples(H)), MOST_SAMPLES)
+    return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
 
 
 def _padded(x, balance, H):
