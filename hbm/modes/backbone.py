@@ -183,7 +183,7 @@ def _record(equation, branch, named, missed, made) -> Backbone:
         share_open=shares[..., 2],
         stuck_frequency=frequency,
         stuck_damping_ratio=equation.damping_ratio,
-        ended=_ended(branch, equation, unknowns[-1, -2], missed),
+        ended=_ended(branch, equation, unknowns[-1, -2], missed) + _turns(points),
         complete=bool(branch.complete and len(points) == len(branch.points) and not missed),
         H=equation.balance.H,
         unknowns=unknowns,
@@ -199,3 +199,15 @@ def _ended(branch, equation, relative, missed):
     if relative < 10 * SLOWEST:
         return f"stopped at {branch.at:.6g} m: the frequency falls to zero, beyond it no vibration"
     return slides(equation.balance.problem) + branch.sentence(lambda a: f"{a:.6g} m")
+
+
+def _turns(points):
+    """In words, how often the amplitude turns back on the way."""
+    forward = np.diff([p.parameter for p in points]) > 0
+    turns = int((forward[1:] != forward[:-1]).sum())
+    if not turns:
+        return ""
+    return (
+        f"; the amplitude turns back or on {turns} times, as where an order of the mode meets "
+        "another mode (internal resonance): fewer harmonics leave that out"
+    )

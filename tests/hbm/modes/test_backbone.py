@@ -341,3 +341,16 @@ def test_a_spring_with_a_gap_stiffens():
     assert mode.complete and w[0] == pytest.approx(1.0)
     both = 2 / (1 / 1 + 1 / np.sqrt(2))  # half a period on each spring
     assert w[-1] == pytest.approx(both, rel=1e-3)
+
+
+def test_an_internal_resonance_is_told():
+    """Two masses, one on a cubic spring: at three times its frequency the first mode meets the
+    second one [Kerschen, Peeters, Golinval, Vakakis 2009]; with one harmonic it cannot."""
+    K = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    two = Problem(M=np.eye(2), K=K, damping_ratio=0.01).add(CubicSpring(0.5), 0)
+    given = dict(outputs={"x": [1.0, 0.0]})
+    met = backbone(two, 1, (0.01, 15.0), harmonics=3, **given)
+    assert met.complete and "the amplitude turns back" in met.ended
+    assert (np.diff(met.amplitude) < 0).any()
+    plain = backbone(two, 1, (0.01, 15.0), harmonics=1, **given)
+    assert plain.ended == "reached the last amplitude" and (np.diff(plain.amplitude) > 0).all()
