@@ -132,7 +132,9 @@ def _stuck_vtu(store, model, shapes: Shapes):
         data[f"{kind}, {label}"] = np.concatenate(
             [s.displacement(q[model.body == s.body]) for s in parts]
         )
-    return _vtu(store, "stuck_modes.vtu", np.concatenate([s.position for s in parts]), cells, data)
+    return write_cells(
+        store, "stuck_modes.vtu", np.concatenate([s.position for s in parts]), cells, data
+    )
 
 
 def keep_preload(store: Store, tables: Mapping[str, ContactTable], hard: bool) -> list[str]:
@@ -159,7 +161,7 @@ def keep_preload(store: Store, tables: Mapping[str, ContactTable], hard: bool) -
                 if p.unit == unit:
                     values[p.rows] = p.load(table.preload)
             data[f"{what} ({unit.replace('²', '2')}), {case}"] = values
-    return _vtu(store, "preload.vtu", first.position, cells, data) if cells else []
+    return write_cells(store, "preload.vtu", first.position, cells, data) if cells else []
 
 
 # ---- .vtu ----------------------------------------------------------------------------------------
@@ -173,7 +175,7 @@ def write_shapes(
     blocks = [(kind.rstrip("0123456789"), cells) for kind, cells in mesh.cells.items()]
     straight = [(kind, cells[:, : _CORNERS[kind]]) for kind, cells in blocks]
     used = np.unique(np.concatenate([cells.ravel() for _, cells in straight]))
-    return _vtu(
+    return write_cells(
         store,
         name,
         mesh.position[used],
@@ -182,7 +184,15 @@ def write_shapes(
     )
 
 
-def _vtu(store, name, position, cells, data):
+def write_cells(
+    store: Store,
+    name: str,
+    position: np.ndarray,
+    cells: Sequence[tuple[str, np.ndarray]],
+    data: Mapping[str, np.ndarray],
+) -> list[str]:
+    """A .vtu of cells [(type, (c, k) rows of the points)] at points (n, 3) with their data; the
+    name of the file, or nothing where meshio is not installed."""
     if find_spec("meshio") is None:
         return []
     import meshio

@@ -5,12 +5,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.checks.pairs import pair_names
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
+from tipdamp.fields import surface
+from tipdamp.fields.animation import keep_motion
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.comparison import compare_point
-from tipdamp.hbm.curve.cycles import contact_cycles
+from tipdamp.hbm.curve.cycles import contact_cycles, whole_motion
 from tipdamp.hbm.curve.energy import EnergyBalance
 from tipdamp.hbm.curve.solutions import points_at
 from tipdamp.hbm.errors import InputError
@@ -37,6 +40,7 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
     respond = RespondResult.load(store)
     names = pair_names(assembly.kept, slice(None))
     found, said = [], []
+    files: list[str] = []
     finest = families(respond.responses)[-1] if study.respond.compare else []
     for k, case in enumerate(respond.responses):
         tick(k / len(respond.responses), f"Fe = {case.Fe_N:g} N, H = {case.H}")
@@ -56,8 +60,24 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
         found.append(facts.model_copy(update={"integration": beside}))
         with store.writing(found[-1].file) as path:
             save_loops(path, cycle, names)
+        if study.respond.animate and case in families(respond.responses)[-1]:
+            motion = whole_motion(curve, assembly.curves.problem, point)
+            files += _animated(store, assembly, case, motion, cycle)
     CyclesResult(curves=tuple(found), pairs=tuple(names), warnings=tuple(said)).save(store)
-    return [one.file for one in found]
+    return [*(one.file for one in found), *files]
+
+
+def _animated(store, assembly, case, motion, cycle) -> list[str]:
+    """The period of the bodies whose surfaces are known."""
+    if not store.path("surface.npz").is_file():
+        return []
+    if assembly.interface is not None:
+        motion = assembly.interface.basis @ motion
+    surfaces = surface.load(store.path("surface.npz"))
+    surfaces = {name: surfaces[name] for name in (BLADES, DAMPER) if name in surfaces}
+    of_bodies = {body: motion[assembly.model.body == body] for body in surfaces}
+    stem = case.file.rpartition("/")[2].removesuffix(".npz")
+    return keep_motion(store, stem, surfaces, of_bodies, (assembly.kept, cycle))
 
 
 def highest_point(case: CurveResult, curve: ForcedResponse) -> int | None:
@@ -118,8 +138,8 @@ STAGE = Stage(
     line,
     warnings=warnings,
     outputs=("cycles.json",),
-    may_write=("cycles/*.npz",),
+    may_write=("cycles/*.npz", "motion_*.pvd", "motion_*.vtu"),
     needs=("reduce", "tune", "respond"),
     requires=("tune", "respond", "respond.levels"),
-    reads=(*READS, "respond.compare"),
+    reads=(*READS, "respond.animate", "respond.compare"),
 )

@@ -57,7 +57,7 @@ from tipdamp.study.view import Study, every_key
 
 # of `assembled`
 READS = (
-    *every_key("respond", but=("compare", "stress")),
+    *every_key("respond", but=("animate", "compare", "stress")),
     "sides",
     "preload.friction",
     "driver.hold",

@@ -998,6 +998,14 @@ class Respond(StudySection):
             "a level",
         ),
     ] = False
+    animate: Annotated[
+        bool,
+        Key(
+            FLAG,
+            "write the period at the peak of blade 1, for the curves of the largest H, as a series "
+            "for ParaView: motion_*.pvd, with stick, slip and gap of the contacts as 'state'",
+        ),
+    ] = False
     stress: Annotated[
         bool,
         Key(
