@@ -360,7 +360,12 @@ def _parser() -> argparse.ArgumentParser:
         _compare,
         on_study=False,
     )
-    compare.add_argument("studies", nargs="+", metavar="study", help="study files (.toml)")
+    compare.add_argument(
+        "studies",
+        nargs="+",
+        metavar="study",
+        help="study files (.toml); those that [compare] of one names are added",
+    )
     compare.add_argument(
         "--out", help="folder of the page (default: results/comparison beside the first study)"
     )
@@ -475,12 +480,11 @@ def _export(arguments) -> int:
 
 def _compare(arguments) -> int:
     from tipdamp.comparison.page import write_comparison
-    from tipdamp.comparison.read import read, refuse
+    from tipdamp.comparison.read import folder_of, read, refuse, studies_of
     from tipdamp.stages.run import results_folder
-    from tipdamp.study.study import load_study
     from tipdamp.sweep.run import run_sweep
 
-    studies = [load_study(name) for name in arguments.studies]
+    studies = studies_of(arguments.studies)
     refuse(studies)
     stores = [results_folder(study, None, arguments.allow_outside) for study in studies]
     if arguments.run_missing:
@@ -492,7 +496,7 @@ def _compare(arguments) -> int:
                 else:
                     _stages(arguments, _Said(), study, store, workers)
     comparison = read(list(zip(studies, stores, strict=True)))
-    folder = Path(arguments.out or studies[0].path.parent / "results" / "comparison")
+    folder = Path(arguments.out or folder_of(studies))
     print(f"compare: {write_comparison(comparison, folder)}")
     return 0
 

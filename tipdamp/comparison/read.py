@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import combinations
+from pathlib import Path
 
 from tipdamp.comparison.record import ComparedStudies, Computed, compared
 from tipdamp.comparison.swept import computed_of_sweep
@@ -11,6 +12,7 @@ from tipdamp.hbm.validation import brief
 from tipdamp.report.results import Results, load_results
 from tipdamp.stages.report import said
 from tipdamp.stages.run import check_current
+from tipdamp.study.study import load_study
 from tipdamp.study.view import Study
 
 # of [respond]: what the response is of, and to what
@@ -40,6 +42,24 @@ def _results(study: Study, store: Store) -> Results:
         )
     check_current("report", study, store)
     return load_results(study, store, said(study, store))
+
+
+def studies_of(paths: Sequence[str]) -> list[Study]:
+    """The studies of files, each followed by those that its section [compare] names, every one
+    once."""
+    found: dict[Path, Study] = {}
+    for path in paths:
+        study = load_study(path)
+        others = study.compare.studies if "compare" in study else ()
+        for one in (study, *(load_study(study.file(name)) for name in others)):
+            found.setdefault(one.path.resolve(), one)
+    return list(found.values())
+
+
+def folder_of(studies: Sequence[Study]) -> Path:
+    """Where the page goes: as the first [compare] says, else beside the first study."""
+    stated = [one.file(one.compare.out) for one in studies if "compare" in one and one.compare.out]
+    return next(iter(stated), studies[0].path.parent / "results" / "comparison")
 
 
 def refuse(studies: Sequence[Study]) -> None:

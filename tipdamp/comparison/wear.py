@@ -1,5 +1,5 @@
-"""Wear index: work of friction per length of the damper and hour, at every station, at the best
-pull of each study."""
+"""Wear index: work of friction per hour and length of the damper, or area of the contact, at every
+station, at the best pull of each study."""
 
 from collections.abc import Iterator
 
@@ -13,6 +13,7 @@ from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import AXIAL, of_side
 
 HOUR = 3600.0  # s
+MM2 = 1e6  # of a m2
 
 
 def figures(comparison: ComparedStudies) -> Iterator[Figure]:
@@ -22,7 +23,8 @@ def figures(comparison: ComparedStudies) -> Iterator[Figure]:
         yield Figure(
             "wear",
             "Wear index at the best pull",
-            "Work of friction per length of the damper and hour at the kept stations, while "
+            "Work of friction per hour and length of the damper, or area of the contact where all "
+            "studies know it, at the kept stations, while "
             "the blades vibrate at the peak of blade 1 at the level with the best Fc/Fe of each "
             "study. Wear grows with it (Archard), and it grows with the square of pull and force "
             "at one Fc/Fe.",
@@ -33,6 +35,7 @@ def figures(comparison: ComparedStudies) -> Iterator[Figure]:
 
 def _panels(comparison, phase: Phase) -> Iterator[Panel]:
     """One for each side, on the same scales."""
+    unit = "mm²" if has_areas(comparison) else "mm"
     found = {side: list(_marks(comparison, phase, side)) for side in _sides(comparison)}
     every = [marks for items in found.values() for marks in items]
     ends = [np.concatenate([vars(one)[axis] for one in every] or [[0.0]]) for axis in "xy"]
@@ -42,7 +45,7 @@ def _panels(comparison, phase: Phase) -> Iterator[Panel]:
             yield Panel(
                 f"{in_words(phase)}, side '{side}'",
                 AXIAL,
-                "friction work (J per mm and hour)",
+                f"friction work (J per {unit} and hour)",
                 items,
                 x_range=(ends[0].min() - x_room, ends[0].max() + x_room) if x_room else None,
                 y_range=(-0.04 * top, 1.06 * top) if top > 0 else None,
@@ -55,23 +58,25 @@ def _sides(comparison) -> list[str]:
 
 
 def _marks(comparison, phase: Phase, side: str) -> Iterator[Item]:
-    optima = comparison.optima(phase)
+    optima, per_area = comparison.optima(phase), has_areas(comparison)
     for k, (name, one) in enumerate(comparison.studies.items()):
         at = [
             peak
             for peak in comparison.of(name, phase, 1)
             if name in optima and peak.ratio == optima[name].ratio
         ]
-        for x, work in (wear(one, peak, side) for peak in at):
+        for x, work in (wear(one, peak, side, per_area) for peak in at):
             if len(x):
                 color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
                 yield Marks(x, work, name, color, symbol)
 
 
-def wear(one: Results, peak: ComparedPeak, side: str) -> tuple[np.ndarray, np.ndarray]:
+def wear(
+    one: Results, peak: ComparedPeak, side: str, per_area: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
     """(mm along the axis (s,), J per mm and hour (s,)) of the kept stations of a side, each of
-    which stands for the length from station to station; empty without kept pairs, or of a single
-    station."""
+    which stands for the length from station to station, or J per mm2 and hour of the area of its
+    contact points; empty without kept pairs, or of a single station."""
     if one.kept is None or one.whole is None:
         return np.empty(0), np.empty(0)
     carrying = one.kept.select(one.kept.carrying)
@@ -82,6 +87,15 @@ def wear(one: Results, peak: ComparedPeak, side: str) -> tuple[np.ndarray, np.nd
     stations = np.unique(pairs.station)
     if not length > 0 or not len(stations):
         return np.empty(0), np.empty(0)
-    x = np.array([one.along(pairs)[pairs.station == s].mean() for s in stations])
-    work = np.array([power[pairs.station == s].sum() for s in stations]) * HOUR / length
-    return x, work
+    at = [pairs.station == s for s in stations]
+    x = np.array([one.along(pairs)[here].mean() for here in at])
+    work = HOUR * np.array([power[here].sum() for here in at])
+    return x, work / (
+        MM2 * np.array([pairs.area[here].sum() for here in at]) if per_area else length
+    )
+
+
+def has_areas(comparison: ComparedStudies) -> bool:
+    """Whether all contacts of all studies know theirs."""
+    kept = [one.kept for one in comparison.studies.values() if one.kept is not None]
+    return bool(kept) and all((one.area[one.carrying] > 0).all() for one in kept)

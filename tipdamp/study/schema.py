@@ -1178,6 +1178,18 @@ class Sweep(StudySection):
     seed: Annotated[int, Key(COUNT, "of the samples: the same gives the same", low=0)] = 0
 
 
+class CompareSection(StudySection):
+    """[compare]: what `tipdamp compare` sets beside this study."""
+
+    studies: Annotated[
+        Texts, Key(ONE_OR_MORE, "study files, relative to this one, that are set beside it")
+    ]
+    out: Annotated[
+        str,
+        Key(TEXT, "folder of the page, relative to the study; default: results/comparison"),
+    ] = ""
+
+
 SECTIONS: dict[str, type[StudySection]] = {
     "material": MaterialSection,
     "blades": Blades,
@@ -1191,4 +1203,5 @@ SECTIONS: dict[str, type[StudySection]] = {
     "respond": Respond,
     "fit": Fit,
     "sweep": Sweep,
+    "compare": CompareSection,
 }

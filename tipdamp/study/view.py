@@ -39,6 +39,7 @@ class Study:
     respond: schema.Respond
     fit: schema.Fit
     sweep: schema.Sweep
+    compare: schema.CompareSection
     sides: dict[str, schema.SideSection]
     materials: dict[str, schema.OtherMaterial]
     loads: dict[str, schema.LoadCase]

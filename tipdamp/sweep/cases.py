@@ -22,7 +22,7 @@ from tipdamp.study.values import COLUMNS, NUMBERS, PHASE, TEXTS, Key
 from tipdamp.study.view import Study
 
 MOST = 1_000_000  # cases of a sweep
-FIXED = ("sweep", "units", "reference")  # sections that no case changes
+FIXED = ("sweep", "compare", "units", "reference")  # sections that no case changes
 OF_MESHES = ("material", "blades", "damper")  # sections that a study with matrices does not have
 NAMED: dict[str, type[StudySection]] = {
     "contact": SideSection,

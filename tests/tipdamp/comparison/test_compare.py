@@ -95,6 +95,20 @@ def test_page_shows_every_study_and_is_whole(run, tmp_path):
     }
 
 
+def test_a_section_names_the_others(run, tmp_path, capsys):
+    """The page is that of both studies, in the folder that is stated; each is taken once."""
+    shutil.copytree(run, tmp_path / "copy")
+    heavy, light = (tmp_path / "copy" / f"{name}.toml" for name in ("heavy", "light"))
+    text = light.read_text()
+    light.write_text(text + "\n[compare]\nstudies = ['heavy.toml']\nout = 'page'\n")
+    assert main(["compare", str(light)]) == 0
+    assert main(["compare", str(light), str(heavy)]) == 0
+    assert {r["study"] for r in rows(tmp_path / "copy" / "page")} == {"light", "heavy"}
+    light.write_text(text + "\n[compare]\nstudies = ['none.toml']\n")
+    capsys.readouterr()
+    assert "none.toml" in refused(capsys, str(light))
+
+
 def test_studies_that_were_not_run_are_run_first(tmp_path, capsys):
     """With progress, as a user calls it: each stage in its line, below the name of the study."""
     write_chain(tmp_path)

@@ -1,11 +1,17 @@
 """What the tables of a comparison say: of curves made up so that the cause is known."""
 
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
 from tests.contact_tables import contact_table, frames
 from tests.tipdamp.comparison.test_peaks import results
 from tipdamp.comparison import tables
 from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
 from tipdamp.comparison.record import ComparedStudies, Computed
+from tipdamp.comparison.wear import has_areas, wear
 
 
 def level(name, Fe, height, **other):
@@ -115,3 +121,26 @@ def test_what_happens_along_a_curve():
     assert said[0].startswith("drifts from 2800.0 to 2600.0 Hz")
     assert "another mode, at 1700.0 Hz" in said[1] and "Fc/Fe = 33.3" in said[1]
     assert "merged" in said[2] and "stopped at 20 Hz" in said[3]
+
+
+def test_wear_per_area(tmp_path):
+    """Of contact points, whose areas are known: the power of friction of a station over its
+    area."""
+    (tmp_path / "a").mkdir()
+    one = results(tmp_path / "a")
+    whole = one.whole.replace(area=np.full(len(one.whole), 2e-6))
+    vars(one)["whole"] = vars(one)["kept"] = whole
+    power = tuple(np.arange(len(whole), dtype=float))
+    peak = replace(level("a", 1.0, 1e-6), friction_W=power)
+    given = ComparedStudies((Computed("a", one),), (peak,))
+    assert has_areas(given)
+    right = whole.side == "right"
+    x, work = wear(one, peak, "right", per_area=True)
+    of_station = [
+        sum(p for p, r, s in zip(power, right, whole.station, strict=True) if r and s == k)
+        for k in range(5)
+    ]
+    assert len(x) == 5
+    assert work == pytest.approx(3600 * np.array(of_station) / (2 * 2.0))  # two of 2 mm2
+    vars(one)["kept"] = whole.replace(area=np.zeros(len(whole)))
+    assert not has_areas(given)
