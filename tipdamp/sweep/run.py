@@ -223,14 +223,11 @@ class Clock:
 
     @property
     def seconds_left(self) -> float | None:
-        """None before a second task is done."""
-        if self.began is None or not self.spent:
+        """None before a second task is done, and while a stage that is left was never made."""
+        left = {stage: n for stage, n in self.left.items() if n > 0}
+        if self.began is None or not self.spent or not all(self.count[stage] for stage in left):
             return None
-        work = sum(
-            n * self.seconds[stage] / self.count[stage]
-            for stage, n in self.left.items()
-            if self.count[stage]
-        )
+        work = sum(n * self.seconds[stage] / self.count[stage] for stage, n in left.items())
         return work * (time.monotonic() - self.began) / self.spent
 
     @property

@@ -228,6 +228,21 @@ def test_time_left_follows_what_each_stage_takes(monkeypatch):
     assert clock.seconds_left == pytest.approx(50 * 1.0 + 5 * 4.0, rel=1e-12)
 
 
+def test_no_time_left_is_told_before_it_is_known(monkeypatch):
+    """Preloads alone say nothing of the responses that follow."""
+    now = [0.0]
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    clock = Clock({})
+    clock.left.update({"preload": 3, "respond": 50})
+    for _ in range(3):
+        now[0] += 1.0
+        clock.made({"preload": 1.0})
+    assert clock.seconds_left is None
+    now[0] += 4.0
+    clock.made({"respond": 4.0})
+    assert clock.seconds_left == pytest.approx(49 * 4.0)
+
+
 def test_an_index_without_room(tmp_path):
     """What SQLite says of a full disk is an error of the machine."""
     with Index(tmp_path, write=True) as index:
