@@ -45,15 +45,13 @@ def _results(study: Study, store: Store) -> Results:
 
 
 def studies_of(paths: Sequence[str]) -> list[Study]:
-    """The studies of files, each followed by those that its section [compare] names, every one
-    once."""
-    found: dict[Path, Study] = {}
-    for path in paths:
-        study = load_study(path)
-        others = study.compare.studies if "compare" in study else ()
-        for one in (study, *(load_study(study.file(name)) for name in others)):
-            found.setdefault(one.path.resolve(), one)
-    return list(found.values())
+    """The studies of files, and those that their sections [compare] name beside them."""
+    found = [load_study(path) for path in paths]
+    named = [one.file(name) for one in found if "compare" in one for name in one.compare.studies]
+    for path in named:
+        if path.resolve() not in [one.path.resolve() for one in found]:
+            found.append(load_study(path))
+    return found
 
 
 def folder_of(studies: Sequence[Study]) -> Path:
