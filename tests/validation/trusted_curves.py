@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tests.hbm.cases import beam, coupled, duffing, jenkins, load, unilateral
+from tests.hbm.cases import beam, coupled, duffing, jenkins, load, rig, unilateral
 from tests.hbm.curve.test_guess import third
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.hbm.search.test_branches import orbit, state
@@ -23,10 +23,12 @@ from tests.hbm.search.test_curves_beside import (
 from tests.hbm.search.test_curves_beside import FORCE as ABSORBED
 from tests.hbm.stability.test_multipliers import by_integration, solved
 from tests.validation import Row, Subject, row
-from tipdamp import CubicSpring, Problem, Search, curves_beside, named_points
+from tipdamp import CubicSpring, IsotropicFriction, Problem, Search, curves_beside, named_points
+from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.curve.solutions import points_at
+from tipdamp.hbm.laws import Contacts
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.stability.multipliers import Stability
 from tipdamp.hbm.time.exact import ExactIntegrator
@@ -48,16 +50,44 @@ class Case(NamedTuple):
 
 def cases():
     """Those of the verification table, an oscillator and two beams."""
-    rub, rub_force = coupled(load("D1")["parameters"])
     beams = {name: beam(name) for name in ("B8", "C8")}
     return {
         "A1": Case(*jenkins(load("A1")["parameters"]), (0.05, 0.4), UNIT),
         "C1": Case(*unilateral(load("C1")["parameters"]), (0.05, 0.35), UNIT),
-        "D1": Case(rub, rub_force, (0.08, 0.4), {"x": np.eye(len(rub.K))[0]}),
+        "D1": _rubbing("D1"),
         "oscillator": Case(oscillator(), FORCE, (60.0, 300.0), Y2),
         "B8": Case(beams["B8"][0], 20 * beams["B8"][1], (700.0, 1200.0), beams["B8"][2]),
         "C8": Case(beams["C8"][0], 200 * beams["C8"][1], (700.0, 1200.0), beams["C8"][2]),
     }
+
+
+def further_cases():
+    """The others of the table, friction in the plane, and the rig under 20 N."""
+    problem, force, outputs = rig()
+    return {
+        "A2": Case(*jenkins(load("A2")["parameters"]), (0.05, 0.4), UNIT),
+        "C2": Case(*unilateral(load("C2")["parameters"]), (0.05, 0.35), UNIT),
+        "D2": _rubbing("D2"),
+        "E1": _in_the_plane(),
+        "rig": Case(problem, 20 * force, (2300.0, 3300.0), outputs),
+    }
+
+
+def _rubbing(name):
+    problem, force = coupled(load(name)["parameters"])
+    return Case(problem, force, (0.08, 0.4), {"x": np.eye(len(problem.K))[0]})
+
+
+def _in_the_plane():
+    """The oscillator of E1 under a force whose end runs round an ellipse: round a circle, one
+    harmonic would be exact."""
+    given = load("E1")["rotating_force_oscillator"][0]
+    one = np.eye(2)
+    contacts = Contacts([0.0], [given["kt"]], [1.0], [given["L"]])
+    B = np.vstack([one, np.zeros((1, 2))])
+    matrices = given["m"] * one, given["c"] * one, given["k"] * one
+    problem = ContactProblem(*matrices, B, IsotropicFriction(), contacts)
+    return Case(problem, given["F"] * np.array([1, -0.4j]), (0.08, 0.35), {"x": one[0]})
 
 
 def errors(case, H, points):
@@ -82,7 +112,7 @@ def errors(case, H, points):
 
 
 def rows():
-    yield from _estimates()
+    yield from _estimates(cases(), (3, 5, 9))
     yield from _folds()
     yield from _multipliers()
     yield from _absorber()
@@ -90,9 +120,15 @@ def rows():
     yield from _subharmonic()
 
 
-def _estimates():
-    for name, case in cases().items():
-        for H in (3, 5, 9):
+def long():
+    """With further cases of the estimate."""
+    yield from rows()
+    yield from _estimates(further_cases(), (3, 5))
+
+
+def _estimates(of, harmonics):
+    for name, case in of.items():
+        for H in harmonics:
             estimate, true = errors(case, H, 25).T
             seen = true > SEEN
             ratio = estimate[seen] / true[seen]
@@ -240,7 +276,7 @@ SUBJECT = Subject(
     "What a curve tells of its points: the estimate of what further harmonics would change beside "
     f"solutions with {MANY} harmonics (points whose true error is above {SEEN:g}; error is a share "
     "of them), multipliers, folds, period doublings, and curves beside it. Sources: "
-    "tests/reference/hbm/A1, C1, D1, I1, B8, C8; the absorber and the ring of "
+    "tests/reference/hbm/A1, A2, C1, C2, D1, D2, E1, I1, B8, C8, rig; the absorber and the ring of "
     "tests/hbm/search/test_curves_beside.py.",
     rows,
     {
@@ -259,4 +295,5 @@ SUBJECT = Subject(
         "solutions that are missing": 0.0,
         "subharmonic": 1e-8,
     },
+    long=long,
 )
