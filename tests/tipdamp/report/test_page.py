@@ -217,6 +217,24 @@ def test_failed_points_stand_where_slip_ends(tmp_path):
         assert marks.y == pytest.approx(heights) and (slip.high > slip.low)[solved].any()
 
 
+def test_ends_of_the_preload_map_are_told_by_the_middle(tmp_path):
+    """Sums of the stations by hand; a middle that carries nothing gives no ratio."""
+    results = results_of(*artefacts(tmp_path))
+    whole, told = results.whole, next(preload.at_rest(results)).caption
+    for side in whole.sides:
+        mine = whole.side == side
+        stations = sorted(
+            set(whole.station[mine]),
+            key=lambda s: results.along(whole)[mine & (whole.station == s)].mean(),
+        )
+        sums = [whole.preload[mine & (whole.station == s)].clip(0).sum() for s in stations]
+        third = max(len(sums) // 3, 1)
+        ratio = min(sums[0], sums[-1]) / min(sums[third:-third])
+        assert f"{ratio:.1f} times the middle on side '{side}'" in told
+    bare = replace(results, whole=whole.replace(preload=np.zeros(len(whole))))
+    assert "times the middle" not in next(preload.at_rest(bare)).caption
+
+
 def marks_of_early_stop(folder):
     """The curve of 20 N at H = 3 says that it is incomplete, and no point failed."""
     folder.mkdir()
