@@ -16,7 +16,7 @@ from tests.hbm.small_rig import small_rig
 from tipdamp.hbm.contact import COLUMNS, GROUND, ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.dof_table import DIRECTIONS, ROTATIONS
-from tipdamp.hbm.io.matrices_in import FORMATS, read_matrix
+from tipdamp.hbm.io.matrices_in import FORMATS, abaqus_text, read_matrix
 from tipdamp.hbm.model import ReducedModel
 
 from_files = ReducedModel.from_files
@@ -362,3 +362,11 @@ def test_own_model_page_names_columns_and_endings(tmp_path):
     assert (
         len(pairs) == 1 and pairs.damper_body[0] == GROUND and pairs.normal[0].tolist() == [0, 1, 0]
     )
+
+
+@pytest.mark.parametrize("lines", ["1, 1", "1, 1, 2.0\n1, 1", "1, 1, 2.0\n1, 1, 1, 2, 3.0"])
+def test_lines_of_abaqus_text_are_alike(tmp_path, lines):
+    path = tmp_path / "K.mtx"
+    path.write_text(lines + "\n")
+    with pytest.raises(InputError, match=f"line {lines.count(chr(10)) + 1}: 'node, dof"):
+        abaqus_text(path)
