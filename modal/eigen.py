@@ -116,6 +116,8 @@ class Factor:
             if np.linalg.norm(self.K @ (x @ mix) - right @ mix, axis=0).max() <= allowed / 100:
                 return
         left = np.linalg.norm(self.K @ x - right, axis=0) * scale
+        if (left <= allowed).all():
+            return
         rounding = (
             np.finfo(float).eps * abs(self.K).sum(axis=0).max() * np.linalg.norm(x, axis=0) * scale
         )

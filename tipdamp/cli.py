@@ -169,7 +169,8 @@ def _asked(arguments) -> receipts.Asked | None:
         study = study[0] if len(study) == 1 else None
     if arguments.verb not in (*STAGES, "run") or given["force"] or given.get("full") or not study:
         return None
-    return receipts.Asked(arguments.verb, study, arguments.out, (arguments.allow_outside, jobs))
+    allowed = (arguments.allow_outside, given.get("allow_code"))
+    return receipts.Asked(arguments.verb, study, arguments.out, (*allowed, jobs))
 
 
 def _kept(arguments) -> receipts.Receipt | None:

@@ -95,11 +95,23 @@ def _matrices(bodies, pairs, springs):
     B = relative_motion(AssembledBodies(bodies), pairs)
     roll = [(B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance for s in springs]
     return (
-        *(
-            sp.block_diag(part, format="csr")
-            for part in ([b.K for b in bodies], [b.M for b in bodies])
-        ),
+        *(_side_by_side(part) for part in ([b.K for b in bodies], [b.M for b in bodies])),
         sp.vstack([B, *roll], format="csr"),
+    )
+
+
+def _side_by_side(parts):
+    """Matrices as the blocks of one: `sp.block_diag` takes the way over coordinates, ten times as
+    long."""
+    starts = np.cumsum([0, *(part.shape[0] for part in parts)])
+    rows = np.cumsum([0, *(part.nnz for part in parts)])
+    return sp.csr_matrix(
+        (
+            np.concatenate([part.data for part in parts]),
+            np.concatenate([p.indices + start for p, start in zip(parts, starts, strict=False)]),
+            np.concatenate([[0], *(p.indptr[1:] + r for p, r in zip(parts, rows, strict=False))]),
+        ),
+        shape=(starts[-1],) * 2,
     )
 
 

@@ -18,6 +18,7 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.results.static_results import FreeResponse, ReduceResult
 from tipdamp.stages.stage import Stage
 from tipdamp.statics.model_inputs import EXCITATION, excitation, group, in_patch, outputs, ratio
+from tipdamp.statics.stresses import KEPT, keep_modes
 from tipdamp.study.view import Study
 
 
@@ -37,6 +38,8 @@ def reduce(study: Study, store: Store, tick: Tick) -> list[str]:
             with store.writing("truncation.npz") as path:
                 reduced.truncation.save(path)
             files.append("truncation.npz")
+        if "respond" in study and study.respond.stress:
+            files += keep_modes(store, reduced.parts)
         found = {
             "reduction": reduced.size,
             "highest_fixed_interface_hz": reduced.highest_hz,
@@ -134,8 +137,8 @@ STAGE = Stage(
     line,
     warnings=warnings,
     outputs=("model.npz", "pairs.csv", "reduce.json"),
-    may_write=("truncation.npz", "surface.npz", "free_modes.npz", "free_modes.vtu"),
-    reads=("free", "loads", *EXCITATION, *BODY_READS),
+    may_write=("truncation.npz", KEPT, "surface.npz", "free_modes.npz", "free_modes.vtu"),
+    reads=("free", "loads", "respond.stress", *EXCITATION, *BODY_READS),
     reads_more=_for_error,
     reads_files=BODY_FILES,
 )

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from tipdamp.bodies.read import BODY_FILES, BODY_READS
-from tipdamp.bodies.reduce import reduced_model, wants_error
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import write_shapes
@@ -27,11 +26,11 @@ from tipdamp.stages.cycles import highest_point
 from tipdamp.stages.respond import READS, Assembly, assembled
 from tipdamp.stages.stage import Stage
 from tipdamp.statics.stresses import (
+    Stressed,
     VibrationStress,
-    WholeBody,
     body_load,
     contact_forces,
-    whole_body,
+    whole_bodies,
 )
 from tipdamp.study.view import Study
 
@@ -44,9 +43,14 @@ class BodyAtRest(NamedTuple):
     """A body, its displacement (n, 3) m at rest, and the part of the forces on it that is not
     balanced."""
 
-    whole: WholeBody
+    on_mesh: Stressed
     shape: np.ndarray
     unbalanced: float
+
+    @property
+    def name(self) -> str:
+        """Of the body."""
+        return self.on_mesh.whole.body.name
 
 
 def stress(study: Study, store: Store, tick: Tick) -> list[str]:
@@ -54,7 +58,7 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
     1."""
     assembly = assembled(study, store, responded=True)
     respond = RespondResult.load(store)
-    bodies = _at_rest(study, assembly, tick)
+    bodies = _at_rest(study, store, assembly, tick)
     cases = families(respond.responses)[-1]
     found = []
     for k, case in enumerate(cases):
@@ -69,8 +73,8 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
         if assembly.interface is not None:
             q = assembly.interface.basis @ q
         for one in bodies:
-            name, mesh = one.whole.part.body.name, one.whole.mesh
-            fields = one.whole.vibration(
+            name, mesh = one.name, one.on_mesh.mesh
+            fields = one.on_mesh.vibration(
                 one.shape, q[assembly.model.body == name], 2 * np.pi * float(curve.frequency[point])
             )
             stem = case.file.rpartition("/")[2].removesuffix(".npz")
@@ -96,28 +100,27 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
                 least=tuple(least),
             )
         )
-    unbalanced = {
-        one.whole.part.body.name: one.unbalanced for one in bodies if one.whole.part.rigid
-    }
+    unbalanced = {one.name: one.unbalanced for one in bodies if one.on_mesh.whole.body.free}
     StressResult(
         curves=tuple(found), unbalanced=unbalanced, warnings=tuple(_unbalanced(unbalanced))
     ).save(store)
     return [file for one in found for file in one.files]
 
 
-def _at_rest(study: Study, assembly: Assembly, tick: Tick) -> list[BodyAtRest]:
-    """The bodies, reduced again, under their loads and the contact forces of the kept pairs at
-    rest."""
-    reduced = reduced_model(study, lambda share, what: tick(0.8 * (share or 0.0), what))
-    contact = contact_forces([part.body for part in reduced.parts], assembly.kept, assembly.rest)
-    found = []
-    for part in reduced.parts:
-        tick(0.85, f"the {part.body.name} at rest")
-        mesh = reduced.meshes[part.body.name]
-        force = body_load(study, part.body, mesh) - contact[part.body.name]
-        whole = whole_body(study, assembly.model, part, mesh)
-        found.append(BodyAtRest(whole, *whole.at_rest(force)))
-    return found
+def _at_rest(study: Study, store: Store, assembly: Assembly, tick: Tick) -> list[BodyAtRest]:
+    """The bodies under their loads and the contact forces of the kept pairs at rest."""
+    found = whole_bodies(study, store, tick)
+    contact = contact_forces([one.whole.body for one in found], assembly.kept, assembly.rest)
+    tick(0.85, "the bodies at rest")
+    return [
+        BodyAtRest(
+            one,
+            *one.whole.at_rest(
+                body_load(study, one.whole.body, one.mesh) - contact[one.whole.body.name]
+            ),
+        )
+        for one in found
+    ]
 
 
 def limits(study: Study, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
@@ -204,11 +207,6 @@ def warnings(_: Study, store: Store) -> Sequence[str]:
     return StressResult.load(store).warnings
 
 
-def _for_error(study):
-    """What chooses the modes by the error of the stuck frequencies, as in the stage reduce."""
-    return ("contact",) if wants_error(study) else ()
-
-
 STAGE = Stage(
     stress,
     line,
@@ -218,6 +216,5 @@ STAGE = Stage(
     needs=("reduce", "tune", "respond"),
     requires=("tune", "respond", "respond.levels", "respond.stress"),
     reads=("respond.stress", "loads", "driver", "preload", *BODY_READS, *READS),
-    reads_more=_for_error,
     reads_files=BODY_FILES,
 )

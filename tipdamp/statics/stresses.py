@@ -2,7 +2,7 @@
 ([preload] stress), and of a vibration, from all reduced dofs ([respond] stress)."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import write_shapes
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.body import Body
 from tipdamp.modal.eigen import Factor
@@ -26,8 +27,8 @@ from tipdamp.modal.stress import alternating_stress, half_range, nodal_stress, v
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.study.view import Study
 
-EQUAL = 1e-6  # relative distance of frequencies whose modes may be mixed
-SAME = 1e-5  # of the largest coupling: more is not the stored model
+KEPT = "inner_modes.npz"  # of the reductions, where [respond] stress asks for the whole bodies
+KEPT_OF_EACH = ("boundary", "Phi", "omega")
 
 
 class Rest(NamedTuple):
@@ -128,14 +129,48 @@ class VibrationStress:
 
 @dataclass(frozen=True)
 class WholeBody:
-    """A reduced body on its mesh, with the factor of its K_II; others - materials of groups of
-    cells."""
+    """A body as it was reduced: boundary, interior - its dofs; Phi (i, m), omega (m,) rad/s -
+    contact shapes, modes and load modes of the reduction; S (b, b) - its stiffness on the masters;
+    factor - of K_II. Constraint modes are not kept: a back-solve takes the place of all of them."""
 
-    part: Reduction
-    mesh: Mesh
-    material: Material
-    others: dict[str, Material]
+    body: Body
+    boundary: np.ndarray
+    interior: np.ndarray
+    Phi: np.ndarray
+    omega: np.ndarray
+    S: np.ndarray
     factor: Factor
+
+    @classmethod
+    def of(
+        cls, body: Body, boundary: np.ndarray, Phi: np.ndarray, omega: np.ndarray, S: np.ndarray
+    ) -> "WholeBody":
+        """Raises InputError where the modes are of another body."""
+        interior = np.setdiff1d(np.arange(body.dofs), boundary)
+        if Phi.shape != (len(interior), len(omega)) or S.shape != (len(boundary),) * 2:
+            raise InputError(
+                f"the {body.name} has other dofs than the modes that were kept of it; run the "
+                "stage reduce again with --force"
+            )
+        K = body.K[interior][:, interior]
+        return cls(body, boundary, interior, Phi, omega, S, Factor(K))
+
+    @property
+    def rigid(self) -> np.ndarray:
+        """(d, 6) rigid motions of a free body, (d, 0) of one that is held."""
+        return self.body.rigid_motions() if self.body.free else np.empty((self.body.dofs, 0))
+
+    def recover(self, q: np.ndarray) -> np.ndarray:
+        """(d, n) m of the free dofs by q (b + m, n): u_I = Psi q_B + Phi eta [Craig and Bampton
+        1968]. Rigid motions are exact to the last digit."""
+        q_B, eta = np.split(q, [len(self.boundary)])
+        u = self.rigid @ np.linalg.lstsq(self.rigid[self.boundary], q_B, rcond=None)[0]
+        bent = q_B - u[self.boundary]
+        u[self.boundary] = q_B
+        u[self.interior] += self.Phi @ eta - self._solve(
+            self.body.K[self.interior][:, self.boundary] @ bent
+        )
+        return u
 
     def at_rest(self, force: np.ndarray) -> tuple[np.ndarray, float]:
         """(n, 3) m under loads and contact forces (d,) N, and the part of these that is not
@@ -143,41 +178,59 @@ class WholeBody:
 
         A free body is held where it takes no force; what is not balanced is taken up by its inertia
         (inertia relief)."""
-        part, body, b = self.part, self.part.body, len(self.part.boundary)
+        body, b, R = self.body, len(self.boundary), self.rigid
         held, lost = np.empty(0, dtype=int), 0.0
-        if part.rigid:
-            R = body.rigid_motions()
+        if R.shape[1]:
             # of forces and of moments
             size = (np.abs(R).T @ np.abs(force)).reshape(-1, 3).max(axis=1)
             lost = float(
                 (np.abs(R.T @ force).reshape(-1, 3).max(axis=1) / np.maximum(size, 1e-300)).max()
             )
             force = force - body.M @ (R @ np.linalg.solve(R.T @ (body.M @ R), R.T @ force))
-            held = sl.qr(R[part.boundary].T, mode="r", pivoting=True)[1][: R.shape[1]]
-        q, moves = np.zeros(len(part.model.K)), np.setdiff1d(np.arange(b), held)
-        q[moves] = sl.solve(
-            part.model.K[np.ix_(moves, moves)], part.condense_dofs(force)[moves], assume_a="pos"
-        )
-        return part.recover(q) + self._inside(self.factor.solve(force[part.interior])), lost
+            held = sl.qr(R[self.boundary].T, mode="r", pivoting=True)[1][: R.shape[1]]
+        inside = self.factor.solve(force[self.interior])
+        condensed = (force - body.K[:, self.interior] @ inside)[self.boundary]
+        q, moves = np.zeros((b + len(self.omega), 1)), np.setdiff1d(np.arange(b), held)
+        q[moves, 0] = sl.solve(self.S[np.ix_(moves, moves)], condensed[moves], assume_a="pos")
+        u = self.recover(q)
+        u[self.interior, 0] += inside
+        return self._on_nodes(u)[:, :, 0], lost
 
     def motion(self, q: np.ndarray, w: float) -> np.ndarray:
-        """(n, 3, H+1) m of q (b + m, H+1) m at w rad/s: u_I = Psi q_B + Phi eta          [Craig and
-        Bampton 1968]
+        """(n, 3, H+1) m of q (b + m, H+1) m at w rad/s, with the static shape of those inertia
+        forces that the modes leave out [mode acceleration, Williams 1945]."""
+        u = self.recover(q)
+        f = (self.body.M @ u * (w * np.arange(q.shape[1])) ** 2)[self.interior]
+        u[self.interior] += self._solve(f) - self.Phi @ (self.Phi.T @ f / self.omega[:, None] ** 2)
+        return self._on_nodes(u)
 
-        and the static shape of those inertia forces that the modes leave out [mode acceleration,
-        Williams 1945]."""
-        part, body = self.part, self.part.body
-        u = np.stack([part.recover(one) for one in q.T], axis=2)
-        inertia = body.M @ u[body.dof_node, body.dof_direction] * (w * np.arange(q.shape[1])) ** 2
-        for f, unit in ((inertia.real[part.interior], 1), (inertia.imag[part.interior], 1j)):
-            left = self.factor.solve(f) - part.Phi @ (part.Phi.T @ f / part.omega[:, None] ** 2)
-            u += unit * np.stack([self._inside(one) for one in left.T], axis=2)
-        return u
+    def _solve(self, f):
+        """K_II^-1 f of real or complex columns."""
+        if not np.iscomplexobj(f):
+            return self.factor.solve(f)
+        real, imag = np.split(self.factor.solve(np.hstack([f.real, f.imag])), 2, axis=1)
+        return real + 1j * imag
+
+    def _on_nodes(self, u):
+        """(n, 3, k) of motions (d, k) of the free dofs."""
+        out = np.zeros((len(self.body.node), 3, u.shape[1]), dtype=u.dtype)
+        out[self.body.dof_node, self.body.dof_direction] = u
+        return out
+
+
+@dataclass(frozen=True)
+class Stressed:
+    """A whole body on its mesh; others - materials of groups of cells."""
+
+    whole: WholeBody
+    mesh: Mesh
+    material: Material
+    others: dict[str, Material]
 
     def vibration(self, rest: np.ndarray, q: np.ndarray, w: float) -> VibrationStress:
         """Of the displacement rest (n, 3) m and the motion q (b + m, H+1) m about it, order 0
         included, at w rad/s."""
-        motion = self.motion(q, w)
+        motion = self.whole.motion(q, w)
         mean = self._stress(rest + motion[:, :, 0].real)
         orders = [self._stress(motion[:, :, k]) for k in range(1, q.shape[1])]
         return VibrationStress(
@@ -186,61 +239,33 @@ class WholeBody:
             half_range(motion),
         )
 
-    def _inside(self, u):
-        """(n, 3) of a motion of the interior dofs."""
-        body, out = self.part.body, np.zeros((len(self.part.body.node), 3))
-        out[body.dof_node[self.part.interior], body.dof_direction[self.part.interior]] = u
-        return out
-
     def _stress(self, u):
         return nodal_stress(self.mesh, self.material, u, self.others)
 
 
-def whole_body(study: Study, model: ReducedModel, part: Reduction, mesh: Mesh) -> WholeBody:
-    """A body that was reduced again, for the motion of the stored model. Raises InputError where
-    that is of another body."""
-    inside = part.interior
-    return WholeBody(
-        with_modes_of(model, part),
-        mesh,
-        *materials(study, mesh),
-        Factor(part.body.K[inside][:, inside]),
-    )
+def whole_bodies(study: Study, store: Store, tick: Tick) -> list[Stressed]:
+    """The bodies, assembled again, with the modes that `reduce` kept of them and the stiffness of
+    its model, to which no springs are added."""
+    meshes, model = read_meshes(study), ReducedModel.load(store.path("model.npz"))
+    with open_npz(store.path(KEPT)) as kept:
+        found = []
+        for body in assemble_bodies(study, meshes, tick):
+            tick(0.5, f"the {body.name} inside of its masters")
+            boundary, Phi, omega = (kept[f"{body.name}.{name}"] for name in KEPT_OF_EACH)
+            own = np.flatnonzero(model.body == body.name)[: len(boundary)]
+            whole = WholeBody.of(body, boundary, Phi, omega, model.K[np.ix_(own, own)])
+            mesh = meshes[body.name]
+            found.append(Stressed(whole, mesh, *materials(study, mesh)))
+    return found
 
 
-def with_modes_of(model: ReducedModel, part: Reduction) -> Reduction:
-    """A body that was reduced again, with the fixed-interface modes of the model: their signs, and
-    the mixture of equal ones, are chosen anew each time. They follow from the coupling with the
-    masters in the mass matrix, `M_BM`, and from the motion of the contact points, contact shapes
-    from that alone; a mode with neither does not move. Raises InputError where the model is of
-    another body."""
-    own = np.flatnonzero(model.body == part.body.name)
-    b = len(part.boundary)
-    c = part.contact_shapes
-    made, stored = part.model.M[:b, b:], model.M[np.ix_(own[:b], own[b:])]
-    if made.shape == stored.shape:
-        turned = np.zeros((made.shape[1],) * 2)
-        if c:
-            motions = [
-                one.points[part.body.name].motion[:, columns].toarray()
-                for one, columns in ((part.model, np.arange(b, part.model.size)), (model, own[b:]))
-            ]
-            turned[:c, :c] = np.linalg.lstsq(motions[0][:, :c], motions[1][:, :c], rcond=None)[0]
-            size = [np.abs(block).max(initial=1e-300) for block in (made, motions[0])]
-            made, stored = (
-                np.vstack([mass / size[0], motion / size[1]])
-                for mass, motion in zip((made, stored), motions, strict=True)
-            )
-        apart = np.abs(np.diff(part.omega[c:])) > EQUAL * part.omega[c + 1 :]
-        for alike in np.split(np.arange(c, len(turned)), np.flatnonzero(apart) + 1):
-            # nearest rotation [Schoenemann 1966]
-            U, _, V = np.linalg.svd(made[:, alike].T @ stored[:, alike])
-            turned[np.ix_(alike, alike)] = U @ V
-        if np.abs(made @ turned - stored).max(initial=0.0) <= SAME * np.abs(stored).max(
-            initial=0.0
-        ):
-            return replace(part, Phi=part.Phi @ turned)
-    raise InputError(
-        f"the {part.body.name}, reduced again for their stress, have other modes than the stored "
-        "model; run the stage reduce again with --force"
-    )
+def keep_modes(store: Store, parts: Iterable[Reduction]) -> list[str]:
+    """What `whole_bodies` needs of the reductions; the name of what was written."""
+    with store.writing(KEPT) as path:
+        arrays = {
+            f"{part.body.name}.{name}": value
+            for part in parts
+            for name, value in zip(KEPT_OF_EACH, (part.boundary, part.Phi, part.omega), strict=True)
+        }
+        np.savez(path, **arrays)
+    return [KEPT]

@@ -1012,7 +1012,7 @@ class Respond(StudySection):
             FLAG,
             "write mean and alternating stress of blades and damper at the peak of blade 1, "
             "for the curves of the largest H: vibration_*.vtu and a table of the largest places; "
-            "both are assembled and reduced again for it",
+            "both are assembled again for it, and `reduce` keeps their modes (inner_modes.npz)",
         ),
     ] = False
     law: Annotated[

@@ -13,14 +13,13 @@ from tipdamp.cli import main
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.craig_bampton import craig_bampton
-from tipdamp.modal.eigen import Factor
 from tipdamp.modal.elasticity import Material, elastic_body
 from tipdamp.modal.stress import nodal_stress, von_mises
 from tipdamp.results.response_results import StressResult
 from tipdamp.stages.run import results_folder
 from tipdamp.stages.stress import limits
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
-from tipdamp.statics.stresses import WholeBody, with_modes_of
+from tipdamp.statics.stresses import WholeBody
 from tipdamp.study.study import load_study
 
 meshio = pytest.importorskip("meshio")
@@ -165,28 +164,33 @@ def test_mean_stress_is_that_of_the_preload(tmp_path):
         assert np.abs(mean - rest).max() < 1e-8 * rest.max()
 
 
-def test_modes_are_those_of_the_stored_model():
-    """The two cubes have equal modes: whichever mixture and sign the stored model has, the motion
-    is the same."""
-    body = bodies()[0]
-    masters = np.concatenate([body.groups["touch_one"], body.groups["touch_two"]])
-    part, rng = craig_bampton(body, masters, 12), np.random.default_rng(0)
-    b, modes = len(part.boundary), len(part.omega)  # 12, and those equal to the last of them
-    pairs_of_modes = np.split(np.arange(modes), modes // 2)
-    assert all(np.ptp(part.omega[two]) < 1e-8 * part.omega[two[0]] for two in pairs_of_modes)
-    turn = np.eye(b + modes)
-    for two in pairs_of_modes:
-        turn[np.ix_(b + two, b + two)] = np.linalg.qr(rng.standard_normal((2, 2)))[0]
-    stored = replace(part.model, M=turn.T @ part.model.M @ turn)
-    q = rng.standard_normal(b + modes)
-    found = with_modes_of(stored, part).recover(turn.T @ q)
-    assert np.abs(found - part.recover(q)).max() < 1e-8 * np.abs(found).max()
-    for other in (
-        replace(part.model, M=1.01 * part.model.M),
-        craig_bampton(body, masters, 4).model,
-    ):
-        with pytest.raises(InputError, match="other modes than the stored model"):
-            with_modes_of(other, part)
+def whole_of(part, body=None):
+    """The body by what is kept of its reduction."""
+    b = len(part.boundary)
+    kept = (part.boundary, part.Phi, part.omega, part.model.K[:b, :b])
+    return WholeBody.of(body or part.body, *kept)
+
+
+@pytest.mark.parametrize("which, group", [(0, "touch_one"), (1, "face_x")])
+def test_motion_inside_by_one_solve_is_that_of_the_constraint_modes(which, group):
+    """Of a held body and of a free one, real and complex; rigid motions to the last digit."""
+    body, rng = bodies()[which], np.random.default_rng(0)
+    part = craig_bampton(body, body.groups[group], 6, loads=[rng.standard_normal(body.dofs)])
+    q = rng.standard_normal((part.model.size, 2)) + 1j * rng.standard_normal((part.model.size, 2))
+    found = whole_of(part).recover(q)
+    for k in range(2):
+        expected = part.recover(q[:, k])[body.dof_node, body.dof_direction]
+        assert np.abs(found[:, k] - expected).max() < 1e-9 * np.abs(expected).max()
+    if body.free:
+        R = body.rigid_motions()
+        q = np.vstack([R[part.boundary], np.zeros((len(part.omega), 6))])
+        assert np.abs(whole_of(part).recover(q) - R).max() < 1e-13 * np.abs(R).max()
+
+
+def test_modes_of_another_body_are_refused():
+    blades, damper = bodies()
+    with pytest.raises(InputError, match="the damper has other dofs than the modes that were kept"):
+        whole_of(craig_bampton(blades, blades.groups["touch_one"], 4), damper)
 
 
 def test_inertia_takes_up_what_is_not_balanced():
@@ -194,8 +198,7 @@ def test_inertia_takes_up_what_is_not_balanced():
     resultants of f."""
     body, mesh = bodies()[1], corner_study.damper()
     part = craig_bampton(body, body.groups["face_x"], 4)
-    inside = part.interior
-    whole = WholeBody(part, mesh, STEEL, {}, Factor(body.K[inside][:, inside]))
+    whole = whole_of(part)
     force = np.zeros(body.dofs)
     force[body.node_dofs(body.groups["load"])] = np.tile([1.0, 0, 0], 3)
     shape, lost = whole.at_rest(force)

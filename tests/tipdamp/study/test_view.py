@@ -51,7 +51,7 @@ BODIES = {"inspect", "reduce", "tune", "stress", "report"}
     "old, new, changed",
     [
         ("levels = [1]", "levels = [2]", {"respond", "cycles", "stress", "report"}),
-        ("levels = [1]", "levels = [1]\nstress = true", {"stress", "report"}),
+        ("levels = [1]", "levels = [1]\nstress = true", {"reduce", "stress", "report"}),
         ("mu = 0.3", "mu = 0.4", {"inspect", "preload", "report"}),
         ("pull = 10", "pull = 11", {"preload", "tune", "stress", "report"}),
         ("kn = 1e6", "kn = 2e6", {"preload", "tune", "respond", "cycles", "stress", "report"}),
