@@ -61,7 +61,7 @@ GALLERY = {  # examples that no heading names stand at the end
     ],
     "Dampers": ["damper_preload", "follow_peak", "derivatives", "friction_beam", "backbone"],
     "Excitation": ["base_motion", "rotor_unbalance", "two_orders"],
-    "Laws": ["own_law_numpy", "own_law_hysteresis", "mixed_chain"],
+    "Laws": ["own_law_numpy", "own_law_hysteresis", "own_law_by_file", "mixed_chain"],
     "Stability and further motions": [
         *("named_points", "detached", "subharmonic", "time_integration"),
     ],
