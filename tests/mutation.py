@@ -8,6 +8,14 @@ a guard or a statement left out), in a copy of the tree below a temporary folder
 room run there until one fails: first those of the module's own file, then the others, the slow ones
 last. What they let live is printed with its line and is to be judged: a test is missing, or the
 fault changes nothing (another way to the same numbers, a tolerance, an upper limit).
+
+Last judged by the quick tests of the room alone, mostly by its first two to five files: 50 faults,
+the known four among them. The tests that 10 of those that lived led to are counted as catching.
+
+    room             faults   change nothing   caught   live
+    hbm                  26                3       21      2   stability, io/dof_table
+    static_contact       14                1       11      2   normal, full
+    report               10                4        5      1   subjects/tuning
 """
 
 import argparse
