@@ -1,33 +1,30 @@
 """A law of your own in a study, by its file
 
-`[respond] law = "dahl.py:Dahl"` beside the study: the file runs only with --allow-code, after its
-conformance run. Dahl's friction creeps below its limit; Coulomb's sticks.
+The file stands beside the study, its parameters in the study; it runs only where that is allowed
+(--allow-code), after its conformance run. Here its loop is drawn before a curve is asked for.
 """
 
 import shutil
 from pathlib import Path
 
-import matplotlib.pyplot as plt
+import numpy as np
 
-from tipdamp import ForcedResponse
+from tipdamp import Problem, contact_cycles, load_study
 from tipdamp.cli import main
+from tipdamp.study.own_law import code_allowed
 
+NAME = '{ name = "creeping_contact.py:CreepingContact", elastic = 0.1 }'
+main(["init", "mine"])
 laws = Path(__file__).parents[1] / "studies" / "own_law"
-_, axes = plt.subplots()
-peaks = {}
-for law in ("DryFriction2T", "dahl.py:Dahl"):
-    folder = Path(law.replace(":", "_"))
-    main(["init", str(folder)])
-    shutil.copy(laws / "dahl.py", folder)
-    study = folder / "study.toml"
-    chosen = f'[respond]\nlaw = "{law}"\nsearch = 0\nboth_ways = false'
-    text = study.read_text().replace("[respond]", chosen).replace("[2, 10, 20]", "[5]")
-    study.write_text(text.replace("harmonics = 5", "harmonics = 3"))
-    for verb in ("inspect", "reduce", "preload", "tune", "respond"):
-        assert main([verb, str(study), "--quiet", "--allow-code"]) == 0
-    curve = ForcedResponse.load(folder / "results/study/responses/Fe_5N_H3.npz")
-    curve.plot("patch_1:3", ax=axes, unit="um", label=law)
-    peaks[law] = curve.peak("patch_1:3")[1]
-axes.legend()
+shutil.copy(laws / "creeping_contact.py", "mine")
+file = Path("mine/study.toml")
+file.write_text(file.read_text().replace("[respond]", f"[respond]\nlaw = {NAME}"))
 
-assert peaks["dahl.py:Dahl"] < peaks["DryFriction2T"]  # it dissipates where Coulomb's still sticks
+with code_allowed():
+    law = load_study(file).respond.law.make()
+pair = Problem(np.eye(2), 0.05 * np.eye(2), np.eye(2)).add(law, (0, 1), kt=2.0, mu=0.5, preload=1.0)
+curve = pair.force(0, 1.0).follow_band((0.2, 0.3), outputs={"x": 0}, harmonics=1)
+loop = contact_cycles(curve, pair.force(0, 1.0).contact_problem, 0)
+loop.plot().set_title("Creeping friction beside a spring that never slips")
+
+assert law.elastic == 0.1 and curve.complete

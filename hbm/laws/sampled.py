@@ -201,6 +201,7 @@ def _deviation(law, contacts, c, f, D, x):
         D[:, d, np.arange(nh), d, np.arange(nh)] -= stiffness[:, d, None]
     slope = np.abs(c.dforce[..., :-1]).max(axis=(0, 3), initial=0.0)
     active = np.abs(D).max(axis=(2, 3, 4)) > SETTINGS.rounding * np.maximum(slope, 1e-300)
+    D[~active] = 0.0  # rounding of a component beside one that is active
     largest = np.abs(c.force).max(axis=0) + stiffness * np.abs(x).sum(axis=2) + np.abs(constant)
     g[(np.abs(g).max(axis=2) <= 0.1 * SETTINGS.rounding * largest) & ~active] = 0.0
     return g, active

@@ -13,7 +13,7 @@ from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.laws import ContactLaw, Contacts
 from tipdamp.hbm.response import follow_band
-from tipdamp.hbm.testing import check_law
+from tipdamp.hbm.testing import check_law, forces, full_derivative
 
 ONE = np.eye(1)
 
@@ -70,3 +70,29 @@ def test_derivative_of_residual_by_frequency(law):
     ends = [balance.evaluate(x, w + s).residual for s in (h, -h)]
     slope = (ends[0] - ends[1]) / (2 * h)
     assert np.abs(balance.evaluate(x, w).by_parameter - slope).max() < 1e-7 * np.abs(slope).max()
+
+
+class SliderBesideASpring(ContactLaw):
+    """A tangent that creeps, and a normal that its stuck spring holds whole."""
+
+    components: ClassVar[tuple] = ("t1", "n")
+    states: ClassVar[int] = 2
+
+    def stuck_stiffness(self, contacts):
+        return np.stack([contacts.kt, contacts.kn], axis=1)
+
+    def step(self, motion, state, contacts):
+        move = motion.u[:, 0] - state[:, 1]
+        s = np.where(move.real > 0, 1.0, -1.0)
+        friction = s + (state[:, 0] - s) * np.exp(-contacts.kt * s * move)
+        force = np.stack([friction, contacts.kn * motion.u[:, 1]], axis=1)
+        return force, np.stack([friction, motion.u[:, 0]], axis=1)
+
+
+def test_a_component_that_is_not_active_has_no_derivative():
+    """Beside one that is: rounding of what the stuck spring takes over is left out."""
+    contacts = Contacts(kn=[1.3, 0.7], kt=[1.1, 0.9], mu=[0.5, 0.5], preload=[1.0, 1.0])
+    x = np.random.default_rng(0).normal(size=(2, 2, 7))
+    found = forces(SliderBesideASpring(), contacts, x)
+    assert found.active.tolist() == [[True, False]] * 2
+    assert not full_derivative(found, x)[~found.active].any()
