@@ -90,7 +90,7 @@ def next_orders(
     settings: AutomaticSettings = SETTINGS,
 ) -> int | None:
     """H to try after those that miss the tolerance, (H, error) each: at which errors that fall like
-    a power of H reach it; None where no more are tried."""
+    a power of H reach it, an odd number; None where no more are tried."""
     (H, error), falls = tried[-1], settings.falls
     if H >= settings.most:
         return None
@@ -100,4 +100,5 @@ def next_orders(
             slope = np.log(larger / error) / np.log(H / before)
         falls = max(float(slope), settings.slowest) if np.isfinite(slope) else falls
     growth = min((error / tolerance) ** (1 / falls), settings.growth)
-    return min(max(H + 1, int(np.ceil(growth * H))), settings.most)
+    # an odd number: where motion and forces are odd, the even orders are zero
+    return min(max(H + 1, int(np.ceil(growth * H))) | 1, settings.most)
