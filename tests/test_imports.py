@@ -83,6 +83,7 @@ ROOMS = {
         "proposal",
         "receipts",
         "doctor",
+        "completion",
         "cli",
         "__main__",
     ],
