@@ -57,6 +57,9 @@ def read_from(asked: Asked) -> tuple[Path, str]:
     # of a law of one's own, 'dahl.py:Dahl', the file
     texts = [part for text in _texts(content) for part in (text, text.rpartition(":")[0]) if part]
     named = {study.parent / text for text in texts}
+    for path in named:
+        if os.path.isfile(path) and path.stat().st_size > available_bytes():
+            raise ValueError(path)  # the verb tells it
     named |= {file for path in named if os.path.isfile(path) for file in included_files(path)}
     marks = [[str(path), str(path.resolve()), _digest(path)] for path in (study, *sorted(named))]
     ours = sorted((name, value) for name, value in os.environ.items() if "TIPDAMP" in name)
