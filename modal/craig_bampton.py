@@ -30,7 +30,7 @@ from tipdamp.modal.definite import check_condensed, definite_factor
 from tipdamp.modal.eigen import Modes
 from tipdamp.modal.load_modes import with_load_modes
 from tipdamp.modal.reduction import Reduction, labelled, points_on
-from tipdamp.modal.truncation import Truncation
+from tipdamp.modal.truncation import Truncation, highest_frequency
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,11 @@ def craig_bampton(
         None
         if G is None
         else Truncation(
-            np.array([body.name]), np.array([model.size]), np.array([found.free_to]), (G,)
+            np.array([body.name]),
+            np.array([model.size]),
+            np.array([found.free_to]),
+            (G,),
+            np.array([highest_frequency(body.K, body.M)]),
         )
     )
     return Reduction(

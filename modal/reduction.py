@@ -145,7 +145,12 @@ class Reduction:
         return Cut(
             X,
             np.r_[omega, self.omega[rest]],
-            Truncation(self.truncation.body, np.array([X.shape[1]]), free_to, (G + left @ left.T,)),
+            replace(
+                self.truncation,
+                size=np.array([X.shape[1]]),
+                omega=free_to,
+                G=(G + left @ left.T,),
+            ),
         )
 
     def _shapes_again(self, part, w):

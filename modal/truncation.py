@@ -25,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 import scipy.linalg as sl
+import scipy.sparse as sp
 
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.npz import open_npz
@@ -37,12 +38,15 @@ class Truncation:
     body : (n,) str; size : (n,) int - dofs of each reduced body
     omega : (n,) rad/s - no fixed-interface mode that was left out lies below it
     G : n matrices (b, b) kg s2 over the master dofs, which stand first in each body
+    highest : (n,) rad/s - about the highest frequency of each whole body, with which the rounding
+    inside its reduction grows
     """
 
     body: np.ndarray
     size: np.ndarray
     omega: np.ndarray
     G: tuple
+    highest: np.ndarray
 
     def save(self, path: str | Path) -> Path:
         """Write a .npz file."""
@@ -51,6 +55,7 @@ class Truncation:
             body=self.body,
             size=self.size,
             omega=self.omega,
+            highest=self.highest,
             **{f"G{i}": g for i, g in enumerate(self.G)},
         )
         return Path(path)
@@ -60,7 +65,11 @@ class Truncation:
         """Read what `save` has written."""
         with open_npz(path) as z:
             return cls(
-                z["body"], z["size"], z["omega"], tuple(z[f"G{i}"] for i in range(len(z["body"])))
+                z["body"],
+                z["size"],
+                z["omega"],
+                tuple(z[f"G{i}"] for i in range(len(z["body"]))),
+                z["highest"],
             )
 
     def mass(self, lam: float) -> np.ndarray | None:
@@ -83,7 +92,16 @@ def join(*parts: Truncation) -> Truncation:
         np.concatenate([p.size for p in parts]),
         np.concatenate([p.omega for p in parts]),
         sum((p.G for p in parts), ()),
+        np.concatenate([p.highest for p in parts]),
     )
+
+
+def highest_frequency(K: sp.csr_matrix, M: sp.csr_matrix) -> float:
+    """rad/s: about the highest of the pencil of a body, K and M (n, n): the largest row sum of K
+    over the diagonal of M [Gershgorin], massless dofs left out."""
+    mass = M.diagonal()
+    scale = sp.diags(np.where(mass > 0, 1 / np.sqrt(np.where(mass > 0, mass, 1.0)), 0.0))
+    return float(np.sqrt(abs(scale @ K @ scale).sum(axis=1).max()))
 
 
 def lowest_possible(
@@ -128,13 +146,14 @@ def error_bound(
     K: np.ndarray, M: np.ndarray, truncation: Truncation, omega: np.ndarray
 ) -> np.ndarray:
     """(n,) largest possible omega / omega_full - 1 of the lowest reduced frequencies, with what
-    rounding adds to it; inf where nothing can be said, 0 of rigid motions."""
+    rounding adds to it, here and in the reduction of the whole bodies; inf where nothing can be
+    said, 0 of rigid motions."""
     low = lowest_possible(K, M, truncation, omega)
     rigid = np.asarray(omega) <= 1e-6 * np.max(omega, initial=0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         bound = np.asarray(omega) / low - 1
+        inside = np.finfo(float).eps / 2 * (truncation.highest.max() / np.asarray(omega)) ** 2
+    noise = rounding(K, M, omega) + inside
     return np.where(
-        rigid,
-        0.0,
-        np.where(np.isfinite(bound), np.maximum(bound, 0.0) + rounding(K, M, omega), np.inf),
+        rigid, 0.0, np.where(np.isfinite(bound), np.maximum(bound, 0.0) + noise, np.inf)
     )

@@ -27,7 +27,7 @@ def watched(
     if stream is None:
         yield given if callable(given) else None
         return
-    line = _Line(stream, first, last, unit)
+    line = _ProgressLine(stream, first, last, unit)
     try:
         yield line
     finally:
@@ -42,7 +42,7 @@ def _stream() -> TextIO | None:
     return sys.stderr if sys.stderr is not None and sys.stderr.isatty() else None
 
 
-class _Line:
+class _ProgressLine:
     """`line(value, step, calls)` of a curve between two values."""
 
     def __init__(self, stream: TextIO, first: float, last: float, unit: str) -> None:

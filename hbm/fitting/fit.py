@@ -107,7 +107,8 @@ def fit_damping(
         raise InputError("fit_damping: finds damping ratios, the problem has a matrix C")
     inside = [one if band is None else one.within(*band) for one in measured]
     options = {"harmonics": harmonics, "start": start, "samples": samples}
-    fit = _Fit(given, np.asarray(force), inside, _unknowns(given, modes, mu, stiffness), options)
+    unknowns = _unknowns(given, modes, mu, stiffness)
+    fit = _Residuals(given, np.asarray(force), inside, unknowns, options)
     values = sum(one.values for one in inside)
     if values <= len(fit.unknowns):
         raise InputError(
@@ -158,7 +159,9 @@ def _unknowns(problem, modes, mu, stiffness) -> list[_Unknown]:
     return found
 
 
-class _Fit:
+class _Residuals:
+    """Of the measured responses, over the unknowns."""
+
     def __init__(
         self,
         start: ContactProblem,

@@ -23,7 +23,7 @@ AROUND = 0.01  # of the frequency: band around a peak in which it is found again
 WIDER = (1.0, 4.0)  # times that
 
 
-class Top(NamedTuple):
+class Extreme(NamedTuple):
     """A peak, or a fold, at one value of the parameter: x (n,) and w rad/s of the curve, whose
     output `column` has it."""
 
@@ -111,16 +111,16 @@ class Case:
 
         return of_height
 
-    def begin(self, value: float, near: float | None = None) -> Top | None:
+    def begin(self, value: float, near: float | None = None) -> Extreme | None:
         """The highest peak, or the fold nearest to `near` Hz, on the whole curve at a value."""
         curve, problem = self.curve(value)
         if self.what == "peak":
             return self._highest(curve, problem)
         hz = self.band[0] if near is None else near
         found = min(folds(curve), key=lambda fold: abs(fold[1] - 2 * np.pi * hz), default=None)
-        return None if found is None else Top(*found, self.columns[0])
+        return None if found is None else Extreme(*found, self.columns[0])
 
-    def again(self, top: Top, value: float) -> Top | None:
+    def again(self, top: Extreme, value: float) -> Extreme | None:
         """A peak at another value, on the piece of the curve around it: no derivative is asked
         for."""
         hz = top.w / (2 * np.pi)
@@ -137,5 +137,5 @@ class Case:
         for j in self.columns:
             top = highest_peak(curve, problem, self.names[j], self.kind)
             if top is not None:
-                found.append((top[2], Top(top[0], top[1], j)))
+                found.append((top[2], Extreme(top[0], top[1], j)))
         return max(found, key=lambda one: one[0], default=(0.0, None))[1]

@@ -13,7 +13,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
 from tipdamp.hbm.continuation.point import Point
-from tipdamp.hbm.following.case import Case, Top
+from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.run import Run, begin_at, near, run_from
 
 MOST_TAKEN_UP = 20  # times that a peak is taken up
@@ -54,7 +54,7 @@ class Path:
         return None
 
 
-def highest(case: Case, top: Top, ends: tuple[float, float], progress: Callable | None) -> Path:
+def highest(case: Case, top: Extreme, ends: tuple[float, float], progress: Callable | None) -> Path:
     """The highest peak from a top at the first of two values, in units of the branch."""
     path, value, back = Path(case, ends), ends[0], None
     for _ in range(MOST_TAKEN_UP):

@@ -15,7 +15,7 @@ from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
 from tipdamp.hbm.continuation.point import Metric, Point, size
 from tipdamp.hbm.curve.trace import slides, unrestrained
-from tipdamp.hbm.following.case import Case, Top
+from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.extremum import Extremum
 
 NEAR = 0.1  # arc length up to which a place belongs to the branch before
@@ -84,7 +84,7 @@ class Run:
         return equation.evaluate(y, p)
 
 
-def equation_of(case: Case, top: Top) -> Extremum:
+def equation_of(case: Case, top: Extreme) -> Extremum:
     """The equation of an extremum, around a top."""
     balance = case.balance()
     metric = Metric(balance.weights, size(balance.weights * top.x), NEARBY * top.w)
@@ -97,7 +97,7 @@ def equation_of(case: Case, top: Top) -> Extremum:
 
 def run_from(
     case: Case,
-    top: Top,
+    top: Extreme,
     ends: tuple[float, float],
     progress: Callable | None,
     found: Callable[[Point], bool] = lambda point: False,
@@ -145,7 +145,7 @@ def run_from(
     return Run(equation, branch.points, top.column, branch.calls, why, enough)
 
 
-def begin_at(case: Case, top: Top, p: float) -> tuple[Extremum, Point | None]:
+def begin_at(case: Case, top: Extreme, p: float) -> tuple[Extremum, Point | None]:
     """(equation, its solution at a top), None where it has none that near; of a fold the nearest
     point of a curve is known only."""
     equation = equation_of(case, top)

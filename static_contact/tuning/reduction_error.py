@@ -2,6 +2,7 @@
 accuracy."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy.linalg as sl
@@ -87,7 +88,7 @@ def _fewest(parts, i, target, pairs, below_hz):
 
 def _nothing_left_out(part):
     t = part.truncation
-    return Truncation(t.body, t.size, np.array([np.inf]), (np.zeros_like(t.G[0]),))
+    return replace(t, omega=np.array([np.inf]), G=(np.zeros_like(t.G[0]),))
 
 
 def _stuck_stiffness(model, pairs, extra):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tipdamp import InputError, MeasuredResponse, Problem, fit_damping
-from tipdamp.hbm.fitting.fit import _Fit, _unknowns
+from tipdamp.hbm.fitting.fit import _Residuals, _unknowns
 from tipdamp.hbm.laws import Jenkins1D
 from tipdamp.measured.damping import half_power
 
@@ -74,7 +74,7 @@ def test_derivatives_are_those_of_the_response():
     """By each unknown, against differences of responses solved anew."""
     runs = [measured(TWO, level)[0] for level in (5.0, 10.0)]
     start = TWO.contact_problem
-    fit = _Fit(
+    fit = _Residuals(
         start, np.array([1.0, 0.0]), runs, _unknowns(start, None, True, True), {"harmonics": 5}
     )
     solved, step = fit.solved(np.zeros(4)), 1e-5
