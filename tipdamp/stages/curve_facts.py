@@ -16,7 +16,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.continuation.branch import ENDS
 from tipdamp.hbm.curve.hold_check import hold_in_words
 from tipdamp.hbm.hold.spring import HeldMotion
-from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.result import SOLVED, ForcedResponse
 from tipdamp.hbm.ties import first_largest
 from tipdamp.results.record import Number
 from tipdamp.results.response_results import (
@@ -210,7 +210,7 @@ def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
         python_warnings.simplefilter("ignore")  # `warnings` tells them
         peaks = np.array([curve.peak(n) for n in names])
     if np.isfinite(peaks).all():
-        most = first_largest(peaks[:, 1])
+        most = _first_solved(curve, names, peaks[:, 1])
         (hz, top), largest = peaks[most], names[most]
         if not curve.at_border(largest):
             return Peak(
@@ -233,6 +233,14 @@ def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
         inside_hz=inside[0],
         inside_m=inside[1],
     )
+
+
+def _first_solved(curve: ForcedResponse, names: list[str], heights: np.ndarray) -> int:
+    """Place of the highest peak; of those alike by rounding, of which one alone was solved, of
+    that."""
+    first = first_largest(heights)
+    alike = np.flatnonzero(heights >= (1 - SOLVED) * heights[first])
+    return next((int(k) for k in [first, *alike] if not curve.why_unsolved(names[k])), first)
 
 
 def largest_inside(curve: ForcedResponse, outputs: np.ndarray) -> tuple[Number, Number]:
