@@ -7,6 +7,7 @@ at a measured frequency the motion follows an unknown s by J dx/ds = -R_s, with 
 Jacobian of the balance.
 """
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -25,7 +26,7 @@ from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import restored
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.fitting.result import DampingFit, MeasuredResponse
 from tipdamp.hbm.modes.derivatives import by_setting
 from tipdamp.hbm.response import follow_band
@@ -119,7 +120,7 @@ def fit_damping(
     half = fit.half_widths(solved)
     first = np.array([one.start for one in fit.unknowns])
     found = first * np.exp(theta)
-    return DampingFit(
+    result = DampingFit(
         names=fit.names,
         values=found,
         low=found * np.exp(-half),
@@ -127,13 +128,22 @@ def fit_damping(
         start=first,
         computed=tuple(solved.computed),
         misfit=tuple(
-            float(np.sqrt(np.mean(np.abs(a - one.response) ** 2)) / np.abs(one.response).max())
-            for a, one in zip(solved.computed, inside, strict=True)
+            _misfit(one, computed) for one, computed in zip(inside, solved.computed, strict=True)
         ),
         iterations=iterations,
         converged=converged,
         problem=fit.problem_at(theta),
     )
+    for doubt in result.doubts:
+        warnings.warn(f"fit_damping: {doubt}", Doubt, stacklevel=2)
+    return result
+
+
+def _misfit(one: MeasuredResponse, computed: np.ndarray) -> float:
+    """Root mean square of the difference, weighted as in the fit, over the largest amplitude."""
+    weights = np.asarray(one.deviation, dtype=float) ** -2.0
+    squared = np.average(np.abs(computed - one.response) ** 2, weights=weights)
+    return float(np.sqrt(squared) / np.abs(one.response).max())
 
 
 def _unknowns(problem, modes, mu, stiffness) -> list[_Unknown]:

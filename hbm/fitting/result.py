@@ -9,6 +9,8 @@ from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.validation import numbers, positive
 
+MOST_MISFIT = 0.05  # above what scatter of a measurement is, a root mean square
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredResponse:
@@ -84,7 +86,8 @@ class DampingFit:
         and kt ('stiffness'); low to high is the 95 % interval, from the scatter about the fit
     computed : for each measured curve (n,) m, as it was measured, on the measured frequencies of
         the band
-    misfit : for each of them the root mean square of the difference, relative to its largest
+    misfit : for each of them the root mean square of the difference, weighted by the deviations,
+        relative to its largest
     iterations; converged : whether the last step was small
     problem : with the values found
 
@@ -110,6 +113,21 @@ class DampingFit:
     iterations: int
     converged: bool
     problem: ContactProblem
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Sentences where the values found are to be doubted, whatever their intervals."""
+        found = () if self.converged else ("the fit has not converged: values are doubtful",)
+        worst = int(np.argmax(self.misfit))
+        if self.misfit[worst] <= MOST_MISFIT:
+            return found
+        return (
+            *found,
+            f"measured curve {worst + 1} is {self.misfit[worst]:.0%} of its largest amplitude away "
+            "from the fit (root mean square): the model is not that of the measurement, and its "
+            "intervals do not hold the truth; check the level, the place, the direction and what "
+            "is held fast",
+        )
 
     def __str__(self) -> str:
         """A line for each unknown."""

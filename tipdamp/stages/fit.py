@@ -1,6 +1,7 @@
 """Stage fit: damping ratios, and on demand friction and stiffness of the contacts, with which the
 computed response is as the measured one."""
 
+import warnings as python_warnings
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -8,7 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
-from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.errors import Doubt, InputError, nearest
 from tipdamp.hbm.fitting.fit import fit_damping
 from tipdamp.hbm.fitting.result import DampingFit, MeasuredResponse
 from tipdamp.measured.frf import load_band
@@ -49,18 +50,20 @@ def fit(study: Study, store: Store, tick: Tick) -> list[str]:
         level, rows = facts[name].level_N, _rows(study, name, curves.rows)
         runs.append(MeasuredResponse(hz, level * mean, rows, level))
     tick(None, f"{len(names)} curves")
-    found = fit_damping(
-        curves.problem,
-        curves.force,
-        runs,
-        modes=settings.modes or None,
-        mu=settings.mu,
-        stiffness=settings.stiffness,
-        band=settings.band or study.respond.band,
-        harmonics=max(named_orders(study.respond.harmonics), default=HARMONICS),
-        start="zero_slider" if curves.start is None else curves.start,
-        samples=curves.samples,
-    )
+    with python_warnings.catch_warnings():
+        python_warnings.simplefilter("ignore", Doubt)  # `warnings` tells them
+        found = fit_damping(
+            curves.problem,
+            curves.force,
+            runs,
+            modes=settings.modes or None,
+            mu=settings.mu,
+            stiffness=settings.stiffness,
+            band=settings.band or study.respond.band,
+            harmonics=max(named_orders(study.respond.harmonics), default=HARMONICS),
+            start="zero_slider" if curves.start is None else curves.start,
+            samples=curves.samples,
+        )
     result(found, names, [facts[name] for name in names]).save(store)
     return []
 
@@ -80,7 +83,7 @@ def result(found: DampingFit, names: Sequence[str], facts: Sequence[MeasuredFact
             for name, one, misfit in zip(names, facts, found.misfit, strict=True)
         ),
         iterations=found.iterations,
-        warnings=() if found.converged else ("the fit has not converged: values are doubtful",),
+        warnings=found.doubts,
     )
 
 
@@ -104,7 +107,7 @@ def _said(found: FitResult) -> Iterator[str]:
 
 
 def warnings(_: Study, store: Store) -> tuple[str, ...]:
-    """Whether it converged."""
+    """What the values found are doubted for."""
     return FitResult.load(store).warnings
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tipdamp import InputError, MeasuredResponse, Problem, fit_damping
+from tipdamp import Doubt, InputError, MeasuredResponse, Problem, fit_damping
 from tipdamp.hbm.fitting.fit import _Residuals, _unknowns
 from tipdamp.hbm.laws import Jenkins1D
 from tipdamp.measured.damping import half_power
@@ -102,6 +102,16 @@ def test_intervals_cover_the_truth():
     assert np.mean(widths, axis=0).max() < 1.0
 
 
+def test_a_model_that_does_not_fit_is_told():
+    """A response measured at twice the level that is written beside it."""
+    run, _ = measured(ONE, 10.0)
+    wrong = replace(run, level=5.0)
+    start = guess(ONE, damping_ratio=0.02)
+    with pytest.warns(Doubt, match="measured curve 1 is .* away from the fit"):
+        found = fit_damping(start, [1.0], [wrong])
+    assert len(found.doubts) == 1
+
+
 def test_weights_are_the_deviations():
     """A point with a large deviation may be far off."""
     run, _ = measured(ONE, 3.0)
@@ -110,6 +120,7 @@ def test_weights_are_the_deviations():
     spoiled = replace(run, response=response, deviation=deviation)
     found = fit_damping(guess(ONE, damping_ratio=0.03), [1.0], [spoiled])
     assert found.values[0] == pytest.approx(0.02, rel=1e-6)
+    assert found.doubts == ()
 
 
 def test_bad_input():
