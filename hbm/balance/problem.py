@@ -313,7 +313,8 @@ class ContactProblem(AnyProblem):
             free,
             SUPPORT
             if has_springs
-            else f"law {self.law.name} has no stuck stiffness: support the body",
+            else f"law {self.law.name} has no stuck stiffness: give it one (`stuck_stiffness`; "
+            "solutions do not depend on it) or support the body",
         )
 
     @property

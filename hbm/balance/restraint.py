@@ -138,7 +138,7 @@ def check_rest(K: np.ndarray, static: np.ndarray | None, describe: Callable | No
     check_restrained(
         K,
         describe,
-        "at rest, where every contact is open",
+        "at rest, where no contact has stiffness",
         "close contacts by a preload or by a static "
         "load (origin = 'unloaded'), or support the body, however softly",
     )

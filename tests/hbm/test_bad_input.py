@@ -193,16 +193,16 @@ REFUSED = {
     ),
     "nothing pressed": (
         lambda: {"preload": -PAIRS.preload},
-        r"unrestrained at rest, where every contact is open: body"
+        r"unrestrained at rest, where no contact has stiffness: body"
         r" 'damper' (slides|rotates).*preload",
     ),
     "touching only": (
         {"origin": "unloaded"},
-        r"unrestrained at rest, where every contact is open: body 'damper'",
+        r"unrestrained at rest, where no contact has stiffness: body 'damper'",
     ),
     "load beside": (
         {"origin": "unloaded", "static": TIP},
-        r"unrestrained at rest, where every contact is open",
+        r"unrestrained at rest, where no contact has stiffness",
     ),
     "band empty": (
         {"band": (1300, 1300)},
@@ -536,7 +536,7 @@ def test_law_without_stuck_stiffness_restrains_nothing():
         damping_ratio=0.01,
     )
     with pytest.raises(
-        InputError, match="mostly dof .*; law CubicSpring has no stuck stiffness: support the body"
+        InputError, match="mostly dof .*; law CubicSpring has no stuck stiffness: give it one"
     ):
         free.receptance()
 
@@ -553,7 +553,7 @@ def test_masses_without_any_spring():
     zero, one = np.zeros(2), np.ones(2)
     with (
         warnings.catch_warnings(),
-        pytest.raises(InputError, match="at rest, where every contact is open: mostly dof"),
+        pytest.raises(InputError, match="at rest, where no contact has stiffness: mostly dof"),
     ):
         warnings.simplefilter("error")
         ContactProblem(**given, contacts=Contacts(one, zero, zero, zero)).receptance()
