@@ -57,10 +57,8 @@ def read_from(asked: Asked) -> tuple[Path, str]:
     # of a law of one's own, 'dahl.py:Dahl', the file
     texts = [part for text in _texts(content) for part in (text, text.rpartition(":")[0]) if part]
     named = {study.parent / text for text in texts}
-    for path in named:
-        if os.path.isfile(path) and path.stat().st_size > available_bytes():
-            raise ValueError(path)  # the verb tells it
-    named |= {file for path in named if os.path.isfile(path) for file in included_files(path)}
+    files = [path for path in named if os.path.isfile(path)]
+    named |= {file for path in files for file in included_files(_fitting(path))}
     marks = [[str(path), str(path.resolve()), _digest(path)] for path in (study, *sorted(named))]
     ours = sorted((name, value) for name, value in os.environ.items() if "TIPDAMP" in name)
     about = [sys.version, sys.prefix, os.uname().nodename, sorted(os.sched_getaffinity(0)), ours]
@@ -80,7 +78,7 @@ def find(asked: Asked) -> Receipt | None:
     with suppress(*UNUSABLE):
         folder, mark = read_from(asked)
         with _held(folder):
-            kept = json.loads((folder / ".stages" / _name(asked)).read_bytes())
+            kept = json.loads(_fitting(folder / ".stages" / _name(asked)).read_bytes())
             state, receipt = _state(asked.verb, folder, mark), Receipt(*kept["receipt"])
             if kept["state"] != state or kept["check"] != _hash([state, receipt]):
                 return None
@@ -131,7 +129,8 @@ def _state(verb: str, folder: Path, mark: str) -> str:
     texts = {}
     for stage in stages:
         record = _inside(folder, f".stages/{stage}.json")
-        texts[stage] = record.read_text(encoding="utf-8") if os.path.lexists(record) else None
+        there = os.path.lexists(record)
+        texts[stage] = _fitting(record).read_text(encoding="utf-8") if there else None
         for name, recorded in json.loads(texts[stage] or '{"outputs": {}}')["outputs"].items():
             digest = _digest(_inside(folder, name))
             if digest is None or _mark(digest) != recorded:
@@ -171,8 +170,15 @@ def _digest(path: Path) -> str | None:
     """Of the contents of a file; None where it is none."""
     if not os.path.isfile(path):  # a text that can be no path is none
         return None
-    with path.open("rb") as file:
+    with _fitting(path).open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _fitting(path: Path) -> Path:
+    """The path; ValueError where the file does not fit into the memory, which the verb tells."""
+    if path.stat().st_size > available_bytes():
+        raise ValueError(path)
+    return path
 
 
 def _mark(digest: str) -> str:
