@@ -229,7 +229,8 @@ class HarmonicBalance:
         """The same balance with the damping times a factor; where it does not couple the modes
         these are kept."""
         known = self.receptance
-        if self.problem.reducible or not known.ratio.size:
+        floats = known.free_damping.size > 0  # and the shapes behind its modes follow the damping
+        if self.problem.reducible or floats or not known.ratio.size:
             return self.rebuilt(self.problem.with_damping(factor), self.forces)
         other, at = copy(self), self.contact_receptance
         damped = replace(

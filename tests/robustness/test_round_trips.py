@@ -110,7 +110,7 @@ def models(draw):
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")  # of M and K that look swapped
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", sorted({*KINDS} - {"pch"}))  # which has ten digits
 @CASES
 @given(model=models())
 def test_models_in_files(tmp_path, kind, model):
@@ -121,9 +121,9 @@ def test_models_in_files(tmp_path, kind, model):
         again = ReducedModel.load(tmp_path / "model.npz")
     else:
         parts = ["M", "K"] + ["C"] * (model.C is not None)
-        paths = {k: tmp_path / (f"{k}.mtx" if kind == "mtx" else "model.mat") for k in parts}
+        paths = {k: tmp_path / (f"{k}.mtx" if kind == "mtx" else f"model.{kind}") for k in parts}
         again = ReducedModel.from_files(
-            **paths, dofs=tmp_path / "dofs.csv" if kind == "mtx" else None
+            **paths, dofs=None if kind == "mat" else tmp_path / "dofs.csv"
         )
     same_model(again, model)
 

@@ -88,11 +88,11 @@ def own_pairs(folder):
 
 
 def files(folder):
-    """Times of all files but the name of who holds the lock."""
+    """Times of all files but the name of who holds the lock, and what verbs said."""
     return {
         p: p.stat().st_mtime_ns
         for p in Path(folder).rglob("*")
-        if p.is_file() and p.name != ".holder"
+        if p.is_file() and p.name != ".holder" and p.suffix != ".receipt"
     }
 
 

@@ -173,6 +173,7 @@ def test_a23_hostile_names_through_a_study(tmp_path, capsys):
     assert name in found["bodies"]["blades"]["groups"]
     assert {p.suffix for p in (tmp_path / "results").rglob("[!.]*") if p.is_file()} <= {
         ".json",
+        ".receipt",
         ".csv",
         ".npz",
         ".vtu",
