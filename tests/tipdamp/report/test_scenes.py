@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing import plotly_modes, plotly_scene, scene
 from tipdamp.report.drawing.scene import Points, Segments, Solid
 from tipdamp.report.results import load_results
+from tipdamp.report.subjects import bodies
 from tipdamp.report.subjects.modes import shapes as mode_shapes
 from tipdamp.report.subjects.pairs import contact_pairs
 from tipdamp.report.subjects.pressure import pressure_map
@@ -260,3 +262,20 @@ def test_what_is_shown_first_is_what_the_first_button_shows():
         for item, state in zip(picture.items, states, strict=True):
             there = item.case in ("", case)
             assert state == (("legendonly" if item.name == off else True) if there else False)
+
+
+def test_groups_that_a_study_does_not_name_share_an_entry_where_they_are_many():
+    """Files of gmsh have a group for every surface; each point still says its own."""
+    n = np.arange(40)
+    mesh = SimpleNamespace(
+        groups={f"surface {k}": n[k : k + 1] for k in n},
+        dimension={},
+        position=np.zeros((40, 3)),
+        index=lambda nodes: nodes,
+    )
+    found = list(bodies._groups({"blades": mesh}, {("blades", "surface 3")}))
+    assert found[0][0].name == "blades: surface 3" and found[0][1]
+    assert {points.name for points, named in found if not named} == {"blades: other groups"}
+    assert found[1][0].hover == ("blades, group surface 0\nnode 0",)
+    few = SimpleNamespace(**{**vars(mesh), "groups": dict(list(mesh.groups.items())[:5])})
+    assert len({points.name for points, _ in bodies._groups({"blades": few}, set())}) == 5

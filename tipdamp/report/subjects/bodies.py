@@ -18,6 +18,7 @@ from tipdamp.results.static_results import InspectedBody, InspectResult
 from tipdamp.study.view import Study
 
 MAX_NODES = 2000  # of one group that are drawn
+MAX_UNNAMED = 12  # groups that the study does not name, each with an entry of its own in the legend
 COLORS = (
     "#D55E00",
     "#0072B2",
@@ -86,7 +87,7 @@ def _groups(meshes, named) -> Iterator[tuple[Points, bool]]:
         for group, nodes in mesh.groups.items()
         if mesh.dimension.get(group, 0) != 3 and len(nodes)
     ]
-    order = list(meshes)
+    order, many = list(meshes), sum(unnamed for unnamed, *_ in found) > MAX_UNNAMED
     for k, (unnamed, body, group) in enumerate(
         sorted(found, key=lambda f: (f[0], order.index(f[1]), f[2]))
     ):
@@ -94,6 +95,8 @@ def _groups(meshes, named) -> Iterator[tuple[Points, bool]]:
         step = -(-len(nodes) // MAX_NODES)
         nodes = nodes[::step]
         title = f"{body}: {group}" + (f" (1 of {step} nodes)" if step > 1 else "")
+        if unnamed and many:  # every surface of a drawing has a group in files of gmsh
+            title = f"{body}: other groups"
         texts = tuple(f"{body}, group {group}\nnode {n}" for n in nodes.tolist())
         yield (
             Points(
