@@ -114,7 +114,7 @@ def _name(asked):
 def _held(folder: Path) -> Iterator[None]:
     """The lock of the results folder, as `Store.lock` takes it; OSError where another run has
     it."""
-    with (folder / ".stages" / ".lock").open("rb") as lock:
+    with _fitting(folder / ".stages" / ".lock").open("rb") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         yield
 
@@ -175,8 +175,9 @@ def _digest(path: Path) -> str | None:
 
 
 def _fitting(path: Path) -> Path:
-    """The path; ValueError where the file does not fit into the memory, which the verb tells."""
-    if path.stat().st_size > available_bytes():
+    """The path; ValueError where it is no file, such as a pipe, or one that does not fit into the
+    memory: the verb tells it."""
+    if not path.is_file() or path.stat().st_size > available_bytes():
         raise ValueError(path)
     return path
 
