@@ -134,12 +134,14 @@ def rounding(K: np.ndarray, M: np.ndarray, omega: np.ndarray) -> np.ndarray:
     1999, sec. 4.9, with its p(n) taken as 1, as it advises]."""
     n = len(K)
     highest = sl.eigh(K, M, subset_by_index=(n - 1, n - 1), eigvals_only=True)[0]
+    return _rounded(highest, omega)
+
+
+def _rounded(highest: float, omega: np.ndarray) -> np.ndarray:
+    """eps / 2 of the highest omega^2 over a frequency's own; a rigid motion stands for itself."""
     squared = np.asarray(omega, dtype=float) ** 2
-    return (
-        np.finfo(float).eps
-        / 2
-        * np.divide(highest, squared, out=np.ones(len(squared)), where=squared > 0)
-    )
+    over = np.divide(highest, squared, out=np.ones(len(squared)), where=squared > 0)
+    return np.finfo(float).eps / 2 * over
 
 
 def error_bound(
@@ -152,8 +154,7 @@ def error_bound(
     rigid = np.asarray(omega) <= 1e-6 * np.max(omega, initial=0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         bound = np.asarray(omega) / low - 1
-        inside = np.finfo(float).eps / 2 * (truncation.highest.max() / np.asarray(omega)) ** 2
-    noise = rounding(K, M, omega) + inside
+    noise = rounding(K, M, omega) + _rounded(truncation.highest.max() ** 2, omega)
     return np.where(
         rigid, 0.0, np.where(np.isfinite(bound), np.maximum(bound, 0.0) + noise, np.inf)
     )

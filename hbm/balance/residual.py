@@ -233,9 +233,7 @@ class HarmonicBalance:
         if self.problem.reducible or floats or not known.ratio.size:
             return self.rebuilt(self.problem.with_damping(factor), self.forces)
         other, at = copy(self), self.contact_receptance
-        damped = replace(
-            known, ratio=factor * known.ratio, free_damping=factor * known.free_damping
-        )
+        damped = replace(known, ratio=factor * known.ratio)
         vars(other).pop("damping", None)
         other.receptance = damped
         other.contact_receptance = ContactReceptance(damped, at.shapes, at.into)
