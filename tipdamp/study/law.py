@@ -1,14 +1,13 @@
 """The contact law of a study: any law that ships with hbm, by its name, with parameters checked
 like other keys; or one of the user's own, by file and name."""
 
-from dataclasses import MISSING, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.study.values import Key, Kind, number
+from tipdamp.study.values import Key, Kind, check_parameters, number, parameters_of
 
 if TYPE_CHECKING:
     from tipdamp.hbm.laws import ContactLaw
@@ -102,26 +101,11 @@ def _read(value: Any, key: Key, _: float) -> LawChoice:
         return LawChoice(name=name, parameters=stated)
     if name not in SHIPPED:
         raise ValueError(f"no law '{name}'; {nearest(name, list(SHIPPED))}")
-    own = _parameters(SHIPPED[name])
     stated = {k: v for k, v in given.items() if k != "name"}
-    for parameter in stated:
-        if parameter not in own:
-            raise ValueError(
-                f"{name} has no parameter '{parameter}'; {nearest(parameter, list(own))}"
-            )
-    for parameter, required in own.items():
-        if required and parameter not in stated:
-            raise ValueError(f"the parameter '{parameter}' of {name} is missing")
+    check_parameters(SHIPPED[name], stated)
     choice = LawChoice(name=name, parameters={k: _parameter(k, v, key) for k, v in stated.items()})
     choice.make()
     return choice
-
-
-def _parameters(law):
-    """{parameter: whether it must be given}"""
-    return {
-        f.name: f.default is MISSING and f.default_factory is MISSING for f in fields(law) if f.init
-    }
 
 
 def _parameter(name, value, key):
@@ -135,7 +119,7 @@ def _json() -> dict:
     from tipdamp.hbm.laws import SHIPPED
 
     needed = {
-        name: [p for p, required in _parameters(law).items() if required]
+        name: [p for p, required in parameters_of(law).items() if required]
         for name, law in SHIPPED.items()
     }
     tables = [
@@ -145,7 +129,7 @@ def _json() -> dict:
             "required": ["name", *needed[name]],
             "properties": {
                 "name": {"const": name},
-                **dict.fromkeys(_parameters(law), {"type": "number"}),
+                **dict.fromkeys(parameters_of(law), {"type": "number"}),
             },
         }
         for name, law in SHIPPED.items()

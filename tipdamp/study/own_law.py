@@ -10,7 +10,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import MISSING, fields
 from functools import cache, partial
 from hashlib import sha256
 from pathlib import Path
@@ -20,6 +19,7 @@ from typing import Any
 from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.hbm.laws import ContactLaw, PlainForce
 from tipdamp.hbm.testing import check_force, check_law
+from tipdamp.study.values import check_parameters, parameters_of
 
 FLAG = "--allow-code"
 ALLOWED: ContextVar[bool] = ContextVar("ALLOWED", default=False)
@@ -59,15 +59,7 @@ def own_law(path: Path, content: str, name: str, parameters: dict[str, float]) -
     """
     refuse_code(path)
     law = _law_class(path, content, name)
-    own = {f.name: f.default is MISSING for f in fields(law) if f.init}
-    for parameter in parameters:
-        if parameter not in own:
-            raise InputError(
-                f"{name} has no parameter '{parameter}'; {nearest(parameter, list(own))}"
-            )
-    for parameter, required in own.items():
-        if required and parameter not in parameters:
-            raise InputError(f"the parameter '{parameter}' of {name} is missing")
+    check_parameters(law, parameters)
     made = law(**parameters)
     _keep_contract(path, content, name)
     return made
@@ -127,7 +119,7 @@ def _keep_contract(path: Path, content: str, name: str) -> None:
     """The conformance run, with 1 for parameters without a default, as its contacts are of the size
     1; InputError with the first point in which the law breaks its contract."""
     law = _law_class(path, content, name)
-    ones = {f.name: 1.0 for f in fields(law) if f.init and f.default is MISSING}
+    ones = {name: 1.0 for name, required in parameters_of(law).items() if required}
     check = check_force if issubclass(law, PlainForce) else check_law
     try:
         check(law(**ones))

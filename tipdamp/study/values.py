@@ -5,15 +5,15 @@ A reader has the form f(value, key, factor): `factor` converts the unit of the f
 ValueError with what is allowed; the place in the file is added by whoever reads the section.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection
+from dataclasses import MISSING, dataclass, field, fields
 from typing import Any, get_args
 
 import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema, core_schema
 
-from tipdamp.hbm.errors import nearest, shown
+from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.readers.columns import parse_meanings
 
 LONGEST = 10_000  # list of a study
@@ -293,3 +293,24 @@ BAND = Kind("[first, last]", _band)
 TABLE = Kind("[[coordinate, value], ...]", _table)
 GROUP_VALUES = Kind("[[body, group, value], ...]", _on_groups(1))
 GROUP_VECTORS = Kind("[[body, group, x, y, z], ...]", _on_groups(3))
+
+
+def parameters_of(law: Any) -> dict[str, bool]:
+    """{parameter of a law, a dataclass: whether it must be given}"""
+    return {
+        f.name: f.default is MISSING and f.default_factory is MISSING for f in fields(law) if f.init
+    }
+
+
+def check_parameters(law: type, stated: Collection[str]) -> None:
+    """InputError for a parameter that a law does not have, and where one that it needs is
+    missing."""
+    own = parameters_of(law)
+    for parameter in stated:
+        if parameter not in own:
+            raise InputError(
+                f"{law.__name__} has no parameter '{parameter}'; {nearest(parameter, list(own))}"
+            )
+    for parameter, required in own.items():
+        if required and parameter not in stated:
+            raise InputError(f"the parameter '{parameter}' of {law.__name__} is missing")
