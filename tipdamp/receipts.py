@@ -57,8 +57,7 @@ def read_from(asked: Asked) -> tuple[Path, str]:
     # of a law of one's own, 'dahl.py:Dahl', the file
     texts = [part for text in _texts(content) for part in (text, text.rpartition(":")[0]) if part]
     named = {study.parent / text for text in texts}
-    files = [path for path in named if os.path.isfile(path)]
-    named |= {file for path in files for file in included_files(_fitting(path))}
+    named |= {file for path in named if os.path.isfile(path) for file in included_files(path)}
     marks = [[str(path), str(path.resolve()), _digest(path)] for path in (study, *sorted(named))]
     ours = sorted((name, value) for name, value in os.environ.items() if "TIPDAMP" in name)
     about = [sys.version, sys.prefix, os.uname().nodename, sorted(os.sched_getaffinity(0)), ours]

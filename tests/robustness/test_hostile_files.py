@@ -211,6 +211,15 @@ def test_inputs_of_a_terabyte(tmp_path, make, name):
     assert isinstance(said, str)
 
 
+def test_an_included_file_of_a_terabyte(tmp_path):
+    study = corner(tmp_path)
+    (tmp_path / "blades.inp").write_text("*INCLUDE, INPUT=part.inc\n")
+    (tmp_path / "part.inc").touch()
+    os.truncate(tmp_path / "part.inc", 10**12)
+    said = in_little_memory(refused, study, r"part\.inc.* has 1e\+03 GB; what is read")
+    assert isinstance(said, str)
+
+
 @pytest.mark.parametrize(
     "name",
     [

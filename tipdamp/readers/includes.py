@@ -1,7 +1,10 @@
 """Files that a mesh file includes: a study that names the one depends on all of them."""
 
 import re
+from functools import lru_cache
 from pathlib import Path
+
+from tipdamp.hbm.memory import available_bytes
 
 ENDS = (".inp", ".bdf", ".nas", ".dat")
 ABAQUS = rb"\*INCLUDE[ \t]*,[^\n]*INPUT[ \t]*=([^\n,]+)"
@@ -21,8 +24,18 @@ def _collect(path: Path, found: dict[Path, None]) -> None:
     if path.suffix.lower() not in ENDS and not found:
         return
     found[path.resolve()] = None
-    for abaqus, nastran in LINE.findall(path.read_bytes()):
-        name = (abaqus or nastran).decode("utf-8", "replace").strip().strip("'\"")
+    there = path.stat()
+    if there.st_size > available_bytes():  # who reads it tells that
+        return
+    for name in _named(path, there.st_mtime_ns, there.st_size):
         file = (path.parent / name).resolve()
         if file.is_file() and file not in found:
             _collect(file, found)
+
+
+@lru_cache(maxsize=1000)
+def _named(path: Path, *_: int) -> tuple[str, ...]:
+    """Names in the INCLUDE lines of a file, which all cases of a sweep may share."""
+    lines = LINE.findall(path.read_bytes())
+    names = ((abaqus or nastran).decode("utf-8", "replace") for abaqus, nastran in lines)
+    return tuple(name.strip().strip("'\"") for name in names)

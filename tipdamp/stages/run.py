@@ -14,7 +14,6 @@ from tipdamp.engine.progress import progress
 from tipdamp.engine.store import Store, fingerprint
 from tipdamp.engine.workers import Workers
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io.file_size import check_size
 from tipdamp.readers.includes import included_files
 from tipdamp.stages.stage import Stage, load_stage
 from tipdamp.study.view import Study, View
@@ -109,7 +108,6 @@ def read_from(name: str, study: Study, mark: Callable[[Any], Any] = fingerprint)
     files = study.inputs(*stage.reads_files) if stage.reads_files else {}
     contents = {key: file for key, file in files.items() if file.is_file()}
     for key, file in list(contents.items()):
-        check_size(file)
         contents |= {f"{key}, {one.name}": one for one in included_files(file)}
     return {
         "the program": program_mark(name in ("inspect", "report")),
