@@ -261,6 +261,13 @@ class _OneLine(logging.Formatter):
         return shown(super().format(record), LONGEST_LINE)
 
 
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"'{text}' is no number above 0")
+    return value
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="tipdamp",
@@ -305,6 +312,13 @@ def _parser() -> argparse.ArgumentParser:
         stage = verb(name, text, run)
         stage.add_argument("--force", action="store_true", help="run even when nothing has changed")
         stage.add_argument("--quiet", action="store_true", help="no progress")
+        if name == "inspect":
+            stage.add_argument(
+                "--pull",
+                type=_positive,
+                metavar="N",
+                help="pull on the damper, for the study that meshes propose: its levels follow",
+            )
         if name == "preload":
             stage.add_argument(
                 "--full",
@@ -528,11 +542,13 @@ def _inspect(arguments) -> int:
     """Of a study; of meshes alone, the study that they propose."""
     paths = [Path(name) for name in arguments.study]
     if len(paths) == 1 and paths[0].suffix.lower() == ".toml":
+        if arguments.pull is not None:
+            raise InputError("--pull is for meshes without a study; this one has its own pull")
         arguments.study = arguments.study[0]
         return _one_stage(arguments)
     from tipdamp.proposal.write import write_proposal
 
-    print(write_proposal(paths))
+    print(write_proposal(paths, arguments.pull, arguments.quiet))
     return 0
 
 

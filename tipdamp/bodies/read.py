@@ -1,7 +1,11 @@
 """The meshes of a study, with every group that the study names."""
 
+import re
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
+
+import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.split import Wanted, cut_named, named_cells, split
@@ -39,6 +43,9 @@ BODY_READS = (
     "respond.direction",
     "respond.patches",
 )
+
+
+NODE = re.compile(r"node (\d{1,18})")  # a node by its number, where a group is wanted
 
 
 class NamedGroup(NamedTuple):
@@ -84,7 +91,7 @@ def _read(study):
             found[DAMPER] = found[BLADES]
             continue
         try:
-            found[body] = read_mesh(study.file(name), study.length_unit)
+            found[body] = _with_nodes(study, read_mesh(study.file(name), study.length_unit))
         except InputError as error:
             raise InputError(f"{study.path}: [{body}] mesh = '{shown(name)}': {error}") from None
     try:
@@ -98,6 +105,14 @@ def _read(study):
         }
     except InputError as error:
         raise InputError(f"{study.path}: {error}") from None
+
+
+def _with_nodes(study: Study, mesh: Mesh) -> Mesh:
+    """With a group of one node for each 'node 4711' that the study names and the mesh holds."""
+    asked = {group.name for group in named_groups(study)} - set(mesh.groups)
+    numbers = {name: int(found[1]) for name in sorted(asked) if (found := NODE.fullmatch(name))}
+    groups = {name: np.array([n]) for name, n in numbers.items() if n in mesh.node}
+    return replace(mesh, groups={**mesh.groups, **groups}) if groups else mesh
 
 
 def named_groups(study: Study) -> Iterator[NamedGroup]:

@@ -4,16 +4,25 @@ refused."""
 import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER
+from tipdamp.checks import only_friction
 from tipdamp.proposal.propose import Proposal
+from tipdamp.proposal.response_text import response_text
+from tipdamp.proposal.trial import SOFTEST, Trial
+from tipdamp.proposal.words import ASK, group_comment, group_names, vector
 from tipdamp.static_contact.bodies.rigid_motions import SETTINGS
 
-ASK = '"?"'
 UNITS = {"m": ("Pa", "kg/m3"), "mm": ("MPa", "t/mm3")}
 STEEL = {"m": ("205e9", "7850"), "mm": ("205e3", "7.85e-9")}
 
 
-def study_text(found: Proposal, folder_of: dict[str, str]) -> str:
-    """folder_of {body: the name of its mesh file as the study has it}."""
+def study_text(
+    found: Proposal,
+    folder_of: dict[str, str],
+    tried: Trial | None = None,
+    pull: float | None = None,
+) -> str:
+    """folder_of {body: the name of its mesh file as the study has it}; tried - what was computed of
+    it; pull - N."""
     (stress, density), E, rho = UNITS[found.length], *STEEL[found.length]
     lines = [
         '# Proposed by tipdamp inspect from the meshes alone. Fill in what is "?", check the '
@@ -34,10 +43,10 @@ def study_text(found: Proposal, folder_of: dict[str, str]) -> str:
     ]
     lines += [
         *_blades(found, folder_of[BLADES]),
-        *_damper(found, folder_of[DAMPER]),
-        *_contact(found),
+        *_damper(found, folder_of[DAMPER], tried, pull),
+        *_contact(found, tried),
     ]
-    return "\n".join([*lines, *_response(found), ""])
+    return "\n".join([*lines, *response_text(found, tried, pull), ""])
 
 
 def _blades(found, file):
@@ -45,13 +54,15 @@ def _blades(found, file):
     return [
         "[blades]",
         f'mesh = "{file}"',
-        f"clamp = {_names(groups)}" + _of(found, BLADES, "nodes that are fixed", not groups),
+        f"clamp = {group_names(groups)}"
+        + group_comment(found, BLADES, "nodes that are fixed", not groups),
         "",
     ]
 
 
-def _damper(found, file):
+def _damper(found, file, tried, pull):
     cells = [f'cells = "{found.cells}"'] if found.cells else []
+    points, known = found.groups["load_points"], ASK if pull is None else f"{pull:g}"
     if found.together and not cells:
         cells = [
             "# the damper is what is connected to its load points; or name its group of cells: "
@@ -61,36 +72,46 @@ def _damper(found, file):
         "[damper]",
         f'mesh = "{file}"',
         *cells,
-        f"axis = {_vector(found.axis)}         # along both contact sides",
-        f"pull = {ASK}                  # N, total pull on the damper",
-        f"pull_direction = {_vector(found.pull)}         # into both sides",
-        "load_points = "
-        + _names(found.groups["load_points"][:1])
-        + _of(found, DAMPER, "nodes that share the pull", not found.groups["load_points"]),
-        *_hold(found),
+        f"axis = {vector(found.axis)}         # along both contact sides",
+        f"pull = {known}                  # N, total pull on the damper",
+        f"pull_direction = {vector(found.pull)}         # into both sides",
+        f"load_points = {group_names(points[:1])}"
+        + group_comment(found, DAMPER, "nodes that share the pull", not points),
+        *_hold(found, tried),
         "",
     ]
 
 
-def _hold(found):
-    """Along the axis, where no side faces it."""
+def _hold(found, tried):
+    """Of the motions that no contact normal faces; before they are computed, the slide along the
+    axis where no side faces it."""
+    if tried is not None:
+        return _unfaced(tried.only_friction)
     if max(abs(side.patch.normal @ found.axis) for side in found.sides) > SETTINGS.facing:
         return []
     axis = np.flatnonzero(found.axis == 1.0)
-    motion = f'"{"xyz"[axis[0]]}"' if len(axis) else _vector(found.axis)
+    return _unfaced(["slide along " + ("xyz"[axis[0]] if len(axis) else _words(found.axis))])
+
+
+def _words(direction):
+    return "(" + vector(direction).strip("[]") + ")"
+
+
+def _unfaced(motions):
+    if not motions:
+        return []
     return [
-        "# nothing but friction holds the damper along its axis; where a curve drifts or finds "
-        "no first",
+        f"# {only_friction.said(motions)}; where a curve drifts or finds no first",
         "# point, hold its mean position, as a stop does (the vibration stays free): take the "
         "mark off",
-        f"# hold = {{ motion = {motion}, mean = true }}",
+        f"# {only_friction.remedy(motions).removeprefix('[damper] ')}",
     ]
 
 
-def _contact(found):
+def _contact(found, tried):
     lines = [
         "[contact]",
-        f"mu = {ASK}                    # friction coefficient",
+        f"mu = {ASK}                    # friction coefficient; 0.6 in [Zucca 2016]",
         "# smooth half-spaces, an upper bound: machined faces are softer, down to a thirteenth "
         "[Zucca 2016];",
         '# surer: "rough_series", kn_per_area and kt_per_area of each side, a measured target_hz',
@@ -110,9 +131,26 @@ def _contact(found):
             f"{patch.spread:.2g} "
             "degrees of their mean",
             _size(found, patch),
+            *(_stiffness(tried.sides[side.name], found.length) if tried else []),
             "",
         ]
     return lines
+
+
+def _stiffness(side, length):
+    """Of smooth half-spaces, and down to what machined faces are, in the units of the study."""
+    per, what, unit = (
+        (side.area, "_per_area", f"N/{length}3")
+        if side.area
+        else (side.pairs, " of each node", f"N/{length}")
+    )
+    factor = 1.0 if length == "m" else 1e-9 if side.area else 1e-3
+    kn, kt = factor * side.kn / per, factor * side.kt / per
+    return [
+        f"# half-spaces of steel: kn{what} = {kn:.2g}, kt{what} = {kt:.2g} {unit}; machined faces",
+        f"# were as soft as {SOFTEST * kn:.2g} and {SOFTEST * kt:.2g}: where nothing is measured, "
+        "run both ends",
+    ]
 
 
 def _size(found, patch):
@@ -138,69 +176,4 @@ def _faces(found, body: str, keys: np.ndarray, group: str) -> str:
     mesh = found.meshes[body]
     place = mesh.position[mesh.index(np.setdiff1d(keys, [-1]))]
     low, high = place.min(axis=0) - found.reach, place.max(axis=0) + found.reach
-    return f"{{ within = {found.reach:.3g}, box = [{_vector(low)}, {_vector(high)}] }}"
-
-
-def _response(found):
-    excitation, patches = found.groups["excitation"], found.groups["patches"]
-    lines = [
-        "[tune]",
-        *_all_kept(found),
-        "",
-        "[respond]",
-        f"excitation = {_names(excitation[:1])}"
-        + _of(found, BLADES, "the node that is excited", not excitation),
-        f"direction = {_vector(np.cross(found.axis, found.pull))}     # of force and response: "
-        "across both",
-        f"patches = {_names(patches[:2])}"
-        + _of(found, BLADES, "two groups of response nodes, blade 1 first", not patches),
-        "# by the pull: a hundredth of it (all stuck), a tenth, a quarter (near the best damping), "
-        "a half",
-        "# [Zucca 2016, figure 3]",
-        'levels = "?"                # N, amplitudes of the excitation, such as [1, 5]',
-        "# from below the lowest free mode, which `tipdamp reduce` prints, to above the stuck one, "
-        "which",
-        "# `tipdamp tune` prints: 0.9 and 1.15 times that",
-        'band = "?"                  # Hz, such as [700, 900]',
-        "damping_ratio = 0.005",
-        'harmonics = "auto"          # as many as the tolerance needs, at every level',
-        "tolerance = 1e-3            # of the vibration, error by the harmonics left out",
-    ]
-    return [
-        "# for the forced response complete these and take the marks off",
-        *(f"# {line}" if line else "#" for line in lines),
-    ]
-
-
-def _all_kept(found):
-    """Stations, where nodes match on every side; points of unlike meshes lie in none."""
-    if all(side.matching for side in found.sides):
-        return ['stations = "all"            # or target_hz, a measured stuck frequency']
-    return [
-        'by = "area"',
-        "kept_share = 1              # of the closed area; or target_hz, a measured stuck "
-        "frequency",
-    ]
-
-
-def _of(found, body, meaning, wanted):
-    names = ", ".join(sorted(found.meshes[body].groups)) or "none in the file"
-    return f"     # {meaning}" + (f"; groups: {names}" if wanted else "")
-
-
-def _names(groups):
-    return (
-        ASK
-        if not groups
-        else _name(groups[0])
-        if len(groups) == 1
-        else f"[{', '.join(map(_name, groups))}]"
-    )
-
-
-def _name(group):
-    return '"' + group.replace("\\", "\\\\").replace('"', '\\"') + '"'
-
-
-def _vector(values):
-    return "[" + ", ".join(f"{v:.6g}" for v in np.asarray(values) + 0.0) + "]"
+    return f"{{ within = {found.reach:.3g}, box = [{vector(low)}, {vector(high)}] }}"

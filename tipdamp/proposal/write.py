@@ -1,15 +1,18 @@
 """The proposed study beside the meshes, and what the command line says of it."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
+from tipdamp.checks import only_friction
 from tipdamp.hbm.errors import InputError
 from tipdamp.proposal.propose import Proposal, propose
 from tipdamp.proposal.study_text import study_text
+from tipdamp.proposal.trial import Trial, trial
 
 
-def write_proposal(paths: list[Path]) -> str:
+def write_proposal(paths: list[Path], pull: float | None = None, quiet: bool = False) -> str:
     """Write <first mesh>.toml beside the first mesh; what was found, line by line. Never overwrites
-    a file."""
+    a file. pull - N, where it is known."""
     if toml := next((p for p in paths if p.suffix.lower() == ".toml"), None):
         raise InputError(f"{toml}: one study at a time, or mesh files alone")
     target = paths[0].with_suffix(".toml")
@@ -22,8 +25,26 @@ def write_proposal(paths: list[Path]) -> str:
         body: path.name if path.parent == target.parent else str(path.resolve())
         for body, path in found.files.items()
     }
-    target.write_text(study_text(found, names), encoding="utf-8")
-    return "\n".join([*_lines(found), f"study to be completed: {target}"])
+    tried, said = None, []
+    try:
+        tried = trial(found, study_text(found, names), target, quiet)
+        said = list(_computed(tried))
+    except InputError as error:
+        said = [f"band and nodes are not computed: {error}"]
+    target.write_text(study_text(found, names, tried, pull), encoding="utf-8")
+    return "\n".join([*_lines(found), *said, f"study to be completed: {target}"])
+
+
+def _computed(tried: Trial) -> Iterator[str]:
+    free, soft, stuck = (
+        ", ".join(f"{hz:.0f}" for hz in values)
+        for values in (tried.free_hz, tried.soft_hz, tried.stuck_hz)
+    )
+    yield f"of steel: free {free} Hz, all contacts stuck {soft} (soft) to {stuck} Hz (half-spaces)"
+    if tried.only_friction:
+        yield only_friction.said(tried.only_friction)
+    if tried.moved:
+        yield f"the blades move most at {tried.moved}: {', '.join(tried.patches)}"
 
 
 def _lines(found: Proposal):

@@ -831,7 +831,8 @@ class Respond(StudySection):
         Texts,
         Key(
             ONE_OR_MORE,
-            "group of one node where the force acts, or several groups, such as one on each blade",
+            "group of one node where the force acts, or several groups, such as one on each blade; "
+            "'node 4711' is a group of that node, here and wherever a group of nodes is named",
         ),
     ] = ("excitation",)
     share_force: Annotated[

@@ -1,0 +1,136 @@
+"""What a proposal computes: band, nodes and stiffness of steel, levels of the pull; what it says
+where it cannot."""
+
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tipdamp import corner_study
+from tests.tipdamp.proposal.test_propose import filled
+from tests.tipdamp.rig_study import read
+from tipdamp.cli import main
+from tipdamp.proposal.trial import SOFTEST, STEEL, Trial
+
+
+def proposed(folder, capsys, *more):
+    """(the study file that meshes in the folder propose, what was said of it)"""
+    names = (str(folder / name) for name in ("damper.inp", "blades.inp"))
+    assert main(["inspect", *names, "--quiet", *more]) == 0
+    return folder / "damper.toml", capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_band_holds_what_the_completed_study_finds(tmp_path, capsys):
+    """Of another steel than the proposal took; the study needs nothing but what a person knows."""
+    corner_study.write(tmp_path)
+    path, said = proposed(tmp_path, capsys, "--pull", "10")
+    assert "nothing but friction holds the damper (slide along y)" in said
+    path.write_text(path.read_text().replace("\npull = 10 ", '\npull = "?"'))
+    study = filled(path, E="197e9", density="7900")
+    for verb in ("inspect", "reduce", "preload", "tune"):
+        assert main([verb, study, "--quiet"]) == 0
+    results = tmp_path / "results" / "damper"
+    low, high = tomllib.loads(path.read_text())["respond"]["band"]
+    stuck = read(results, "tune.json")
+    every = [
+        *read(results, "reduce.json")["free_hz"].values(),
+        stuck["stuck_hz"]["full_area"],
+        *(mode["hz"] for mode in stuck["other_modes"].values()),
+    ]
+    assert low < 0.95 * min(every) and 1.02 * max(every) < high < 2 * max(every)
+
+
+@pytest.mark.slow
+def test_levels_are_shares_of_the_pull(tmp_path, capsys):
+    """And without it they are asked for, with the shares in words."""
+    corner_study.write(tmp_path)
+    path, _ = proposed(tmp_path, capsys, "--pull", "250")
+    study = tomllib.loads(path.read_text())
+    assert study["damper"]["pull"] == 250
+    assert study["respond"]["levels"] == [2.5, 25, 62, 120]
+    path.unlink()
+    path, _ = proposed(tmp_path, capsys)
+    assert "respond" not in tomllib.loads(path.read_text())
+    assert '# levels = "?"' in path.read_text() and "pull times 0.01, 0.1" in path.read_text()
+
+
+@pytest.mark.slow
+def test_nodes_are_where_the_blades_move_most(tmp_path, capsys):
+    """Two cubes, each clamped on one face: the free end opposite to it moves most, by whatever mode
+    is the lowest."""
+    corner_study.write(tmp_path)
+    path, said = proposed(tmp_path, capsys, "--pull", "10")
+    assert "the blades move most at" in said
+    blades = corner_study.blades()
+    names = tomllib.loads(path.read_text())["respond"]["patches"]
+    for name in names:
+        at = blades.position[blades.index([int(name.removeprefix("node "))])][0]
+        clamps = (
+            blades.position[blades.index(blades.groups[g])] for g in ("clamp_one", "clamp_two")
+        )
+        away = [np.linalg.norm(clamp - at, axis=1).min() for clamp in clamps]
+        assert min(away) == pytest.approx(corner_study.A, rel=1e-6)
+    assert len(set(names)) == 2
+
+
+@pytest.mark.slow
+def test_stiffness_has_the_unit_of_the_study(tmp_path, capsys):
+    """The same body in mm has a thousandth of the number; half-spaces are the upper end."""
+    found = {}
+    for factor in (1.0, 1e3):
+        folder = tmp_path / f"{factor:g}"
+        folder.mkdir()
+        bodies = (corner_study.blades(), corner_study.damper())
+        bodies = (replace(b, position=factor * b.position) for b in bodies)
+        corner_study.write(folder, *bodies)
+        line = next(
+            text
+            for text in proposed(folder, capsys)[0].read_text().splitlines()
+            if text.startswith("# half-spaces of steel")
+        )
+        found[factor] = float(line.split("kn of each node = ")[1].split(",")[0])
+        assert line.split(" N/")[1].startswith("m" if factor == 1 else "mm")
+    assert found[1e3] == pytest.approx(1e-3 * found[1.0], rel=0.05)
+
+
+@pytest.mark.slow
+def test_a_node_by_its_number_is_a_group(tmp_path, capsys):
+    corner_study.write(tmp_path)
+    free = corner_study.blades().groups["touch_one"][0]
+    study = tmp_path / "study.toml"
+    wanted = corner_study.TEXT.replace('excitation = "touch_one"', f'excitation = "node {free}"')
+    study.write_text(wanted)
+    assert main(["inspect", str(study), "--quiet"]) == 0
+    study.write_text(wanted.replace(f"node {free}", "node 999999"))
+    assert main(["inspect", str(study), "--quiet"]) == 2
+    assert "node 999999" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_what_cannot_be_computed_is_said(tmp_path, capsys, monkeypatch):
+    """The study is proposed all the same."""
+    corner_study.write(tmp_path)
+    monkeypatch.setattr("tipdamp.proposal.trial.LONGEST", 0.0)
+    path, said = proposed(tmp_path, capsys, "--pull", "10")
+    assert "band and nodes are not computed: it would take about" in said
+    assert '# band = "?"' in path.read_text()
+
+
+def test_a_pull_is_for_meshes(tmp_path, capsys):
+    corner_study.write(tmp_path)
+    (tmp_path / "study.toml").write_text(corner_study.TEXT)
+    assert main(["inspect", str(tmp_path / "study.toml"), "--pull", "5"]) == 2
+    assert "its own pull" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["inspect", str(tmp_path / "blades.inp"), "--pull", "-5"])
+    assert "no number above 0" in capsys.readouterr().err
+
+
+def test_band_by_hand():
+    """A tenth on both sides of all that was found."""
+    values = dict(only_friction=(), excitation=(), patches=(), moved="", sides={})
+    tried = Trial(**values, free_hz=(1600.0, 1700.0), soft_hz=(2700.0,), stuck_hz=(3450.0,))
+    assert tried.band == (1400, 3800)
+    assert 0 < SOFTEST < 1 and STEEL["mm"][0] == pytest.approx(1e-6 * STEEL["m"][0])

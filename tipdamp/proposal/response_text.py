@@ -1,0 +1,103 @@
+"""[tune] and [respond] of a proposed study, with what each value was taken from."""
+
+import numpy as np
+
+from tipdamp.bodies import BLADES
+from tipdamp.proposal.propose import Proposal
+from tipdamp.proposal.trial import LEVELS, STEEL, Trial, levels_of
+from tipdamp.proposal.words import ASK, group_comment, group_names, vector
+
+
+def response_text(found: Proposal, tried: Trial | None, pull: float | None) -> list[str]:
+    """Lines of both sections, behind marks as long as something is missing that a study needs."""
+    lines = [
+        "[tune]",
+        *_all_kept(found),
+        "",
+        "[respond]",
+        *_groups(found, tried),
+        *_levels(pull),
+        *_band(found, tried),
+        "damping_ratio = 0.005       # guessed: 0.005 without damper, 0.022 with it on the rig of "
+        "[Zucca 2016]",
+        'harmonics = "auto"          # as many as the tolerance needs, at every level',
+        "tolerance = 1e-3            # of the vibration, error by the harmonics left out",
+    ]
+    if tried and pull is not None:
+        return lines
+    return [
+        "# for the forced response complete these and take the marks off",
+        *(f"# {line}" if line else "#" for line in lines),
+    ]
+
+
+def _all_kept(found: Proposal) -> list[str]:
+    """Stations, where nodes match on every side; points of unlike meshes lie in none."""
+    if all(side.matching for side in found.sides):
+        return ['stations = "all"            # or target_hz, a measured stuck frequency']
+    return [
+        'by = "area"',
+        "kept_share = 1              # of the closed area; or target_hz, a measured stuck "
+        "frequency",
+    ]
+
+
+def _groups(found: Proposal, tried: Trial | None) -> list[str]:
+    excitation, patches = found.groups["excitation"][:1], found.groups["patches"][:2]
+    direction = (
+        f"direction = {vector(np.cross(found.axis, found.pull))}     # of force and response: "
+        "across both"
+    )
+    if tried is None or not tried.moved:
+        return [
+            f"excitation = {group_names(excitation)}"
+            + group_comment(found, BLADES, "the node that is excited", not excitation),
+            direction,
+            f"patches = {group_names(patches)}"
+            + group_comment(
+                found, BLADES, "two groups of response nodes, blade 1 first", len(patches) < 2
+            ),
+        ]
+    return [
+        "# no groups have such names: of each blade the node that moves most along the direction "
+        "in the two",
+        f"# lowest modes, at {tried.moved}",
+        f"excitation = {group_names(tried.excitation)}",
+        *(["share_force = true"] if excitation else []),
+        direction,
+        f"patches = {group_names(tried.patches)}",
+    ]
+
+
+def _levels(pull: float | None) -> list[str]:
+    shares = ", ".join(f"{share:g}" for share in LEVELS)
+    lines = [
+        f"# the pull times {shares}: Fc/Fe = {', '.join(f'{1 / s:g}' for s in LEVELS)}, from all "
+        "stuck into slip;",
+        "# the range of [Zucca 2016, figure 3], whose dampers are best between 10 and 2",
+    ]
+    if pull is None:
+        return [*lines, f"levels = {ASK}                # N, amplitudes of the excitation"]
+    return [*lines, f"levels = {vector(levels_of(pull))}     # N, amplitudes of the excitation"]
+
+
+def _band(found: Proposal, tried: Trial | None) -> list[str]:
+    if tried is None:
+        return [
+            "# from below the lowest free mode, which `tipdamp reduce` prints, to above the stuck "
+            "one, which",
+            "# `tipdamp tune` prints: 0.9 and 1.1 times that",
+            f"band = {ASK}                  # Hz, such as [700, 900]",
+        ]
+    free, soft, stuck = (_hz(hz) for hz in (tried.free_hz, tried.soft_hz, tried.stuck_hz))
+    return [
+        f"# computed with E = {STEEL[found.length][0]:g}; sqrt(E/density) of steel, titanium and "
+        "nickel alloys differs by 3 %:",
+        f"# without damper {free}; all contacts stuck {stuck} on smooth half-spaces,",
+        f"# {soft} on contacts thirteen times softer: a tenth below and above all of them",
+        f"band = {vector(tried.band)}          # Hz",
+    ]
+
+
+def _hz(values: tuple[float, ...]) -> str:
+    return " and ".join(f"{hz:.0f}" for hz in values) + " Hz"

@@ -1,0 +1,189 @@
+"""A proposal computed with the steel that it may be of, before a person completes it: where blades
+and damper have their modes, how stiff the contacts are, where a blade moves most."""
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from tipdamp.bodies import BLADES
+from tipdamp.checks.forecast import estimate
+from tipdamp.engine.progress import duration
+from tipdamp.engine.store import Store
+from tipdamp.fields import surface
+from tipdamp.fields.visualization import Shapes
+from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.ties import first_largest
+from tipdamp.proposal.propose import Proposal
+from tipdamp.results.static_results import InspectResult, ReduceResult, TuneResult
+from tipdamp.stages.run import run_stage
+from tipdamp.study.study import study_of
+from tipdamp.study.view import Study
+
+STEEL = {"m": (205e9, 0.3, 7850.0), "mm": (205e3, 0.3, 7.85e-9)}
+# of smooth half-spaces: the paper's contacts of machined faces                [Zucca 2016,
+# section 7.1]
+SOFTEST = 1 / 13
+# of the pull: all stuck, beginning slip, the best damping, past it             [Zucca 2016,
+# figure 3]
+LEVELS = (0.01, 0.1, 0.25, 0.5)
+LONGEST = 180.0  # s that a proposal may take
+MODES = 2  # lowest of the blades, in which both take part
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """Of a side on smooth half-spaces: kn, kt - N/m of all its points; pairs - their number; area -
+    m2, 0 for pairs of nodes."""
+
+    kn: float
+    kt: float
+    pairs: int
+    area: float
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What was computed. only_friction - motions of the damper that no contact normal faces;
+    excitation, patches - groups, or nodes by their number, where no group was found; moved - in
+    words where these lie; free_hz, stuck_hz - on smooth half-spaces, soft_hz - on the softest
+    contacts; sides {name: stiffness}."""
+
+    only_friction: tuple[str, ...]
+    excitation: tuple[str, ...]
+    patches: tuple[str, ...]
+    moved: str
+    free_hz: tuple[float, ...]
+    soft_hz: tuple[float, ...]
+    stuck_hz: tuple[float, ...]
+    sides: dict[str, Stiffness]
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Hz: from a tenth below the lowest frequency to a tenth above the highest, rounded."""
+        every = (*self.free_hz, *self.soft_hz, *self.stuck_hz)
+        return _rounded(0.9 * min(every)), _rounded(1.1 * max(every))
+
+
+def trial(found: Proposal, text: str, target: Path, quiet: bool = False) -> Trial:
+    """Of the study text that would stand at target. Raises InputError with the reason where a group
+    is missing, the bodies are too large, or a stage refuses them."""
+    content = tomllib.loads(text)
+    if "?" in (content["damper"]["load_points"], content["blades"]["clamp"]):
+        raise InputError("a group of nodes for clamp or load_points is missing")
+    E, nu, density = STEEL[found.length]
+    content["material"] = {"E": E, "nu": nu, "density": density}
+    content["damper"]["pull"] = 1.0
+    content["contact"]["mu"] = 0.5
+    with TemporaryDirectory() as folder:
+        return _tried(found, content, target, Store(Path(folder)), quiet)
+
+
+def levels_of(pull: float) -> tuple[float, ...]:
+    """Fe in the unit of the pull, to two digits."""
+    return tuple(float(f"{share * pull:.2g}") for share in LEVELS)
+
+
+def _tried(found, content, target, store, quiet) -> Trial:
+    _run(("inspect",), study_of(target, content), store, quiet)
+    inspected = InspectResult.load(store)
+    content["damper"]["hold"] = [
+        {"motion": name.removeprefix("slide along ").removeprefix("roll "), "mean": True}
+        for name in inspected.only_friction
+        if "(" not in name
+    ]
+    study = study_of(target, content)
+    _refuse_long(study, inspected)
+    direction = np.cross(found.axis, found.pull)
+    excitation, patches = found.groups["excitation"][:1], found.groups["patches"][:2]
+    moved = ""
+    if not excitation or len(patches) < 2:
+        _run(("reduce",), study, store, quiet)
+        nodes, moved = _moving_most(found, store, direction)
+        excitation = excitation or nodes[:1]
+        patches = patches if len(patches) == 2 else nodes
+    content["respond"] = {
+        "excitation": excitation,
+        "share_force": True,
+        "patches": patches,
+        "direction": direction.tolist(),
+    }
+    matching = all(side.matching for side in found.sides)
+    content["tune"] = {"stations": "all"} if matching else {"by": "area", "kept_share": 1}
+    soft, stuck = (
+        _stuck_hz(study_of(target, _scaled(content, scale)), store, quiet)
+        for scale in (SOFTEST, 1.0)
+    )
+    reduced = ReduceResult.load(store)
+    return Trial(
+        tuple(inspected.only_friction),
+        tuple(excitation),
+        tuple(patches),
+        moved,
+        tuple(reduced.free_hz.values()) or reduced.free_modes_hz[:MODES],
+        soft,
+        stuck,
+        _stiffnesses(ContactTable.load(store.path("preload.csv"))),
+    )
+
+
+def _run(stages: Sequence[str], study: Study, store: Store, quiet: bool) -> None:
+    for name in stages:
+        run_stage(name, study, store, quiet=quiet)
+
+
+def _refuse_long(study: Study, inspected: InspectResult) -> None:
+    _, costs = estimate(study, inspected)
+    seconds = 2 * sum(cost.seconds for cost in costs.values())
+    if seconds > LONGEST:
+        raise InputError(f"it would take about {duration(seconds)}")
+
+
+def _scaled(content: dict, scale: float) -> dict:
+    return {**content, "contact": {**content["contact"], "scale": scale}}
+
+
+def _stuck_hz(study: Study, store: Store, quiet: bool) -> tuple[float, ...]:
+    _run(("inspect", "reduce", "preload", "tune"), study, store, quiet)
+    tuned = TuneResult.load(store)
+    return tuned.stuck_hz.full_area, *(mode.hz for mode in tuned.other_modes.values())
+
+
+def _moving_most(found: Proposal, store: Store, direction: np.ndarray) -> tuple[list[str], str]:
+    """['node 12', 'node 731'] on either side of the damper, blade 1 first: the largest
+    displacement along the direction in the lowest modes of the blades."""
+    blades = surface.load(store.path("surface.npz"))[BLADES]
+    mine = ReducedModel.load(store.path("model.npz")).body == BLADES
+    shapes = Shapes.load(store.path("free_modes.npz"))
+    lowest = np.flatnonzero(np.char.startswith(shapes.kind, BLADES))[:MODES]
+    moves = [blades.displacement(shapes.q[mine, k]) @ direction for k in lowest]
+    size = np.max(np.abs(moves), axis=0)
+    middle = np.mean([side.patch.box.mean(axis=0) for side in found.sides], axis=0)
+    factor = 1e-3 if found.length == "mm" else 1.0
+    across = (blades.position - factor * middle) @ direction
+    names, places = [], []
+    for side in (across < 0, across > 0):
+        at = np.flatnonzero(side)[first_largest(size[side])]
+        names.append(f"node {blades.node[at]}")
+        places.append("(" + ", ".join(f"{x:.3g}" for x in 1e3 * blades.position[at]) + ") mm")
+    return names, " and ".join(places)
+
+
+def _stiffnesses(pairs: ContactTable) -> dict[str, Stiffness]:
+    found = {}
+    for name in pairs.sides:
+        mine = pairs.select(pairs.side == name)
+        area = float(mine.area.sum()) if mine.on_surface.all() else 0.0
+        found[name] = Stiffness(float(mine.kn.sum()), float(mine.kt.sum()), len(mine), area)
+    return found
+
+
+def _rounded(hz: float) -> float:
+    """To two digits, three from a leading 1."""
+    step = 10.0 ** (np.floor(np.log10(hz)) - 1)
+    return float(round(hz / step) * step)
