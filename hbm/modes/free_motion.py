@@ -298,6 +298,9 @@ class ModeLinearisation:
         sizes = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
         wide = np.maximum(np.abs(matrix / sizes[:, None]).max(axis=0), 1e-300)
         scaled = matrix / sizes[:, None] / wide
+        way = np.sign(np.linalg.det(scaled))
+        if not way:  # under full slip no frequency is determined
+            return np.full_like(R, np.nan), np.nan, 0.0
         d = np.linalg.solve(scaled, right / sizes) / wide
         dx = np.r_[y + columns @ d, d[:2]]
-        return dx, float(d[2]), sign * np.sign(np.linalg.det(scaled))
+        return dx, float(d[2]), sign * way

@@ -82,6 +82,10 @@ class Backbone(ArrayRecord):
             raise InputError(f"output '{name}' is not in this backbone; {nearest(name, names)}")
         return amplitude(self.harmonics[:, names.index(name)], kind, [1])
 
+    def largest(self) -> np.ndarray:
+        """(n,) m, half of peak to peak, of the output that moves most at each place."""
+        return np.max([self.amplitudes(name) for name in self.output_names.tolist()], axis=0)
+
     def plot(self, name: str | None = None, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
         """Draw half of peak to peak of an output over the frequency of the mode, as it stands among
         the curves of a forced response.

@@ -42,6 +42,9 @@ damping_ratio = 0.01         # of the modes with every contact stuck
 direction = [0, 1, 0]        # of the force and of the response
 harmonics = 5                # or "auto": as many as the tolerance needs
 tolerance = 0.05             # accepted error by harmonics, beyond which a warning comes
+
+[backbone]                   # the mode itself: frequency and damping ratio over its amplitude
+harmonics = 3
 """
 
 

@@ -7,6 +7,7 @@ from tipdamp.report.page import Block, Section
 from tipdamp.report.results import Results
 from tipdamp.report.subjects import (
     assumptions,
+    backbone,
     bodies,
     friction,
     held,
@@ -63,6 +64,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
             peaks.safety,
         ),
     ),
+    ("backbone", "Nonlinear mode", (backbone.figure, backbone.table)),
     (
         "contacts",
         "Inside the contacts",

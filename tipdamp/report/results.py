@@ -15,12 +15,14 @@ from tipdamp.fields.visualization import Shapes
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.measured.frf import load_band
 from tipdamp.results.loops import Loops, load_loops
 from tipdamp.results.record import Result
 from tipdamp.results.response_results import (
     AgreementResult,
+    BackboneResult,
     CurveResult,
     CyclesResult,
     FitResult,
@@ -119,7 +121,7 @@ class Results:
     whole, kept - contact tables of the whole patch and after `tune`; loads {case: table of the
     whole patch} loops {file of cycles.json: one period of the contacts}; bands {name: measured
     curve}
-    cases - the curves, family by family; stuck - their linear limit
+    mode - the backbone; cases - the curves, family by family; stuck - their linear limit
     said {stage: its warnings} of the stages that the study asks for; seconds {stage: s} of those
     that have run model - the reduced one; surfaces {body: Surface}, empty without meshes; shapes -
     modes, stuck ones first"""
@@ -135,6 +137,8 @@ class Results:
     cycles: CyclesResult | None = None
     stress: StressResult | None = None
     fit: FitResult | None = None
+    backbone: BackboneResult | None = None
+    mode: Backbone | None = None
     full: FullResult | None = None
     loops: dict[str, Loops] = field(default_factory=dict)
     bands: dict[str, MeasuredBand] = field(default_factory=dict)
@@ -240,6 +244,8 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
         cycles,
         stress=read("stress", StressResult),
         fit=read("fit", FitResult),
+        backbone=read("backbone", BackboneResult),
+        mode=_mode(store) if "backbone" in said else None,
         full=_full(store),
         loops={
             one.file: load_loops(store.path(one.file)) for one in (cycles.curves if cycles else ())
@@ -271,6 +277,11 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
 def _back(store, facts: CurveResult) -> ForcedResponse | None:
     file = store.path(CurveCase(facts.Fe_N, facts.H, (1.0, 0.0)).file)  # downwards
     return ForcedResponse.load(file) if facts.back is not None and file.is_file() else None
+
+
+def _mode(store) -> Backbone | None:
+    file = store.path("backbone.npz")
+    return Backbone.load(file) if file.is_file() else None
 
 
 def _full(store) -> FullResult | None:

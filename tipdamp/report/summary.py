@@ -98,6 +98,8 @@ def summarise(results: Results) -> dict:
     if results.respond is not None:
         summary["tolerance"] = results.study.respond.tolerance
         summary["responses"] = [_response(case.facts) for case in results.cases]
+    if results.backbone is not None:
+        summary["backbone"] = results.backbone.model_dump(exclude={"warnings"})
     if results.stress is not None:
         summary["stress"] = [one.model_dump() for one in results.stress.curves]
     return {

@@ -18,6 +18,7 @@ STAGES = {
     ),
     "agreement": "sets the computed curves beside the measured ones",
     "fit": "damping fitted to the measured curves with the contacts in the model, where [fit] asks",
+    "backbone": "a nonlinear mode over its amplitude, where [backbone] asks for it",
     "report": "the HTML page, the figures and summary.json",
 }
 # not part of a run

@@ -375,6 +375,43 @@ class FitResult(Result):
     iterations: int
 
 
+class PredictedPeak(Record):
+    """Largest peak of a computed curve on the patch, and what the backbone predicts for its level,
+    None where it does not; said - why, or why the two are not to be compared."""
+
+    Fe_N: float
+    peak_hz: Number
+    peak_m: Number
+    predicted_hz: Number = None
+    predicted_m: Number = None
+    said: str = ""
+
+
+class BackboneResult(Result):
+    """backbone.json. mode - number of the stuck mode; output - whose amplitude at the frequency of
+    the mode runs from first_m to last_m, as far as it is reached; low_hz, high_hz - of the mode;
+    zeta - the largest damping ratio, at zeta_at_m; ended, complete - see Backbone."""
+
+    file: ClassVar[str] = "backbone.json"
+    mode: int
+    stuck_hz: float
+    stuck_zeta: float
+    response: str
+    output: str
+    H: int
+    first_m: float
+    last_m: float
+    reached_m: float
+    low_hz: float
+    high_hz: float
+    zeta: float
+    zeta_at_m: float
+    points: int
+    complete: bool
+    ended: str
+    peaks: tuple[PredictedPeak, ...]
+
+
 class AgreementResult(Result):
     """agreement.json. zeta - damping ratio of the tracked stuck mode in the computation."""
 

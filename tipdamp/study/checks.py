@@ -3,6 +3,7 @@ in the file."""
 
 from collections import Counter
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -107,6 +108,8 @@ def check_study(study: Study) -> None:
         check_respond(f"{path}: [respond]", study.respond)
         if study.preload.friction and not study.respond.law.file:  # which is not run for that
             check_sliders(f"{path}: [respond]", study.respond, study.respond.law.make())
+    if "backbone" in study:
+        check_backbone(f"{path}: [backbone]", study)
     for name, side in study.sides.items():
         check_side(f"{path}: [contact.{name}]", side, contact)
     check_loads(study)
@@ -281,6 +284,23 @@ def check_sliders(where: str, respond: Respond, law: "ContactLaw") -> None:
             f"{where} law = '{respond.law}': has no sliders, and with [preload] friction = true "
             "the response starts from friction forces; laws with sliders: "
             f"{', '.join(laws_with_sliders())}"
+        )
+
+
+def check_backbone(where: str, study: Study) -> None:
+    """Curves that it stands beside, one way to name the mode, a range of amplitudes."""
+    asked = study.backbone
+    if "respond" not in study or not study.respond.levels:
+        raise InputError(f"{where} stands beside forced peaks: needs [respond] with levels")
+    if asked.mode is not None and asked.near_hz is not None:
+        raise InputError(f"{where} mode and near_hz exclude each other: state one of them")
+    a = asked.amplitudes
+    if len(a) == 1 or any(one >= other for one, other in pairwise(a)):
+        raise InputError(f"{where} amplitudes: must be two or more, [first, last], ascending")
+    patches = study.respond.patches
+    if asked.response and asked.response not in patches:
+        raise InputError(
+            f"{where} response = '{shown(asked.response)}': {nearest(asked.response, patches)}"
         )
 
 

@@ -1144,6 +1144,57 @@ class Fit(StudySection):
     ] = None
 
 
+class BackboneSection(StudySection):
+    """[backbone]: a nonlinear mode of the kept pairs over its amplitude, beside forced peaks."""
+
+    mode: Annotated[
+        int | None,
+        Key(
+            COUNT,
+            "number of the mode with every kept pair stuck, 1 the lowest; default: the tracked one "
+            "of [tune]",
+            low=1,
+            high=100000,
+        ),
+    ] = None
+    near_hz: Annotated[
+        float | None,
+        Key(
+            NUMBER,
+            "instead of a number: the mode whose stuck frequency is nearest to this one",
+            low=0,
+            open_low=True,
+        ),
+    ] = None
+    amplitudes: Annotated[
+        Numbers,
+        Key(
+            NUMBERS,
+            "first and last amplitude, and any between them that are to be solved, of the node of "
+            "`response` that moves most in the stuck mode, in its part at the frequency of the "
+            "mode; default: from a tenth of the smallest peak of the curves to 1.1 times the "
+            "largest",
+            "length",
+            low=0,
+            open_low=True,
+        ),
+    ] = ()
+    response: Annotated[
+        str,
+        Key(TEXT, "group of [respond] patches whose motion is shown; default: the first group"),
+    ] = ""
+    harmonics: Annotated[
+        int | None,
+        Key(
+            COUNT,
+            "H, highest order kept; default: the largest that [respond] names, 5 where it names "
+            "none",
+            low=1,
+            high=99,
+        ),
+    ] = None
+
+
 class Sweep(StudySection):
     """[sweep]: the cases of `tipdamp sweep`, the product of all lists with the rows of a table or
     the samples."""
@@ -1203,6 +1254,7 @@ SECTIONS: dict[str, type[StudySection]] = {
     "free": Free,
     "respond": Respond,
     "fit": Fit,
+    "backbone": BackboneSection,
     "sweep": Sweep,
     "compare": CompareSection,
 }

@@ -38,6 +38,7 @@ class Study:
     free: schema.Free
     respond: schema.Respond
     fit: schema.Fit
+    backbone: schema.BackboneSection
     sweep: schema.Sweep
     compare: schema.CompareSection
     sides: dict[str, schema.SideSection]

@@ -38,6 +38,11 @@ def test_the_first_study_runs(tmp_path):
     # the blades are coupled by their fixture, so that modes are in and out of phase
     reduced = json.loads((results / "reduce.json").read_text())
     assert set(reduced["free_hz"]) == {"out_of_phase", "in_phase"} and not reduced["warnings"]
+    # of the mode alone, with a tenth of damping: neighbours count at the largest level
+    backbone = json.loads((results / "backbone.json").read_text())
+    assert backbone["complete"] and backbone["zeta"] > 0.05
+    for peak in backbone["peaks"]:
+        assert peak["predicted_m"] == pytest.approx(peak["peak_m"], rel=0.02)
 
 
 def test_a_key_is_explained_where_it_stands(capsys):

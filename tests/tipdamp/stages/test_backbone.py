@@ -1,0 +1,104 @@
+"""[backbone] in a study: the mode beside its forced peaks, in files, report and summary."""
+
+import csv
+import re
+
+import numpy as np
+import pytest
+
+from tests.tipdamp.rig_study import CHAIN, CHAIN_OF_STAGES, read
+from tipdamp.cli import main
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.modes.result import Backbone
+from tipdamp.study.study import load_study
+
+SLIPS = CHAIN.replace("levels = [5]", "levels = [5, 30]").replace("[1]\nband", "[3]\nband")
+
+
+def run(study, *verbs):
+    return [main([verb, str(study), "--quiet"]) for verb in verbs]
+
+
+@pytest.fixture
+def results(matrices_study):
+    """(run(section) -> exit code of `backbone`, results folder) of the study with forced peaks."""
+    matrices_study.write_text(SLIPS)
+    assert run(matrices_study, *CHAIN_OF_STAGES) == [0] * 4
+
+    def with_section(section):
+        matrices_study.write_text(SLIPS + section)
+        return run(matrices_study, "backbone")[0]
+
+    return with_section, matrices_study.parent / "results" / "study"
+
+
+def test_the_mode_begins_stuck_and_predicts_the_peaks(results, matrices_study):
+    """Where nothing slips its frequency and damping are those of the stuck mode; the force at phase
+    resonance is that of the forced peaks."""
+    with_section, folder = results
+    assert with_section("[backbone]\nnear_hz = 1071\n") == 0
+    found = read(folder, "backbone.json")
+    mode = Backbone.load(folder / "backbone.npz")
+    stuck = read(folder, "tune.json")["stuck_modes_hz"]["tuned"][found["mode"] - 1]
+    assert mode.frequency[0] == pytest.approx(stuck, rel=1e-6)
+    assert mode.damping_ratio[0] == pytest.approx(0.01, rel=1e-6)
+    assert found["complete"] and found["zeta"] > 0.0101
+    low, high = found["peaks"]
+    assert low["predicted_m"] == pytest.approx(low["peak_m"], rel=0.01)
+    assert high["predicted_m"] == pytest.approx(high["peak_m"], rel=0.02)
+    with (folder / "backbone.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    np.testing.assert_array_equal([float(row["frequency_hz"]) for row in rows], mode.frequency)
+    assert run(matrices_study, "inspect", "cycles", "report") == [0] * 3
+    page = (folder / "report.html").read_text()
+    assert "Peaks that the backbone predicts" in page
+    assert (folder / "figures" / "backbone.png").is_file()
+    summary = read(folder, "summary.json")
+    assert summary["backbone"]["mode"] == found["mode"]
+    assert summary["backbone"]["peaks"] == found["peaks"]
+
+
+def test_a_mode_is_named_by_its_number_or_its_frequency(results):
+    with_section, folder = results
+    assert with_section("[backbone]\n") == 0
+    own = read(folder, "backbone.json")
+    assert with_section(f"[backbone]\nmode = {own['mode']}\n") == 0
+    assert read(folder, "backbone.json") == own
+    assert with_section(f"[backbone]\nnear_hz = {own['stuck_hz'] + 3}\nharmonics = 1\n") == 0
+    near = read(folder, "backbone.json")
+    assert (near["mode"], near["H"], own["H"]) == (own["mode"], 1, 3)
+
+
+@pytest.mark.parametrize(
+    "section, said",
+    [
+        ("mode = 0", "[backbone] mode = 0: must lie between"),
+        ("mode = 1\nnear_hz = 9", "mode and near_hz exclude each other"),
+        ("amplitudes = [1e-6]", "[backbone] amplitudes: must be two or more"),
+        ("amplitudes = [1e-5, 1e-6]", "ascending"),
+        ("response = 'patch_3'", "[backbone] response = 'patch_3': did you mean"),
+    ],
+)
+def test_bad_input_is_told_at_the_entrance(matrices_study, section, said):
+    matrices_study.write_text(f"{SLIPS}[backbone]\n{section}\n")
+    with pytest.raises(InputError, match=re.escape(said)):
+        load_study(matrices_study)
+
+
+def test_what_is_not_there_is_one_line(results, capsys):
+    """A mode beyond the last, and amplitudes at which all slips: no motion exists."""
+    with_section, _ = results
+    for section, said in (
+        ("mode = 99", "[backbone] mode = 99: there are 27 with every kept pair stuck"),
+        ("amplitudes = [1.0, 2.0]", "[backbone] amplitudes begin at 1 m: no free motion"),
+    ):
+        capsys.readouterr()
+        assert with_section(f"[backbone]\n{section}\n") == 2
+        error = capsys.readouterr().err.strip().splitlines()
+        assert len(error) == 1 and said in error[0], error
+
+
+def test_needs_forced_peaks(matrices_study, capsys):
+    matrices_study.write_text(CHAIN.partition("[respond]")[0] + "[backbone]\n")
+    assert run(matrices_study, "backbone") == [2]
+    assert "[backbone] stands beside forced peaks" in capsys.readouterr().err

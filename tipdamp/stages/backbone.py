@@ -1,0 +1,207 @@
+"""Stage backbone: a nonlinear mode of the kept pairs over its amplitude, and the peaks that it
+predicts for the levels of the study."""
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from tipdamp.engine.curves import Curves
+from tipdamp.engine.progress import Tick
+from tipdamp.engine.store import Store
+from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.modes.backbone import UNSEEN
+from tipdamp.hbm.modes.backbone import backbone as nonlinear_mode
+from tipdamp.hbm.modes.result import Backbone
+from tipdamp.hbm.modes.stuck_modes import StuckModalSystem, stuck_modes
+from tipdamp.hbm.modes.synthesis import synthesis
+from tipdamp.results.response_results import (
+    BackboneResult,
+    Peak,
+    PredictedPeak,
+    RespondResult,
+    families,
+)
+from tipdamp.results.static_results import TuneResult
+from tipdamp.stages.respond import LIMITS, READS, assembled
+from tipdamp.stages.stage import Stage
+from tipdamp.statics.model_inputs import in_patch
+from tipdamp.study.schema import named_orders
+from tipdamp.study.view import Study
+
+MOST_POINTS = 1000  # of a branch that folds again and again
+HARMONICS = 5  # where the study leaves their number to be found
+AROUND = 0.1, 1.1  # of the smallest and of the largest peak: range of amplitudes
+
+
+# as in `respond`: sums are split by threads, and differ in the last bit
+@threadpool_limits.wrap(limits=1, user_api="blas")
+def backbone(study: Study, store: Store, tick: Tick) -> list[str]:
+    """The mode that [backbone] asks for, with the kept pairs in the model."""
+    curves, patch = assembled(study, store, responded=True).curves, shown_patch(study)
+    asked, finest = study.backbone, families(RespondResult.load(store).responses)[-1]
+    peaks = {one.Fe_N: one.patches[patch] for one in finest}
+    modes = stuck_modes(curves.problem)
+    number = _number(study, store, modes)
+    rows = _outputs(curves, patch, number, modes.shapes[:, number - 1])
+    amplitudes = asked.amplitudes or _range(list(peaks.values()))
+    way = np.log(amplitudes[-1] / amplitudes[0])
+
+    def progress(amplitude: float, step: float, calls: int) -> None:
+        tick(float(np.log(amplitude / amplitudes[0]) / way), f"{amplitude:.3g} m  {calls} calls")
+
+    try:
+        found = nonlinear_mode(
+            curves.problem,
+            number,
+            amplitudes,
+            outputs=rows,
+            harmonics=asked.harmonics
+            or max(named_orders(study.respond.harmonics), default=HARMONICS),
+            samples=curves.samples,
+            settings=Settings(max_points=MOST_POINTS),
+            progress=progress,
+        )
+    except InputError as error:
+        raise InputError(f"[backbone] {error}") from None
+    with store.writing("backbone.npz") as path:
+        found.save(path)
+    with store.writing("backbone.csv") as path:
+        write_csv(found, path)
+    predicted = [
+        _predicted(found, curves.problem, curves.force, level, peak)
+        for level, peak in peaks.items()
+    ]
+    _result(found, patch, amplitudes, predicted).save(store)
+    return []
+
+
+def shown_patch(study: Study) -> str:
+    """Group of response nodes whose motion is shown."""
+    return study.backbone.response or study.respond.patches[0]
+
+
+def _number(study: Study, store: Store, modes: StuckModalSystem) -> int:
+    asked, hz = study.backbone, modes.frequencies / (2 * np.pi)
+    if asked.mode is None:
+        near = asked.near_hz or TuneResult.load(store).stuck_hz.tuned
+        return 1 + int(np.abs(hz - near).argmin())
+    if asked.mode > len(hz):
+        raise InputError(
+            f"[backbone] mode = {asked.mode}: there are {len(hz)} with every kept pair stuck, from "
+            f"{hz[0]:.1f} to {hz[-1]:.1f} Hz"
+        )
+    return asked.mode
+
+
+def _outputs(curves: Curves, patch: str, number: int, shape: np.ndarray) -> dict[str, np.ndarray]:
+    """Those of a patch; the one that moves most in the stuck mode is the first."""
+    mine = [n for n, here in zip(curves.rows, in_patch(curves.rows, patch), strict=True) if here]
+    motion = {name: abs(float(curves.rows[name] @ shape)) for name in mine}
+    if max(motion.values()) <= UNSEEN * np.abs(shape).max():
+        raise InputError(
+            f"[backbone] response: '{patch}' does not move along [respond] direction in mode "
+            f"{number}; name another group, or another mode"
+        )
+    return {name: curves.rows[name] for name in sorted(mine, key=lambda name: -motion[name])}
+
+
+def _range(peaks: Sequence[Peak]) -> tuple[float, float]:
+    """m, first and last amplitude about the peaks."""
+    known = [one.peak_m for one in peaks if one.peak_m]
+    if not known:
+        raise InputError("[backbone] amplitudes is missing: no curve has a peak to take it from")
+    return AROUND[0] * min(known), AROUND[1] * max(known)
+
+
+def _predicted(
+    found: Backbone, problem: ContactProblem, force: np.ndarray, level: float, peak: Peak
+) -> PredictedPeak:
+    """The peak of a level by the mode alone, beside that of its curve."""
+    computed = PredictedPeak(Fe_N=level, peak_hz=peak.peak_hz, peak_m=peak.peak_m)
+    try:
+        made = synthesis(found, problem, force, level)
+    except InputError as error:
+        return computed.model_copy(update={"said": str(error)})
+    tops = [made.peak(name) for name in found.output_names.tolist()]
+    hz, height = max(tops, key=lambda top: top[1])
+    if not made.peak_reached:
+        return computed.model_copy(update={"said": "the backbone does not reach its amplitude"})
+    low, high = (1 - LIMITS.near) * found.frequency.min(), (1 + LIMITS.near) * found.frequency.max()
+    of_mode = peak.peak_hz is None or low <= peak.peak_hz <= high
+    said = made.said if of_mode else "the largest peak is that of another mode"
+    return computed.model_copy(update={"predicted_hz": hz, "predicted_m": height, "said": said})
+
+
+def _result(
+    found: Backbone, patch: str, amplitudes: Sequence[float], peaks: Sequence[PredictedPeak]
+) -> BackboneResult:
+    most = int(found.damping_ratio.argmax())
+    return BackboneResult(
+        mode=found.mode,
+        stuck_hz=found.stuck_frequency,
+        stuck_zeta=found.stuck_damping_ratio,
+        response=patch,
+        output=str(found.output_names[0]),
+        H=found.H,
+        first_m=amplitudes[0],
+        last_m=amplitudes[-1],
+        reached_m=found.amplitude.max(),
+        low_hz=found.frequency.min(),
+        high_hz=found.frequency.max(),
+        zeta=found.damping_ratio[most],
+        zeta_at_m=found.amplitude[most],
+        points=len(found.amplitude),
+        complete=found.complete,
+        ended=found.ended,
+        peaks=tuple(peaks),
+    )
+
+
+def write_csv(found: Backbone, path: Path) -> None:
+    """A row for each place: the amplitude of the first output at the frequency of the mode, half of
+    peak-to-peak of the patch, frequency, damping ratio, and what the contacts do."""
+    columns = {
+        "amplitude_m": found.amplitude,
+        "largest_m": found.largest(),
+        "frequency_hz": found.frequency,
+        "damping_ratio": found.damping_ratio,
+        "slipping_or_open": (found.share_slip + found.share_open).mean(axis=1),
+    }
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(columns)
+        table.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+
+
+def line(store: Store) -> str:
+    """The mode, and between what it moves."""
+    found = BackboneResult.load(store)
+    return (
+        f"mode {found.mode}: {found.high_hz:.1f} to {found.low_hz:.1f} Hz, damping up to "
+        f"{100 * found.zeta:.3g} %, {found.points} points"
+    )
+
+
+def warnings(_: Study, store: Store) -> list[str]:
+    """Where the mode ends before the last amplitude, or turns back on the way."""
+    found = BackboneResult.load(store)
+    mode = f"the backbone of mode {found.mode}"
+    if not found.complete:
+        return [f"{mode} reaches {found.reached_m:.4g} m of {found.last_m:.4g} m: {found.ended}"]
+    return [f"{mode} {found.ended}"] if ";" in found.ended else []
+
+
+STAGE = Stage(
+    backbone,
+    line,
+    warnings=warnings,
+    outputs=("backbone.json", "backbone.npz", "backbone.csv"),
+    needs=("reduce", "tune", "respond"),
+    requires=("backbone", "tune", "respond", "respond.levels"),
+    reads=("backbone", *READS),
+)
