@@ -54,13 +54,12 @@ class Modes:
 
 
 class Factor:
-    """Cholesky factor of a symmetric positive definite sparse matrix K (d, d); solver - one that is
-    known already."""
+    """Cholesky factor of a symmetric positive definite sparse matrix K (d, d)."""
 
-    def __init__(self, K: sp.csr_matrix, settings: EigenSettings = SETTINGS, solver: Any = None):
+    def __init__(self, K: sp.csr_matrix, settings: EigenSettings = SETTINGS):
         self.K, self.settings = sp.csr_matrix(K), settings
         # all nodes may be masters: a matrix of no rows has nothing to factorise
-        self._solver: Any = (solver or sparse_factor(self.K)) if self.K.shape[0] else None
+        self._solver: Any = sparse_factor(self.K) if self.K.shape[0] else None
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """K^-1 right for (d,) or (d, m). Raises SingularStiffness when a residual exceeds 1e-8 of
@@ -76,23 +75,6 @@ class Factor:
             x[:, part] = self._solver.solve(columns[:, part])
             self._check(columns[:, part], x[:, part])
         return x[:, 0] if right.ndim == 1 else x
-
-    def changed(self, rows: sp.csr_matrix, solved: np.ndarray, k: np.ndarray) -> "Factor":
-        """The factor of K + rows' diag(k) rows by this one [Sherman, Morrison, Woodbury].
-
-        rows (n, d) with solved = K^-1 rows' (d, n), made once for many k (n,) N/m, which may be
-        negative.
-        """
-        on = np.flatnonzero(k)
-        return (
-            self
-            if not len(on)
-            else Factor(
-                self.K + rows[on].T @ sp.diags(k[on]) @ rows[on],
-                self.settings,
-                _Changed(self._solver, rows[on], solved[:, on], k[on]),
-            )
-        )
 
     def _check(self, right, x):
         """Residual of every column within the limit.
@@ -259,18 +241,6 @@ class Factor:
                 f"{self.settings.mode_residual:g}"
             )
         return Modes(np.sqrt(lam), phi, float(np.sqrt(free)))
-
-
-class _Changed:
-    """Solves with K + rows' diag(k) rows on a solver of K."""
-
-    def __init__(self, solver, rows, solved, k):
-        self.solver, self.rows, self.solved = solver, rows, solved
-        self.inner = sl.lu_factor(np.diag(1 / k) + rows @ solved)
-
-    def solve(self, right: np.ndarray) -> np.ndarray:
-        x = self.solver.solve(right)
-        return x - self.solved @ sl.lu_solve(self.inner, self.rows @ x)
 
 
 def _refuse_negative(lam):

@@ -63,10 +63,7 @@ def elastic_body(
     not hold.
     """
     check_memory((len(mesh.node), 0, mesh.source))
-    clamps = [clamp] if isinstance(clamp, str) else list(clamp or ())
-    fixed = np.zeros(len(mesh.node), dtype=bool)
-    for group in clamps:
-        fixed[mesh.index(mesh.group(group))] = True
+    fixed = fixed_nodes(mesh, clamp)
     K: Any = None
     M: Any = None
     for kind, cells, of in blocks(mesh, material, other_materials or {}):
@@ -90,6 +87,14 @@ def elastic_body(
             "cells": ", ".join(f"{len(c)} {k}" for k, c in mesh.cells.items()),
         },
     )
+
+
+def fixed_nodes(mesh: Mesh, clamp: str | Sequence[str] | None) -> np.ndarray:
+    """(n,) bool: nodes of the groups `clamp`, a name or several."""
+    fixed = np.zeros(len(mesh.node), dtype=bool)
+    for group in [clamp] if isinstance(clamp, str) else list(clamp or ()):
+        fixed[mesh.index(mesh.group(group))] = True
+    return fixed
 
 
 def blocks(

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.newton import Linearisation
@@ -326,7 +326,7 @@ class _Residuals:
             raise self._untold(np.abs(ways[-1]) > 0.1, "are not told apart by the measured curves")
         free = len(r) - len(size)
         each = np.sqrt((ways.T**2 / values**2).sum(axis=1)) / size
-        half = student.ppf(0.5 + CONFIDENCE / 2, free) * np.linalg.norm(r) / np.sqrt(free) * each
+        half = stdtrit(free, 0.5 + CONFIDENCE / 2) * np.linalg.norm(r) / np.sqrt(free) * each
         if (half > VAGUE).any():
             raise self._untold(half > VAGUE, "is told to no better than a factor of ten")
         return half

@@ -6,8 +6,6 @@ both.
 """
 
 import logging
-import signal
-from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -58,15 +56,14 @@ class CellBlock:
 
         petsc.start()
         import ufl
-
-        with _interruptible():
-            from dolfinx.io.gmshio import cell_perm_array
+        from dolfinx import cpp
         from dolfinx.mesh import CellType, create_mesh
         from mpi4py import MPI
 
         shape, degree, _ = CELLS[kind]
         used = np.unique(cells)
-        order = cell_perm_array(CellType.__members__[shape], cells.shape[1])
+        # as cell_perm_array of dolfinx.io.gmshio, which loads gmsh
+        order = np.array(cpp.io.perm_gmsh(CellType.__members__[shape], cells.shape[1]))
         local = np.searchsorted(used, cells)[:, order].astype(np.int64)
         with _quiet_compiler():
             grid = create_mesh(
@@ -132,14 +129,20 @@ def _symmetric(A, place, size):
     """(A + A') / 2 with the node i put at place[i] of `size`: numbers (or blocks of 3 x 3),
     columns, row pointer.
 
-    The numbers are moved once, each block as one: what is sorted and turned over is the pattern.
+    The numbers are moved once, each block as one: what is put in order is the pattern, which is
+    symmetric, by turning it over twice.
     """
-    row = np.repeat(place, np.diff(A.indptr))
-    column = place[A.indices]
-    entry = np.arange(len(A.indices))
-    here = sp.csr_matrix((entry, (row, column)), (size, size))
-    # the pattern is symmetric: the same again
-    there = sp.csr_matrix((entry, (column, row)), (size, size))
+    count = np.zeros(size + 1, dtype=A.indptr.dtype)
+    count[place + 1] = np.diff(A.indptr)
+    row_of = np.full(size, -1)
+    row_of[place] = np.arange(len(place))
+    moved = sp.csr_matrix(
+        (np.arange(len(A.indices)), place[A.indices], A.indptr), (len(place), size)
+    )
+    moved = moved[row_of[row_of >= 0]]
+    moved = sp.csr_matrix((moved.data, moved.indices, np.cumsum(count)), (size, size))
+    there = moved.T.tocsr()
+    here = there.T.tocsr()
     data = A.data[here.data]
     data += np.moveaxis(A.data[there.data], -1, -2) if data.ndim == 3 else A.data[there.data]
     data /= 2
@@ -155,16 +158,6 @@ def _in_each_direction(data, indices, indptr):
     return sp.csr_matrix(
         (tripled.data, 3 * tripled.indices + direction, tripled.indptr), (3 * n, 3 * n)
     )
-
-
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """The import of gmsh has Ctrl-C end the process at once."""
-    before = signal.getsignal(signal.SIGINT)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 @contextmanager

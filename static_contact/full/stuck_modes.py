@@ -13,6 +13,7 @@ from tipdamp.modal.eigen import Factor
 from tipdamp.modal.solvers import petsc
 from tipdamp.modal.solvers.inertia import mumps_inertia
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
+from tipdamp.static_contact.full.common_space import lowest_of_sets
 from tipdamp.static_contact.full.ranks import own_rows
 from tipdamp.static_contact.tuning.roll_springs import RollSpring
 from tipdamp.static_contact.tuning.stuck_assembly import stuck_springs
@@ -26,7 +27,7 @@ class StuckModeSettings:
     trials: int = 4  # bases tried where the inertia counts more modes than were found
     # of the stiffness force of a mode, and of the load of the solve that backs a count
     residual: float = 1e-6
-    few: int = 600  # springs in which two sets may differ to share a factor: a dense column each
+    bound: float = 1e-6  # of an upper bound of omega, which has its own rounding
 
 
 SETTINGS = StuckModeSettings()
@@ -35,11 +36,13 @@ SETTINGS = StuckModeSettings()
 @dataclass(frozen=True)
 class StuckSet:
     """A set of pairs (the rows of one table, with weights of its own) with its roll springs; hz
-    (m,): its lowest frequencies by a reduction of the same bodies."""
+    (m,), motion (3P, m): its lowest frequencies by a reduction of the same bodies, and the relative
+    motion t1, t2, n of the pairs in these modes."""
 
     pairs: ContactTable
     springs: Sequence[RollSpring]
     hz: np.ndarray
+    motion: np.ndarray
 
 
 def full_stuck_hz(
@@ -62,42 +65,39 @@ def full_stuck_hz(
     return omega / (2 * np.pi)
 
 
-def full_stuck_sets(
-    bodies: list[Body], sets: Sequence[StuckSet], settings: StuckModeSettings = SETTINGS
-) -> list[np.ndarray]:
-    """(m,) Hz of each set as from `full_stuck_hz`, on the factor of the first one where they differ
-    from it by a change of low rank."""
+def full_stuck_sets(bodies: list[Body], sets: Sequence[StuckSet]) -> list[np.ndarray]:
+    """(m,) Hz of each set as from `full_stuck_hz`, in one space on one factor; by a factor of its
+    own where a set has too little in common with the others, or a mode lies above the reduction's:
+    one below it was missed."""
     springs = list({(s.low, s.high): s for one in sets for s in one.springs}.values())
     K, M, rows = _matrices(bodies, sets[0].pairs, springs)
     k = np.array([_stiffness(one.pairs, one.springs, springs) for one in sets])
-    near = (k != k[0]).sum(axis=1) <= settings.few
-    differ = np.flatnonzero((k[near] != k[0]).any(axis=0))
+    motion = [np.vstack([one.motion, *_roll(one.motion, springs)]) for one in sets]
+    common = lowest_of_sets(K, M, rows, k, motion)
 
-    def found(one, factor):
-        return factor.modes(M, len(one.hz), at_most=2 * np.pi * one.hz).omega / (2 * np.pi)
+    def found(i):
+        at_most = 2 * np.pi * sets[i].hz
+        if common is not None and (common[i] <= at_most * (1 + SETTINGS.bound)).all():
+            return common[i]
+        factor = Factor(K + rows.T @ sp.diags(k[i]) @ rows)
+        return factor.modes(M, len(at_most), at_most=at_most).omega
 
-    factor = Factor(K + rows.T @ sp.diags(k[0]) @ rows)
-    solved = factor.solve(rows[differ].T.toarray())
-    hz = {
-        i: found(sets[i], factor.changed(rows[differ], solved, (k[i] - k[0])[differ]))
-        for i in np.flatnonzero(near)
-    }
-    del factor, solved  # before there is another
-    hz |= {
-        i: found(sets[i], Factor(K + rows.T @ sp.diags(k[i]) @ rows)) for i in np.flatnonzero(~near)
-    }
-    return [hz[i] for i in range(len(sets))]
+    return [found(i) / (2 * np.pi) for i in range(len(sets))]
 
 
 def _matrices(bodies, pairs, springs):
     """K, M of the bodies, and rows of unit stiffness: relative motion at the pairs, roll at the
     springs."""
     B = relative_motion(AssembledBodies(bodies), pairs)
-    roll = [(B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance for s in springs]
     return (
         *(_side_by_side(part) for part in ([b.K for b in bodies], [b.M for b in bodies])),
-        sp.vstack([B, *roll], format="csr"),
+        sp.vstack([B, *_roll(B, springs)], format="csr"),
     )
+
+
+def _roll(B, springs):
+    """Of relative motion B (3P, ...) t1, t2, n of the pairs: the roll at each spring."""
+    return [(B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance for s in springs]
 
 
 def _side_by_side(parts):

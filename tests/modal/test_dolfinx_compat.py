@@ -154,13 +154,12 @@ def _names(text):
 
 
 def test_ctrl_c_still_interrupts():
-    """In a fresh process: dolfinx 0.5.2 imports gmsh, which would have Ctrl-C end it without a
-    word."""
+    """In a fresh process: gmsh, which dolfinx can load, would have Ctrl-C end it without a word."""
     program = (
         "import signal; from tipdamp.modal.elements.dolfinx_compat import CellBlock\n"
         "from tests.modal.blocks import block\n"
         "made = block('tetra'); CellBlock.of(made.position, 'tetra', made.cells['tetra'])\n"
-        "import sys, dolfinx; assert ('gmsh' in sys.modules) is (dolfinx.__version__ == '0.5.2')\n"
+        "import sys; assert 'dolfinx' in sys.modules and 'gmsh' not in sys.modules\n"
         "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler"
     )
     done = subprocess.run(

@@ -16,7 +16,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.points import ContactPoints
 from tipdamp.modal.body import Body
 from tipdamp.modal.contact_shapes import traction_cells
-from tipdamp.modal.elasticity import Material
+from tipdamp.modal.elasticity import Material, fixed_nodes
 from tipdamp.modal.mesh import Mesh
 from tipdamp.static_contact.surfaces.points import MeshPoints
 from tipdamp.study import schema
@@ -62,14 +62,8 @@ def assemble_bodies(
     points : of `pair.matched`, where that is known already
     """
     from tipdamp.modal.elasticity import elastic_body
-    from tipdamp.modal.memory import check_memory
 
-    check_memory(
-        *(
-            (len(mesh.node), counts[name].columns // 3 if counts else 0, mesh.source)
-            for name, mesh in meshes.items()
-        )
-    )
+    check_size(meshes, counts)
     tick(0.02, "assembling the blades")
     material, others = materials(study, meshes[BLADES])
     blades = elastic_body(
@@ -86,6 +80,23 @@ def assemble_bodies(
         replace(body, points=points[body.name].on(body)) if points else body
         for body in (blades, damper)
     ]
+
+
+def check_size(meshes: dict[str, Mesh], counts: dict[str, ShapeCount] | None = None) -> None:
+    """InputError where the memory will not hold the bodies; counts as of `assemble_bodies`."""
+    from tipdamp.modal.memory import check_memory
+
+    check_memory(
+        *(
+            (len(mesh.node), counts[name].columns // 3 if counts else 0, mesh.source)
+            for name, mesh in meshes.items()
+        )
+    )
+
+
+def clamped_nodes(study: Study, mesh: Mesh) -> np.ndarray:
+    """(n,) bool: nodes of the mesh of the blades that its clamp fixes."""
+    return fixed_nodes(mesh, study.blades.clamp)
 
 
 def materials(study: Study, mesh: Mesh) -> tuple[Material, dict[str, Material]]:

@@ -45,10 +45,18 @@ def held_directions(study: Study, pairs: ContactTable) -> np.ndarray:
 def unit_pull(study: Study, body: Body, mesh: Mesh) -> PointLoad:
     """The pull of 1 N on the damper's load points or positions."""
     from tipdamp.modal.loads import nodal_load
+
+    nodes, forces = pulled(study, mesh)
+    along = mesh.position[mesh.index(nodes)] @ np.array(study.damper.axis)
+    return PointLoad(nodal_load(body, nodes, forces), sorted(along.tolist()))
+
+
+def pulled(study: Study, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of the damper's mesh on which a pull of 1 N acts, and its forces (k, 3) N there."""
     from tipdamp.static_contact.contact.pull import pull_forces
 
     damper = study.damper
-    nodes, forces = pull_forces(
+    return pull_forces(
         mesh,
         damper.load_points,
         damper.axis,
@@ -56,8 +64,6 @@ def unit_pull(study: Study, body: Body, mesh: Mesh) -> PointLoad:
         weights=damper.shares,
         positions=damper.positions,
     )
-    along = mesh.position[mesh.index(nodes)] @ np.array(damper.axis)
-    return PointLoad(nodal_load(body, nodes, forces), sorted(along.tolist()))
 
 
 def case_pull(study: Study, case: str) -> float:

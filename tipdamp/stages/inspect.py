@@ -6,7 +6,14 @@ from types import MappingProxyType
 import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER, loads
-from tipdamp.bodies.assemble import assemble_bodies, master_nodes, shape_counts
+from tipdamp.bodies.assemble import (
+    assemble_bodies,
+    check_size,
+    clamped_nodes,
+    master_nodes,
+    materials,
+    shape_counts,
+)
 from tipdamp.bodies.gaps import check_gaps
 from tipdamp.bodies.matrices import given_model, ground_warnings
 from tipdamp.bodies.pair import matched, own_pairs, places_on
@@ -29,6 +36,7 @@ from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError, shown
 from tipdamp.modal.mesh import DIMENSION
 from tipdamp.modal.mesh_checks import parts
+from tipdamp.modal.mesh_support import all_held, moving_mass
 from tipdamp.report.inspection_page import Inspected, inspection_page
 from tipdamp.report.libraries import missing
 from tipdamp.report.subjects.pairs import covered
@@ -80,7 +88,7 @@ def _meshes(study, store, tick):
             raise InputError(f"{error} (look at {store.path(name)})") from None
         raise
     check_gaps(study, pairs, meshes[DAMPER].position)
-    bodies, warnings = _assembled(study, meshes, (pairs, points), bodies, tick)
+    bodies, warnings = _weighed(study, meshes, (pairs, points), bodies, tick)
     angles = surface_angles(pairs, meshes)
     if not study.contact.pairs:
         warnings += distance_warnings(study, pairs, meshes)
@@ -143,28 +151,58 @@ def _of_mesh(mesh, file):
     )
 
 
-def _assembled(study, meshes, contact, bodies, tick):
+def _weighed(study, meshes, contact, bodies, tick):
     """The bodies with dofs, mass and rigid modes; the warnings about each. contact : pairs, and
     points of surfaces."""
+    counts = shape_counts(study, contact[0], master_nodes(study, meshes, contact[0]))
+    figures = _by_meshes(study, meshes, counts) or _by_matrices(
+        study, meshes, contact, counts, tick
+    )
+    found, warnings = {}, []
+    for name, of_body in figures.items():
+        found[name] = bodies[name].model_copy(update=of_body)
+        warnings += mesh_warnings(study, name, meshes[name], max(of_body["moving_mass_kg"]))
+    return found, warnings
+
+
+def _by_meshes(study, meshes, counts):
+    """{body: its figures} without matrices; None where only these tell: of loads, at speed, of a
+    damper in pieces, and where the support is not plainly as it should be."""
+    fixed = clamped_nodes(study, meshes[BLADES])
+    alone = not study.loads and ("rotation" not in study or not study.rotation.speed)
+    if not alone or parts(meshes[DAMPER])[0] > 1 or not all_held(meshes[BLADES], fixed):
+        return None
+    check_size(meshes, counts)
+    loads.pulled(study, meshes[DAMPER])
+    free = np.zeros(len(meshes[DAMPER].node), dtype=bool)
+    return {
+        name: {
+            "free_dofs": 3 * int((~held).sum()),
+            "moving_mass_kg": (moving_mass(meshes[name], held, *materials(study, meshes[name])),)
+            * 3,
+            "rigid_modes": rigid,
+        }
+        for name, held, rigid in ((BLADES, fixed, 0), (DAMPER, free, 6))
+    }
+
+
+def _by_matrices(study, meshes, contact, counts, tick):
+    """{body: its figures}, and whether the support is as declared."""
     from tipdamp.modal.body import check_support
 
-    (pairs, points), found, warnings = contact, dict(bodies), []
-    counts = shape_counts(study, pairs, master_nodes(study, meshes, pairs))
+    pairs, points = contact
     assembled = loads.with_loads(
         study, assemble_bodies(study, meshes, tick, counts, points), meshes
     )
     check_pieces(study, meshes, assembled, pairs)
-    for body in assembled:
-        found[body.name] = InspectedBody(
-            **{
-                **dict(bodies[body.name]),
-                "free_dofs": body.dofs,
-                "moving_mass_kg": body.mass(),
-                "rigid_modes": check_support(body),
-            }
-        )
-        warnings += mesh_warnings(study, body.name, meshes[body.name], body.mass().max())
-    return found, warnings
+    return {
+        body.name: {
+            "free_dofs": body.dofs,
+            "moving_mass_kg": tuple(body.mass().tolist()),
+            "rigid_modes": check_support(body),
+        }
+        for body in assembled
+    }
 
 
 def _counted(study, meshes, pairs):

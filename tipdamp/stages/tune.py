@@ -15,7 +15,7 @@ from tipdamp.checks.pairs import warnings as pair_warnings
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import keep_stuck
-from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.contact_doubts import closure_doubts, tangential_doubts, uneven_doubts
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
@@ -264,11 +264,17 @@ def _full_model_check(study, store, model, sets, tick) -> dict[str, results.Full
         model,
         truncation,
         {
-            name: StuckSet(pairs, sets.springs[name], _below(CHECK_BELOW_HZ, modes))
-            for (name, pairs), modes in zip(sets.pairs.items(), sets.modes.values(), strict=True)
+            name: _lowest(model, pairs, sets.springs[name], sets.modes[name])
+            for name, pairs in sets.pairs.items()
         },
         tick,
     )
+
+
+def _lowest(model, pairs, springs, modes) -> StuckSet:
+    hz = _below(CHECK_BELOW_HZ, modes)
+    motion = relative_motion(model, pairs) @ modes.shapes[:, : len(hz)]
+    return StuckSet(pairs, springs, hz, motion)
 
 
 def _below(limit: float, modes: StuckModes) -> np.ndarray:

@@ -1,6 +1,9 @@
 """Stage inspect: what was read and what was not."""
 
 import json
+import subprocess
+import sys
+from pathlib import Path
 
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
@@ -25,3 +28,22 @@ def test_inspection_of_groups_read_and_unread(tmp_path, capsys):
         and "keywords *BOUNDARY (1)" in found["not_read"]
     )
     assert any("C3D20R" in line and "full integration" in line for line in found["not_read"])
+
+
+def test_no_finite_elements_are_loaded_to_look_at_meshes(tmp_path):
+    """In a fresh process: mass and support are told by the meshes."""
+    path = corner_study.write(
+        tmp_path, corner_study.blades("hexahedron"), corner_study.damper("hexahedron")
+    )
+    program = (
+        "import sys; from tipdamp.cli import main\n"
+        f"assert main(['inspect', {str(path)!r}, '--quiet']) == 0\n"
+        "assert not {'dolfinx', 'gmsh'} & set(sys.modules)"
+    )
+    root = Path(__file__).parents[3]
+    done = subprocess.run([sys.executable, "-c", program], cwd=root, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    found = json.loads((tmp_path / "results" / "corner" / "inspect.json").read_text())["bodies"]
+    cube = 7850 * corner_study.A**3
+    assert abs(found["damper"]["moving_mass_kg"][0] / cube - 1) < 1e-12
+    assert (found["blades"]["rigid_modes"], found["damper"]["rigid_modes"]) == (0, 6)
