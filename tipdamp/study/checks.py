@@ -291,7 +291,9 @@ def check_backbone(where: str, study: Study) -> None:
     """Curves that it stands beside, one way to name the mode, a range of amplitudes."""
     asked = study.backbone
     if "respond" not in study or not study.respond.levels:
-        raise InputError(f"{where} stands beside forced peaks: needs [respond] with levels")
+        raise InputError(
+            f"{where} stands beside forced peaks: give [respond] levels, or leave the section out"
+        )
     if asked.mode is not None and asked.near_hz is not None:
         raise InputError(f"{where} mode and near_hz exclude each other: state one of them")
     a = asked.amplitudes
