@@ -1,6 +1,6 @@
 """PeriodicSolution: a single periodic solution as read-only arrays."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +30,8 @@ class PeriodicSolution(ArrayRecord):
     converged : whether it was found; iterations : evaluations of the residual
     unknowns : (N,) m, a `guess` for another call; force_orders : of the forcing
     force_residual, periods : as in ForcedResponse
+    truncation : (m,) m; multipliers : (4,) complex; stable, unstable : of a point of a curve, as
+    there; empty and False where the curve does not know them, and of single solutions
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
     >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
@@ -55,6 +57,10 @@ class PeriodicSolution(ArrayRecord):
     force_orders: tuple
     force_residual: float
     periods: int = 1
+    truncation: np.ndarray = field(default_factory=lambda: np.empty(0))
+    multipliers: np.ndarray = field(default_factory=lambda: np.empty(0, complex))
+    stable: bool = False
+    unstable: bool = False
 
     def __repr__(self) -> str:
         sizes = ", ".join(
@@ -84,6 +90,8 @@ class PeriodicSolution(ArrayRecord):
             for name, a, X in zip(self.output_names, self.amplitude(), self.harmonics, strict=True)
         }
         rows |= {"dissipated": f"{self.dissipated.sum():.4g} J", "solved": str(self.converged)}
+        if self.stable or self.unstable:
+            rows["stable"] = str(self.stable)
         return tables.notebook_table(f"Periodic solution at {self.frequency:.6g} Hz", rows)
 
     def amplitude(self, kind: str = "half_peak_to_peak", order: int | None = None) -> np.ndarray:

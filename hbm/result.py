@@ -33,6 +33,11 @@ def _none(*shape, dtype: type = float):
     return field(default_factory=lambda: np.empty(shape, dtype))
 
 
+def _of_point(known: np.ndarray, i: int) -> np.ndarray:
+    """What is known of a point; empty where it is of none."""
+    return known[i] if known.size else np.empty(0, known.dtype)
+
+
 @dataclass(frozen=True, eq=False)
 class ForcedResponse(ArrayRecord):
     """A branch of periodic solutions: n points, m outputs, P contact pairs, harmonics 0..H, a model
@@ -176,7 +181,8 @@ class ForcedResponse(ArrayRecord):
         )
         shares = self.share_stick + self.share_slip + self.share_open
         pairs = int((shares != 0).any(axis=0).sum())
-        contacts = f"{pairs} pairs, {len(self.slipping_pairs)} slip, " if pairs else ""
+        moving = len(self.slipping_pairs)
+        contacts = f"{moving} of {pairs} pairs slip or open, " if pairs else ""
         return (
             f"<ForcedResponse: {over}, {len(f)} points ({failed} failed), outputs "
             f"{', '.join(self.output_names)}; {contacts}H = {self.H}; {self.ended}>"
@@ -222,6 +228,10 @@ class ForcedResponse(ArrayRecord):
             if self.force_residual.size
             else float("nan"),
             periods=self.periods,
+            truncation=_of_point(self.truncation, i),
+            multipliers=_of_point(self.multipliers, i),
+            stable=bool(self.stable[i]),
+            unstable=bool(self.unstable[i]),
         )
 
     def __iter__(self) -> Iterator["PeriodicSolution"]:

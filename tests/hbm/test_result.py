@@ -12,7 +12,8 @@ from tipdamp.hbm.balance.problem import contact_problem
 from tipdamp.hbm.curve.peaks import find_peaks
 from tipdamp.hbm.curve.solutions import solutions_at
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws import DryFriction2T
+from tipdamp.hbm.laws import CubicSpring, DryFriction2T
+from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band, solve_at
 from tipdamp.hbm.result import ForcedResponse
 
@@ -123,3 +124,19 @@ def test_motion_of_the_contacts(curve):
     """One Jenkins element at the only dof: its motion is that of the dof."""
     assert np.allclose(curve.contact_motion[:, 0], curve.harmonics, rtol=1e-12)
     assert curve.contact_force.shape == curve.contact_motion.shape
+
+
+def test_a_point_knows_what_its_curve_knows_of_it():
+    """Of a Duffing oscillator the points between the two folds are unstable [multiplier above 1];
+    a single solution has no stability."""
+    duffing = Problem([[1.0]], [[0.1]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 0.5)
+    curve = duffing.follow_band((0.1, 0.4), outputs={"x": 0}, harmonics=5, stability="all")
+    upper, lower = (k.frequency for k in curve.named_points if k.kind == "fold")
+    turned = int(np.flatnonzero(np.diff(curve.frequency) < 0)[2])  # well behind the first fold
+    point = curve[turned]
+    assert lower < point.frequency < upper
+    assert point.unstable and not point.stable and abs(point.multipliers[0]) > 1
+    assert curve[0].stable and not curve[0].unstable
+    np.testing.assert_array_equal(point.truncation, curve.truncation[turned])
+    alone = duffing.solve_at(curve[0].frequency, outputs={"x": 0}, harmonics=5)
+    assert not (alone.stable or alone.unstable or alone.multipliers.size)
