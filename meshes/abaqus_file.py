@@ -17,7 +17,7 @@ _FACES: dict[int, list[tuple[int, ...]]] = {
 }
 
 
-def _orders():
+def _orders() -> dict[int, list[int]]:
     """Columns of our cells, which are gmsh's, in the order of Abaqus."""
     # fmt: off
     ring = [
@@ -43,7 +43,7 @@ def write(path: str | Path, bodies: Sequence[HexMesh]) -> None:
     Path(path).write_text("\n".join([*lines, ""]))
 
 
-def _body(mesh, node, element) -> Iterator[str]:
+def _body(mesh: HexMesh, node: int, element: int) -> Iterator[str]:
     per = mesh.cells.shape[1]
     yield "*NODE"
     yield from (
@@ -67,6 +67,6 @@ def _body(mesh, node, element) -> Iterator[str]:
             yield "{}, {}".format(*where[tuple(sorted(face))])
 
 
-def _wrapped(values):
+def _wrapped(values: list[int]) -> list[str]:
     lines = [values[i : i + 12] for i in range(0, len(values), 12)]
     return [", ".join(map(str, line)) + ("," if line is not lines[-1] else "") for line in lines]

@@ -19,12 +19,19 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg as sl
 
 from tipdamp.meshes.rig import DEFAULTS, Cells, Rig
 from tipdamp.meshes.two_blade_rig import build
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.contact import ContactTable
+    from tipdamp.hbm.model import ReducedModel
+    from tipdamp.modal.reduction import Reduction
+    from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
 TARGETS = {  # Hz [Zucca 2016, sections 5 and 8]
     "out_of_phase": 1590.0,  # no damper
@@ -71,14 +78,16 @@ def frequencies(rig: Rig, size: float = 1.0, cells: Cells | None = None) -> dict
     return free_hz | hz | {"dofs": dofs}
 
 
-def _ends(pairs, front, back):
+def _ends(pairs: "ContactTable", front: int, back: int) -> "ContactTable":
     from tipdamp.static_contact.tuning.kept_stations import keep_ends
 
     kept = keep_ends(pairs, front, back)
     return kept.select(kept.carrying)
 
 
-def _assembly(rig, size=1.0, cells=None, rows=2):
+def _assembly(
+    rig: Rig, size: float = 1.0, cells: Cells | None = None, rows: int = 2
+) -> "tuple[StuckAssembly, ContactTable, dict[str, float], dict[str, np.ndarray], int]":
     """StuckAssembly of both reduced bodies, all pairs, the two free frequencies and shapes, and the
     number of dofs."""
     from tipdamp.modal.craig_bampton import assemble
@@ -92,7 +101,9 @@ def _assembly(rig, size=1.0, cells=None, rows=2):
     return StuckAssembly(model), pairs, hz, follow, blades.body.dofs + damper.body.dofs
 
 
-def _reduced(rig, size, cells, rows):
+def _reduced(
+    rig: Rig, size: float, cells: Cells | None, rows: int
+) -> "tuple[Reduction, Reduction, ContactTable]":
     from tipdamp.modal.craig_bampton import craig_bampton
     from tipdamp.modal.elasticity import Material, elastic_body
     from tipdamp.modal.mesh import Mesh
@@ -126,7 +137,7 @@ def _reduced(rig, size, cells, rows):
     )
 
 
-def _free_modes(model):
+def _free_modes(model: "ReducedModel") -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """Frequencies (Hz) and mass-normalised shapes of the first two modes without damper, told by
     the covers."""
     lam, shapes = sl.eigh(model.K, model.M, subset_by_index=(0, 1))
@@ -144,12 +155,12 @@ def fit(rig: Rig, report: Callable = print) -> Rig:
     tolerance."""
     from scipy.optimize import least_squares
 
-    def scaled(factors):
+    def scaled(factors: np.ndarray) -> Rig:
         return replace(
             rig, **{k: float(vars(rig)[k] * f) for k, f in zip(START, factors, strict=True)}
         )
 
-    def misfit(factors):
+    def misfit(factors: np.ndarray) -> np.ndarray:
         hz = frequencies(scaled(factors))
         report(", ".join(f"{k} {hz[k]:.1f}" for k in TARGETS))
         return np.append(
@@ -220,8 +231,8 @@ def predict(rig: Rig, report: Callable = print) -> None:
     line = pairs.select(pairs.row == 0)
     for name, kept in (("full line", line), ("5 + 4", _ends(line, 5, 4)), ("full area", pairs)):
         report(f"in phase, {name}: {assembly.modes(kept, follow['in_phase']).tracked_hz:.0f}")
-    for kept in range(31, 3, -1):
-        front, back = (kept + 1) // 2, kept // 2
+    for count in range(31, 3, -1):
+        front, back = (count + 1) // 2, count // 2
         modes = assembly.modes(_ends(line, front, back), follow["out_of_phase"])
         report(
             f"{front} + {back}: {modes.tracked_hz:.1f} (MAC with the free shape {modes.mac:.2f})"

@@ -59,7 +59,7 @@ def check_solid(mesh: HexMesh) -> None:
     _check_surface(mesh)
 
 
-def _check_surface(mesh):
+def _check_surface(mesh: HexMesh) -> None:
     if faces_of(mesh.cells)[1].max() > 2:
         raise MeshError(f"{mesh.name}: a face belongs to more than two cells")
     outside = boundary(mesh.cells)
@@ -78,7 +78,7 @@ def _check_surface(mesh):
         )
 
 
-def _shape_gradients(points):
+def _shape_gradients(points: np.ndarray) -> np.ndarray:
     """Gradients (p, 27, 3) of the 27 shape functions at points (p, 3) of [-1, 1]^3."""
     # (3, p, 3)
     value = np.stack([points * (points - 1) / 2, 1 - points**2, points * (points + 1) / 2])
@@ -132,7 +132,7 @@ def blades_volume(rig: Rig, found: Contact) -> float:
     return area * rig.length
 
 
-def _check_groups(rig, found, blades, solid):
+def _check_groups(rig: Rig, found: Contact, blades: HexMesh, solid: HexMesh) -> None:
     expected = {"excitation": 1, "patch_1": 5, "patch_2": 5, "load_points": 4}
     expected |= {f"contact_{s}": STATIONS * len(found.rows[s]) for s in SIDES}
     for mesh in (blades, solid):

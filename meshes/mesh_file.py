@@ -1,9 +1,12 @@
 """A `HexMesh` to and from a gmsh file (MSH 4.1), groups included. The only file of this package
 that imports gmsh."""
 
+from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +17,7 @@ FACE, CELL = {6: 9, 9: 10}, {10: 11, 27: 12}  # by the number of nodes
 
 
 @contextmanager
-def _gmsh():
+def _gmsh() -> Iterator[tuple[Any, ModuleType]]:
     import gmsh
 
     gmsh.initialize([], False)
@@ -28,7 +31,9 @@ def _gmsh():
         gmsh.finalize()
 
 
-def _add_group(model, dimension, name, element_type, connectivity):
+def _add_group(
+    model: Any, dimension: int, name: str, element_type: int, connectivity: np.ndarray
+) -> None:
     """A discrete entity with elements of its own and a physical group around it: a node may then be
     in many groups."""
     entity = model.addDiscreteEntity(dimension)
@@ -118,7 +123,7 @@ def extruded_tetrahedra(
     return place[used], index.reshape(cells.shape), np.searchsorted(used, faces.reshape(-1, 6))
 
 
-def _section(geo, loop, sharp, edge):
+def _section(geo: Any, loop: np.ndarray, sharp: np.ndarray, edge: np.ndarray) -> int:
     """The surface with the border of `extruded_tetrahedra`."""
     sizes = np.full(len(loop), edge.max())
     sizes[sharp] = edge
@@ -133,7 +138,7 @@ def _section(geo, loop, sharp, edge):
     return geo.addPlaneSurface([geo.addCurveLoop(lines)])
 
 
-def _rule(model, loop, pieces, surfaces):
+def _rule(model: Any, loop: np.ndarray, pieces: np.ndarray, surfaces: list[int]) -> None:
     """Lines along y in equal pieces, surfaces in one row of rectangles that are each cut into two
     triangles."""
     across = {

@@ -52,7 +52,7 @@ class Rig:
         """The lengths of meshes/rig_<name>.toml; `RIGS` lists the names."""
         return cls(**tomllib.loads(DEFAULTS.with_name(f"rig_{name}.toml").read_text()))
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for f in fields(self):
             value = vars(self)[f.name]
             if not (isinstance(value, int | float) and np.isfinite(value) and value > 0):
@@ -158,7 +158,7 @@ def contact(rig: Rig, damper: str, rows: int = 2) -> Contact:
     return found
 
 
-def _check_covers(rig, found):
+def _check_covers(rig: Rig, found: Contact) -> None:
     gap = found.face_x("right", rig.height) - found.face_x("left", rig.height)
     if not gap > 0:
         raise InputError(

@@ -17,7 +17,7 @@ def blades_section(
     return join(blocks)
 
 
-def _fixture(rig, cells):
+def _fixture(rig: Rig, cells: Cells) -> list[np.ndarray]:
     inner = (rig.pitch - rig.root_thickness) / 2
     outer = (rig.pitch + rig.root_thickness) / 2
     half = np.array([inner, rig.free_span / 2, outer, outer + rig.fixture_overhang])
@@ -27,7 +27,7 @@ def _fixture(rig, cells):
     return [ruled(top, top - [0.0, rig.fixture_height], cells.fixture)]
 
 
-def _blade(rig, found, side, cells, rows):
+def _blade(rig: Rig, found: Contact, side: str, cells: Cells, rows: int) -> list[np.ndarray]:
     """Blade in two halves, parted by a line from the clamp edge's x at the root to the middle at
     the tip; its cover."""
     sign = -1.0 if side == "left" else 1.0
@@ -53,7 +53,7 @@ def _blade(rig, found, side, cells, rows):
     ]
 
 
-def _cover_heights(rig, found, side, cells, rows):
+def _cover_heights(rig: Rig, found: Contact, side: str, cells: Cells, rows: int) -> np.ndarray:
     bottom, n = rig.height - rig.cover_height, cells.face
     if found.shape[side] == "flat":
         low, high = found.rows[side][[0, -1], 1]
@@ -83,7 +83,7 @@ def damper_section(
     under = np.linspace(-low, -np.pi + low, len(over))
     beside = np.linspace(-low, low, 2 * cells.gap + 1)
 
-    def arc(angles):
+    def arc(angles: np.ndarray) -> np.ndarray:
         return r * np.column_stack([np.cos(angles), np.sin(angles)])
 
     top = arc(over)

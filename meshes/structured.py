@@ -38,7 +38,7 @@ HEX27 = (CELLS["hexahedron27"].reference + 1).astype(int)
 _QUAD9 = np.array([(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)])
 
 
-def _face_columns():
+def _face_columns() -> np.ndarray:
     """Columns of a cell's 27 nodes that form its six faces, in 9-node order with outward normal,
     shape (6, 9)."""
     column = {tuple(p): i for i, p in enumerate(HEX27)}

@@ -9,6 +9,7 @@ writes FOLDER/tet_blades.msh and FOLDER/tet_damper.msh, and both bodies as FOLDE
 
 import argparse
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -61,7 +62,7 @@ def blades(rig: Rig, found: Contact, edge: float, contact_edge: float, axial: in
     )
 
 
-def _polygon(rig, found, loop, matching):
+def _polygon(rig: Rig, found: Contact, loop: np.ndarray, matching: bool) -> np.ndarray:
     """The loop with one straight side from the lower to the upper end of each contact face; where
     the meshes match, the rows of the damper's flats are corners of it."""
     for side in SIDES:
@@ -79,7 +80,7 @@ def _polygon(rig, found, loop, matching):
     return loop
 
 
-def _sharp(loop):
+def _sharp(loop: np.ndarray) -> np.ndarray:
     """(n,) bool: where the border of a section turns by more than the places along a curve do."""
     before, after = loop - np.roll(loop, 1, axis=0), np.roll(loop, -1, axis=0) - loop
     turn = np.arctan2(
@@ -88,13 +89,15 @@ def _sharp(loop):
     return np.abs(turn) > np.radians(CORNER)
 
 
-def _on_face(rig, found, side, x, z):
+def _on_face(
+    rig: Rig, found: Contact, side: str, x: float | np.ndarray, z: float | np.ndarray
+) -> np.ndarray:
     """Which places lie on the cover's face towards the damper."""
     above = (z > rig.height - rig.cover_height - ON_SURFACE) & (z < found.turn[side] + ON_SURFACE)
     return (np.abs(x - found.face_x(side, z)) < ON_SURFACE) & above
 
 
-def _on_flat(found, places):
+def _on_flat(found: Contact, places: np.ndarray) -> np.ndarray:
     """(m,) bool: which places (m, 2) lie where one of the damper's flats does."""
     ends = [found.rows[side][[0, -1]] for side in SIDES]
     return np.logical_or.reduce(
@@ -106,7 +109,7 @@ def _on_flat(found, places):
     )
 
 
-def _surfaces(rig, found, place):
+def _surfaces(rig: Rig, found: Contact, place: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
     """(name, (f,) bool) of the triangles with nodes at place (f, 6, 3)."""
     x, _, z = np.moveaxis(place, 2, 0)
     bottom = np.abs(z + rig.fixture_height) < ON_SURFACE

@@ -18,7 +18,7 @@ import numpy as np
 from tipdamp.hbm.errors import InputError
 from tipdamp.meshes import mesh_file
 from tipdamp.meshes.checks import MeshError, check
-from tipdamp.meshes.rig import DAMPERS, RIGS, SIDES, STATIONS, Cells, Rig, contact
+from tipdamp.meshes.rig import DAMPERS, RIGS, SIDES, STATIONS, Cells, Contact, Rig, contact
 from tipdamp.meshes.sections import blades_section, damper_section
 from tipdamp.meshes.structured import HexMesh, boundary, extrude, find_nodes, select
 
@@ -68,14 +68,14 @@ def generate(
     return paths
 
 
-def contact_points(rig, points):
+def contact_points(rig: Rig, points: np.ndarray) -> np.ndarray:
     """The (x, z) points (R, 2) of a side's rows at all stations -> (R * 31, 3), row by row."""
     y = np.tile(np.linspace(0.0, rig.length, STATIONS), len(points))
     x, z = np.repeat(points, STATIONS, axis=0).T
     return np.column_stack([x, y, z])
 
 
-def _blades(rig, found, nodes, cells):
+def _blades(rig: Rig, found: Contact, nodes: np.ndarray, cells: np.ndarray) -> HexMesh:
     x, _, z = nodes.T
     outside = boundary(cells)
     bottom = np.abs(z + rig.fixture_height) < ON_SURFACE
@@ -100,7 +100,7 @@ def blade_node_sets(rig: Rig) -> dict[str, np.ndarray]:
     return {"excitation": tip, "patch_1": _patch(rig, -1.0), "patch_2": _patch(rig, 1.0)}
 
 
-def _patch(rig, sign):
+def _patch(rig: Rig, sign: float) -> np.ndarray:
     """Four corners in turn and the centre of the accelerometer's patch, on the outer side right
     below the cover."""
     upper, half = rig.height - rig.cover_height, rig.patch_half_length
@@ -110,7 +110,7 @@ def _patch(rig, sign):
     return np.column_stack([sign * (rig.pitch + rig.thickness(z)) / 2, y, z])
 
 
-def _damper(rig, found, nodes, cells):
+def _damper(rig: Rig, found: Contact, nodes: np.ndarray, cells: np.ndarray) -> HexMesh:
     outside = boundary(cells)
     arm = nodes[:, [0, 2]] - found.centre
     surfaces, sets = {}, {}
