@@ -28,7 +28,7 @@ from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.fitting.result import DampingFit, MeasuredResponse
-from tipdamp.hbm.modes.derivatives import by_setting
+from tipdamp.hbm.modes.derivatives import by_factor
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.validation import check_whole
 
@@ -271,10 +271,14 @@ class _Residuals:
         """(computed (n,), changes (n, p), motions (n, p, x)) of a measured curve."""
         computed, changes, motions = [], [], []
         outputs = Outputs(one.output)
+        rates = [by_factor(equation.balance, each.settings) for each in self.unknowns]
         for point, wanted in zip(points, one.response, strict=True):
             here, X = point.detail, outputs.at(point.detail)
             value, slope = _measure(X[:, 1], wanted)
-            pairs = [self._change(equation, here, unknown) for unknown in self.unknowns]
+            pairs = [
+                self._change(here, unknown, rate)
+                for unknown, rate in zip(self.unknowns, rates, strict=True)
+            ]
             moved = [
                 outputs.at(replace(other, modal=other.modal + modal)) - X
                 for other, modal, _ in pairs
@@ -284,14 +288,12 @@ class _Residuals:
             motions.append([dx for *_, dx in pairs])
         return np.array(computed), np.array(changes), np.array(motions)
 
-    def _change(self, equation, here: Linearisation, unknown: _Unknown):
+    def _change(self, here: Linearisation, unknown: _Unknown, rate):
         """(linearisation moved, change of the modal q beside it, change of x) by a relative change
-        of an unknown."""
-        modal = sum(
-            (part for name in unknown.settings for part in by_setting(equation, here, name)),
-            np.zeros_like(here.modal),
-        )
-        if unknown.modes:
+        of an unknown; rate : by its settings, `by_factor`."""
+        if unknown.settings:
+            modal = rate(here)
+        else:
             damping, at = np.zeros(len(here.modal)), list(unknown.modes)
             damping[at] = here.balance.damping[at]
             orders = here.w * np.arange(here.modal.shape[1])

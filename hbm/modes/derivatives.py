@@ -8,7 +8,7 @@ amplitude A(z, s). These second derivatives are those of the first ones at four 
 peak, by differences of fourth order.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -17,9 +17,9 @@ import scipy.linalg as la
 from tipdamp.hbm import fourier
 from tipdamp.hbm.amplitude import KINDS, amplitude_along, orders_of
 from tipdamp.hbm.balance.newton import Linearisation
-from tipdamp.hbm.balance.parameter import SETTINGS, ContactSetting, Equation
+from tipdamp.hbm.balance.parameter import SETTINGS, ContactSetting
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
-from tipdamp.hbm.balance.residual import Terms
+from tipdamp.hbm.balance.residual import HarmonicBalance, Terms
 from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.corrector import damped, solve_fixed
@@ -244,7 +244,7 @@ class _At:
         on a plane across the branch or at the parameter held."""
         here, outputs = point.detail, self.outputs
         X = outputs.at(here)
-        for modal in by_setting(self.equation, here, name):
+        for modal in by_setting(here, name):
             if not modal.any():
                 yield 0.0, 0.0
                 continue
@@ -256,7 +256,7 @@ class _At:
             yield float(slope[0]), dp
 
 
-def by_setting(equation: Equation, here: Linearisation, name: str) -> Iterator[np.ndarray]:
+def by_setting(here: Linearisation, name: str) -> Iterator[np.ndarray]:
     """(m, H+1) derivative of the modal q at given motion of the contacts, by a relative change of a
     setting of one contact after the other; one of damping and level."""
     balance = here.balance
@@ -268,19 +268,62 @@ def by_setting(equation: Equation, here: Linearisation, name: str) -> Iterator[n
         yield from _by_contacts(here, name)
 
 
+def by_factor(
+    balance: HarmonicBalance, names: tuple[str, ...]
+) -> Callable[[Linearisation], np.ndarray]:
+    """Derivative (m, H+1) of the modal q at given motion by a common factor on settings of all
+    contacts, as a function of the point, which a balance with all its modes has evaluated: the sum
+    of `by_setting`, in which the damping that follows is one matrix."""
+    springs = sum(_springs(balance, name) for name in names)
+    shares = None
+    if np.any(springs):
+        modes = _normal_modes(balance)
+        shares = balance.receptance.damping_shares * (
+            modes.T @ (np.ravel(springs)[:, None] * modes)
+        )
+
+    def of(here: Linearisation) -> np.ndarray:
+        terms = _terms(here)
+        rates = sum(ContactSetting(name).force_rate(balance, terms, 1.0) for name in names)
+        modal = -balance.modal_response(terms, np.asarray(rates))
+        if shares is not None:
+            push = 1j * here.w * np.arange(balance.H + 1) * (shares @ here.modal[: len(shares)])
+            modal[: len(shares)] -= here.factors[: len(shares)] * push
+        return modal
+
+    return of
+
+
 def _by_contacts(here, name):
-    balance, problem = here.balance, here.balance.problem
-    P, nd, nh = len(problem.contacts), balance.nd, balance.nh
-    u = here.x.reshape(P, nd, nh)
-    none = np.zeros_like(here.modal)
-    terms = Terms(u, here.w, here.forces, none, here.factors, none)
-    rates = ContactSetting(name).force_rate(balance, terms, 1.0)
-    springs = springs_by(problem, name) if name in ("kn", "kt") else np.zeros((P, nd))
-    ratios = problem.damping_ratio is not None and springs.any()
-    further = _ratios_follow(here, springs) if ratios else None
+    balance, P, nd = here.balance, len(here.balance.problem.contacts), here.balance.nd
+    rates = ContactSetting(name).force_rate(balance, _terms(here), 1.0)
+    springs = _springs(balance, name)
+    further = _ratios_follow(here, springs) if springs.any() else None
     for c in range(P):
         push = balance.into[c * nd + np.arange(nd)].T @ fourier.to_complex(rates[c])
         yield -here.factors * (push if further is None else push + further[c])
+
+
+def _terms(here):
+    balance, none = here.balance, np.zeros_like(here.modal)
+    u = here.x.reshape(-1, balance.nd, balance.nh)
+    return Terms(u, here.w, here.forces, none, here.factors, none)
+
+
+def _springs(balance, name):
+    """(P, nd) N/m of the stuck springs by a factor on a setting, where damping ratios follow
+    them."""
+    problem = balance.problem
+    if problem.damping_ratio is None or name not in ("kn", "kt"):
+        return np.zeros((len(problem.contacts), balance.nd))
+    return springs_by(problem, name)
+
+
+def _normal_modes(balance):
+    """(nc, m) at the components, of modal mass 1."""
+    of = balance.receptance
+    w = np.sqrt(of.stiffness / np.maximum(of.mass, 1e-28 * of.mass.max()))
+    return balance.shapes[:, : len(w)] / np.sqrt(of.mass * w**2 / of.stiffness)
 
 
 def _ratios_follow(here: Linearisation, springs: np.ndarray) -> np.ndarray:
@@ -289,14 +332,12 @@ def _ratios_follow(here: Linearisation, springs: np.ndarray) -> np.ndarray:
 
     A function of a matrix changes by its divided differences [Daleckii, Krein 1965]:
     `Receptance.damping_shares`."""
-    balance, of = here.balance, here.balance.receptance
-    m, K = len(of.mass), balance.H + 1
-    w = np.sqrt(of.stiffness / np.maximum(of.mass, 1e-28 * of.mass.max()))
-    size = np.sqrt(of.mass * w**2 / of.stiffness)
+    balance, K = here.balance, here.balance.H + 1
     at = np.flatnonzero(springs)
-    P = balance.shapes[at][:, :m] / size
+    P = _normal_modes(balance)[at]
+    m = P.shape[1]
     moved = (P.T[:, :, None] * here.modal[:m, None, :]).reshape(m, -1)
-    pulled = real_times(of.damping_shares, moved).reshape(m, len(at), K)
+    pulled = real_times(balance.receptance.damping_shares, moved).reshape(m, len(at), K)
     push = np.zeros((len(springs), len(here.modal), K), dtype=complex)
     for i, c in enumerate(at // springs.shape[1]):
         push[c, :m] += springs.ravel()[at[i]] * P[i][:, None] * pulled[:, i]

@@ -1,5 +1,7 @@
 """Derivatives of peaks, points and stuck frequencies beside differences of those solved anew."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -16,7 +18,11 @@ from tipdamp import (
     solutions_at,
     stuck_frequency_derivatives,
 )
+from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.example import two_blades
+from tipdamp.hbm.modes.derivatives import by_factor, by_setting
 
 K = [[2.0, -1, 0], [-1, 2, -1], [0, -1, 1.3]]
 BAND = (0.06, 0.14)
@@ -109,6 +115,30 @@ def test_a_contact_that_sticks_at_the_peak_has_no_share_in_friction():
         found.frequency_by["mu"].sum(),
         found.amplitude_by["mu"].sum(),
     )
+
+
+@pytest.mark.parametrize("names", [("kn", "kt"), ("mu",)])
+@pytest.mark.parametrize("kind", [by_ratio, by_matrix])
+def test_a_common_factor_is_the_sum_over_contacts(kind, names):
+    """And the change of the residual of a problem made anew, by differences at a held motion."""
+    problem = chain(kind).contact_problem
+    balance = HarmonicBalance(problem, {1: np.array([0.5, 0, 0])}, 3)
+    w = 2 * np.pi * 0.12
+    here = solve_fixed(balance.evaluate, balance.linear(w), w, balance.weights).detail
+    assert here.forces.shares[:, 1].max() > 0.1  # slips
+    found = by_factor(balance, names)(here)
+    each = [np.sum(list(by_setting(here, name)), axis=0) for name in names]
+    np.testing.assert_allclose(found, sum(each), rtol=0, atol=1e-13 * np.abs(found).max())
+
+    def residual(factor):
+        contacts = problem.contacts
+        changed = {name: factor * vars(contacts)[name] for name in names}
+        anew = problem.with_contacts(replace(contacts, **changed))
+        return balance.rebuilt(anew, balance.forces).evaluate(here.x, w).residual
+
+    expected = (residual(1 + 1e-5) - residual(1 - 1e-5)) / 2e-5
+    moved = -fourier.to_real(balance.shapes @ found).ravel()
+    np.testing.assert_allclose(moved, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
 
 
 def test_a_point_at_its_frequency():
