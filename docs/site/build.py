@@ -54,12 +54,16 @@ GALLERY = {  # examples that no heading names stand at the end
         "gap",
         "two_blades",
         "preload_map",
+        "unlike_meshes",
         "preload_curve",
     ],
     "Your own matrices and curves": [
         *("matrices", "matrices_nastran", "matrices_ansys", "measured", "parallel_sweep"),
     ],
-    "Dampers": ["damper_preload", "follow_peak", "derivatives", "friction_beam", "backbone"],
+    "Dampers": [
+        *("damper_preload", "compare_dampers", "follow_peak", "derivatives", "friction_beam"),
+        *("stress_at_peak", "backbone"),
+    ],
     "Excitation": ["base_motion", "rotor_unbalance", "two_orders"],
     "Laws": ["own_law_numpy", "own_law_hysteresis", "own_law_by_file", "mixed_chain"],
     "Stability and further motions": [
