@@ -6,6 +6,7 @@ ReducedModel.from_files(M="folder/M.mtx", K="folder/K.mtx", dofs="folder/dofs.cs
 """
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,8 @@ def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path
 
     model.mat holds the dof table too: body, node, direction, position, load_names and loads (r, k),
     group_names and group_nodes. model.pch has 10 digits, and rows by node and dof, in which order
-    dofs.csv then stands too. `from_files` needs dofs.csv beside Matrix Market and OUTPUT4 alone.
+    dofs.csv then stands too; modes are scalar points there, numbered above the nodes where their
+    own numbers are taken. `from_files` needs dofs.csv beside Matrix Market and OUTPUT4 alone.
     The dof table has a line per row of the matrices: body, node, direction, x, y, z (m), a column
     `load NAME` (N) for each load and a column `group NAME`, 1 on its nodes. Raises InputError for
     another kind, and where the model has contact points or names, empty or with blanks at an end,
@@ -68,6 +70,7 @@ def _write_nastran(model, path, matrices):
     if path.suffix == ".op4":
         write_op4(path, named)
         return [path, _write_dofs(model, path.parent / "dofs.csv")]
+    model = _scalar_points(model)
     number = {direction: dof for dof, direction in LABELLED_DOFS.items()}
     labels = [
         (node, number[direction])
@@ -81,6 +84,18 @@ def _write_nastran(model, path, matrices):
     order = sorted(range(len(labels)), key=labels.__getitem__)
     write_punch(path, named, labels)
     return [path, _write_dofs(model, path.parent / "dofs.csv", order)]
+
+
+def _scalar_points(model):
+    """With numbers of modes that neither a node nor another mode has: Nastran counts grids and
+    scalar points together."""
+    modes = model.direction == "mode"
+    own = model.node[modes]
+    if len(set(own)) == len(own) and not np.isin(own, model.node[~modes]).any():
+        return model
+    node = model.node.copy()
+    node[modes] = model.node.max() + 1 + np.arange(len(own))
+    return replace(model, node=node)
 
 
 def _check_names(model, kind):

@@ -363,11 +363,14 @@ def _parser() -> argparse.ArgumentParser:
     )
     export = verb(
         "export",
-        "the reduced model of a study (reduced before) for other codes",
+        "the reduced model of a study (reduced before), or its responses, for other codes",
         _export,
     )
     export.add_argument(
-        "--format", default="mtx", help="npz, mat, mtx (Matrix Market), op4 or pch (Nastran)"
+        "--format",
+        default="mtx",
+        help="npz, mat, mtx (Matrix Market), op4 or pch (Nastran); unv: the computed responses as "
+        "universal file",
     )
     compare = verb(
         "compare",
@@ -478,8 +481,12 @@ def _init(arguments) -> int:
 def _export(arguments) -> int:
     from tipdamp.hbm.matrices_out import write_model
     from tipdamp.hbm.model import ReducedModel
+    from tipdamp.stages.universal_responses import write_responses
 
-    _, store = _opened(arguments)
+    study, store = _opened(arguments)
+    if arguments.format == "unv":
+        print(write_responses(study, store))
+        return 0
     if not store.path("model.npz").is_file():
         raise InputError(
             f"{arguments.study}: nothing to export yet; run: tipdamp reduce {arguments.study}"

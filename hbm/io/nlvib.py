@@ -30,7 +30,8 @@ class Solutions(NamedTuple):
 def from_nlvib(X: ArrayLike, harmonics: int) -> Solutions:
     """X (dofs (2 H + 1) + 1, p) or one column of it; harmonics : H of the script.
 
-    Raises InputError where X has another number of rows, or is not finite.
+    Raises InputError where X has another number of rows, is not finite, or a frequency in its last
+    row is not positive.
     """
     H, allowed = check_harmonics(harmonics), "must be real numbers, a solution each column"
     table = numbers("X", X, allowed)
@@ -42,6 +43,12 @@ def from_nlvib(X: ArrayLike, harmonics: int) -> Solutions:
         )
     if not np.isfinite(table).all():
         raise InputError("X has entries that are not finite")
+    if (table[-1] <= 0).any():
+        k = int((table[-1] <= 0).argmax())
+        raise InputError(
+            f"X, solution {k + 1}: the angular frequency in its last row is {table[-1, k]:g}: must "
+            "be greater than 0; is X of another analysis than 'frf', or harmonics another number?"
+        )
     blocks = table[:-1].T.reshape(-1, 2 * H + 1, dofs)
     found = np.empty((len(blocks), dofs, H + 1), dtype=complex)
     found[:, :, 0] = blocks[:, 0]

@@ -14,6 +14,7 @@ import scipy.sparse as sp
 
 from tipdamp.hbm.errors import InputError
 
+LARGEST = 99_999_999  # number of a node
 SYMMETRIC, SQUARE_FORMS, REAL_DOUBLE = 6, (1, 6), 2
 EXPONENT = re.compile(r"(?<=[\d.])[dD]?(?=[+-])")  # 1.5D+02 and 1.5+2 are 1.5E+2
 
@@ -53,8 +54,15 @@ def read_punch(path: str | Path) -> tuple[dict[str, sp.csr_matrix], tuple[Label,
 
 
 def write_punch(path: str | Path, matrices: Mapping[str, Any], labels: Sequence[Label]) -> None:
-    """Symmetric matrices {name: (r, r)} with the labels (node, dof) of their rows; numbers have the
-    10 digits that a field holds."""
+    """Symmetric matrices {name: (r, r)} with the labels (node, dof) of their rows.
+
+    Numbers have the 10 digits that a field of 16 columns holds, 9 with an exponent of three; a line
+    each for up to r (r + 1) / 2 entries, 57 bytes long. Raises InputError for a node of more than 8
+    digits.
+    """
+    large = next((node for node, _ in labels if node > LARGEST), None)
+    if large is not None:
+        raise InputError(f"node {large}: DMIG names nodes of at most 8 digits; write OUTPUT4 (op4)")
     lines = []
     for name, given in matrices.items():
         lower = np.tril(given.toarray() if sp.issparse(given) else np.asarray(given, dtype=float))
@@ -64,13 +72,18 @@ def write_punch(path: str | Path, matrices: Mapping[str, Any], labels: Sequence[
             if rows.size:
                 lines.append(f"DMIG*   {name:16s}{node:16d}{dof:16d}")
             for i in rows:
-                value = f"{lower[i, j]:16.9E}".replace("E", "D")
-                lines.append(f"*       {labels[i][0]:16d}{labels[i][1]:16d}{value}")
+                lines.append(f"*       {labels[i][0]:16d}{labels[i][1]:16d}{_field(lower[i, j])}")
     Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")
 
 
 def _label(fields):
     return int(fields[:16]), int(fields[16:32] or 0)
+
+
+def _field(value):
+    """16 columns."""
+    text = f"{value:16.9E}"
+    return (text if len(text) == 16 else f"{value:16.8E}").replace("E", "D")
 
 
 def _number(field):

@@ -1,8 +1,9 @@
-"""Frequency response functions from universal files, dataset 58 in the units of dataset 164 (SDRC;
-read by pyuff)."""
+"""Frequency response functions from and to universal files, dataset 58 in the units of dataset 164
+(SDRC; by pyuff)."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,7 +11,58 @@ from tipdamp.hbm.errors import InputError
 
 FUNCTION, UNITS, FACTOR = 58, 164, "factor to SI"
 FRF_TYPE, FORCE = 4, 13  # func_type and specific data type of dataset 58
-MOTIONS = {8: "receptance", 11: "mobility", 12: "accelerance"}
+DISPLACEMENT, FREQUENCY, COMPLEX_DOUBLE, UNEVEN = 8, 18, 6, 0
+MOTIONS = {DISPLACEMENT: "receptance", 11: "mobility", 12: "accelerance"}
+
+
+class FrfAt(NamedTuple):
+    """A receptance between two nodes.
+
+    title; hz (n,); response (n,) complex m/N; response_node, force_node - numbers; direction of
+    both: 1, 2, 3 along x, y, z, negative against it, 0 another
+    """
+
+    title: str
+    hz: np.ndarray
+    response: np.ndarray
+    response_node: int
+    force_node: int
+    direction: int
+
+
+def write_universal(path: Path, functions: Sequence[FrfAt]) -> Path:
+    """A dataset 58 for each, SI units, at its own frequencies; these have the 6 digits of the
+    format, the values 12. Replaces a file that is there."""
+    import pyuff
+
+    path.unlink(missing_ok=True)
+    file = pyuff.UFF(str(path))
+    for one in functions:
+        file.write_sets(
+            pyuff.prepare_58(
+                binary=0,
+                id1=one.title,
+                func_type=FRF_TYPE,
+                rsp_ent_name="NONE",
+                rsp_node=one.response_node,
+                rsp_dir=one.direction,
+                ref_ent_name="NONE",
+                ref_node=one.force_node,
+                ref_dir=one.direction,
+                ord_data_type=COMPLEX_DOUBLE,
+                abscissa_spacing=UNEVEN,
+                abscissa_spec_data_type=FREQUENCY,
+                abscissa_axis_units_lab="Hz",
+                ordinate_spec_data_type=DISPLACEMENT,
+                ordinate_axis_units_lab="m",
+                orddenom_spec_data_type=FORCE,
+                orddenom_axis_units_lab="N",
+                x=one.hz,
+                data=one.response,
+            ),
+            mode="add",
+        )
+    return path
 
 
 def from_universal(

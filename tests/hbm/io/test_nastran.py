@@ -118,6 +118,39 @@ def test_nodes_of_one_number_are_no_punch(tmp_path):
         write_model(model, tmp_path, "pch")
 
 
+def test_modes_are_scalar_points_beside_the_grids(tmp_path):
+    """Nastran numbers grids and scalar points together: modes 1 and 2 of two bodies are neither
+    each other nor nodes 1 and 2."""
+    model = ReducedModel.from_matrices(
+        np.diag(np.arange(1.0, 7)),
+        1e6 * np.diag(np.arange(1.0, 7)),
+        body=["a", "a", "a", "b", "b", "b"],
+        node=[1, 1, 2, 20, 1, 2],
+        direction=["x", "mode", "mode", "y", "mode", "mode"],
+    )
+    path, dofs = write_model(model, tmp_path, "pch")
+    _, labels = read_punch(path)
+    grids, scalars = ({n for n, d in labels if bool(d) == grid} for grid in (True, False))
+    assert grids == {1, 20} and len(scalars) == 4 and not grids & scalars
+    again = ReducedModel.from_files(path, path, dofs=dofs)
+    assert again.M.diagonal().tolist() == [1, 4, 2, 3, 5, 6]
+    assert again.body.tolist() == ["a", "b", "a", "a", "b", "b"]
+
+
+@pytest.mark.parametrize("value", [-1.23456789012e-150, 9.99999999999e-100, -4e-320, 1e300])
+def test_numbers_of_three_exponents_stay_in_their_field(tmp_path, value):
+    path = tmp_path / "a.pch"
+    write_punch(path, {"KAAX": np.array([[value]])}, [(1, 1)])
+    assert max(map(len, path.read_text().splitlines())) <= 56
+    assert read_punch(path)[0]["KAAX"][0, 0] == pytest.approx(value, rel=1e-7)
+
+
+def test_numbers_of_nine_digits_are_no_grids(tmp_path):
+    model = ReducedModel.from_matrices([[1.0]], [[1.0]], node=[123456789], direction=["x"])
+    with pytest.raises(InputError, match="123456789.*8 digits.*op4"):
+        write_model(model, tmp_path, "pch")
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_cut_off_op4_is_told(tmp_path, kind):
     """Or it was cut between two matrices: then those before the cut are whole."""

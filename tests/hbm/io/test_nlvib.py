@@ -82,6 +82,8 @@ def test_motions_are_the_same_at_every_instant():
         (np.zeros((16, 2)), r"X has 16 rows, with harmonics = 3 it must have dofs \* 7 \+ 1"),
         (np.full((15, 1), np.nan), "not finite"),
         ("X", "must be real numbers"),
+        (-np.ones((15, 2)), r"X, solution 1: the angular frequency in its last row is -1: must be"),
+        (np.zeros(15), r"X, solution 1: .* is 0: must be greater than 0"),
     ],
 )
 def test_what_is_no_such_matrix(X, words):

@@ -6,6 +6,7 @@ import pytest
 from tests.tipdamp.measured.oscillator import grid, receptance
 from tipdamp.hbm.errors import InputError
 from tipdamp.measured.read import read_measured
+from tipdamp.measured.universal import FrfAt, from_universal, write_universal
 from tipdamp.study.schema import Measured
 
 HZ = grid(step=10.0)
@@ -118,6 +119,29 @@ def test_universal_file(tmp_path):
     np.testing.assert_allclose([f.response for f in frfs], [X, 1.2 * X], rtol=1e-5)
     frf, _ = read_one(path, quantity="accelerance", unit="mm/s2/N", records=[2])
     np.testing.assert_allclose(frf.response, 1.2e-3 * X, rtol=1e-5)
+
+
+def test_universal_file_written_and_read(tmp_path):
+    """At uneven frequencies, which go back where a curve folds; another program (pyuff) sees nodes,
+    directions and units."""
+    import pyuff
+
+    hz = np.array([2500.0, 2600.25, 2650.5, 2640.125, 2700.0])
+    x = np.exp(1j * hz) / hz
+    write_universal(tmp_path / "a.unv", [FrfAt("old", hz, x, 1, 1, 1)])
+    path = write_universal(
+        tmp_path / "a.unv",
+        [FrfAt("tip:7, Fe = 1 N", hz, x, 7, 9, -2), FrfAt("tip:8, Fe = 1 N", hz, 2 * x, 8, 9, -2)],
+    )
+    found = from_universal(path, (1,)) + from_universal(path, (2,))
+    for k, (quantity, frequency, response, _, label, factor) in enumerate(found):
+        assert (quantity, label, factor) == ("receptance", "m", 1)
+        assert frequency == pytest.approx(hz, rel=1e-5)
+        assert response == pytest.approx((1 + k) * x, rel=1e-11)
+    one, two = pyuff.UFF(str(path)).read_sets()
+    assert (one["rsp_node"], one["ref_node"], one["rsp_dir"]) == (7, 9, -2) and two["rsp_node"] == 8
+    assert one["func_type"] == 4 and one["orddenom_axis_units_lab"].strip() == "N"
+    assert one["id1"].strip() == "tip:7, Fe = 1 N"
 
 
 def test_universal_file_of_several_places(tmp_path):
