@@ -42,6 +42,8 @@ BESIDE = (
 BLIND = 1e-6  # influence of an unknown, or of a combination, relative to the largest
 VAGUE = np.log(10.0)  # half width of an interval: a factor of ten either way
 CONFIDENCE = 0.95
+ELSEWHERE = 0.5  # of the largest measured amplitude: a point farther off is on another branch
+LESS_DAMPING = (1.0, 0.5, 0.25, 0.125)  # of the values to start from, while one is
 STIFFNESS = ("kn", "kt")
 
 
@@ -116,7 +118,7 @@ def fit_damping(
             f"fit_damping: {values} measured values for {len(fit.unknowns)} unknowns "
             f"({', '.join(fit.names)}): more values than unknowns are needed"
         )
-    theta, solved, iterations, converged = fit.run()
+    theta, solved, iterations, converged = fit.best()
     half = fit.half_widths(solved)
     first = np.array([one.start for one in fit.unknowns])
     found = first * np.exp(theta)
@@ -200,9 +202,26 @@ class _Residuals:
         found.receptance()  # modes that hold for every contact
         return found
 
-    def run(self) -> tuple[np.ndarray, _Solved, int, bool]:
-        """(unknowns, their solution, steps, whether the last was small)."""
-        theta = np.zeros(len(self.unknowns))
+    def best(self) -> tuple[np.ndarray, _Solved, int, bool]:
+        """The result of `run` that is nearest to the measurement. Too much damping to start from
+        ends a resonance that folds before the measured one ends; no small step leads back."""
+        damped = np.array([bool(one.modes) for one in self.unknowns])
+        found = []
+        for factor in LESS_DAMPING if damped.any() else (1.0,):
+            found.append(self.run(np.where(damped, np.log(factor), 0.0)))
+            if not self._elsewhere(found[-1][1]):
+                break
+        return min(found, key=lambda one: np.linalg.norm(self.residual(one[1])))
+
+    def _elsewhere(self, solved: _Solved) -> bool:
+        """Whether a point is on another branch than the measured one."""
+        return any(
+            np.abs(computed - one.response).max() > ELSEWHERE * np.abs(one.response).max()
+            for computed, one in zip(solved.computed, self.measured, strict=True)
+        )
+
+    def run(self, theta: np.ndarray) -> tuple[np.ndarray, _Solved, int, bool]:
+        """(unknowns, their solution, steps, whether the last was small), from some unknowns on."""
         solved = self.solved(theta)
         for step in range(1, STEPS + 1):
             r, J = self.residual(solved), self.jacobian(solved)

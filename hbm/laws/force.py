@@ -1,12 +1,15 @@
 """Plain forces: nonlinear springs and dashpots of one or several components that are no contact."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
+from tipdamp.hbm import fourier
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws import sampled
 from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.validation import check_call
 
 
@@ -49,9 +52,51 @@ class PlainForce(ContactLaw):
         return self.force(motion.u, motion.v), state
 
     def harmonics(self, contacts, x, start, grid, omega):
-        """Forces of the cycle; what is no contact neither sticks nor slips nor opens."""
-        forces = super().harmonics(contacts, x, start, grid, omega)
-        return replace(forces, shares=np.zeros((len(x), 3)))
+        """Forces of the cycle; what is no contact neither sticks nor slips nor opens.
+
+        There is no state to carry from sample to sample: the harmonics of the force and of its
+        slopes at the samples are all.
+        """
+        P, nd, nh = x.shape
+        _, E, E_rate = grid
+        n, weights = len(E), sampled.projector(E)
+        u, rate = (np.moveaxis(x @ basis.T, 2, 0).reshape(n * P, nd) for basis in (E, E_rate))
+        every = self.select(np.tile(np.arange(P), n))
+        force = every.force(u, omega * rate)
+        by_u, by_v = every.slopes(u, omega * rate)
+        bases = ((by_u, E),) if by_v is None else ((by_u, E), (by_v, omega * E_rate))
+        D = sum(_harmonics_of_slopes(by.reshape(n, P, nd, nd), one, weights) for by, one in bases)
+        f = np.tensordot(force.reshape(n, P, nd), weights, (0, 0))
+        by_omega = None
+        if by_v is not None:
+            change = np.einsum("aij,aj->ai", by_v, rate).reshape(n, P, nd)
+            by_omega = np.tensordot(change, weights, (0, 0))
+        slope = max(np.abs(by * one.max()).max(initial=1e-300) for by, one in bases)
+        active = np.abs(D).max(axis=(2, 3, 4)) > sampled.SETTINGS.rounding * slope
+        D[~active] = 0.0
+        shares, work = np.zeros((P, 3)), fourier.work(f, x)
+        return ContactForces(f, active, D[active.any(axis=1)], None, by_omega, shares, work)
+
+    def slopes(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """Derivatives (P, nd, nd) of `force` by u and by v, the latter None where it does not
+        depend on v; by complex steps, exact to rounding."""
+        step = sampled.SETTINGS.step
+        nd = u.shape[1]
+        ways = 1j * step * np.eye(nd)
+        by_u = np.stack([np.imag(self.force(u + way, v)) for way in ways], axis=2) / step
+        along = step * np.sqrt(np.arange(2, 2 + nd))
+        if not np.imag(self.force(u, v + 1j * along)).any():
+            return by_u, None
+        return by_u, np.stack([np.imag(self.force(u, v + way)) for way in ways], axis=2) / step
+
+
+def _harmonics_of_slopes(by, basis, weights):
+    """(P, nd, nh, nd, nh) derivative of the harmonics of a force by those of the motion: by
+    (n, P, nd, nd) at the samples, by what the basis (n, nh) makes of the motion there."""
+    n, P, nd, _ = by.shape
+    nh = basis.shape[1]
+    D = weights.T @ (by.reshape(n, P * nd * nd).T[:, :, None] * basis)
+    return D.reshape(P, nd, nd, nh, nh).transpose(0, 1, 3, 2, 4)
 
 
 @dataclass(frozen=True)

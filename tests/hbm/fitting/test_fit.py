@@ -8,7 +8,7 @@ import pytest
 
 from tipdamp import Doubt, InputError, MeasuredResponse, Problem, fit_damping
 from tipdamp.hbm.fitting.fit import _Residuals, _unknowns
-from tipdamp.hbm.laws import Jenkins1D
+from tipdamp.hbm.laws import CubicSpring, Jenkins1D
 from tipdamp.measured.damping import half_power
 
 ZETA, KT, MU = (0.01, 0.02), 5e5, 0.5
@@ -154,3 +154,19 @@ def test_what_the_curves_do_not_tell_is_named():
     with pytest.raises(InputError, match="mu does not change the measured curves"):
         fit_damping(ONE, [1.0], [stuck], mu=True)
     assert fit_damping(ONE, [1.0], [stuck]).values[0] == pytest.approx(0.02, rel=1e-6)
+
+
+def test_too_much_damping_to_start_from_beside_a_fold():
+    """Duffing's resonance in closed form [one harmonic], measured on the branch above up to 1 %
+    short of its fold: with more damping the resonance ends before, and the points beyond lie on
+    the branch below."""
+    c, cubic, force = 0.08, 0.5, 0.4
+    a = np.linspace(0.3, 2.6, 3000)
+    stiff = 1 + 0.75 * cubic * a**2
+    root = (2 * stiff - c**2) ** 2 - 4 * (stiff**2 - (force / a) ** 2)
+    hz = np.sqrt((2 * stiff - c**2 - np.sqrt(root)) / 2) / (2 * np.pi)
+    at = np.linspace(hz[0], 0.99 * hz[-1], 40)
+    run = MeasuredResponse(at, np.interp(at, hz, a), [1.0], level=force)
+    duffing = Problem([[1.0]], K=[[1.0]], damping_ratio=0.05).add(CubicSpring(cubic), 0)
+    found = fit_damping(duffing.contact_problem, [1.0], [run], harmonics=1)
+    assert found.converged and found.values[0] == pytest.approx(c / 2, rel=1e-3)
