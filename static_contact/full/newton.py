@@ -200,8 +200,7 @@ class ContactNewton:
         overlap = k * np.maximum(-gap, 0.0)
         self.load = np.linalg.norm(f) if f.any() else np.linalg.norm(abs(C).T @ overlap)
         self.C_own = C[:, slice(*own)].tocsr()
-        # a half: no entry cancels
-        self.base, self.tangent = self._matrix(self.K), self._matrix(self._rows(0.5))
+        self.base, self.tangent = self._matrix(self.K), self._matrix(self._pattern())
 
     def _matrix(self, rows):
         A = petsc.matrix_of_rows(self.PETSc, rows, self.comm)
@@ -209,6 +208,10 @@ class ContactNewton:
         if self.definite:
             A.setOption(self.PETSc.Mat.Option.SPD, True)
         return A
+
+    def _pattern(self):
+        """Every entry that `_rows` may have: none cancels, whatever the signs of the motions."""
+        return (abs(self.K) + abs(self.C_own).T @ sp.diags(self.k) @ abs(self.C)).tocsr()
 
     def _rows(self, closed):
         """This rank's rows of K + C' k C with the pairs' `closed`, 0 or 1."""

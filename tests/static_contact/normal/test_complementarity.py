@@ -8,7 +8,8 @@ import pytest
 
 from tests.static_contact.corner import SHARES, by_interior_point, corner, pulls, random_pairs
 from tipdamp.static_contact.contact.preload import StaticContact
-from tipdamp.static_contact.normal.complementarity import NoEquilibrium
+from tipdamp.static_contact.normal.complementarity import NoEquilibrium, solve_complementarity
+from tipdamp.static_contact.normal.normal_contact import Loading, NormalContact
 
 made = cache(corner)
 
@@ -36,3 +37,66 @@ def test_what_lifts_off_is_still_refused():
     load = pulls(bodies, reduced, "both")[1]
     with pytest.raises(NoEquilibrium, match="do not hold the damper"):
         StaticContact(model, random_pairs(pairs, np.random.default_rng(1), hard=False)).solve(-load)
+
+
+@pytest.mark.parametrize("anchor, at", [(0.0, 0.0), (1e-2, 0.0), (0.3, 4e-6)])
+def test_a_set_with_anchors_is_one_linear_system(anchor, at):
+    """u, N and a of the four equations of `normal_contact`, all unknowns in one dense matrix; every
+    pair pulled to `at` by a spring of its own."""
+    random = np.random.default_rng(3)
+    P, h = 7, 2
+    root = random.standard_normal((P, P))
+    G, c = 1e-6 * (root @ root.T + np.eye(P)), random.uniform(0, 1e-6, P)
+    Y, E = random.standard_normal((P, h)), 1e5 * np.diag([0.0, 1.0])
+    k0 = random.uniform(1e5, 1e6, P)
+    closed = np.array([1, 0, 1, 1, 0, 0, 1], dtype=bool)
+    load = Loading(1e-5 * random.standard_normal(P), 10 * random.standard_normal(h))
+    gap, at = random.uniform(0, 1e-5, P), at * random.standard_normal(P)
+    problem = NormalContact(G + np.diag(c), c, Y, E, k0, np.ones(P, dtype=bool))
+    found = problem.solve_set(closed, load, gap, anchor, at)
+    one, k = np.eye(P), anchor * np.diag(k0)
+    whole = np.block(
+        [
+            [one + G @ k, G, -Y],
+            [np.where(closed[:, None], one, 0.0), np.diag(np.where(closed, -c, 1.0)), 0.0 * Y],
+            [Y.T @ k, Y.T, E],
+        ]
+    )
+    right = [load.u0 + G @ k @ at, np.where(closed, gap, 0.0), load.work + Y.T @ k @ at]
+    u, N, a = np.split(np.linalg.solve(whole, np.concatenate(right)), [P, 2 * P])
+    assert found.u == pytest.approx(u, rel=1e-8, abs=1e-12 * np.abs(u).max())
+    assert found.N == pytest.approx(N, rel=1e-8, abs=1e-8 * np.abs(N).max())
+    assert found.amount == pytest.approx(a, rel=1e-8)
+
+
+def plank(load_at, gap, push=100.0):
+    """A rigid plank that heaves and pitches on springs of 1 N/um at -1, 0 and 1; (problem, load,
+    gap)."""
+    Y, c = np.array([[1.0, -1], [1, 0], [1, 1]]), np.full(3, 1e-6)
+    problem = NormalContact(np.diag(c), c, Y, np.zeros((2, 2)), 1 / c, np.ones(3, dtype=bool))
+    return problem, Loading(np.zeros(3), push * np.array([1.0, load_at])), np.array(gap)
+
+
+@pytest.mark.parametrize("outer", [2e-4, 1e-2, 1.0])
+def test_a_plank_that_balances_on_its_middle(outer):
+    """Its pitch is free, so that no set holds it without anchors; they leave no force behind, in
+    the pairs or in the balance, however far the ends are."""
+    found = solve_complementarity(*plank(0.0, [outer, 0, outer]))
+    assert found.method == "proximal" and found.closed.tolist() == [False, True, False]
+    assert found.N == pytest.approx([0, 100, 0], rel=1e-8)
+    assert found.u[1] == pytest.approx(1e-4, rel=1e-8) and (found.u[[0, 2]] < outer).all()
+    assert found.u[0] + found.u[2] == pytest.approx(2e-4, rel=1e-8)
+
+
+def test_a_plank_that_tips_until_an_end_touches():
+    """Statics alone: the load stands at a third of the way to the end that touches."""
+    found = solve_complementarity(*plank(1 / 3, [1.0, 0, 1.0]))
+    assert found.N == pytest.approx([0, 200 / 3, 100 / 3], rel=1e-6)
+    assert found.closed.tolist() == [False, True, True]
+
+
+def test_a_plank_that_is_loaded_beyond_its_end_goes_on_turning():
+    with pytest.raises(NoEquilibrium, match="do not hold the damper") as told:
+        solve_complementarity(*plank(1.5, [0.0, 0, 0]))
+    drift = told.value.drift  # about the end that stays closed, away from the others
+    assert drift[0] < 0 and drift / -drift[0] == pytest.approx([-1, -0.5, 0], abs=1e-6)
