@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from tests.hbm.small_rig import small_rig
 from tipdamp.hbm.contact import COLUMNS, GROUND, ContactTable
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io.dof_table import DIRECTIONS, ROTATIONS
+from tipdamp.hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_dofs
 from tipdamp.hbm.io.matrices_in import FORMATS, abaqus_text, read_matrix
 from tipdamp.hbm.model import ReducedModel
 
@@ -37,6 +37,21 @@ def dof_table(path, model):
     ]
     path.write_text("\n".join(lines))
     return path
+
+
+def test_empty_cells_of_a_load_are_no_force(tmp_path):
+    """And those of a position are unknown, those of a body the name that was given."""
+    (tmp_path / "dofs.csv").write_text(
+        "body,node,direction,x,y,z,load pull,load push\n"
+        "blade,1,x,0.1,,0,,-3\n"
+        ",1,y,0.1,0.2,0,2.5,\n"
+        "blade,2,x,,,,,\n"
+    )
+    table = read_dofs(tmp_path / "dofs.csv", "other")
+    assert table["loads"]["pull"] == [0, 2.5, 0]
+    assert table["loads"]["push"] == [-3, 0, 0]
+    assert np.isnan(table["position"]).tolist() == [[False, True, False], [False] * 3, [True] * 3]
+    assert table["body"].tolist() == ["blade", "other", "blade"]
 
 
 def harwell_boeing_as_ansys(path, matrix):

@@ -369,6 +369,32 @@ def test_a_stiff_stop_that_is_never_touched(kn, f):
 
 
 @pytest.mark.slow
+def test_fast_modes_beside_many_slow_ones_keep_their_mass():
+    """Thirty masses at a third of the frequency to four times it, the fastest damped least: its
+    multiplier leads, although it is not among the slowest that are always kept.
+
+    dq'' = -C dq' - (K + 3 u^2 b b') dq, integrated over a period.
+    """
+    speed = np.linspace(0.33, 4.0, 30)
+    C, K = np.diag(np.linspace(0.3, 0.01, 30)), np.diag(speed**2)
+    b, w = np.full(30, 0.05), 1.0
+    contacts = Contacts(*np.zeros((4, 1)))
+    problem = ContactProblem(np.eye(30), C, K, b[None], CubicSpring(0.5), contacts)
+    point = solved(problem, 0.1 * np.eye(30)[5], w, 5)
+    x = point.x.reshape(point.detail.balance.n_components, -1)[0]
+
+    def rate(t, flat):
+        u = fourier.basis(np.array([w * t]), 5)[0] @ x
+        dq, dv = flat.reshape(2, 30, 60)
+        return np.concatenate([dv, -C @ dv - (K + 1.5 * u**2 * np.outer(b, b)) @ dq]).ravel()
+
+    end = solve_ivp(rate, (0, 2 * np.pi / w), np.eye(60).ravel(), rtol=1e-8, atol=1e-9)
+    wanted = np.sort(np.abs(np.linalg.eigvals(end.y[:, -1].reshape(60, 60))))[::-1]
+    found = np.abs(Stability().multipliers(point.detail, w))
+    assert found == pytest.approx(wanted[:4], abs=1e-4)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("places", [[(0, 1), 1], [(0, 1)], [1, 0]])
 def test_matrices_that_are_not_symmetric_beside_the_equation_in_variations(places):
     """dq'' = -C dq' - (K + sum 3 u^2 b b') dq, integrated over a period, with contacts at other

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tipdamp.static_contact.contact.contact_cells import SETTINGS, cells_in, surroundings
+from tests.contact_tables import contact_table
+from tipdamp.static_contact.contact.contact_cells import SETTINGS, cells_in, fade_of, surroundings
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -42,3 +43,21 @@ def test_cells_hold_what_lies_within_their_size():
     for c in np.unique(cell):
         assert (np.ptp(place[cell == c], axis=0) <= 0.5).all()
     assert len(np.unique(cells_in(place, None))) == 60
+
+
+@pytest.mark.parametrize(
+    "order, leave", [("least_loaded", [3, 1, 2, 4]), ("from_middle", [2, 1, 3, 4])]
+)
+def test_contacts_leave_one_after_the_other(order, leave):
+    """Five on a line, the first open: it takes up no area, and of the four others each begins to
+    leave where the one before is gone."""
+    area, load = np.array([9.0, 1, 2, 3, 4]), np.array([-5.0, 2, 6, 3, 40])
+    pairs = contact_table(
+        np.tile(np.eye(3), (5, 1, 1)), position=np.outer([0, 1.1, 2, 3.2, 4], [1, 0, 0])
+    )
+    fade = fade_of(pairs, area, load, (1, 0, 0), order=order)
+    left = 1 - np.cumsum(area[leave]) / area[1:].sum()
+    assert fade.gone[leave] == pytest.approx(left, abs=1e-15)
+    assert fade.begins[leave] == pytest.approx(np.r_[1.0, left[:-1]])
+    if order == "least_loaded":
+        assert fade.begins[0] == fade.gone[0] == 1.0

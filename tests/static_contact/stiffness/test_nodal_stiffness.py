@@ -213,6 +213,9 @@ def test_weights_of_the_nodes():
     assert tributary_weights(axial[mixed], across[mixed]) == pytest.approx(weights[mixed])
     with pytest.raises(InputError, match="every row"):
         tributary_weights(axial[:-1], across[:-1])
+    for name, places in (("axial", ([0, np.nan, 2], None)), ("across", ([0, 1], [0, np.inf]))):
+        with pytest.raises(InputError, match=name):
+            tributary_weights(*places)
 
 
 def test_active_nodes_keep_their_weight_or_take_all():

@@ -207,6 +207,22 @@ def test_target_out_of_reach(factor):
         )
 
 
+@pytest.mark.parametrize("beyond, reached", [(0.4, True), (0.6, False)])
+def test_half_a_cell_beyond_the_ends_is_nearest_to_them(beyond, reached):
+    """Two cells a side that leave whole: the frequencies of all and of half of the area, and half
+    the step between them on both sides."""
+    pairs, area = bed(2, 1)
+    fade = fade_of(pairs, area, np.tile([1.0, 2.0], 2) * area, (1, 0, 0)).whole()
+    low, high = hz_of(LENGTH * WIDTH), hz_of(2 * LENGTH * WIDTH)
+    for target, share in ((high + beyond * (high - low), 1.0), (low - beyond * (high - low), 0.5)):
+        if reached:
+            found = detach_area(assembly(), pairs, fade, target, FOLLOW, DetachmentOptions())
+            assert found.chosen.share == pytest.approx(share)
+        else:
+            with pytest.raises(InputError, match="is not reachable"):
+                detach_area(assembly(), pairs, fade, target, FOLLOW, DetachmentOptions())
+
+
 def moment_left(pairs, load, weight):
     """Of forces along n on what is kept, scaled to the whole load, about the middle, over load
     times length."""

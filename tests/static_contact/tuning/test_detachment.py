@@ -10,7 +10,7 @@ import pytest
 from tests.contact_tables import contact_table
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.static_contact.tuning.detachment import DetachmentOptions, detach_until
+from tipdamp.static_contact.tuning.detachment import DetachmentOptions, detach_until, keep_weights
 from tipdamp.static_contact.tuning.kept_stations import keep_ends
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
@@ -168,6 +168,18 @@ def test_worth_of_a_station(assembly):
         hz = assembly.modes(pairs_of(sorted(kept)), out_of_phase(assembly.model)).tracked_hz
         assert one.kept == (one.station in found.stations)
         assert abs(hz - found.chosen.hz) == pytest.approx(one.hz, abs=1e-4)
+
+
+def test_a_station_that_is_kept_on_one_side_is_kept(assembly):
+    """It is worth what goes with it: the side that it still has."""
+    pairs, follow = pairs_of(range(P["n"])), out_of_phase(assembly.model)
+    half = (pairs.side == "left") | (pairs.station != 4)
+    found = keep_weights(assembly, pairs, half.astype(float), follow)
+    (one,) = [w for w in found.worth if w.station == 4]
+    without = pairs.replace(weight=(pairs.station != 4).astype(float))
+    hz = assembly.modes(without, follow).tracked_hz
+    assert one.kept and one.hz == pytest.approx(abs(hz - found.chosen.hz), abs=1e-4)
+    assert one.hz > 1e-2
 
 
 @pytest.mark.parametrize("hz", [1750.0, 2300.0, 2500.0])

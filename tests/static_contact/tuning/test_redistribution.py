@@ -81,3 +81,23 @@ def test_a_map_that_the_kept_stations_cannot_carry():
         InputError, match="cannot carry the pull with the friction of the whole map: left -"
     ):
         balancing_forces(whole, whole, T, np.array([-10.0, 0, 0]), (0, 1, 0))
+
+
+def test_moment_of_friction_that_is_left_out():
+    """Of a force F at r on the damper, r x F about the middle of the whole map; friction in both
+    directions of the frame, on the blades: the damper has its opposite."""
+    whole, T, _ = map_with_friction(np.random.default_rng(0))
+    T = T + np.random.default_rng(1).standard_normal(T.shape)
+    kept = whole.select(whole.station < 3)
+    done = redistribute(whole, kept, {s: 1.0 for s in whole.sides})
+    of_kept = redistribute_friction(whole, T, done)
+    expected, middle = np.zeros(3), whole.position.mean(axis=0)
+    for pairs, normal, friction, sign in (
+        (whole, whole.preload, T, 1),
+        (kept, done.pairs.preload, of_kept, -1),
+    ):
+        for i in range(len(pairs)):
+            t1, t2, n = pairs.frame[i]
+            force = -normal[i] * n - friction[i, 0] * t1 - friction[i, 1] * t2
+            expected += sign * np.cross(pairs.position[i] - middle, force)
+    assert done.with_friction(whole, T, of_kept) == pytest.approx(expected, rel=1e-12)

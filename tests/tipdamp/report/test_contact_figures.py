@@ -8,7 +8,7 @@ import pytest
 
 from tests.tipdamp.report.files import artefacts, damage, results_of
 from tipdamp.checks.pairs import pair_names
-from tipdamp.hbm.drawing.figure import Tiles, edges
+from tipdamp.hbm.drawing.figure import Line, Tiles, edges
 from tipdamp.report.drawing import matplotlib, plotly, table
 from tipdamp.report.subjects import friction, tuning
 from tipdamp.results.response_results import CyclesResult, PeakCycle
@@ -105,3 +105,18 @@ def test_a_graded_station_is_part_of_a_station(tmp_path):
         any(item.name == "target 2800 Hz" for item in figure.panels[0].items)
         and figure.panels[0].whole_x
     )
+
+
+@pytest.mark.parametrize("scatter", [0.0, 5.0])
+def test_a_target_has_the_band_of_its_scatter(tmp_path, scatter):
+    """The target as a line over all that was tried, and dotted lines at both edges of what it is
+    known to."""
+    results = results_of(*artefacts(tmp_path, damage=damage("tune", "scatter_hz", value=scatter)))
+    figure = next(f for f in tuning.histories(results) if f.name == "tuning")
+    items = figure.panels[0].items
+    edges_hz = [(one.axis, one.value, one.dash) for one in items if isinstance(one, Line)]
+    both = [("y", 2795.0, "dot"), ("y", 2805.0, "dot")]
+    assert edges_hz == (both if scatter else [])
+    (target,) = [one for one in items if getattr(one, "name", "") == "target 2800 Hz"]
+    counts = [s.front + s.back for s in results.tune.history]
+    assert list(target.x) == [min(counts), max(counts)] and list(target.y) == [2800.0] * 2
