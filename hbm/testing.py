@@ -76,10 +76,10 @@ def check_force(
     """
     contacts, x = _tried(law, contacts, amplitude)
     for check in (
+        _present_motion,
         _no_contacts,
         _tangents,
         _selection,
-        _present_motion,
         _cycle,
         _shift,
         _samples,

@@ -6,7 +6,7 @@ write one: docs/studies/own_law/README.md.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -228,7 +228,7 @@ class ContactLaw:
         at 256."""
         return max(256, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
 
-    def select(self, at: np.ndarray) -> "ContactLaw":
+    def select(self, at: np.ndarray) -> Self:
         """The law of some contacts, by a mask or by indices: parameters with one entry per contact
         are cut."""
         cut = {}

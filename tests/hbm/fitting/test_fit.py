@@ -161,7 +161,7 @@ def test_too_much_damping_to_start_from_beside_a_fold():
     short of its fold: with more damping the resonance ends before, and the points beyond lie on
     the branch below."""
     c, cubic, force = 0.08, 0.5, 0.4
-    a = np.linspace(0.3, 2.6, 3000)
+    a = np.linspace(0.45, 2.6, 3000)
     stiff = 1 + 0.75 * cubic * a**2
     root = (2 * stiff - c**2) ** 2 - 4 * (stiff**2 - (force / a) ** 2)
     hz = np.sqrt((2 * stiff - c**2 - np.sqrt(root)) / 2) / (2 * np.pi)
