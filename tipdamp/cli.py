@@ -385,7 +385,9 @@ def _parser() -> argparse.ArgumentParser:
         help="study files (.toml); those that [compare] of one names are added",
     )
     compare.add_argument(
-        "--out", help="folder of the page (default: results/comparison beside the first study)"
+        "--out",
+        help="folder of the page (default: results/comparison beside the first study, of one study "
+        "alone results/comparison_NAME)",
     )
     compare.add_argument(
         "--run",
@@ -501,8 +503,8 @@ def _export(arguments) -> int:
 
 
 def _compare(arguments) -> int:
-    from tipdamp.comparison.page import write_comparison
-    from tipdamp.comparison.read import folder_of, read, refuse, studies_of
+    from tipdamp.comparison.page import is_drawn, write_comparison
+    from tipdamp.comparison.read import folder_of, mark_of, read, refuse, source, studies_of
     from tipdamp.stages.run import results_folder
     from tipdamp.sweep.run import run_sweep
 
@@ -517,9 +519,15 @@ def _compare(arguments) -> int:
                     run_sweep(study.path, store, workers, quiet=arguments.quiet)
                 else:
                     _stages(arguments, _Said(), study, store, workers)
-    comparison = read(list(zip(studies, stores, strict=True)))
-    folder = Path(arguments.out or folder_of(studies))
-    print(f"compare: {write_comparison(comparison, folder)}")
+    sources = [source(*pair) for pair in zip(studies, stores, strict=True)]
+    folder, mark = Path(arguments.out or folder_of(studies)), mark_of(sources)
+    page = folder / "comparison.html"
+    if is_drawn(folder, mark):
+        print(f"compare: {page} is up to date")
+        return 0
+    if page.exists():
+        print(f"compare: {page} of before is replaced")
+    print(f"compare: {write_comparison(read(sources), folder, mark)}")
     return 0
 
 

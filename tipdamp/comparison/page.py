@@ -1,8 +1,10 @@
 """comparison.html, its figures, and comparison.csv of every peak."""
 
 import csv
+import time
 from collections.abc import Iterator
 from dataclasses import fields
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 from tipdamp.comparison import figures, tables, wear
@@ -30,10 +32,29 @@ SECTIONS = (
 )
 
 
-def write_comparison(comparison: ComparedStudies, folder: Path) -> Path:
-    """Write comparison.html, comparison.csv and figures/ (PNG and CSV) into the folder; returns the
-    page."""
-    store = Store(folder)
+STAGE = "compare"  # name of its record in the folder
+FILES = ("comparison.html", "comparison.csv")
+FIGURES = "figures/*.png", "figures/*.csv"
+
+
+def write_comparison(comparison: ComparedStudies, folder: Path, mark: str) -> Path:
+    """Write comparison.html, comparison.csv and figures/ (PNG and CSV) into the folder, in place of
+    those of another comparison; returns the page. mark - of all that it follows from."""
+    store, began = Store(folder), time.perf_counter()
+    with store.running(STAGE) as before:
+        files = _write(comparison, store)
+        before = {f: m for f, m in before.items() if any(fnmatchcase(f, own) for own in FIGURES)}
+        store.finish(STAGE, mark, files, time.perf_counter() - began, before)
+    return store.path(FILES[0])
+
+
+def is_drawn(folder: Path, mark: str) -> bool:
+    """Whether the page of what has this mark stands in the folder."""
+    return Store(folder).is_current(STAGE, mark)
+
+
+def _write(comparison, store) -> list[str]:
+    """The files."""
     sections: list[Section[Block]] = [
         Section(name, title, [block for part in parts for block in part(comparison)])
         for name, title, parts in SECTIONS
@@ -45,16 +66,19 @@ def write_comparison(comparison: ComparedStudies, folder: Path) -> Path:
         [section for section in sections if section.blocks],
         introduction=list(introduction(comparison)),
     )
-    with store.writing("comparison.html") as path:
+    with store.writing(FILES[0]) as path:
         path.write_text(text, encoding="utf-8")
-    with store.writing("comparison.csv") as path:
+    with store.writing(FILES[1]) as path:
         write_csv(comparison, path)
+    files = list(FILES)
     for figure in (b for s in sections for b in s.blocks if isinstance(b, Figure)):
-        with store.writing(f"figures/{figure.name}.png") as path:
+        drawn, plain = (pattern.replace("*", figure.name) for pattern in FIGURES)
+        with store.writing(drawn) as path:
             matplotlib.draw(figure, path)
-        with store.writing(f"figures/{figure.name}.csv") as path:
+        with store.writing(plain) as path:
             table.write(figure, path)
-    return store.path("comparison.html")
+        files += [drawn, plain]
+    return files
 
 
 def introduction(comparison: ComparedStudies) -> Iterator[str]:

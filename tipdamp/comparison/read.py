@@ -1,17 +1,18 @@
 """Studies that were run, read back to be set side by side, and why they cannot be."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
 
 from tipdamp.comparison.record import ComparedStudies, Computed, compared
-from tipdamp.comparison.swept import computed_of_sweep
-from tipdamp.engine.store import Store
+from tipdamp.comparison.swept import swept_cases
+from tipdamp.engine.store import Store, fingerprint
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.validation import brief
-from tipdamp.report.results import Results, load_results
+from tipdamp.report.results import load_results
 from tipdamp.stages.report import said
-from tipdamp.stages.run import check_current
+from tipdamp.stages.run import check_current, program_mark, stage_key
 from tipdamp.study.study import load_study
 from tipdamp.study.view import Study
 
@@ -19,29 +20,49 @@ from tipdamp.study.view import Study
 ALIKE = ("patches", "direction", "excitation", "amplitudes", "phase", "engine_order", "blade_count")
 
 
-def read(studies: Sequence[tuple[Study, Store]]) -> ComparedStudies:
-    """Studies that were run to the end, with the store of each; of one with a [sweep] its cases.
+@dataclass(frozen=True)
+class Source:
+    """A study that was run to the end, or whose sweep was.
 
-    Raises InputError where a study has no forced response or an old one, or a sweep has not
+    mark - of all that a comparison reads of it, and of the program; load - reads what was computed;
+    failed - (name, reason) of the cases of a sweep that failed
+    """
+
+    mark: str
+    load: Callable[[], list[Computed]]
+    failed: list[tuple[str, str]]
+
+
+def source(study: Study, store: Store) -> Source:
+    """Of a study with its results folder; nothing is read yet.
+
+    Raises InputError where the study has no forced response or an old one, or its sweep has not
     finished."""
-    computed, failed = list[Computed](), list[tuple[str, str]]()
-    for study, store in studies:
-        if "sweep" in study:
-            cases, without = computed_of_sweep(study, store)
-            computed += cases
-            failed += without
-        else:
-            computed.append(Computed(study.name, _results(study, store)))
-    return compared(computed, failed)
-
-
-def _results(study: Study, store: Store) -> Results:
+    if "sweep" in study:
+        swept = swept_cases(study, store)
+        mark = fingerprint(study.path.name, program_mark(True), swept.marks)
+        return Source(mark, swept.computed, swept.failed)
     if store.record("respond") is None:
         raise InputError(
             f"{study.path}: its forced response is not there yet; run: tipdamp run {study.path}"
         )
     check_current("report", study, store)
-    return load_results(study, store, said(study, store))
+
+    def load():
+        return [Computed(study.name, load_results(study, store, said(study, store)))]
+
+    return Source(fingerprint(study.path.name, stage_key("report", study, store)), load, [])
+
+
+def read(sources: Sequence[Source]) -> ComparedStudies:
+    """What was computed of studies, side by side."""
+    computed = [one for each in sources for one in each.load()]
+    return compared(computed, [one for each in sources for one in each.failed])
+
+
+def mark_of(sources: Sequence[Source]) -> str:
+    """Fingerprint of all that a comparison of them shows."""
+    return fingerprint([one.mark for one in sources])
 
 
 def studies_of(paths: Sequence[str]) -> list[Study]:
@@ -55,9 +76,11 @@ def studies_of(paths: Sequence[str]) -> list[Study]:
 
 
 def folder_of(studies: Sequence[Study]) -> Path:
-    """Where the page goes: as the first [compare] says, else beside the first study."""
+    """Where the page goes: as the first [compare] says, else beside the first study; one alone is
+    no comparison with another, and has a folder of its own name."""
     stated = [one.file(one.compare.out) for one in studies if "compare" in one and one.compare.out]
-    return next(iter(stated), studies[0].path.parent / "results" / "comparison")
+    own = "comparison" if len(studies) > 1 else f"comparison_{studies[0].name}"
+    return next(iter(stated), studies[0].path.parent / "results" / own)
 
 
 def refuse(studies: Sequence[Study]) -> None:

@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,29 @@ from tipdamp.sweep.work import products, unpack
 PLACES = ("damper.pull", "model.pull", "respond.levels", "respond.band")
 
 
-def computed_of_sweep(study: Study, store: Store) -> tuple[list[Computed], list[tuple[str, str]]]:
-    """What was computed of every case, and (name, reason) of those that failed.
+@dataclass(frozen=True)
+class SweptCases:
+    """Of a finished sweep: content of the study file; folder of the sweep; done - the cases with
+    their steps; failed - (name, reason) of the others."""
+
+    study: Study
+    content: dict
+    folder: Path
+    done: list[tuple[Case, list[SweepStep]]]
+    failed: list[tuple[str, str]]
+
+    @property
+    def marks(self) -> list:
+        """By which what was computed is known."""
+        return [self.content, [steps[-1].key for _, steps in self.done], self.failed]
+
+    def computed(self) -> list[Computed]:
+        """What was computed of every case."""
+        return _with_pulls(list(_loaded(self.study, self.content, self.folder, self.done)))
+
+
+def swept_cases(study: Study, store: Store) -> SweptCases:
+    """The cases of a sweep and what came of them.
 
     Raises InputError where the sweep has not finished, or none of its cases has the values of the
     study itself."""
@@ -47,13 +69,12 @@ def computed_of_sweep(study: Study, store: Store) -> tuple[list[Computed], list[
         for case, steps in every
         if steps[-1].key not in there
     ]
-    found = list(_loaded(study, content, folder, done))
-    if all(one.scatter for one in found):
+    if all(scatter_of(content, case) for case, _ in done):
         raise InputError(
             f"{study.path}: [sweep] no case has the study's own values, about which the others "
             "scatter; add one"
         )
-    return _with_pulls(found), failed
+    return SweptCases(study, content, folder, done, failed)
 
 
 def _loaded(

@@ -1238,7 +1238,11 @@ class CompareSection(StudySection):
     ]
     out: Annotated[
         str,
-        Key(TEXT, "folder of the page, relative to the study; default: results/comparison"),
+        Key(
+            TEXT,
+            "folder of the page, relative to the study; default: results/comparison, of one study "
+            "alone results/comparison_NAME",
+        ),
     ] = ""
 
 

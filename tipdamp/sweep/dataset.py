@@ -48,6 +48,7 @@ def dataset(folder: Path) -> "xarray.Dataset":
 
     with Index(folder) as index:
         states, curves, units = index.cases(), index.curves(), index.facts().get("units", {})
+        said = index.warnings()
     patches = list(dict.fromkeys(row.patch for _, row in curves))
     at: dict[int, dict[tuple[float, int], int]] = {}
     for number, row in curves:
@@ -78,6 +79,7 @@ def dataset(folder: Path) -> "xarray.Dataset":
     }
     data["state"] = (dims[:1], np.array([one.state for one in states], str), {})
     data["reason"] = (dims[:1], np.array([one.reason for one in states], str), {})
+    data["warnings"] = (dims[:1], np.array([_warned(said, one) for one in states], str), {})
     coords = {
         "case": [one.number for one in states],
         "patch": np.array(patches, str),
@@ -87,6 +89,11 @@ def dataset(folder: Path) -> "xarray.Dataset":
         },
     }
     return xarray.Dataset(data, coords)
+
+
+def _warned(said, one: CaseState) -> str:
+    """What the stages of a case warned of, a line each."""
+    return "\n".join(said.get(one.number, ()))
 
 
 def _keys(states: Sequence[CaseState]) -> list[str]:
@@ -134,6 +141,7 @@ def write_table(folder: Path) -> Path:
     """CSV of all curves, a row for each patch; a case that has none has one row with its state."""
     with Index(folder) as index:
         states, curves, units = index.cases(), index.curves(), index.facts().get("units", {})
+        said = index.warnings()
     of_case: dict[int, list[dict]] = {}
     for number, row in curves:
         of_case.setdefault(number, []).append(asdict(row))
@@ -142,12 +150,12 @@ def write_table(folder: Path) -> Path:
     with Store(folder).writing(TABLE) as path:
         with path.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
-            writer.writerow(["case", *head, "state", "reason", *columns])
+            writer.writerow(["case", *head, "state", "reason", "warnings", *columns])
             for one in states:
                 values = [_written(one.case.get(key)) for key in keys]
                 for numbers in of_case.get(one.number, [{}]):
                     writer.writerow(
-                        [one.number, *values, one.state, one.reason]
+                        [one.number, *values, one.state, one.reason, _warned(said, one)]
                         + [numbers.get(name) for name in columns]
                     )
     return folder / TABLE

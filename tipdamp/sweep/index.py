@@ -5,7 +5,7 @@ may read meanwhile."""
 import errno
 import json
 import sqlite3
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
@@ -58,6 +58,9 @@ create table if not exists steps (
     key text primary key, stage text, state text, reason text, seconds real, bytes integer);
 create table if not exists curves ({", ".join(COLUMNS)});
 create index if not exists curves_of on curves (key);
+create table if not exists chains (last text, key text);
+create table if not exists warnings (key text, text text);
+create index if not exists warnings_of on warnings (key);
 create table if not exists facts (name text primary key, value text);
 """
 
@@ -103,12 +106,21 @@ class Index:
     def _write(self, sql, rows):
         self.base.executemany(sql, rows)
 
-    def begin(self, cases: Sequence[Case], last: Sequence[str]) -> None:
-        """The cases of the sweep that begins, in place of those of an earlier one."""
+    def begin(
+        self,
+        cases: Sequence[Case],
+        last: Sequence[str],
+        chains: Mapping[str, Sequence[str]] | None = None,
+    ) -> None:
+        """The cases of the sweep that begins, in place of those of an earlier one; chains - see
+        `Plan`."""
+        links = [(end, key) for end, keys in (chains or {}).items() for key in keys]
         rows = zip(range(1, len(cases) + 1), last, (json.dumps(c) for c in cases), strict=True)
         with self._told(), self.base:
             self.base.execute("delete from cases")
+            self.base.execute("delete from chains")
             self._write("insert into cases values (?, ?, ?)", rows)
+            self._write("insert into chains values (?, ?)", links)
 
     def say(self, **facts: object) -> None:
         """Facts about the sweep as a whole, for readers."""
@@ -124,15 +136,21 @@ class Index:
             return {n: json.loads(v) for n, v in self.base.execute("select * from facts")}
 
     def done(
-        self, steps: Iterable[tuple[SweepStep, float, int]], curves: Iterable[CurveRow] = ()
+        self,
+        steps: Iterable[tuple[SweepStep, float, int]],
+        curves: Iterable[CurveRow] = (),
+        warnings: Iterable[tuple[str, str]] = (),
     ) -> None:
-        """Finished steps with their seconds and bytes, and the curves of those that end a case."""
+        """Finished steps with their seconds and bytes, the curves of those that end a case, and
+        (key of a step, warning of its stage)."""
         rows = [(s.key, s.stage, "done", "", seconds, size) for s, seconds, size in steps]
         with self._told(), self.base:
-            self._write("delete from curves where key = ?", [row[:1] for row in rows])
+            for table in ("curves", "warnings"):
+                self._write(f"delete from {table} where key = ?", [row[:1] for row in rows])
             self._write("insert or replace into steps values (?, ?, ?, ?, ?, ?)", rows)
             marks = ", ".join("?" * len(COLUMNS))
             self._write(f"insert into curves values ({marks})", map(astuple, curves))
+            self._write("insert into warnings values (?, ?)", warnings)
 
     def failed(self, keys: Iterable[tuple[str, str]], reason: str) -> None:
         """(key, stage) of what will not be made, with the reason."""
@@ -192,6 +210,19 @@ class Index:
         )
         with self._told():
             return dict(self.base.execute(sql))
+
+    def warnings(self) -> dict[int, list[str]]:
+        """{case: what its stages warned of}, of cases that are finished, in their order."""
+        sql = (
+            "select number, text from cases join chains on cases.key = chains.last join warnings "
+            "on warnings.key = chains.key join steps on steps.key = cases.key where state = 'done' "
+            "order by number, chains.rowid, warnings.rowid"
+        )
+        found: dict[int, list[str]] = {}
+        with self._told():
+            for number, text in self.base.execute(sql):
+                found.setdefault(number, []).append(text)
+        return found
 
     def curves(self) -> list[tuple[int, CurveRow]]:
         """(case, curve) of every finished case, in their order."""

@@ -56,6 +56,15 @@ class Plan:
         for task in self.tasks:
             yield from task.steps
 
+    @property
+    def chains(self) -> dict[str, tuple[str, ...]]:
+        """{key of the last step of a case: keys of all its steps}."""
+        return {
+            task.last.key: tuple(step.key for step in (*task.before, *task.steps))
+            for task in self.tasks
+            if task.last.stage == LAST
+        }
+
 
 def plan(path: Path, content: dict, cases: Sequence[Case]) -> Plan:
     """The steps of all cases of a study file with this content; InputError where one of them is no

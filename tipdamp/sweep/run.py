@@ -24,7 +24,7 @@ from tipdamp.sweep.dataset import units_of_keys, write_netcdf, write_table
 from tipdamp.sweep.estimate import SweepEstimate, sweep_estimate
 from tipdamp.sweep.index import CurveRow, Index
 from tipdamp.sweep.plan import LAST, Plan, SweepStep, Task, plan
-from tipdamp.sweep.work import SweepWork, product, products, read_member, work
+from tipdamp.sweep.work import SweepWork, product, products, read_member, warned, work
 
 if TYPE_CHECKING:
     from tipdamp.sweep.cluster import Cluster
@@ -66,7 +66,7 @@ def run_sweep(
         shutil.rmtree(folder / "working", ignore_errors=True)  # of processes that were killed
         whole, content = planned(path)
         tell(sweep_estimate(whole, study_of(path, content), store, workers.jobs))
-        index.begin(whole.cases, whole.last)
+        index.begin(whole.cases, whole.last, whole.chains)
         units = units_of_keys(list(whole.cases[0]), content)
         index.say(study=str(path.absolute()), units=units, left=None)
         common = SweepWork(path.absolute(), content, folder.absolute(), ALLOWED.get())
@@ -148,12 +148,15 @@ class _Running:
     def _enter(self, steps: Sequence[SweepStep]) -> list[tuple[SweepStep, float]]:
         """Finished steps into the index; returns the seconds that each took."""
         found, rows, folder = [], list[CurveRow](), self.common.folder
+        said = list[tuple[str, str]]()
         for step in steps:
             record = json.loads(read_member(folder, step.key, f".stages/{step.stage}.json"))
             found.append((step, record["seconds"], product(folder, step.key).stat().st_size))
+            warnings = json.loads(read_member(folder, step.key, warned(step.stage)))
+            said += [(step.key, str(text)) for text in warnings]
             if step.stage == LAST:
                 rows += curve_rows(folder, step)
-        self.index.done(found, rows)
+        self.index.done(found, rows, said)
         return [(step, seconds) for step, seconds, _ in found]
 
     def _failed(self, i: int, error: Exception) -> None:

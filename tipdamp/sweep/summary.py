@@ -12,6 +12,8 @@ from tipdamp.sweep.cases import in_words
 from tipdamp.sweep.index import CaseState, Index
 
 FREQUENCY = re.compile(r"(\d+(?:\.\d+)?(?:e[+-]?\d+)?) Hz")
+NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
+LONGEST = 300  # letters of a reason or a warning
 SHOWN = 20  # cases that failed, for each reason
 
 
@@ -20,12 +22,14 @@ def status(folder: Path) -> tuple[str, bool]:
     while another process works there."""
     with Index(folder) as index:
         cases, facts, incomplete = index.cases(), index.facts(), index.incomplete()
+        warnings = index.warnings()
     count = Counter(one.state for one in cases)
     lines = [
         f"sweep       {count['done']} of {len(cases)} cases done, {count['failed']} failed, "
         f"{count['to do']} to do{_left(folder, facts, count['to do'])}"
     ]
     lines += _incomplete(incomplete)
+    lines += _warnings(warnings)
     lines += _failures([one for one in cases if one.state == "failed"])
     if count["failed"]:
         lines.append(f"to try them again: tipdamp sweep {facts.get('study', 'STUDY')} --retry")
@@ -39,9 +43,26 @@ def _incomplete(reasons: dict[str, int]) -> list[str]:
         alike.setdefault(FREQUENCY.sub("... Hz", why), []).extend([why] * count)
     return [
         f"{len(every)} curve{'s are' if len(every) > 1 else ' is'} incomplete: "
-        f"{shown(_with_range(why, every), 300)}"
+        f"{shown(_with_range(why, every), LONGEST)}"
         for why, every in alike.items()
     ]
+
+
+def _warnings(said: dict[int, list[str]]) -> list[str]:
+    """One line for each warning, whatever its numbers, with those of the first case that has it."""
+    alike: dict[str, dict[int, str]] = {}
+    for number, texts in said.items():
+        for text in texts:
+            alike.setdefault(NUMBER.sub("#", text), {}).setdefault(number, text)
+    return [
+        f"warning: {shown(text, LONGEST)} (case {number}{_and_others(len(every) - 1)})"
+        for every in alike.values()
+        for number, text in [next(iter(every.items()))]
+    ]
+
+
+def _and_others(count):
+    return f" and {count} more" * bool(count)
 
 
 def _with_range(why, every):

@@ -1,6 +1,7 @@
 """What a process does for a sweep: steps in a folder of its own, each packed into one file of the
 store when it is finished."""
 
+import json
 import os
 import threading
 import zipfile
@@ -11,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
-from tipdamp.stages.run import run_stage
+from tipdamp.stages.run import STAGES, run_stage
 from tipdamp.study.own_law import code_allowed
 from tipdamp.study.study import study_of
 from tipdamp.sweep.cases import content_of
@@ -36,6 +37,11 @@ class SweepWork:
 def product(folder: Path, key: str) -> Path:
     """File of a finished step."""
     return folder / MADE / key[:2] / f"{key}.zip"
+
+
+def warned(stage: str) -> str:
+    """File in a finished step: the warnings of its stage, a JSON list."""
+    return f".stages/{stage}.said"
 
 
 def products(folder: Path) -> set[str]:
@@ -79,9 +85,11 @@ def _make(common, task, store, report):
             continue
         try:
             run_stage(step.stage, study, store, quiet=True, locked=True)
+            said = list(STAGES[step.stage].warnings(study, store))
         except Exception as error:
             error.add_note(f"in the stage '{step.stage}'")
             raise
+        store.path(warned(step.stage)).write_text(json.dumps(said), encoding="utf-8")
         _pack(common.folder, step, store)
 
 
@@ -96,7 +104,7 @@ def _pack(folder: Path, step: SweepStep, store: Store) -> None:
 
 
 def _files(step: SweepStep, store: Store) -> list[str]:
-    records = (f".stages/{step.stage}.json", f".stages/{step.stage}.from")
+    records = (f".stages/{step.stage}.json", f".stages/{step.stage}.from", warned(step.stage))
     return [*records, *store.outputs(step.stage)]
 
 

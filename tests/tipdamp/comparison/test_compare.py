@@ -10,7 +10,7 @@ import pytest
 
 from tests.tipdamp.rig_study import CHAIN, write_chain
 from tipdamp.cli import main
-from tipdamp.comparison.read import read
+from tipdamp.comparison.read import read, source
 from tipdamp.comparison.wear import wear
 from tipdamp.report.subjects.axial import of_side
 from tipdamp.stages.run import results_folder
@@ -95,6 +95,36 @@ def test_page_shows_every_study_and_is_whole(run, tmp_path):
     }
 
 
+def test_what_is_drawn_is_not_drawn_again(run, tmp_path, capsys, monkeypatch):
+    """Until a result, the studies or a file of the page change; that another page stood there is
+    said, and its figures do not stay."""
+    both = [str(run / f"{name}.toml") for name in ("light", "heavy")]
+    place = ["--out", str(tmp_path / "page")]
+    page, figures = tmp_path / "page" / "comparison.html", tmp_path / "page" / "figures"
+    assert main(["compare", *both, *place]) == 0
+    assert capsys.readouterr().out == f"compare: {page}\n"
+    with monkeypatch.context() as patch:
+        patch.setattr("tipdamp.comparison.read.load_results", None)  # nothing is read
+        assert main(["compare", *both, *place]) == 0
+    assert capsys.readouterr().out == f"compare: {page} is up to date\n"
+    (figures / "mine.png").write_text("of somebody else")
+    assert main(["compare", both[0], *place]) == 0
+    assert "comparison.html of before is replaced\n" in capsys.readouterr().out
+    assert not (figures / "responses_heavy.png").exists() and (figures / "mine.png").exists()
+    (figures / "wear.png").unlink()
+    assert main(["compare", both[0], *place]) == 0
+    assert (figures / "wear.png").exists()
+
+
+def test_one_study_alone_has_a_folder_of_its_name(run, tmp_path):
+    shutil.copytree(run, tmp_path / "copy")
+    light, heavy = (str(tmp_path / "copy" / f"{name}.toml") for name in ("light", "heavy"))
+    assert main(["compare", light, heavy]) == main(["compare", light]) == 0
+    there = {"comparison": {"light", "heavy"}, "comparison_light": {"light"}}
+    for name, studies in there.items():
+        assert {r["study"] for r in rows(tmp_path / "copy" / "results" / name)} == studies
+
+
 def test_a_section_names_the_others(run, tmp_path, capsys):
     """The page is that of both studies, in the folder that is stated; each is taken once."""
     shutil.copytree(run, tmp_path / "copy")
@@ -153,7 +183,7 @@ def test_wear_index_is_the_friction_of_the_period(run):
     """Over the hour and the length of the damper, it is the work of friction that the stage
     `cycles` integrates over the period at the same peak."""
     loaded = load_study(run / "light.toml")
-    comparison = read([(loaded, results_folder(loaded, None))])
+    comparison = read([source(loaded, results_folder(loaded, None))])
     one = comparison.studies["light"]
     along = one.along(of_side(one.whole, "left"))
     length = np.ptp(along) / (len(along) - 1)  # mm from station to station

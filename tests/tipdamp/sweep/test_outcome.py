@@ -198,6 +198,49 @@ def test_the_summary_counts_cases_and_says_why(tmp_path):
     ]
 
 
+def test_warnings_of_the_cases_are_told(tmp_path):
+    """Each once, whatever its numbers; of a step that cases share for all of them, of cases that
+    are not finished not yet."""
+    steps = {key: SweepStep("respond", key, ("r",)) for key in "abc"}
+    row = CurveRow("a", "patch_1", 5.0, 3, *5 * [None], True, False, 0, 4, 1844.0, "whole")
+    with Index(tmp_path, write=True) as index:
+        chains = {key: ("r", key) for key in steps}
+        index.begin([{"model.pull": i} for i in range(3)], list(steps), chains)
+        index.done([(SweepStep("reduce", "r", ()), 1.0, 10)], [], [("r", "error 1 %")])
+        for key, percent in (("a", "3"), ("b", "2.5e+01")):
+            said = [(key, f"peak at {percent} %")]
+            index.done([(steps[key], 1.0, 10)], [replace(row, key=key)], said)
+        assert index.warnings() == {
+            1: ["error 1 %", "peak at 3 %"],
+            2: ["error 1 %", "peak at 2.5e+01 %"],
+        }
+        index.done([(steps["b"], 1.0, 10)], [replace(row, key="b")])  # made again, without it
+        assert index.warnings()[2] == ["error 1 %"]
+        text, whole = status(tmp_path)
+    assert whole  # a warning is no failure
+    assert text.splitlines()[1:] == [
+        "warning: error 1 % (case 1 and 1 more)",
+        "warning: peak at 3 % (case 1)",
+    ]
+
+
+def test_warnings_stand_in_the_data_set_and_the_table(sweep, monkeypatch, capsys):
+    """As the stage of a study alone says them; cases that share the step have them too."""
+    xarray = pytest.importorskip("xarray")
+    tune = replace(work.STAGES["tune"], warnings=lambda study, _: [f"pull {study.driver.pull:g}"])
+    monkeypatch.setitem(work.STAGES, "tune", tune)
+    assert swept(sweep) == 0
+    told = "warning: pull 60 (case 1 and 3 more)"
+    assert told in capsys.readouterr().out
+    assert main(["sweep", str(sweep), "--status"]) == 0
+    assert told in capsys.readouterr().out
+    found = xarray.load_dataset(folder(sweep) / NETCDF)
+    assert ["pull 60" in text for text in found["warnings"].values] == [True, True, False, False]
+    assert ["pull 30" in text for text in found["warnings"].values] == [False, False, True, True]
+    with (folder(sweep) / TABLE).open() as file:
+        assert "pull 60" in next(csv.DictReader(file))["warnings"]
+
+
 def test_curves_that_stop_for_one_reason_are_one_line(tmp_path):
     """Wherever each of them stops."""
     steps = [SweepStep("respond", key, ()) for key in "abc"]
