@@ -169,7 +169,7 @@ def rigid_modes(body: Body) -> int:
     return sum(_rigid_modes(one) for one in pieces(body))
 
 
-def _rigid_modes(body):
+def _rigid_modes(body: Body) -> int:
     """Of a body in one piece."""
     motions = body.rigid_motions()
     scale = np.sqrt(np.einsum("ij,ij->j", motions, body.M @ motions))

@@ -128,12 +128,14 @@ def traction_cells(
     return sp.csr_matrix((share, (np.arange(len(weight)), cell)))
 
 
-def _divisible(weight, own):
+def _divisible(weight: np.ndarray, own: np.ndarray) -> float:
     """Weight of a cell, 0 of one that is a single point."""
     return weight[own].sum() if len(own) > 1 else 0.0
 
 
-def _halves(position, weight, own):
+def _halves(
+    position: np.ndarray, weight: np.ndarray, own: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """The points of a cell in two cells of the same weight, as nearly as can be."""
     x, w = position[own], weight[own]
     apart = x - w @ x / w.sum()
@@ -144,7 +146,7 @@ def _halves(position, weight, own):
     return own[order[:middle]], own[order[middle:]]
 
 
-def _longest(moment):
+def _longest(moment: np.ndarray) -> np.ndarray:
     """(3,) principal axis of the largest of the moments (3, 3); where they are equal, as of a
     square, the one that is nearest to a coordinate axis."""
     moments, axes = np.linalg.eigh(moment)
@@ -159,7 +161,7 @@ def holding_nodes(body: Body) -> np.ndarray:
     return np.concatenate([_holding_nodes(one) for one in (pieces(body) if body.free else [body])])
 
 
-def _holding_nodes(body):
+def _holding_nodes(body: Body) -> np.ndarray:
     whole = np.flatnonzero(np.bincount(body.dof_node, minlength=len(body.node)) == 3)
     x = body.position[whole]
     first = np.linalg.norm(x - x.mean(axis=0), axis=1).argmax()

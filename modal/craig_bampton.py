@@ -16,7 +16,7 @@ import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from numbers import Integral
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
@@ -27,10 +27,13 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.body import Body, check_support
 from tipdamp.modal.contact_shapes import contact_shapes, holding_nodes, spread
 from tipdamp.modal.definite import check_condensed, definite_factor
-from tipdamp.modal.eigen import Modes
+from tipdamp.modal.eigen import Factor, Modes
 from tipdamp.modal.load_modes import with_load_modes
 from tipdamp.modal.reduction import Reduction, labelled, points_on
 from tipdamp.modal.truncation import Truncation, highest_frequency
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.points import ContactPoints
 
 
 @dataclass(frozen=True)
@@ -140,7 +143,14 @@ def craig_bampton(
     )
 
 
-def _reduced_model(body, boundary, S, M_BB, M_BM, omega):
+def _reduced_model(
+    body: Body,
+    boundary: np.ndarray,
+    S: np.ndarray,
+    M_BB: np.ndarray,
+    M_BM: np.ndarray,
+    omega: np.ndarray,
+) -> ReducedModel:
     """From the Schur stiffness and the mass of the boundary, their coupling M_BM with the modes,
     and omega of these."""
     S = (S + S.T) / 2
@@ -163,12 +173,12 @@ class _Blocks(NamedTuple):
     II: sp.csr_matrix
 
     @classmethod
-    def of(cls, matrix, boundary, interior):
+    def of(cls, matrix: sp.spmatrix, boundary: np.ndarray, interior: np.ndarray) -> "_Blocks":
         inside = matrix[interior]
         return cls(matrix[boundary][:, boundary], inside[:, boundary], inside[:, interior])
 
 
-def _check_modes(body, modes, below_hz):
+def _check_modes(body: Body, modes: int | None, below_hz: float | None) -> None:
     """One of the two, and a number that means something."""
     if (modes is None) == (below_hz is None):
         raise InputError(
@@ -183,7 +193,7 @@ def _check_modes(body, modes, below_hz):
         )
 
 
-def _partition(body, masters):
+def _partition(body: Body, masters: Iterable[int]) -> tuple[np.ndarray, np.ndarray, int]:
     """Boundary and interior dofs, and the number of rigid modes."""
     masters = np.unique(np.asarray(masters, dtype=np.int64))
     absent = np.setdiff1d(masters, body.node[body.dof_node])
@@ -203,11 +213,13 @@ def _partition(body, masters):
     return boundary, np.setdiff1d(np.arange(body.dofs), boundary), rigid
 
 
-def _held(body, boundary, rigid):
+def _held(body: Body, boundary: np.ndarray, rigid: int) -> bool:
     return len(boundary) >= rigid and np.linalg.matrix_rank(body.rigid_motions()[boundary]) >= rigid
 
 
-def _whole_clusters(body, factor, M_II, modes, below_hz):
+def _whole_clusters(
+    body: Body, factor: Factor, M_II: sp.spmatrix, modes: int | None, below_hz: float | None
+) -> Modes:
     """The modes asked for, and those equal to the highest of them, as two equal blades have them:
     which part of a cluster a solver finds depends on the numbering of the mesh."""
     found = factor.modes(M_II, modes, below_hz)
@@ -229,7 +241,7 @@ def _whole_clusters(body, factor, M_II, modes, below_hz):
     return found
 
 
-def _check_count(body, modes, size):
+def _check_count(body: Body, modes: int | None, size: int) -> None:
     if modes is not None and not 0 <= modes <= size:
         raise InputError(
             f"body '{body.name}': {modes} modes asked for: must be between 0 and the {size} dofs "
@@ -237,11 +249,11 @@ def _check_count(body, modes, size):
         )
 
 
-def _no_modes(size):
+def _no_modes(size: int) -> Modes:
     return Modes(np.empty(0), np.empty((size, 0)), 0.0)
 
 
-def _inertia(M, Psi):
+def _inertia(M: _Blocks, Psi: np.ndarray) -> np.ndarray:
     """(i, b) kg: forces on the interior by unit accelerations of the boundary, the interior
     following."""
     forces, direct = M.II @ Psi, M.IB.tocoo()
@@ -249,7 +261,14 @@ def _inertia(M, Psi):
     return forces
 
 
-def _with_contact_shapes(body, interior, factor, M_II, found, tractions):
+def _with_contact_shapes(
+    body: Body,
+    interior: np.ndarray,
+    factor: Factor,
+    M_II: sp.spmatrix,
+    found: Modes,
+    tractions: sp.spmatrix | None,
+) -> tuple[Modes, int]:
     """The modes behind the contact shapes of forces on interior dofs, and the number of these
     shapes."""
     if body.points is None or not (W := body.points.motion[:, interior]).nnz:
@@ -258,7 +277,9 @@ def _with_contact_shapes(body, interior, factor, M_II, found, tractions):
     return Modes(np.r_[omega, found.omega], np.hstack([Z, found.phi]), found.free_to), len(omega)
 
 
-def _left_out(factor, M_II, M_Psi, found, shapes):
+def _left_out(
+    factor: Factor, M_II: sp.spmatrix, M_Psi: np.ndarray, found: Modes, shapes: int
+) -> np.ndarray:
     """G of `truncation`: compliance of the inertia forces of Psi and of the contact shapes, the
     first of the modes found, that neither these nor the modes represent."""
     Z, Phi = found.phi[:, :shapes], found.phi[:, shapes:]
@@ -275,7 +296,9 @@ def _left_out(factor, M_II, M_Psi, found, shapes):
     return (G + G.T) / 2
 
 
-def _keep_rigid(body, boundary, interior, K, Psi):
+def _keep_rigid(
+    body: Body, boundary: np.ndarray, interior: np.ndarray, K: _Blocks, Psi: np.ndarray
+) -> None:
     """Corrects the constraint modes of a free body, in place: its rigid motions are among them to
     the last digit. RuntimeError where K and the modes resist them by more than rounding."""
     R = body.rigid_motions()
@@ -322,7 +345,7 @@ def assemble(*models: ReducedModel) -> ReducedModel:
     )
 
 
-def _points_side_by_side(models):
+def _points_side_by_side(models: tuple[ReducedModel, ...]) -> "dict[str, ContactPoints]":
     starts = np.cumsum([0, *(m.size for m in models)])
     return {
         name: points.among(int(start), int(starts[-1]))

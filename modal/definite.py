@@ -119,7 +119,7 @@ def definite_factor(
     return factor
 
 
-def _mostly(body, dofs, K):
+def _mostly(body: Any, dofs: np.ndarray, K: sp.csr_matrix) -> str:
     """', mostly of dof ...': where the motion with the most negative stiffness is largest; empty if
     it is not found."""
     if K.shape[0] < 2:

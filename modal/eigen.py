@@ -56,7 +56,7 @@ class Modes:
 class Factor:
     """Cholesky factor of a symmetric positive definite sparse matrix K (d, d)."""
 
-    def __init__(self, K: sp.csr_matrix, settings: EigenSettings = SETTINGS):
+    def __init__(self, K: sp.csr_matrix, settings: EigenSettings = SETTINGS) -> None:
         self.K, self.settings = sp.csr_matrix(K), settings
         # all nodes may be masters: a matrix of no rows has nothing to factorise
         self._solver: Any = sparse_factor(self.K) if self.K.shape[0] else None
@@ -76,7 +76,7 @@ class Factor:
             self._check(columns[:, part], x[:, part])
         return x[:, 0] if right.ndim == 1 else x
 
-    def _check(self, right, x):
+    def _check(self, right: np.ndarray, x: np.ndarray) -> None:
         """Residual of every column within the limit.
 
         Many columns are probed first: a Gaussian mixture w of the residuals r_j has E |sum r_j
@@ -153,7 +153,7 @@ class Factor:
             free = lam[count] if count < size else np.inf
             _refuse_negative(lam)
             return self._checked(M, lam[:count], phi[:, :count], free)
-        keep, free = max(int(count), 1), top
+        keep = max(int(count), 1)
         lam, phi = self._lowest(M, keep)
         if (
             at_most is not None
@@ -164,13 +164,13 @@ class Factor:
             free = _gap_above(lam, keep)
             lam, phi, free = self._complete(M, lam[:keep], phi, free)
         else:
-            lam, phi, _ = self._complete(M, lam[:count], phi[:, :count], free, count)
-            count = int((lam < top).sum())
+            lam, phi, _ = self._complete(M, lam[:count], phi[:, :count], top, count)
+            count, free = int((lam < top).sum()), top
         return self._checked(
             M, lam[:count], phi[:, :count], lam[count] if len(lam) > count else free
         )
 
-    def _lowest(self, M, count):
+    def _lowest(self, M: sp.spmatrix, count: int) -> tuple[np.ndarray, np.ndarray]:
         """omega^2 of the `count` lowest modes and a few more, ascending, and the shapes (d, count):
         some copies of a repeated mode may be missing."""
         asked = count + self.settings.beyond
@@ -187,7 +187,7 @@ class Factor:
         best, turn = sl.eigh(Y.T @ (self.K @ Y), Y.T @ (M @ Y))
         return np.concatenate([best, lam[count:]]), Y @ turn
 
-    def _by_lapack(self, M, count):
+    def _by_lapack(self, M: sp.spmatrix, count: int) -> tuple[np.ndarray, np.ndarray]:
         """The `count` lowest modes where they are so few distinct ones that a Krylov method has no
         subspace to find."""
         if M.shape[0] > self.settings.degenerate:
@@ -197,7 +197,14 @@ class Factor:
             )
         return sl.eigh(self.K.toarray(), M.toarray(), subset_by_index=(0, count - 1))
 
-    def _complete(self, M, lam, phi, shift, count=None):
+    def _complete(
+        self,
+        M: sp.spmatrix,
+        lam: np.ndarray,
+        phi: np.ndarray,
+        shift: float,
+        count: int | None = None,
+    ) -> tuple[np.ndarray, np.ndarray, float]:
         """All modes below the shift, as many as the inertia counts there, and the shift.
 
         Those that are missing are asked for with the known ones deflated. Where a mode lies on the
@@ -215,7 +222,9 @@ class Factor:
             f"counts {tried}"
         )
 
-    def _fill(self, M, lam, phi, shift, count):
+    def _fill(
+        self, M: sp.spmatrix, lam: np.ndarray, phi: np.ndarray, shift: float, count: int
+    ) -> tuple[np.ndarray, np.ndarray]:
         while (missing := count - int((lam < shift).sum())) > 0:
             if missing > M.shape[0] // 4:
                 return self._by_lapack(M, count)
@@ -230,7 +239,7 @@ class Factor:
                 break
         return lam, phi
 
-    def _checked(self, M, lam, phi, free):
+    def _checked(self, M: sp.spmatrix, lam: np.ndarray, phi: np.ndarray, free: float) -> Modes:
         _refuse_negative(lam)
         phi = phi / np.sqrt(np.einsum("ij,ij->j", phi, M @ phi))
         force = self.K @ phi
@@ -243,7 +252,7 @@ class Factor:
         return Modes(np.sqrt(lam), phi, float(np.sqrt(free)))
 
 
-def _refuse_negative(lam):
+def _refuse_negative(lam: np.ndarray) -> None:
     """omega^2 of a positive definite K are positive: no root is taken of others."""
     if lam.min(initial=np.inf) <= 0:
         raise SingularStiffness(
@@ -251,7 +260,7 @@ def _refuse_negative(lam):
         )
 
 
-def _gap_above(lam, count):
+def _gap_above(lam: np.ndarray, count: int) -> float:
     """omega^2 above the top mode asked for, in a gap (by ratio) between it and those that follow:
     high up in the first gap worth the name, else in the widest."""
     ratio = lam[count:] / lam[count - 1 : -1]

@@ -8,7 +8,7 @@ blocks add by node.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from tipdamp.modal.elements.isoparametric import stiffness_and_mass
 from tipdamp.modal.memory import check_memory
 from tipdamp.modal.mesh import Mesh
 
+if TYPE_CHECKING:
+    import scipy.sparse as sp
+
 
 @dataclass(frozen=True)
 class Material:
@@ -28,7 +31,7 @@ class Material:
     nu: float
     density: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, low, high in (("E", 0, np.inf), ("nu", -1, 0.5), ("density", 0, np.inf)):
             if not low < vars(self)[name] < high:
                 raise InputError(
@@ -118,7 +121,9 @@ def blocks(
             yield kind, cells[owner[kind] == i], materials[i]
 
 
-def _dolfinx(position, kind, cells, lame, shear, density):
+def _dolfinx(
+    position: np.ndarray, kind: str, cells: np.ndarray, lame: float, shear: float, density: float
+) -> "tuple[sp.spmatrix, sp.spmatrix]":
     """K, M of one block of cells over all dofs of the mesh (3 i + k for node i), zero rows where it
     has no cell."""
     block = dolfinx_compat.CellBlock.of(position, kind, cells)

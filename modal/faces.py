@@ -111,7 +111,7 @@ def triangle_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
     return np.column_stack([r, s * (1 - r)]), weight / 4 * (1 - r)
 
 
-def _square_rule(n):
+def _square_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
     x, w = np.polynomial.legendre.leggauss(n)
     return np.column_stack([g.ravel() for g in np.meshgrid(x, x)]), np.outer(w, w).ravel()
 
@@ -130,12 +130,12 @@ def face_places(nodes: int) -> np.ndarray:
     return _shape(nodes)[1]
 
 
-def _shape(nodes):
+def _shape(nodes: int) -> tuple[np.ndarray, np.ndarray]:
     """Powers (k, 2) and places (k, 2) of the shape functions of a face with so many nodes."""
     return np.array(_POWERS[nodes]), (_TRI if face_corners(nodes) == 3 else _QUAD)[:nodes]
 
 
-def _monomials(power, points, derivative):
+def _monomials(power: np.ndarray, points: np.ndarray, derivative: tuple[int, int]) -> np.ndarray:
     """x^i y^j of each pair of powers at each point, or its first derivative."""
     (i, j), (dx, dy) = power.T, derivative
     x, y = points.T[:, :, None]

@@ -4,8 +4,9 @@ Every function returns forces (d,) N on the free dofs of a Body; `Reduction.cond
 them to the reduced model, exactly in statics.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +25,7 @@ class Rotation:
     axis: tuple = (1.0, 0.0, 0.0)
     point: tuple = (0.0, 0.0, 0.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, given in (("axis", self.axis), ("point", self.point)):
             value = np.asarray(given, dtype=float)
             if value.shape != (3,) or not np.isfinite(value).all():
@@ -67,8 +68,8 @@ def point_force(body: Body, group: str, force: ArrayLike) -> np.ndarray:
 def pressure(body: Body, mesh: Mesh, group: str, value: float) -> np.ndarray:
     """A pressure in Pa on the faces of a group (`faces.group_faces`); positive presses on the
     body."""
-    value = _finite("pressure", value)
-    return on_dofs(body, _on_faces(mesh, group, lambda area: -value * area))
+    pascals = _finite("pressure", value)
+    return on_dofs(body, _on_faces(mesh, group, lambda area: -pascals * area))
 
 
 def traction(body: Body, mesh: Mesh, group: str, value: ArrayLike) -> np.ndarray:
@@ -92,7 +93,7 @@ def centrifugal(body: Body, rotation: Rotation) -> np.ndarray:
     return _inertia(body, rotation.speed**2 * arm)
 
 
-def _finite(name, value, *shape):
+def _finite(name: str, value: Any, *shape: int) -> np.ndarray:
     array = np.asarray(value, dtype=float)
     if array.shape != shape or not np.isfinite(array).all():
         raise InputError(
@@ -101,7 +102,7 @@ def _finite(name, value, *shape):
     return array
 
 
-def _inertia(body, acceleration):
+def _inertia(body: Body, acceleration: np.ndarray) -> np.ndarray:
     """M a with the accelerations (n, 3) of all nodes, clamped ones included."""
     flat = acceleration.ravel()
     free = 3 * body.dof_node + body.dof_direction
@@ -112,7 +113,7 @@ def _inertia(body, acceleration):
     return force + body.M_clamped @ flat[clamped]
 
 
-def _on_faces(mesh, group, density):
+def _on_faces(mesh: Mesh, group: str, density: Callable) -> np.ndarray:
     """(n, 3) N: integral of N_i times the force per face, density(area vectors (f, 3) at a Gauss
     point)."""
     mesh.group(group)  # refused where it is not there, or empty

@@ -158,7 +158,7 @@ def check_mass_by_direction(body: Any) -> None:
         )
 
 
-def _lowest(A):
+def _lowest(A: sp.spmatrix) -> tuple[float, np.ndarray]:
     if A.shape[0] <= TOLERANCES.dense:
         value, vector = np.linalg.eigh(A.toarray())
         return value[0], vector[:, 0]

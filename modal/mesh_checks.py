@@ -40,7 +40,7 @@ def checked(mesh: Mesh) -> Mesh:
     return replace(mesh, warnings=tuple(warnings))
 
 
-def _no_repeated_node(mesh, kind, block, number):
+def _no_repeated_node(mesh: Mesh, kind: str, block: np.ndarray, number: np.ndarray) -> None:
     ordered = np.sort(block, axis=1)
     twice = (ordered[:, 1:] == ordered[:, :-1]).any(axis=1)
     if twice.any():
@@ -50,7 +50,7 @@ def _no_repeated_node(mesh, kind, block, number):
         )
 
 
-def _one_edge_a_middle(mesh):
+def _one_edge_a_middle(mesh: Mesh) -> None:
     """InputError where a node is the middle of two edges: faces that are cut along both diagonals
     and were merged by places."""
     blocks = [
@@ -74,7 +74,9 @@ def _one_edge_a_middle(mesh):
     )
 
 
-def _once(kind, block, number, warnings):
+def _once(
+    kind: str, block: np.ndarray, number: np.ndarray, warnings: list
+) -> tuple[np.ndarray, np.ndarray]:
     """Without cells that have the same nodes as an earlier one: they would count twice in K and
     M."""
     _, first = np.unique(np.sort(block, axis=1), axis=0, return_index=True)
@@ -88,7 +90,9 @@ def _once(kind, block, number, warnings):
     return block[first], number[first]
 
 
-def _upright(mesh, kind, block, number, warnings):
+def _upright(
+    mesh: Mesh, kind: str, block: np.ndarray, number: np.ndarray, warnings: list
+) -> np.ndarray:
     corners = mesh.position[block[:, : CELLS[kind].corners]]
     with np.errstate(over="ignore"):  # a damaged coordinate may be as large as a number can be
         size = np.linalg.norm(np.ptp(corners, axis=1), axis=1) ** 3
@@ -118,7 +122,7 @@ def some(numbers: Sequence, limit: int = 5) -> str:
     return text if len(numbers) <= limit else f"{text}, ... ({len(numbers)} in all)"
 
 
-def _seams(mesh):
+def _seams(mesh: Mesh) -> list:
     """Faces at which neighbours do not fit: linear beside quadratic, or two triangles on one
     four-sided face."""
     if len(mesh.cells) < 2:
@@ -148,7 +152,7 @@ def _seams(mesh):
     return found
 
 
-def _halved(quads, triangles):
+def _halved(quads: np.ndarray, triangles: np.ndarray) -> int:
     """How many four-sided faces have a triangle of three of their corners as neighbour."""
     known = {tuple(t) for t in triangles.tolist()}
     return (

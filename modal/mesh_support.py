@@ -34,7 +34,7 @@ def all_held(mesh: Mesh, fixed: np.ndarray) -> bool:
     return all(_held(mesh.position[label == i], fixed[label == i]) for i in range(count))
 
 
-def _held(position, fixed):
+def _held(position: np.ndarray, fixed: np.ndarray) -> bool:
     """Translations and turns about the centre, by the size of the piece, at the fixed nodes."""
     arm = (position - position.mean(axis=0)) / max(np.ptp(position, axis=0).max(), 1e-300)
     unit = np.eye(3)

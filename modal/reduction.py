@@ -153,7 +153,7 @@ class Reduction:
             ),
         )
 
-    def _shapes_again(self, part, w):
+    def _shapes_again(self, part: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(omega, T) of the contact shapes in the dofs `part`, of frequencies w rad/s."""
         W = spread(sp.csr_matrix(self.model.points[self.body.name].motion[:, part]), self.tractions)
         # on coordinates of unit stiffness, where weights go with energies

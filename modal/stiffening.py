@@ -78,7 +78,14 @@ def geometric_stiffness(
     return K.tocsr()
 
 
-def _dolfinx(position, kind, cells, lame, shear, displacement):
+def _dolfinx(
+    position: np.ndarray,
+    kind: str,
+    cells: np.ndarray,
+    lame: float,
+    shear: float,
+    displacement: np.ndarray,
+) -> sp.spmatrix:
     block = dolfinx_compat.CellBlock.of(position, kind, cells)
     import ufl
 

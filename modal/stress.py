@@ -94,7 +94,9 @@ def half_range(motion: np.ndarray) -> np.ndarray:
     return found
 
 
-def _farthest(X, one, other):
+def _farthest(
+    X: np.ndarray, one: np.ndarray, other: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Phases (n,) of those in `one` and `other` (n, t) at which the paths are farthest apart, and
     that distance."""
     k = np.arange(1, X.shape[2])
@@ -108,7 +110,7 @@ def _farthest(X, one, other):
     return one[here, i], other[here, j], np.sqrt(np.maximum(square[here, i, j], 0.0))
 
 
-def _continuation(kind):
+def _continuation(kind: str) -> np.ndarray:
     """(nodes, points) matrix from values at the integration points to values at the nodes of a
     cell."""
     cell, plain = CELLS[kind], CELLS[kind.rstrip("0123456789")]

@@ -5,12 +5,13 @@ Nodes are numbered as gmsh does: corners, then the middles of edges, of four-sid
 cell. Reference coordinates: tetrahedra in x, y, z >= 0, x + y + z <= 1; hexahedra in [-1, 1]^3;
 wedges are the triangle times [-1, 1]."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations, product
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 # fmt: off
 _HEX = [
@@ -40,7 +41,7 @@ _TET_FACES = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
 _WEDGE_FACES = [(0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (0, 3, 5, 2), (1, 2, 5, 4)]
 
 
-def _powers(highest, keep):
+def _powers(highest: int, keep: Callable[..., bool]) -> list[tuple[int, ...]]:
     return [p for p in product(range(highest + 1), repeat=3) if keep(*p)]
 
 
@@ -49,11 +50,11 @@ _SERENDIPITY = _powers(2, lambda i, j, k: sum(p for p in (i, j, k) if p == 2) <=
 _WEDGE15 = _powers(2, lambda i, j, k: i + j <= 2 and (k < 2 or i + j <= 1))
 
 
-def _line(n):
+def _line(n: int) -> tuple[np.ndarray, np.ndarray]:
     return np.polynomial.legendre.leggauss(n)
 
 
-def _hex_rule(n):
+def _hex_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
     """n^3 Gauss points."""
     x, w = _line(n)
     return np.array(list(product(x, x, x))), np.array([a * b * c for a, b, c in product(w, w, w)])
@@ -66,7 +67,7 @@ _TRIANGLES = {
 }
 
 
-def _wedge_rule(triangle, line):
+def _wedge_rule(triangle: int, line: int) -> tuple[np.ndarray, np.ndarray]:
     x, w = _line(line)
     plane = [
         (p, q, weight / 2)
@@ -77,7 +78,7 @@ def _wedge_rule(triangle, line):
     return np.array(points), np.array([wt * wz for (_, _, wt), wz in product(plane, w)])
 
 
-def _tet_rule(n):
+def _tet_rule(n: int) -> tuple[np.ndarray, np.ndarray]:
     """4 points, exact to degree 2; 14 points, exact to degree 5, all weights positive [Walkington
     2000]."""
     if n == 4:
@@ -154,7 +155,7 @@ class Cell:
         return np.stack(parts, axis=1)
 
     @property
-    def _coefficients(self):
+    def _coefficients(self) -> np.ndarray:
         return np.linalg.inv(_monomials(self.reference, self.powers))
 
     def mirrored(self) -> np.ndarray:
@@ -170,17 +171,24 @@ class Cell:
         return _find(theirs, self.reference)
 
 
-def _monomials(points, powers):
+def _monomials(points: np.ndarray, powers: np.ndarray) -> np.ndarray:
     return np.prod(np.asarray(points)[:, None, :] ** powers, axis=2)
 
 
-def _find(places, wanted):
+def _find(places: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     distance = np.abs(places[None] - wanted[:, None]).max(axis=2)
     assert distance.min(axis=1).max() < 1e-12
     return distance.argmin(axis=1)
 
 
-def _make(name, corner, between, powers, rule, face_corners):
+def _make(
+    name: str,
+    corner: ArrayLike,
+    between: Sequence[tuple[int, ...]],
+    powers: Sequence[tuple[int, ...]],
+    rule: tuple[np.ndarray, np.ndarray],
+    face_corners: Sequence[tuple[int, ...]],
+) -> Cell:
     corner = np.array(corner, dtype=float)
     reference = np.vstack([corner, *[corner[list(b)].mean(axis=0)[None] for b in between]])
     known = {frozenset(b): len(corner) + i for i, b in enumerate(between)}

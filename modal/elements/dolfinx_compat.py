@@ -6,13 +6,19 @@ both.
 """
 
 import logging
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
+
+if TYPE_CHECKING:
+    from dolfinx.cpp.graph import AdjacencyList_int32
+    from dolfinx.fem.function import FunctionSpace
+    from dolfinx.mesh import Mesh
 
 # shape, degree, quadrature degree: full Gauss integration, stated because the default differs from
 # code to code (and moves preloads by 1e-5): 2x2x2 and 3x3x3 points for hexahedra
@@ -125,7 +131,9 @@ class CellBlock:
         return sp.bsr_matrix((blocks, indices, indptr), shape=(3 * self.nodes,) * 2).tocsr()
 
 
-def _symmetric(A, place, size):
+def _symmetric(
+    A: sp.spmatrix, place: np.ndarray, size: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(A + A') / 2 with the node i put at place[i] of `size`: numbers (or blocks of 3 x 3),
     columns, row pointer.
 
@@ -149,7 +157,7 @@ def _symmetric(A, place, size):
     return data, here.indices, here.indptr
 
 
-def _in_each_direction(data, indices, indptr):
+def _in_each_direction(data: np.ndarray, indices: np.ndarray, indptr: np.ndarray) -> sp.spmatrix:
     """A matrix by node that acts on each of the three directions alike and couples none, over all
     dofs."""
     n = len(indptr) - 1
@@ -161,7 +169,7 @@ def _in_each_direction(data, indices, indptr):
 
 
 @contextmanager
-def _quiet_compiler():
+def _quiet_compiler() -> Iterator[None]:
     """The compiler of new forms reports its command lines on the root logger."""
     before = logging.root.manager.disable
     logging.disable(max(before, logging.INFO))
@@ -174,7 +182,7 @@ def _quiet_compiler():
 # ---- what differs between the versions -----------------------------------------------------------
 
 
-def _vector_element(shape, degree):
+def _vector_element(shape: str, degree: int) -> Any:
     try:
         from basix.ufl import element
     except ImportError:  # before 0.7
@@ -184,7 +192,7 @@ def _vector_element(shape, degree):
     return element("Lagrange", shape, degree, shape=(3,))
 
 
-def _space(grid, degree, shape):
+def _space(grid: "Mesh", degree: int, shape: tuple[int, ...]) -> "FunctionSpace":
     """Functions of three components, shape (3,), or of one, ()."""
     from dolfinx import fem
 
@@ -194,7 +202,7 @@ def _space(grid, degree, shape):
         return (fem.VectorFunctionSpace if shape else fem.FunctionSpace)(grid, ("Lagrange", degree))
 
 
-def _table(cells):
+def _table(cells: "AdjacencyList_int32") -> np.ndarray:
     """A table of a row a cell, in one line: lists of lists before 0.7, rectangular arrays since."""
     try:
         return cells.array
@@ -202,7 +210,7 @@ def _table(cells):
         return np.ravel(cells)
 
 
-def _input_node(grid, V):
+def _input_node(grid: "Mesh", V: "FunctionSpace") -> np.ndarray:
     """For each node of V the index of the node in the coordinates that the mesh was made from."""
     geometry, dofs = _table(grid.geometry.dofmap), _table(V.dofmap.list)
     place = np.empty(V.dofmap.index_map.size_local, dtype=int)

@@ -64,7 +64,7 @@ def stress_stiffness(
     return ((K + K.T) / 2).tocsr()
 
 
-def _pattern(cells, n):
+def _pattern(cells: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Row pointer and columns of the node-to-node pattern, and the slot of each cell's (a, b) in
     it, (c, k, k)."""
     c, k = cells.shape
@@ -74,7 +74,9 @@ def _pattern(cells, n):
     return indptr, pairs % n, slot.reshape(c, k, k)
 
 
-def _cell_matrices(corner, kind, lame, shear, density):
+def _cell_matrices(
+    corner: np.ndarray, kind: str, lame: float, shear: float, density: float
+) -> tuple[np.ndarray, np.ndarray]:
     """(c, k, k, 9) stiffness by node pair and directions (3 i + j), (c, k, k) mass."""
     c, k = corner.shape[:2]
     gradient, volume = gradients(corner, kind)

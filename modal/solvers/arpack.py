@@ -27,7 +27,7 @@ def lowest(
     known = np.empty((size, 0)) if known is None else known
     M_known = M @ known
 
-    def without_known(x):
+    def without_known(x: np.ndarray) -> np.ndarray:
         return x - known @ (M_known.T @ x)
 
     inverse = LinearOperator(

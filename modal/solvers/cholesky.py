@@ -4,6 +4,8 @@ missing.
 Both have `solve(right)` -> K^-1 right for (d, m).
 """
 
+from types import ModuleType
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -24,7 +26,7 @@ def sparse_factor(K: sp.csr_matrix) -> "Cholmod | SuperLU":
 class Cholmod:
     """Cholesky factor of K; A : K as a PETSc matrix, factor : PETSc's factored matrix."""
 
-    def __init__(self, PETSc, K: sp.csr_matrix):
+    def __init__(self, PETSc: ModuleType, K: sp.csr_matrix) -> None:
         self.PETSc = PETSc
         self.A = petsc.matrix(PETSc, K)
         self.A.setOption(PETSc.Mat.Option.SPD, True)
@@ -58,7 +60,7 @@ class Cholmod:
 class SuperLU:
     """L D L' factor of K that stays on the diagonal."""
 
-    def __init__(self, K: sp.csr_matrix):
+    def __init__(self, K: sp.csr_matrix) -> None:
         from scipy.sparse.linalg import splu
 
         try:

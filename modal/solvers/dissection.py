@@ -36,7 +36,14 @@ def dissection(
     return sets
 
 
-def _cut(graph, position, nodes, mark, settings, sets):
+def _cut(
+    graph: sp.spmatrix,
+    position: np.ndarray,
+    nodes: np.ndarray,
+    mark: np.ndarray,
+    settings: DissectionSettings,
+    sets: list[tuple[np.ndarray, int]],
+) -> int:
     """Puts those of the nodes into the sets, and returns how many of these are nobody's children;
     mark (n,) scratch of zeros."""
     x = position[nodes]
@@ -59,7 +66,7 @@ def _cut(graph, position, nodes, mark, settings, sets):
     return 1
 
 
-def _halves(nodes, along, layer):
+def _halves(nodes: np.ndarray, along: np.ndarray, layer: float) -> tuple[np.ndarray, np.ndarray]:
     """The nodes below and above the gap between layers that is nearest to the median; none above in
     a single layer."""
     order = np.argsort(along, kind="stable")
@@ -70,7 +77,9 @@ def _halves(nodes, along, layer):
     return nodes[np.sort(order[:at])], nodes[np.sort(order[at:])]
 
 
-def _touching(graph, some, others, mark):
+def _touching(
+    graph: sp.spmatrix, some: np.ndarray, others: np.ndarray, mark: np.ndarray
+) -> np.ndarray:
     """(s,) bool: which of the nodes `some` touch any of `others`."""
     mark[others] = 1
     met = graph[some] @ mark > 0

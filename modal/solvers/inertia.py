@@ -8,6 +8,7 @@ a solve must bear out.
 """
 
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -52,7 +53,7 @@ def modes_below(
     )
 
 
-def _negative_pivots(A, settings):
+def _negative_pivots(A: sp.spmatrix, settings: InertiaSettings) -> int | None:
     """Number of negative eigenvalues of A, or None where its factor cannot be trusted."""
     if A.shape[0] <= settings.dense:
         value = sl.eigvalsh(A.toarray())
@@ -61,14 +62,16 @@ def _negative_pivots(A, settings):
     PETSc = petsc.start()
     b = np.random.default_rng(1).standard_normal(A.shape[0])
     count, x = _mumps(PETSc, A, b) if PETSc else _superlu(A, b)
-    if count is None or not np.isfinite(x).all():
+    if count is None or x is None or not np.isfinite(x).all():
         return None
     norm = abs(A).sum(axis=1).max()
     error = np.abs(A @ x - b).max() / (norm * np.abs(x).max() + np.abs(b).max())
     return count if error < settings.backward_error else None
 
 
-def _mumps(PETSc, A, b):
+def _mumps(
+    PETSc: ModuleType, A: sp.spmatrix, b: np.ndarray
+) -> tuple[int | None, np.ndarray | None]:
     matrix = petsc.matrix(PETSc, A)
     right = PETSc.Vec().createWithArray(b, comm=PETSc.COMM_SELF)
     count, x = mumps_inertia(PETSc, matrix, right)
@@ -106,7 +109,7 @@ def mumps_inertia(PETSc: Any, matrix: Any, right: Any) -> tuple[int | None, Any]
                 one.destroy()
 
 
-def _superlu(A, b):
+def _superlu(A: sp.spmatrix, b: np.ndarray) -> tuple[int | None, np.ndarray | None]:
     from scipy.sparse.linalg import splu
 
     try:

@@ -39,7 +39,7 @@ class _Chunk(NamedTuple):
     values: np.ndarray
 
     @classmethod
-    def of(cls, fronts):
+    def of(cls, fronts: Sequence[tuple[tuple, np.ndarray, np.ndarray]]) -> "_Chunk":
         sizes, places, values = zip(*fronts, strict=True)
         return cls(
             np.array(sizes),
@@ -53,7 +53,9 @@ class CarryingFactor:
     of children of each, as of `dissection`. Raises SingularStiffness where K is not positive
     definite."""
 
-    def __init__(self, K: sp.csr_matrix, W: sp.csr_matrix, sets: Sequence[tuple[np.ndarray, int]]):
+    def __init__(
+        self, K: sp.csr_matrix, W: sp.csr_matrix, sets: Sequence[tuple[np.ndarray, int]]
+    ) -> None:
         assembly = _FrontAssembly(K, W.T.tocsr(), np.concatenate([one for one, _ in sets]))
         self.dofs, self.rows = K.shape[0], W.shape[0]
         self.compliance = np.zeros((self.rows,) * 2, order="F")
@@ -105,14 +107,14 @@ class CarryingFactor:
 class _FrontAssembly:
     """Rows of K, of W' and of what was eliminated before, put together front by front."""
 
-    def __init__(self, K, Wt, order):
+    def __init__(self, K: sp.spmatrix, Wt: sp.spmatrix, order: np.ndarray) -> None:
         self.K, self.Wt, self.order, self.rank = K, Wt, order, np.argsort(order)
         self.at, self.row_at = (
             np.zeros(len(order), dtype=np.int64),
             np.zeros(Wt.shape[1], dtype=np.int64),
         )
 
-    def front(self, pivots, children):
+    def front(self, pivots: np.ndarray, children: Sequence[_Left]) -> tuple:
         """Pivots, later dofs and rows of a front, and its matrices: (f, f), (b, f), (b, b) and (c,
         f), (c, b) of W."""
         f = len(pivots)
@@ -137,7 +139,16 @@ class _FrontAssembly:
             self._take_in(one, f, *matrices)
         return (pivots, later, rows), *matrices
 
-    def _take_in(self, child, f, own, below, square, first, rest):
+    def _take_in(
+        self,
+        child: _Left,
+        f: int,
+        own: np.ndarray,
+        below: np.ndarray,
+        square: np.ndarray,
+        first: np.ndarray,
+        rest: np.ndarray,
+    ) -> None:
         """Add what a child has left to the matrices of a front of f pivots."""
         at, here = self.at[child.later], self.row_at[child.rows]
         k = int(np.searchsorted(at, f))
@@ -148,14 +159,24 @@ class _FrontAssembly:
         _add(rest, here, at[k:] - f, child.rest[:, k:], False)
 
     @staticmethod
-    def _entries(matrix, pivots):
+    def _entries(
+        matrix: sp.spmatrix, pivots: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Column of each entry in the rows `pivots` of a CSR matrix, position of its row among
         them, and value."""
         some = matrix[pivots]
         return some.indices, np.repeat(np.arange(len(pivots)), np.diff(some.indptr)), some.data
 
 
-def _eliminated(later, rows, own, below, square, first, rest):
+def _eliminated(
+    later: np.ndarray,
+    rows: np.ndarray,
+    own: np.ndarray,
+    below: np.ndarray,
+    square: np.ndarray,
+    first: np.ndarray,
+    rest: np.ndarray,
+) -> tuple[_Left, np.ndarray, np.ndarray]:
     """What a front leaves, the columns of its factor, and those at the rows of W (c, f)."""
     L, failed = dpotrf(own, lower=1, overwrite_a=1)
     if failed:
@@ -174,7 +195,7 @@ def _eliminated(later, rows, own, below, square, first, rest):
 
 
 @njit(cache=True)
-def _columns(L, below, first):
+def _columns(L: np.ndarray, below: np.ndarray, first: np.ndarray) -> np.ndarray:
     """Columns of the factor from the diagonal on, one behind the other."""
     f, b, c = len(L), len(below), len(first)
     values, at = np.empty(f * (f + 1) // 2 + f * (b + c)), 0
@@ -187,7 +208,7 @@ def _columns(L, below, first):
 
 
 @njit(cache=True, fastmath={"reassoc", "contract"})
-def _forward(sizes, index, values, x):
+def _forward(sizes: np.ndarray, index: np.ndarray, values: np.ndarray, x: np.ndarray) -> None:
     """Eliminates the pivots of a chunk from the right-hand side x (d + n,), in place."""
     at, here = 0, 0
     for f, n in sizes:
@@ -207,7 +228,7 @@ def _forward(sizes, index, values, x):
 
 
 @njit(cache=True, fastmath={"reassoc", "contract"})
-def _backward(sizes, index, values, x):
+def _backward(sizes: np.ndarray, index: np.ndarray, values: np.ndarray, x: np.ndarray) -> None:
     """Solves for the pivots of a chunk, in place, with what x (d + n,) has behind them."""
     at, here = len(values), len(index)
     for k in range(len(sizes) - 1, -1, -1):
@@ -225,7 +246,9 @@ def _backward(sizes, index, values, x):
 
 
 @njit(cache=True)
-def _add(matrix, rows, columns, block, lower):
+def _add(
+    matrix: np.ndarray, rows: np.ndarray, columns: np.ndarray, block: np.ndarray, lower: bool
+) -> None:
     """Adds a block to the rows and columns of a matrix, or of a square block the lower part
     alone."""
     for j in range(len(columns)):

@@ -7,6 +7,7 @@ import ctypes
 import os
 from contextlib import suppress
 from functools import cache
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # the command line looks at the memory before anything heavy is imported
@@ -31,7 +32,7 @@ def start() -> Any:
 
 
 @cache
-def _initialised():
+def _initialised() -> ModuleType | None:
     """Once: each call of `init` registers a collective clean-up at exit, and all ranks need as
     many."""
     os.environ.pop("PETSC_OPTIONS", None)
@@ -47,7 +48,7 @@ def _initialised():
     return PETSc
 
 
-def _give_memory_back():
+def _give_memory_back() -> None:
     """Return large arrays to the system when they are freed. MPI, which starts with PETSc, turns
     that off for fast messages, and a reduction then holds several times its memory."""
     with suppress(AttributeError):  # glibc only

@@ -2,13 +2,16 @@
 mpirun."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from tipdamp.modal.solvers import petsc
 from tipdamp.modal.solvers.cholesky import Cholmod
+
+if TYPE_CHECKING:
+    from petsc4py.PETSc import PC, Mat, Vec
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,7 @@ def lowest(
     return lam[order], [shapes[i] for i in order]
 
 
-def _lent(A, factor):
+def _lent(A: "Mat", factor: "Mat") -> "PC":
     """A preconditioner that lends the factor: one that is given away is reset by SLEPc."""
     from petsc4py import PETSc
 
@@ -105,8 +108,8 @@ def _lent(A, factor):
 
 
 class _Lent:
-    def __init__(self, factor):
+    def __init__(self, factor: "Mat") -> None:
         self.factor = factor
 
-    def apply(self, _, right, x):
+    def apply(self, _: "PC", right: "Vec", x: "Vec") -> None:
         self.factor.solve(right, x)
