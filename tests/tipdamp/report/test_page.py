@@ -1,6 +1,7 @@
 """The page: whole, harmless, with a section for everything that was computed."""
 
 import io
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -177,6 +178,50 @@ def test_backends_escape_names():
     picture = io.BytesIO()
     matplotlib.draw(drawn, picture)  # "$a_$" alone would stop its reader of formulas
     assert picture.getvalue().startswith(b"\x89PNG")
+
+
+def test_lines_stand_on_the_page_wherever_they_are_named():
+    """Before the first curve of a panel, after it, and in a panel of lines alone."""
+    line, curve = figure.Line("y", 1.0), figure.Curve(np.arange(3), np.arange(3), "a")
+    panels = [
+        figure.Panel("", "x", "y", items) for items in ((line, curve), (curve, line), (line,))
+    ]
+    content = plotly.draw(figure.Figure("x", "title", "", tuple(panels), columns=3))
+    assert content.count('"type":"line"') == 3
+    domains = re.findall(r'"xaxis[23]?":.*?"domain":\[([\d.]+),([\d.]+)\]', content)
+    ends = np.array(domains, dtype=float)
+    assert ends[0, 0] == 0.0 and ends[-1, 1] == 1.0 and (ends[1:, 0] > ends[:-1, 1]).all()
+    assert np.allclose(np.diff(ends, axis=1), np.diff(ends[0]))  # as wide as each other
+
+
+@pytest.mark.parametrize("names", [(), ("a", "b"), ("longer than the picture is wide " * 9, "b")])
+def test_panels_of_a_picture_leave_room_for_their_labels(monkeypatch, names):
+    """Nothing is cut off at an edge or drawn over another panel, as far as names allow; each panel
+    keeps half of its share."""
+    drawn = []
+    base = matplotlib._matplotlib()[1]
+    monkeypatch.setattr(base, "savefig", lambda self, *_, **__: drawn.append(self))
+    items = (figure.Curve(np.arange(3), 1e5 * np.arange(3), "a"),)
+    tiles = figure.Tiles(np.arange(2), np.arange(2), np.eye(2), "N", 1.0)
+    panel = figure.Panel("title", "x (Hz)", "y (N)", items, y_names=names)
+    panels = [replace(panel, items=(*items, tiles)), panel, panel, panel, panel]
+    matplotlib.draw(figure.Figure("x", "title", "", tuple(panels), columns=2), None)
+    [out] = drawn
+    renderer = out.canvas.get_renderer()
+    groups: dict = {}
+    for axes in out.axes:
+        seen = axes.get_tightbbox(renderer, for_layout_only=True)
+        groups.setdefault(axes.get_subplotspec().get_topmost_subplotspec().num1, []).append(seen)
+        place = axes.get_subplotspec().get_topmost_subplotspec().get_position(out)
+        assert place.width > 0.5 * 0.9 / 2 and place.height > 0.5 * 0.7 / 3
+    if not any(len(name) > 5 for name in names):
+        boxes = [type(seen[0]).union(seen) for seen in groups.values()]
+        assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
+        ends = np.array([box.extents for box in boxes])
+        title = out._suptitle.get_window_extent(renderer)
+        legend = out.legends[0].get_window_extent(renderer)
+        assert ends[:, 0].min() >= 0 and ends[:, 2].max() <= out.bbox.x1
+        assert ends[:, 1].min() >= legend.y1 and ends[:, 3].max() <= title.y0
 
 
 def test_failed_points_are_gaps_with_a_mark(hostile_report, tmp_path):

@@ -1,11 +1,13 @@
 """The same figures drawn with matplotlib, as PNG."""
 
+import numpy as np
+
 from tipdamp.hbm.drawing.axes import SETTINGS, draw_panel, plain_text
 from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.libraries import need
 
 DPI, PANEL_WIDTH, PIXELS_PER_INCH = 150, {1: 7.5, 2: 5.2, 3: 4.0}, 100
-LEGEND_ROW = 0.25  # inch
+LEGEND_ROW, TITLE, PAD = 0.25, 0.32, 0.08  # inch: of a name, of the title, around a panel
 
 
 def draw(figure: Figure, path) -> None:
@@ -18,10 +20,7 @@ def draw(figure: Figure, path) -> None:
     high = figure.rows * figure.row_height / PIXELS_PER_INCH + 0.45 + legend
     with rc_context(SETTINGS):
         out = base(figsize=(wide, high), dpi=DPI, facecolor="white")
-        out.set_layout_engine(
-            "constrained", rect=(0, legend / high, 1, 1 - legend / high), w_pad=0.1, h_pad=0.1
-        )
-        backend(out)
+        canvas = backend(out)
         handles: dict = {}
         for i, panel in enumerate(figure.panels):
             draw_panel(out.add_subplot(figure.rows, columns, i + 1), panel, handles)
@@ -35,9 +34,32 @@ def draw(figure: Figure, path) -> None:
                 frameon=False,
                 fontsize=9,
             )
-        out.get_layout_engine().execute(out)
-        out.set_layout_engine(None)  # else all is laid out and drawn twice
+        _set_margins(out, canvas.get_renderer(), legend)
         out.savefig(path, format="png")
+
+
+def _set_margins(out, renderer, legend) -> None:
+    """As much between the panels as the widest of their labels take, measured once: a layout engine
+    of matplotlib takes longer for this than the picture itself.
+
+    legend - inch, below the panels
+    """
+    size = np.array(out.get_size_inches())
+    grid = np.array(out.axes[0].get_gridspec().get_geometry())[::-1]  # columns, rows
+    low, high = np.zeros(2), np.zeros(2)  # inch that x and y take before and behind a panel
+    for axes in out.axes:
+        seen = axes.get_tightbbox(renderer, for_layout_only=True).get_points() / DPI
+        place = axes.get_subplotspec().get_topmost_subplotspec().get_position(out)
+        held = place.get_points() * size
+        low, high = np.maximum(low, held[0] - seen[0]), np.maximum(high, seen[1] - held[1])
+    # a panel keeps half of its share, however long the names are
+    fit = np.minimum(1.0, 0.5 * (size - (0.0, legend + TITLE)) / grid / (low + high + 2 * PAD))
+    low, high = (low + PAD) * fit, (high + PAD) * fit
+    start, end = low + (0.0, legend), size - high - (0.0, TITLE)
+    panel = (end - start - (grid - 1) * (low + high)) / grid
+    (left, bottom), (right, top) = start / size, end / size
+    wspace, hspace = (low + high) / panel
+    out.subplots_adjust(left, bottom, right, top, wspace, hspace)
 
 
 def _legend_columns(names, wide) -> int:

@@ -24,6 +24,7 @@ FONT = (
 )
 TOP, BOTTOM, LEGEND_ROW, LEGEND_LETTERS = 34, 62, 22, 125  # px; letters of one legend row
 DECADES = range(-6, 9)
+FRAME = {"showgrid": True, "gridcolor": "#ececec", "mirror": True}
 CONFIG = {
     "displaylogo": False,
     "responsive": True,
@@ -40,40 +41,17 @@ def plotly_script() -> str:
 
 def draw(figure: Figure) -> str:
     """The figure as a <div> with its script; the page must hold plotly.js."""
-    plotly = library()
-    rows, columns = figure.rows, min(figure.columns, len(figure.panels))
     legend = -(-sum(len(n) + 9 for n in figure.legend) // LEGEND_LETTERS)
     bottom = BOTTOM + LEGEND_ROW * legend
-    height = rows * figure.row_height + TOP + bottom
-    inner = height - TOP - bottom
-    specs: list = [
-        [{} if r * columns + c < len(figure.panels) else None for c in range(columns)]
-        for r in range(rows)
-    ]
-    out = plotly.subplots.make_subplots(
-        rows,
-        columns,
-        specs=specs,
-        subplot_titles=[plain_text(p.title) for p in figure.panels],
-        horizontal_spacing=0.24 / max(columns, 2),
-        vertical_spacing=min(84 / inner, 0.4) if rows > 1 else 0,
-    )
-    titled = [i for i, panel in enumerate(figure.panels) if panel.title]
-    # at the left: the tool bar covers the right
-    for i, title in zip(titled, out.layout.annotations, strict=True):
-        title.update(
-            x=out.get_subplot(i // columns + 1, i % columns + 1).xaxis.domain[0], xanchor="left"
-        )
-    seen: set[str] = set()
-    for i, panel in enumerate(figure.panels):
-        _panel(out, panel, dict(row=i // columns + 1, col=i % columns + 1), seen)
-    out.update_layout(
-        template="simple_white",
-        height=height,
-        font={"family": FONT, "size": 12.5, "color": INK},
-        margin={"l": 70, "r": 18, "t": TOP, "b": bottom},
-        hovermode="closest",
-        legend={
+    inner = figure.rows * figure.row_height
+    data: list[dict] = []
+    layout: dict = {
+        "template": "simple_white",
+        "height": inner + TOP + bottom,
+        "font": {"family": FONT, "size": 12.5, "color": INK},
+        "margin": {"l": 70, "r": 18, "t": TOP, "b": bottom},
+        "hovermode": "closest",
+        "legend": {
             "orientation": "h",
             "yref": "container",
             "y": 0.0,
@@ -82,43 +60,77 @@ def draw(figure: Figure) -> str:
             "xanchor": "center",
             "font": {"size": 12},
         },
-    )
-    out.update_annotations(font_size=13)
+        "annotations": [],
+        "shapes": [],
+    }
+    seen: set[str] = set()
+    for i, (panel, (across, up)) in enumerate(
+        zip(figure.panels, _domains(figure, inner), strict=True)
+    ):
+        k = str(i + 1) if i else ""
+        axes = {"xaxis": f"x{k}", "yaxis": f"y{k}"}
+        data += _panel(panel, axes, seen)
+        x, y = _axes(panel)
+        layout[f"xaxis{k}"] = {"anchor": axes["yaxis"], "domain": across, **x, **FRAME}
+        layout[f"yaxis{k}"] = {"anchor": axes["xaxis"], "domain": up, **y, **FRAME}
+        if panel.title:  # at the left: the tool bar covers the right
+            layout["annotations"].append(
+                _text(panel.title, (across[0], "paper", "left"), (up[1], "paper", "bottom"))
+            )
+        for item in panel.items:
+            if isinstance(item, Line):
+                shape, label = _line(item, axes)
+                layout["shapes"].append(shape)
+                layout["annotations"] += label
+    # made in one piece: plotly checks a figure that grows piece by piece again and again
+    out = library().graph_objects.Figure({"data": data, "layout": layout})
     return out.to_html(
         full_html=False, include_plotlyjs=False, config=CONFIG, div_id=f"figure-{figure.name}"
     )
 
 
-def _panel(out, panel, where, seen):
+def _domains(figure, inner) -> list[tuple[list[float], list[float]]]:
+    """Part of the width and of the height that each panel takes, row after row from above."""
+    rows, columns = figure.rows, min(figure.columns, len(figure.panels))
+    gaps = 0.24 / max(columns, 2), min(84 / inner, 0.4)
+    across, up = (
+        [[k * (1 + gap) / n, min((k + 1) * (1 + gap) / n - gap, 1.0)] for k in range(n)]
+        for n, gap in zip((columns, rows), gaps, strict=True)
+    )
+    return [(one, row) for row in reversed(up) for one in across][: len(figure.panels)]
+
+
+def _panel(panel, axes, seen) -> list[dict]:
+    """The traces of a panel; names that stand in the legend are added to `seen`."""
+    traces: list[dict] = []
     for item in panel.items:
         if isinstance(item, Line):
-            _line(out, item, where)
             continue
         if isinstance(item, Tiles):
-            _tiles(out, item, where)
+            traces.append({**_tiles(item, axes["xaxis"] == "x"), **axes})
             continue
         shown = bool(item.name) and item.name not in seen
         seen.add(item.name)
         legend = {
             "name": plain_text(item.name),
             "legendgroup": plain_text(item.name),
-            "showlegend": shown,
         }
-        for k, trace in enumerate(_traces(item)):
-            out.add_scatter(
-                **trace, **(legend if k == 0 else {**legend, "showlegend": False}), **where
-            )
+        traces += [
+            {"type": "scatter", **trace, **legend, **axes, "showlegend": shown and k == 0}
+            for k, trace in enumerate(_traces(item))
+        ]
+    return traces
+
+
+def _axes(panel) -> tuple[dict, dict]:
+    """Layout of the axes x and y."""
     x = {
-        "title_text": plain_text(panel.x_label),
-        "title_standoff": 6,
-        "title_font_size": 12.5,
+        "title": _axis_title(panel.x_label),
         "range": panel.x_range,
         "exponentformat": "none",
     }
     y = {
-        "title_text": plain_text(panel.y_label),
-        "title_standoff": 6,
-        "title_font_size": 12.5,
+        "title": _axis_title(panel.y_label),
         "range": panel.y_range,
         "exponentformat": "power",
     }  # no µ or k before the unit of the label
@@ -145,8 +157,11 @@ def _panel(out, panel, where, seen):
             ),
             range=None if limits is None else np.log10(limits),
         )
-    out.update_xaxes(**x, showgrid=True, gridcolor="#ececec", mirror=True, **where)
-    out.update_yaxes(**y, showgrid=True, gridcolor="#ececec", mirror=True, **where)
+    return x, y
+
+
+def _axis_title(label) -> dict:
+    return {"text": plain_text(label), "standoff": 6, "font": {"size": 12.5}}
 
 
 def _whole_ticks(panel, of_x):
@@ -160,7 +175,7 @@ def _whole_ticks(panel, of_x):
     return {"dtick": max(1, int(np.ptp(values)) // 10)} if values else {}
 
 
-def _tiles(out, item, where):
+def _tiles(item, with_bar) -> dict:
     colors = [[k / (len(SEQUENCE) - 1), color] for k, color in enumerate(SEQUENCE)]
     bar = {
         "title": {"text": plain_text(item.label), "side": "right", "font": {"size": 11.5}},
@@ -169,20 +184,20 @@ def _tiles(out, item, where):
         "tickfont": {"size": 11},
         "exponentformat": "power",
     }
-    out.add_heatmap(
-        x=small(edges(item.x)),
-        y=small(edges(item.y)),
-        z=small(item.values),
-        colorscale=colors,
-        zmin=0.0,
-        zmax=item.top,
-        xgap=1,
-        ygap=1,
-        showscale=where["col"] == 1 and where["row"] == 1,
-        colorbar=bar,
-        hovertemplate="%{x:.5~g}, %{y:d}: %{z:.4~g}<extra></extra>",
-        **where,
-    )
+    return {
+        "type": "heatmap",
+        "x": small(edges(item.x)),
+        "y": small(edges(item.y)),
+        "z": small(item.values),
+        "colorscale": colors,
+        "zmin": 0.0,
+        "zmax": item.top,
+        "xgap": 1,
+        "ygap": 1,
+        "showscale": with_bar,
+        "colorbar": bar,
+        "hovertemplate": "%{x:.5~g}, %{y:d}: %{z:.4~g}<extra></extra>",
+    }
 
 
 def _traces(item) -> list[dict]:
@@ -242,24 +257,42 @@ def _traces(item) -> list[dict]:
     ]
 
 
-def _line(out, item, where):
-    text = {}
-    if item.label:
-        position = f"{'top' if item.end == 'high' else 'bottom'} {'left' if item.left else 'right'}"
-        text = {
-            "annotation_text": plain_text(item.label),
-            "annotation_position": position,
-            "annotation_font_color": item.color,
-            "annotation_font_size": 11,
-        }
-    add = out.add_vline if item.axis == "x" else out.add_hline
-    add(
-        item.value,
-        line={"color": item.color, "dash": item.dash, "width": 1.2},
-        opacity=1.0,
-        **text,
-        **where,
-    )
+def _line(item, axes) -> tuple[dict, list[dict]]:
+    """A line across the panel, and its label where it has one."""
+    x, y = axes["xaxis"], axes["yaxis"]
+    high = item.end == "high"
+    if item.axis == "x":
+        shape = {"x0": item.value, "x1": item.value, "y0": 0, "y1": 1}
+        refs = x, f"{y} domain"
+        where = (
+            (item.value, refs[0], "right" if item.left else "left"),
+            (int(high), refs[1], "top" if high else "bottom"),
+        )
+    else:
+        shape = {"x0": 0, "x1": 1, "y0": item.value, "y1": item.value}
+        refs = f"{x} domain", y
+        where = (
+            (int(not item.left), refs[0], "left" if item.left else "right"),
+            (item.value, refs[1], "bottom" if high else "top"),
+        )
+    look = {
+        "type": "line",
+        "xref": refs[0],
+        "yref": refs[1],
+        "line": {"color": item.color, "dash": item.dash, "width": 1.2},
+        "opacity": 1.0,
+    }
+    return {**shape, **look}, [_text(item.label, *where, color=item.color)] if item.label else []
+
+
+def _text(text, across, up, **font) -> dict:
+    """An annotation; across, up - place, what it refers to, and the edge of the text there."""
+    places = {
+        f"{k}{part}": value
+        for k, place in (("x", across), ("y", up))
+        for part, value in zip(("", "ref", "anchor"), place, strict=True)
+    }
+    return {**places, "text": plain_text(text), "showarrow": False, "font": {"size": 13, **font}}
 
 
 def small(values):
@@ -282,6 +315,5 @@ def library():
     import plotly
     import plotly.graph_objects
     import plotly.offline
-    import plotly.subplots
 
     return plotly
