@@ -18,6 +18,7 @@ from pathlib import Path
 from api import write_api
 
 ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = Path("docs") / "gallery"
 SITE = Path(__file__).resolve().parent
 LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^)#\s]+)(#[^)\s]*)?\)")
 CONTENTS = {
@@ -126,8 +127,11 @@ def _link(page, text, target, anchor):
     """A link to another page as it stands; what is no page is named by its place in the
     repository."""
     place = os.path.relpath((ROOT / page).parent / target, ROOT)
-    if "://" in target or Path(place) in _documents():
+    if "://" in target:
         return f"[{text}]({target}{anchor or ''})"
+    if Path(place) in _documents():
+        here = Path("gallery") if page.suffix == ".py" else page.parent  # its page
+        return f"[{text}]({os.path.relpath(place, here)}{anchor or ''})"
     if place == "docs/gallery":
         return f"[{text}]({os.path.relpath('gallery/index.md', page.parent)})"
     return f"`{place}`" if text.strip("`") in (place, target) else f"{text} (`{place}`)"
@@ -140,13 +144,13 @@ def _gallery(folder):
     folder.mkdir()
     plt.switch_backend("agg")
     cards = {}
-    for path in sorted((ROOT / "docs" / "gallery").glob("*.py")):
+    for path in sorted((ROOT / EXAMPLES).glob("*.py")):
         text = path.read_text(encoding="utf-8")
         title, said = text.split('"""')[1].strip().split("\n\n", 1)
         picture = folder / f"{path.stem}.png"
         _run(path, picture)
         code = text.split('"""', 2)[2].strip()
-        said = LINK.sub(lambda found: _link(Path("docs/gallery/x"), *found.groups()), said)
+        said = LINK.sub(lambda found: _link(EXAMPLES / "x.py", *found.groups()), said)
         page = f"# {title}\n\n{said}\n\n![{title}]({picture.name})\n\n```python\n{code}\n```\n"
         (folder / f"{path.stem}.md").write_text(page, encoding="utf-8")
         link = f"**[{title}]({path.stem}.md)**"
