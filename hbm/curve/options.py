@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.continuation.settings import Settings
-from tipdamp.hbm.curve.automatic import Harmonics
+from tipdamp.hbm.curve.enough_harmonics import Harmonics
 from tipdamp.hbm.curve.guess import Guess
 from tipdamp.hbm.curve.journal import Journal
 from tipdamp.hbm.errors import InputError, nearest

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from tipdamp.engine.curves import CurveCase, Curves
-from tipdamp.hbm.curve.automatic import error_of, first_orders, next_orders
+from tipdamp.hbm.curve.enough_harmonics import error_of, first_orders, next_orders
 from tipdamp.results.response_results import TriedHarmonics
 from tipdamp.study.schema import Respond, named_orders
 

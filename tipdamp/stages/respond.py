@@ -29,7 +29,7 @@ from tipdamp.engine.workers import Workers
 from tipdamp.hbm.balance.problem import doubted_problem
 from tipdamp.hbm.balance.receptance import linear_response, linear_response_with_peaks
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.hbm.curve.automatic import not_met
+from tipdamp.hbm.curve.enough_harmonics import not_met
 from tipdamp.hbm.curve.trace import SLIDES
 from tipdamp.hbm.hold import spring
 from tipdamp.hbm.interface import InterfaceReduction

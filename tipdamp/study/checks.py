@@ -7,7 +7,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tipdamp.hbm.curve.automatic import SETTINGS as AUTOMATIC
+from tipdamp.hbm.curve.enough_harmonics import SETTINGS as HARMONICS
 from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.hbm.io.file_size import check_size
 from tipdamp.hbm.validation import check_samples
@@ -227,7 +227,7 @@ def check_respond(where: str, respond: Respond) -> None:
         if double:
             raise InputError(f"{where} {key}: {shown(double[0])} is given twice")
     try:
-        check_samples(respond.samples, max(orders, default=AUTOMATIC.most))
+        check_samples(respond.samples, max(orders, default=HARMONICS.most))
     except InputError as error:
         raise InputError(f"{where} {error}") from None
     of_each = len(orders) or TRIED

@@ -9,7 +9,7 @@ from tests.hbm.cases import coupled, load, unilateral
 from tests.hbm.curve.test_truncation import BAND, CASES, OUTPUTS, chain, true_errors
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tipdamp.hbm.continuation.settings import Settings
-from tipdamp.hbm.curve.automatic import SETTINGS, error_of, next_orders
+from tipdamp.hbm.curve.enough_harmonics import SETTINGS, error_of, next_orders
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.response import follow_band, follow_parameter
 

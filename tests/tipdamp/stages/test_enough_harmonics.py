@@ -12,7 +12,7 @@ from tipdamp.checks import room
 from tipdamp.cli import main
 from tipdamp.engine import curves
 from tipdamp.engine.store import Store
-from tipdamp.hbm.curve.automatic import error_of
+from tipdamp.hbm.curve.enough_harmonics import error_of
 from tipdamp.hbm.memory import curve_bytes
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.result import ForcedResponse

@@ -16,7 +16,7 @@ Harmonics: TypeAlias = int | Literal["auto"]
 
 
 @dataclass(frozen=True)
-class AutomaticSettings:
+class HarmonicsSettings:
     """How the number of harmonics is found."""
 
     first: int = 3  # of it, or twice the highest order of the force
@@ -28,14 +28,14 @@ class AutomaticSettings:
     growth: float = 3.0  # of H at once
 
 
-SETTINGS = AutomaticSettings()
+SETTINGS = HarmonicsSettings()
 
 
 def enough_harmonics(
     curve_of: Callable[[int], ForcedResponse],
     tolerance: float,
     force_order: int,
-    settings: AutomaticSettings = SETTINGS,
+    settings: HarmonicsSettings = SETTINGS,
 ) -> ForcedResponse:
     """The first curve whose estimated truncation is within the tolerance, relative to the vibration
     of each point, at 99 % of the points; curve_of(H) : makes one.
@@ -71,7 +71,7 @@ def not_met(tried: Sequence[tuple[int, float]], tolerance: float, where: str = "
     )
 
 
-def error_of(curve: ForcedResponse, settings: AutomaticSettings = SETTINGS) -> float:
+def error_of(curve: ForcedResponse, settings: HarmonicsSettings = SETTINGS) -> float:
     """Relative truncation that the wanted share of the points keeps."""
     errors = np.sort(curve.relative_truncation[curve.converged])
     if not len(errors):
@@ -79,7 +79,7 @@ def error_of(curve: ForcedResponse, settings: AutomaticSettings = SETTINGS) -> f
     return float(errors[min(int(np.ceil(settings.points * len(errors))), len(errors)) - 1])
 
 
-def first_orders(force_order: int = 1, settings: AutomaticSettings = SETTINGS) -> int:
+def first_orders(force_order: int = 1, settings: HarmonicsSettings = SETTINGS) -> int:
     """H to begin with."""
     return max(settings.first, 2 * force_order)
 
@@ -87,7 +87,7 @@ def first_orders(force_order: int = 1, settings: AutomaticSettings = SETTINGS) -
 def next_orders(
     tried: Sequence[tuple[int, float]],
     tolerance: float,
-    settings: AutomaticSettings = SETTINGS,
+    settings: HarmonicsSettings = SETTINGS,
 ) -> int | None:
     """H to try after those that miss the tolerance, (H, error) each: at which errors that fall like
     a power of H reach it, an odd number; None where no more are tried."""
