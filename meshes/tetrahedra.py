@@ -17,7 +17,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tipdamp.hbm.errors import InputError
-from tipdamp.meshes import abaqus_file, mesh_file
+from tipdamp.meshes import abaqus_writer, mesh_file
 from tipdamp.meshes.rig import DAMPERS, SIDES, STATIONS, Cells, Contact, Rig, contact
 from tipdamp.meshes.sections import blades_section
 from tipdamp.meshes.structured import HexMesh, find_nodes
@@ -169,7 +169,7 @@ def generate(
     paths = {mesh.name: folder / f"tet_{mesh.name}.msh" for mesh in both}
     for mesh in both:
         mesh_file.write(paths[mesh.name], mesh)
-    abaqus_file.write(folder / "tet_rig.inp", both)
+    abaqus_writer.write(folder / "tet_rig.inp", both)
     return {**paths, "both": folder / "tet_rig.inp"}
 
 
