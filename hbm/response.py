@@ -33,9 +33,9 @@ from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import Settings
-from tipdamp.hbm.curve.enough_harmonics import AUTO, enough_harmonics
 from tipdamp.hbm.curve.band_end import band_ends
 from tipdamp.hbm.curve.drawn import refine_drawn
+from tipdamp.hbm.curve.enough_harmonics import AUTO, enough_harmonics
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
 from tipdamp.hbm.curve.folds_and_transitions import named_points
 from tipdamp.hbm.curve.guess import orders_of_guess, place_and_unknowns, solved, with_orders

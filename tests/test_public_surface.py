@@ -39,7 +39,7 @@ PUBLIC = (
     "static_contact/contact/preload.py",
     "static_contact/contact/pull.py",
     "static_contact/normal/complementarity.py",
-    "static_contact/tuning/detachment.py",
+    "static_contact/tuning/station_detachment.py",
     "static_contact/tuning/redistribution.py",
     "tipdamp/cli.py",
     "tipdamp/doctor.py",

@@ -188,7 +188,7 @@ if TYPE_CHECKING:
         craig_bampton as craig_bampton,
     )
     from tipdamp.static_contact.contact.preload import preload as preload
-    from tipdamp.static_contact.tuning.detachment import detach_until as detach_until
+    from tipdamp.static_contact.tuning.station_detachment import detach_until as detach_until
     from tipdamp.study.study import load_study as load_study
 else:  # a module __getattr__ would let type checkers accept any name
     from importlib import import_module
@@ -200,7 +200,7 @@ else:  # a module __getattr__ would let type checkers accept any name
         "Body": "modal.body",
         **dict.fromkeys(("assemble", "craig_bampton"), "modal.craig_bampton"),
         "preload": "static_contact.contact.preload",
-        "detach_until": "static_contact.tuning.detachment",
+        "detach_until": "static_contact.tuning.station_detachment",
         "ContactLaw": "hbm.laws.base",
         **dict.fromkeys(("Contacts", "ContactState"), "hbm.laws.records"),
         **dict.fromkeys(("OwnForce", "Polynomial"), "hbm.laws.coordinates"),

@@ -9,10 +9,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from tipdamp.hbm.continuation.across_gaps import bridge_gap, restart_ahead
 from tipdamp.hbm.continuation.beyond import cut
 from tipdamp.hbm.continuation.branch import Branch, BranchTracer
 from tipdamp.hbm.continuation.point import Evaluate, OnPoint, Point
-from tipdamp.hbm.continuation.across_gaps import bridge_gap, restart_ahead
 from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 

@@ -15,7 +15,11 @@ from scipy.optimize import brentq
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.static_contact.contact.contact_cells import Fade
-from tipdamp.static_contact.tuning.detachment import DetachmentOptions, NotReachable, search_of
+from tipdamp.static_contact.tuning.station_detachment import (
+    DetachmentOptions,
+    NotReachable,
+    search_of,
+)
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
 

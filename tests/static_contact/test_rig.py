@@ -8,10 +8,10 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.static_contact.contact.equilibrium import side_forces, side_normals
 from tipdamp.static_contact.contact.preload import StaticContact
-from tipdamp.static_contact.tuning.detachment import detach_until
 from tipdamp.static_contact.tuning.kept_stations import keep_ends
 from tipdamp.static_contact.tuning.redistribution import redistribute
 from tipdamp.static_contact.tuning.reduction_error import stuck_error_bound
+from tipdamp.static_contact.tuning.station_detachment import detach_until
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
 # Fc / (2 sin 45): frictionless balance between faces at 45 degrees

@@ -11,7 +11,7 @@ from tests.static_contact.tuning.test_detachment import (
     stations,
 )
 from tests.validation import Subject, row
-from tipdamp.static_contact.tuning.detachment import detach_until
+from tipdamp.static_contact.tuning.station_detachment import detach_until
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
 

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator
 from tipdamp.engine.store import plain
 from tipdamp.results.record import Number, Numbers, Record, Result, Texts
 from tipdamp.static_contact.tuning.area_detachment import AreaStep
-from tipdamp.static_contact.tuning.detachment import GradedStation
+from tipdamp.static_contact.tuning.station_detachment import GradedStation
 
 T = TypeVar("T")
 

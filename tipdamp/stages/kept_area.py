@@ -10,8 +10,8 @@ from tipdamp.results import static_results as results
 from tipdamp.static_contact.contact.contact_cells import cells_in, fade_of, plane_of
 from tipdamp.static_contact.contact.mirror import mirrors_of
 from tipdamp.static_contact.tuning.area_detachment import detach_area, keep_area
-from tipdamp.static_contact.tuning.detachment import DetachmentOptions
 from tipdamp.static_contact.tuning.kept_stations import halves
+from tipdamp.static_contact.tuning.station_detachment import DetachmentOptions
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 from tipdamp.study.view import Study
 

@@ -28,7 +28,9 @@ from tipdamp.stages.preload import side_forces
 from tipdamp.stages.reduce import free_modes
 from tipdamp.stages.stage import Stage
 from tipdamp.static_contact.full.stuck_modes import StuckSet
-from tipdamp.static_contact.tuning.detachment import (
+from tipdamp.static_contact.tuning.redistribution import MOMENT, carried
+from tipdamp.static_contact.tuning.roll_springs import RollSpring, spring_rows
+from tipdamp.static_contact.tuning.station_detachment import (
     Detachment,
     DetachmentOptions,
     NotReachable,
@@ -36,8 +38,6 @@ from tipdamp.static_contact.tuning.detachment import (
     keep_stations,
     keep_weights,
 )
-from tipdamp.static_contact.tuning.redistribution import MOMENT, carried
-from tipdamp.static_contact.tuning.roll_springs import RollSpring, spring_rows
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly, StuckModes
 from tipdamp.statics import friction
 from tipdamp.statics import model_inputs as inputs

@@ -11,7 +11,7 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.static_contact.contact.contact_cells import cells_in, fade_of
 from tipdamp.static_contact.contact.mirror import mirrors_of
 from tipdamp.static_contact.tuning.area_detachment import detach_area, keep_area
-from tipdamp.static_contact.tuning.detachment import DetachmentOptions
+from tipdamp.static_contact.tuning.station_detachment import DetachmentOptions
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
 LENGTH, WIDTH, STIFFNESS, MASS = 60e-3, 5e-3, 2e11, 0.1  # m, m, N/m3, kg

@@ -10,8 +10,12 @@ import pytest
 from tests.contact_tables import contact_table
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.static_contact.tuning.detachment import DetachmentOptions, detach_until, keep_weights
 from tipdamp.static_contact.tuning.kept_stations import keep_ends
+from tipdamp.static_contact.tuning.station_detachment import (
+    DetachmentOptions,
+    detach_until,
+    keep_weights,
+)
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
 H1 = json.loads(
