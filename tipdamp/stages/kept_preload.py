@@ -21,7 +21,7 @@ from tipdamp.static_contact.tuning.redistribution import (
     redistribute,
     redistribute_friction,
 )
-from tipdamp.statics import friction
+from tipdamp.statics import friction_history
 from tipdamp.statics import model_inputs as inputs
 from tipdamp.statics.cases import StaticBodies, static_bodies, static_contact
 from tipdamp.study.view import Study
@@ -73,7 +73,9 @@ def kept_preload(
         preload=np.where(contact.pairs.carrying, contact.pairs.preload, 0.0)
     )
     tangential = (
-        friction.load(store.path("preload_friction.csv"), whole) if study.preload.friction else None
+        friction_history.load(store.path("preload_friction.csv"), whole)
+        if study.preload.friction
+        else None
     )
     if study.tune.preload == "table":
         return _of_table(study, model, whole, line)
@@ -99,7 +101,9 @@ def moment_within(
     if study.tune.preload != "scaled":
         return True
     tangential = (
-        friction.load(store.path("preload_friction.csv"), whole) if study.preload.friction else None
+        friction_history.load(store.path("preload_friction.csv"), whole)
+        if study.preload.friction
+        else None
     )
     try:
         facts = _scaled(study, model, whole, kept, tangential).facts
@@ -208,11 +212,13 @@ def _resolved(study, contact, whole):
         facts = results.RedistributionFacts(reactions=result.reactions, residual=result.residual)
         forces = inputs.equilibrium(study, bodies.model, whole)
         return KeptPreload(inputs.preload_map(result, line), facts, forces, result.balance)
-    state = friction.solve(
-        study, bodies, contact.statics.pairs, friction.history(study, bodies.model)
+    state = friction_history.solve(
+        study, bodies, contact.statics.pairs, friction_history.history(study, bodies.model)
     )
     kept = inputs.preload_map(state, line)
-    facts = results.RedistributionFacts(friction=friction.facts(state), residual=state.residual)
+    facts = results.RedistributionFacts(
+        friction=friction_history.facts(state), residual=state.residual
+    )
     balance = inputs.balance_error(
         study,
         kept.select(kept.carrying),

@@ -32,7 +32,7 @@ from tipdamp.stages.fitted_stiffness import fit_factor
 from tipdamp.stages.stage import Stage
 from tipdamp.static_contact.contact.preload import StaticContact
 from tipdamp.statics import cases as statics
-from tipdamp.statics import friction, stresses
+from tipdamp.statics import friction_history, stresses
 from tipdamp.statics.model_inputs import balance_error, equilibrium, preload_map, side_sums
 from tipdamp.study.view import Study
 
@@ -158,13 +158,15 @@ def _frictionless(study, contact):
 
 def _with_friction(study, store, bodies, contact, pairs):
     """The state at the end of the history; writes preload_friction.csv."""
-    state = friction.solve(study, bodies, contact.pairs, friction.history(study, bodies.model))
+    state = friction_history.solve(
+        study, bodies, contact.pairs, friction_history.history(study, bodies.model)
+    )
     with store.writing("preload_friction.csv") as path:
-        friction.save(path, pairs, state.tangential, state.slider, state.slips)
+        friction_history.save(path, pairs, state.tangential, state.slider, state.slips)
     balance = balance_error(
         study, state.pairs, loads.force_at_rest(study, bodies.model), state.tangential
     )
-    facts = friction.facts(state, equilibrium(study, bodies.model, state.pairs))
+    facts = friction_history.facts(state, equilibrium(study, bodies.model, state.pairs))
     return PatchAtRest(
         state,
         side_sums(state.pairs),
@@ -189,7 +191,7 @@ def load_case(
     load = loads.total(study, name, bodies.model)
     try:
         if study.preload.friction:
-            result: Any = friction.solve(study, bodies, contact.pairs, [load])
+            result: Any = friction_history.solve(study, bodies, contact.pairs, [load])
             resultant = loads.resultant(bodies.model, load)
             balance = balance_error(study, result.pairs, resultant, result.tangential)
             reactions = {}
@@ -272,7 +274,7 @@ def _reads_more(study):
     return (
         BODY_READS * study.preload.stress
         + statics.reads(study)
-        + friction.READS * study.preload.friction
+        + friction_history.READS * study.preload.friction
         + fitted_stiffness.READS * (study.contact.fit_hz is not None)
     )
 

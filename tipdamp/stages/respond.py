@@ -42,7 +42,7 @@ from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
 from tipdamp.stages.levels import LevelCurves, level_of
 from tipdamp.stages.stage import Stage
 from tipdamp.static_contact.tuning.roll_springs import with_springs
-from tipdamp.statics import friction
+from tipdamp.statics import friction_history
 from tipdamp.statics.model_inputs import (
     declared_springs,
     excitation,
@@ -252,10 +252,10 @@ def assembled(study: Study, store: Store, responded: bool = False) -> Assembly:
     tangential = np.zeros((len(kept), 2))
     if study.preload.friction:
         check_sliders("[respond]", study.respond, law)
-        tangential = friction.load(store.path("kept_friction.csv"), table)[table.carrying]
+        tangential = friction_history.load(store.path("kept_friction.csv"), table)[table.carrying]
         # a tangent that the law does not know carries no friction
         tangential[:, law.sliders :] = 0.0
-        static, sliders = friction.start(model, kept, tangential)
+        static, sliders = friction_history.start(model, kept, tangential)
         start = sliders[:, : law.sliders]
     rows, held = outputs(study, model), held_motions(study, model, kept)
     largest = max(study.respond.levels) * force

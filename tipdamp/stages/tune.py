@@ -39,7 +39,7 @@ from tipdamp.static_contact.tuning.station_detachment import (
     keep_weights,
 )
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly, StuckModes
-from tipdamp.statics import friction
+from tipdamp.statics import friction_history
 from tipdamp.statics import model_inputs as inputs
 from tipdamp.study.view import Study
 
@@ -307,7 +307,7 @@ def _write_kept(store, kept):
         return []
     with store.writing("kept_friction.csv") as path:
         none = np.zeros_like(kept.tangential)
-        friction.save(path, kept.pairs, kept.tangential, none, none[:, 0])
+        friction_history.save(path, kept.pairs, kept.tangential, none, none[:, 0])
     return ["kept_friction.csv"]
 
 
@@ -359,7 +359,7 @@ def _table_warnings(study, store, found):
 
 
 def _reads_more(study):
-    return friction.READS if study.preload.friction else ()
+    return friction_history.READS if study.preload.friction else ()
 
 
 def _needs_more(study):

@@ -12,7 +12,7 @@ from tipdamp.hbm.response import solve_at
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.stages.respond import assembled
 from tipdamp.stages.run import STAGES, results_folder, run_stage
-from tipdamp.statics import friction
+from tipdamp.statics import friction_history
 from tipdamp.study.study import load_study
 
 # N = Fc / (sqrt 2 (1 + mu)) on each side: the other one's friction helps
@@ -40,7 +40,7 @@ def run(folder, text, *stages, tune="[respond]"):
 
 def state(store, study, name="preload"):
     table = ContactTable.load(store.path(f"{name}.csv"))
-    return table, friction.load(store.path(f"{name}_friction.csv"), table)
+    return table, friction_history.load(store.path(f"{name}_friction.csv"), table)
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +116,7 @@ def test_response_starts_from_the_friction_forces(whole_run):
     model = ReducedModel.load(store.path("model.npz"))
     table, T = state(store, study, "kept")
     kept = table.select(table.carrying)
-    begin = friction.start(model, kept, T[table.carrying])
+    begin = friction_history.start(model, kept, T[table.carrying])
     held = begin.static + relative_motion(model, kept)[2::3].T @ np.maximum(kept.preload, 0)
     on_damper = [held[(model.body == "damper") & (model.direction == d)].sum() for d in "xyz"]
     assert on_damper == pytest.approx([10 / np.sqrt(2), 0, 10 / np.sqrt(2)], abs=1e-3)
