@@ -32,7 +32,7 @@ from tipdamp.stages.fitted_stiffness import fit_factor
 from tipdamp.stages.stage import Stage
 from tipdamp.static_contact.contact.preload import StaticContact
 from tipdamp.statics import cases as statics
-from tipdamp.statics import friction_history, stresses
+from tipdamp.statics import friction_history, whole_body
 from tipdamp.statics.model_inputs import balance_error, equilibrium, preload_map, side_sums
 from tipdamp.study.view import Study
 
@@ -96,8 +96,10 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     files += [case.file for case in cases.values()]
     if study.preload.stress:
         tangential = found.tangential if study.preload.friction else np.zeros((len(pairs), 2))
-        rest = stresses.Rest(found.displacement, pairs, np.column_stack([tangential, found.force]))
-        files += stresses.keep_stress(study, store, bodies.shapes(rest), tick)
+        rest = whole_body.Rest(
+            found.displacement, pairs, np.column_stack([tangential, found.force])
+        )
+        files += whole_body.keep_stress(study, store, bodies.shapes(rest), tick)
     tables = {name: ContactTable.load(store.path(case.file)) for name, case in cases.items()}
     return [
         *files,

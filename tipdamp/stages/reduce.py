@@ -18,7 +18,7 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.results.static_results import FreeResponse, ReduceResult
 from tipdamp.stages.stage import Stage
 from tipdamp.statics.model_inputs import EXCITATION, excitation, group, in_patch, outputs, ratio
-from tipdamp.statics.stresses import KEPT, keep_modes
+from tipdamp.statics.whole_body import KEPT, keep_modes
 from tipdamp.study.view import Study
 
 

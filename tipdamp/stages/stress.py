@@ -25,7 +25,7 @@ from tipdamp.results.response_results import (
 from tipdamp.stages.cycles import highest_point
 from tipdamp.stages.respond import READS, Assembly, assembled
 from tipdamp.stages.stage import Stage
-from tipdamp.statics.stresses import (
+from tipdamp.statics.whole_body import (
     Stressed,
     VibrationStress,
     body_load,

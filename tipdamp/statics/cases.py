@@ -24,7 +24,7 @@ from tipdamp.static_contact.bodies.iterative_bodies import bodies_on_springs
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, SparseCompliance
 from tipdamp.static_contact.bodies.stuck_bodies import BodiesOnSprings, stuck_bodies
 from tipdamp.static_contact.contact.preload import StaticContact
-from tipdamp.statics import stresses
+from tipdamp.statics import whole_body
 from tipdamp.statics.model_inputs import held_motions
 from tipdamp.study.view import Study, every_key
 
@@ -46,7 +46,7 @@ class StaticBodies:
     model: ReducedModel | SparseBodies
     compliance: Callable[..., Compliance]
     stuck: Callable[..., BodiesOnSprings]
-    shapes: Callable[[stresses.Rest], Iterator[tuple[str, Mesh, np.ndarray]]]
+    shapes: Callable[[whole_body.Rest], Iterator[tuple[str, Mesh, np.ndarray]]]
 
 
 def factored_once(bodies: StaticBodies) -> StaticBodies:
@@ -94,7 +94,10 @@ def static_bodies(study: Study, model: ReducedModel, reduction: ReductionFacts) 
     if wanted == "full" or reduction.tractions:
         return _full(study)
     return StaticBodies(
-        model, Compliance, stuck_bodies, lambda rest: stresses.condensed_shapes(study, model, rest)
+        model,
+        Compliance,
+        stuck_bodies,
+        lambda rest: whole_body.condensed_shapes(study, model, rest),
     )
 
 

@@ -19,7 +19,7 @@ from tipdamp.results.response_results import StressResult
 from tipdamp.stages.run import results_folder
 from tipdamp.stages.stress import limits
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
-from tipdamp.statics.stresses import WholeBody
+from tipdamp.statics.whole_body import WholeBody
 from tipdamp.study.study import load_study
 
 meshio = pytest.importorskip("meshio")
