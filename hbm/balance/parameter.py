@@ -89,6 +89,10 @@ class Parameter:
         """(n,) Hz at the values (n,); hz where it does not vary."""
         return np.full(len(values), hz)
 
+    def measured_in(self, forces: dict) -> str:
+        """Unit of its values, of forces {harmonic: (r,) N} at the value 1; '' where it has none."""
+        return self.unit.strip()
+
     def named(self, value: float) -> str:
         """A value for messages."""
         return f"{value:.6g}{self.unit}" if self.unit else f"{self.name} = {value:.6g}"
@@ -184,6 +188,11 @@ class Level(Parameter):
     """
 
     name: str = "level"
+
+    def measured_in(self, forces: dict) -> str:
+        """N where the largest force of the value 1 is 1 N, else times that."""
+        largest = max(float(np.abs(F).max()) for F in forces.values())
+        return "N" if largest == 1 else "times the force"
 
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""

@@ -10,6 +10,7 @@ from typing import Unpack
 
 import numpy as np
 
+from tipdamp.hbm import fourier
 from tipdamp.hbm.amplitude import KINDS, amplitude
 from tipdamp.hbm.balance.parameter import Parameter, as_parameter
 from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
@@ -185,6 +186,7 @@ def _record(path: Path, at: np.ndarray, began: float) -> Followed:
         output=", ".join(case.names[j] for j in case.columns),
         kind=case.kind,
         parameter_name=case.parameter.name,
+        parameter_unit=case.parameter.measured_in(case.forces),
         parameter=np.array([p.parameter for p in points]) / scale,
         frequency=np.array([one.w for one in found]) / (2 * np.pi),
         height=amplitude(own, case.kind, case.orders),
@@ -194,6 +196,7 @@ def _record(path: Path, at: np.ndarray, began: float) -> Followed:
         share_stick=shares[..., 0],
         share_slip=shares[..., 1],
         share_open=shares[..., 2],
+        friction_W=np.array([_power(one) for one in found]),
         curvature=np.where(fitted, np.nan, curvature),
         jumps=_jumps(runs),
         fitted=fitted,
@@ -204,6 +207,12 @@ def _record(path: Path, at: np.ndarray, began: float) -> Followed:
         calls=sum(run.calls for run in runs),
         seconds=time.perf_counter() - began,
     )
+
+
+def _power(found):
+    """(P,) W that the contacts take."""
+    u = found.x.reshape(found.forces.g.shape)
+    return fourier.work(found.forces.g, u) * found.w / (2 * np.pi)
 
 
 def _jumps(runs):

@@ -9,6 +9,7 @@ import numpy as np
 from tipdamp.hbm import tables
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.drawing.figure import Curve, Panel
+from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
 
 if TYPE_CHECKING:
@@ -22,11 +23,12 @@ class Followed(ArrayRecord):
     harmonics 0..H.
 
     what : 'peak' or 'fold'; output, kind : whose peak, in which amplitude
-    parameter_name, parameter : what varies, (n,) its values
+    parameter_name, parameter : what varies, (n,) its values; parameter_unit : '' without
     frequency : (n,) Hz; height : (n,) m, the amplitude of the output there
     peak_of : (n,) str, the output whose peak it is: of several the largest
     output_names : (m,) str; harmonics : (n, m, H+1) complex, m, of all outputs
     share_stick, share_slip, share_open : (n, P) share of the cycle
+    friction_W : (n, P) W, mean power that each contact takes, over all components of the law
     curvature : (n,) of the logarithm of what is extreme, by the arc length of the curve: negative
         at a maximum, zero where it meets a minimum
     jumps : (n,) bool, places that the way does not lead to from the one before: another peak was
@@ -52,6 +54,7 @@ class Followed(ArrayRecord):
     output: str
     kind: str
     parameter_name: str
+    parameter_unit: str
     parameter: np.ndarray
     frequency: np.ndarray
     height: np.ndarray
@@ -61,6 +64,7 @@ class Followed(ArrayRecord):
     share_stick: np.ndarray
     share_slip: np.ndarray
     share_open: np.ndarray
+    friction_W: np.ndarray
     curvature: np.ndarray
     jumps: np.ndarray
     fitted: np.ndarray
@@ -79,6 +83,23 @@ class Followed(ArrayRecord):
             f"{self.ended}>"
         )
 
+    def __len__(self) -> int:
+        """Number of places."""
+        return len(self.parameter)
+
+    def at(self, value: float) -> int:
+        """The place, 0 for the first, at which it is solved at a value of the parameter, as at
+        those of the option `at`; of several the highest. InputError where there is none, with the
+        nearest."""
+        there = np.flatnonzero(np.isclose(self.parameter, value, rtol=1e-12, atol=0.0))
+        if not len(there):
+            p = self.parameter[np.abs(self.parameter - value).argmin()]
+            raise InputError(
+                f"value = {value:g}: no place is solved there, the nearest is {p:g}; ask for "
+                "it with at="
+            )
+        return int(there[self.height[there].argmax()])
+
     def plot(self, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
         """Draw the height over the parameter, apart where another peak was taken up.
 
@@ -92,7 +113,8 @@ class Followed(ArrayRecord):
             for k in np.unique(runs)
         )
         label = f"{self.what} ({pictures.SHOWN[unit]})"
-        return pictures.on_axes(Panel("", self.parameter_name, label, lines), ax)
+        unit = f" ({self.parameter_unit})" if self.parameter_unit else ""
+        return pictures.on_axes(Panel("", self.parameter_name + unit, label, lines), ax)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """A row for each place: the parameter, frequency in Hz, height in m, whose peak it is,

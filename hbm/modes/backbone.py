@@ -38,6 +38,7 @@ UNSEEN = 1e-9
 LOWER = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6)  # times the first amplitude: where everything sticks
 # times the amplitude: steps of a tenth of it at most, so that slip does not begin in a wide one
 WIDEST = 4.0
+HALVINGS, CLOSE = 12, 1e-4  # of the way on which the first contact leaves; of the amplitude there
 # of the stuck frequency: a mode that is slower is no vibration any more
 SLOWEST = 1e-2
 
@@ -98,6 +99,7 @@ def backbone(
     equation.balance.on_call = None
     _cut(branch)
     missed = insert_crossings(equation.evaluate, branch, at[1:-1], equation.weights, settings)
+    _end_of_sticking(equation, branch, settings)
     return _record(equation, branch, (names, rows), missed, (mode, time.perf_counter() - began))
 
 
@@ -157,6 +159,22 @@ def _cut(branch: Branch) -> None:
     if slow:
         branch.points = branch.points[: slow[0]]
         branch.finish("no point", branch.points[-1].parameter)
+
+
+def _end_of_sticking(equation, branch: Branch, settings: Settings) -> None:
+    """Insert places around the amplitude at which the first contact slips or lifts: between places
+    far apart the kink there would be rounded off."""
+    for _ in range(HALVINGS):
+        points = [p for p in branch.points if p.converged]
+        moves = [bool((p.detail.forces.shares[:, 0] < 1).any()) for p in points]
+        if moves[0] or True not in moves:
+            return
+        last, first = (points[moves.index(True) - k].parameter for k in (1, 0))
+        middle = np.array([np.sqrt(last * first)])
+        if first < (1 + CLOSE) * last or insert_crossings(
+            equation.evaluate, branch, middle, equation.weights, settings
+        ):
+            return
 
 
 def _record(equation, branch, named, missed, made) -> Backbone:

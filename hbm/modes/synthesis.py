@@ -3,10 +3,11 @@
 At the amplitude of a free motion with shape psi, frequency w0 and damping ratio zeta a force F
 excites it at W where
 
-    (w0^2 - W^2 + 2 i zeta w0 W) psi^H M psi exp(i theta) = psi^H F
+    (w0^2 - W^2 + 2 i w0 (zeta_s W + zeta_c w0)) psi^H M psi exp(i theta) = psi^H F
 
-which is a quadratic equation for W^2 with two solutions below the peak, one at it and none above
-[Krack 2015; Schwarz, Krack, Thouverez 2019].
+with two solutions below the peak, one at it and none above [Krack 2015; Schwarz, Krack, Thouverez
+2019, with one viscous ratio zeta]. zeta_s is that of the structure, zeta_c = zeta - zeta_s what the
+contacts add: a hysteresis does the same work at any frequency.
 """
 
 from dataclasses import dataclass
@@ -16,8 +17,10 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
+from tipdamp.hbm import fourier
 from tipdamp.hbm.amplitude import amplitude
 from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
+from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord
 from tipdamp.hbm.modes.result import Backbone
@@ -26,8 +29,13 @@ from tipdamp.hbm.validation import brief, check_forcing, numbers
 
 FINER = 20  # places between two points of the backbone
 NEARER = 0.5 ** np.arange(1, 12)  # of the last way to the peak: places on it
+NEWTON, SOLVED = 20, 1e-9  # steps for a frequency; what is left of W / w0
+SLOW = 1e-9  # of a contact force: less of it does not depend on the speed
 SAME = 1e-6  # of a stuck frequency: by more it is another problem
 OVERLAP = 0.1  # of an output at phase resonance: more of it from other modes is told
+# damping ratio of the contacts: with more the amplitude, and with it shape and stiffness, differ
+# much between phase resonance and peak
+MUCH = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +47,8 @@ class Synthesis(ArrayRecord):
     others : (n, m) share of harmonic 1 that is of the other modes
     top : place of phase resonance, where the mode has its largest amplitude
     peak_reached : whether the backbone reaches the amplitude of the peak
-    said : where other modes overlap, in words; empty where this one rules
+    said : where other modes overlap, or the contacts damp much, in words; empty where this mode
+        rules
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
     >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
@@ -104,7 +113,7 @@ def synthesis(
         raise InputError(f"level = {brief(level)}: must be one number")
     _check_same(mode, problem)
     F = float(factor) * check_forcing(np.asarray(forcing), len(problem.K), 1)[1]
-    line = _OverAmplitude.of(mode)
+    line = _OverAmplitude.of(mode, problem)
     s = line.places
     above = line.reach(s, F) > 0
     if not above[0]:
@@ -119,22 +128,23 @@ def synthesis(
         s = np.r_[s[: last + 1], top - (top - s[last]) * NEARER, top]
     way = np.r_[s, s[::-1][reached:]]
     side = np.r_[np.full(len(s), -1.0), np.full(len(way) - len(s), 1.0)]
-    pull, w0, zeta = line.excitation(way, F)
-    width = np.sqrt(np.maximum(line.reach(way, F), 0.0))
-    squared = w0**2 * (1 - 2 * zeta**2) + side * width
-    top = int((squared > 0)[: len(s) - 1].sum())
-    pull, w0, zeta, way, W = (
-        part[squared > 0] for part in (pull, w0, zeta, way, np.sqrt(np.maximum(squared, 0.0)))
-    )
-    turn = pull / (w0**2 - W**2 + 2j * zeta * w0 * W)
+    pull, w0, *zeta = line.excitation(way, F)
+    v = _excited_at(np.abs(pull) / w0**2, zeta, side)
+    top = int((v > 0)[: len(s) - 1].sum())
+    pull, w0, way, W, own = (part[v > 0] for part in (pull, w0, way, v * w0, zeta[0] * v + zeta[1]))
+    turn = pull / (w0**2 - W**2 + 2j * w0**2 * own)
     X = line.harmonics(way) * (turn / np.abs(turn))[:, None, None] ** np.arange(mode.H + 1)
     beside = _other_modes(mode, problem, F, W)
     X[..., 1] += beside
     others = np.abs(beside) / np.maximum(np.abs(X[..., 1]), 1e-300)
     top = min(top, len(W) - 1)
     most = float(others[top].max())
-    said = f"other modes are {most:.0%} of an output at its resonance" if most > OVERLAP else ""
-    return Synthesis(W / (2 * np.pi), mode.output_names, X, others, top, reached, said)
+    said = [f"other modes are {most:.0%} of an output at its resonance"] * (most > OVERLAP)
+    contacts = float(line.known["contacts"](way)[top])
+    said += [f"contacts damp by {contacts:.0%}: the peak is good to some per cent"] * (
+        contacts > MUCH
+    )
+    return Synthesis(W / (2 * np.pi), mode.output_names, X, others, top, reached, "; ".join(said))
 
 
 @dataclass(frozen=True)
@@ -149,12 +159,14 @@ class _OverAmplitude:
     known: dict
 
     @classmethod
-    def of(cls, mode):
+    def of(cls, mode, problem):
         s, a = np.arange(len(mode.amplitude)), mode.amplitude
+        structure = _ratios_of_structure(mode, problem)
         columns = {
             "amplitude": np.log(a),
             "w0": 2 * np.pi * mode.frequency,
-            "zeta": mode.damping_ratio,
+            "structure": structure,
+            "contacts": mode.damping_ratio - structure,
             "shape": mode.shape / a[:, None],
             "modal": mode.modal_amplitude / a,
             "harmonics": mode.harmonics / a[:, None, None],
@@ -163,19 +175,74 @@ class _OverAmplitude:
         return cls(places, {name: _through(s, part) for name, part in columns.items()})
 
     def excitation(self, s, F):
-        """(psi^H F / psi^H M psi, w0, zeta), each (k,), at places."""
+        """(psi^H F / psi^H M psi, w0, zeta_s, zeta_c), each (k,), at places."""
         a = np.exp(self.known["amplitude"](s))
         shape, modal = self.known["shape"](s), self.known["modal"](s)
-        return shape.conj() @ F / (a * modal**2), self.known["w0"](s), self.known["zeta"](s)
+        own = (self.known[name](s) for name in ("w0", "structure", "contacts"))
+        return shape.conj() @ F / (a * modal**2), *own
 
     def reach(self, s, F):
         """(k,) positive where the force holds the amplitude of a place at two frequencies."""
-        pull, w0, zeta = self.excitation(s, F)
-        return np.abs(pull) ** 2 - 4 * zeta**2 * w0**4 * (1 - zeta**2)
+        pull, w0, *zeta = self.excitation(s, F)
+        return (np.abs(pull) / w0**2) ** 2 - _least(*zeta)[1]
 
     def harmonics(self, s):
         """(k, m, H+1) of the outputs."""
         return np.exp(self.known["amplitude"](s))[:, None, None] * self.known["harmonics"](s)
+
+
+def _least(structure, contacts):
+    """(v, |D|^2) each (k,): where D = 1 - v^2 + 2 i (zeta_s v + zeta_c), with v = W / w0, is least:
+    the largest root of v^3 - c v + 2 zeta_s zeta_c, c = 1 - 2 zeta_s^2."""
+    c = np.maximum(1 - 2 * structure**2, 1e-300)
+    turn = -3 * structure * contacts / c * np.sqrt(3 / c)
+    v = 2 * np.sqrt(c / 3) * np.cos(np.arccos(np.clip(turn, -1, 1)) / 3)
+    return v, (1 - v**2) ** 2 + 4 * (structure * v + contacts) ** 2
+
+
+def _excited_at(pull, zeta, side):
+    """(k,) W / w0 below (side -1) or above where |D| is least, with |D| = pull; 0 where there is
+    none.
+
+    |D|^2 - least = (v - v0)^2 (v^2 + 2 v0 v + 3 v0^2 - 2 c), which Newton's method solves from the
+    solution without damping of the contacts."""
+    v0, least = _least(*zeta)
+    rest, c = np.sqrt(np.maximum(pull**2 - least, 0.0)), 1 - 2 * zeta[0] ** 2
+    v = np.sqrt(np.maximum(v0**2 + side * rest, 0.0))
+    for _ in range(NEWTON):
+        h = np.maximum(v**2 + 2 * v0 * v + 3 * v0**2 - 2 * c, 1e-300)
+        slope = np.sqrt(h) + (v - v0) * (v + v0) / np.sqrt(h)
+        step = ((v - v0) * np.sqrt(h) - side * rest) / np.where(slope > 0, slope, np.inf)
+        v = np.maximum(v - step, 0.0)
+    solved = np.abs((v - v0) * np.sqrt(h) - side * rest) <= SOLVED
+    return np.where(solved, v, 0.0)
+
+
+def _ratios_of_structure(mode, problem):
+    """(n,) damping ratio of a backbone that is not the contacts': all of it where a law depends on
+    the speed of the motion, as a dashpot does."""
+    psi, w0 = mode.shape, 2 * np.pi * mode.frequency
+    if _by_speed(problem, psi[-1], w0[-1]):
+        return mode.damping_ratio
+    if problem.C is not None:
+        work = np.einsum("nr,rs,ns->n", psi.conj(), problem.C, psi).real
+    else:
+        modes = stuck_modes(problem)
+        moves = modes.moves[1]
+        q = np.linalg.lstsq(modes.shapes[:, moves], psi.T, rcond=None)[0]
+        work = modes.damping[moves] @ np.abs(q) ** 2
+    return work / (2 * w0 * mode.modal_amplitude**2)
+
+
+def _by_speed(problem, psi, w):
+    """Whether contact forces depend on the speed of a motion of order 1."""
+    balance = HarmonicBalance(problem, {}, 1)
+    u = np.zeros((balance.n_components, 2), dtype=complex)
+    u[:, 1] = problem.B @ psi
+    forces = balance.contact_forces(fourier.to_real(u).reshape(-1, balance.nd, balance.nh), w)
+    return forces.by_omega is not None and bool(
+        np.abs(w * forces.by_omega).max() > SLOW * np.abs(forces.g).max()
+    )
 
 
 def _through(s, values):

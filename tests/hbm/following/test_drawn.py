@@ -17,6 +17,17 @@ TIP = {"tip": [1.0]}
 def test_height_over_the_parameter():
     given = dict(outputs=TIP, band=(600, 1000), harmonics=1)
     peaks = follow_peak(DAMPED, np.array([5.0]), "level", (1.0, 2.0), **given)
-    x, drawn = peaks.plot(unit="mm").lines[0].get_data()
+    axes = peaks.plot(unit="mm")
+    x, drawn = axes.lines[0].get_data()
     assert np.allclose(x, peaks.parameter) and np.allclose(drawn, 1e3 * peaks.height)
+    assert axes.get_xlabel() == "level (times the force)"
+    pyplot.close("all")
+
+
+def test_the_axis_has_the_unit_of_the_parameter():
+    """N for the level of a force of 1 N; factors have none."""
+    given = dict(outputs=TIP, band=(600, 1000), harmonics=1)
+    for parameter, label in (("level", "level (N)"), ("mu", "mu")):
+        peaks = follow_peak(DAMPED, np.array([1.0]), parameter, (1.0, 1.1), **given)
+        assert peaks.plot().get_xlabel() == label
     pyplot.close("all")

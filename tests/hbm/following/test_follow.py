@@ -71,6 +71,22 @@ def test_oscillator_over_its_stiffness(parameter):
     check_against_sweeps(peaks, problem, FORCE, parameter, given)
 
 
+def test_power_of_friction_and_places():
+    """What the force puts in and the damper of the structure does not take."""
+    problem, given = oscillator(C=[[4.0]]), dict(outputs=TIP, band=(600, 1200), harmonics=3)
+    peaks = follow_peak(problem, FORCE, "level", (0.5, 8.0), at=[1.0, 4.0], **given)
+    w, X = 2 * np.pi * peaks.frequency[:, None], peaks.harmonics[:, 0]
+    speed = 1j * np.arange(4) * w * X
+    put_in = 0.5 * (peaks.parameter * FORCE * speed[:, 1].conj()).real
+    taken = 0.5 * 4.0 * (np.abs(speed) ** 2).sum(axis=1)
+    assert peaks.friction_W.shape == (len(peaks), 1)
+    assert np.allclose(peaks.friction_W[:, 0], put_in - taken, atol=1e-7 * put_in.max(), rtol=1e-7)
+    assert peaks.friction_W[-1, 0] > 0.2 * put_in[-1]
+    assert [peaks.parameter[peaks.at(level)] for level in (1.0, 4.0)] == [1.0, 4.0]
+    with pytest.raises(InputError, match="value = 3: no place is solved there, the nearest is"):
+        peaks.at(3)
+
+
 def oscillator_of(mass):
     blade = Problem(M=[[0.05 * mass]], K=[[1e6]], C=[[4.0]])
     return blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem

@@ -6,7 +6,7 @@ import pytest
 from tests.hbm.cases import beam, rig
 from tests.hbm.modes.test_backbone import cantilever
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws import CubicSpring, Jenkins1D
+from tipdamp.hbm.laws import ContactLaw, CubicSpring, Jenkins1D
 from tipdamp.hbm.modes.backbone import backbone
 from tipdamp.hbm.modes.synthesis import synthesis
 from tipdamp.hbm.problem import Problem
@@ -48,7 +48,8 @@ LEVELS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_peaks(name):
-    """2 % in height, and the place to 0.6 %: of a flat peak it says little."""
+    """1 % in height, and the place to 0.05 %, though friction damps by up to 9 %: its work in a
+    cycle does not depend on the frequency."""
     made, amplitudes, band = CASES[name]
     problem, force, outputs = made()
     mode = backbone(problem, 1, amplitudes, outputs=outputs, harmonics=3)
@@ -58,8 +59,8 @@ def test_peaks(name):
         hz, height = follow_band(problem, level * force, band, **given).peak(first)
         found = synthesis(mode, problem, force, level)
         assert found.peak_reached and found.said == ""
-        assert found.peak(first)[1] == pytest.approx(height, rel=0.02)
-        assert found.peak(first)[0] == pytest.approx(hz, rel=0.006)
+        assert found.peak(first)[1] == pytest.approx(height, rel=0.01)
+        assert found.peak(first)[0] == pytest.approx(hz, rel=0.0005)
 
 
 @pytest.mark.slow
@@ -85,6 +86,59 @@ def test_a_stuck_response_is_the_linear_one():
     size = np.abs(linear).max()
     assert np.abs(found.harmonics[:, :, 1] - linear).max() < 1e-8 * size
     assert np.ptp(found.frequency) > 0.5
+
+
+@pytest.mark.parametrize("level", [4.0, 8.0, 15.0, 25.0])
+def test_a_hysteresis_is_exact_for_one_mode(level):
+    """With one order and one coordinate the backbone has all that the response needs: the damping
+    of friction by its work, that of the structure by the speed. What is left is interpolation."""
+    hard = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.05)
+    hard = hard.add(Jenkins1D(), 0, kt=1e6, mu=0.5, preload=40.0).contact_problem
+    amplitudes = np.geomspace(1e-7, 2e-3, 60)
+    mode = backbone(hard, 1, amplitudes, outputs=X, harmonics=1)
+    assert mode.damping_ratio.max() > 0.15
+    found = synthesis(mode, hard, np.ones(1), level)
+    given = dict(outputs=X, harmonics=1, truncation=False)
+    curve = follow_band(hard, level * np.ones(1), (300, 1700), **given)
+    hz, height = curve.peak("x")
+    assert found.peak("x")[1] == pytest.approx(height, rel=2e-3)
+    assert found.peak("x")[0] == pytest.approx(hz, rel=1e-3)
+    a = found.amplitude()[:, 0]
+    for side in (slice(0, found.top), slice(found.top + 1, None)):
+        f = found.frequency[side]
+        inside = (f > 0.8 * hz) & (f < 1.2 * hz)
+        there = np.interp(f[inside], curve.frequency, curve.amplitude()[:, 0])
+        assert np.abs(a[side][inside] / there - 1).max() < 0.02
+
+
+class Dashpot(ContactLaw):
+    """T = c du/dt."""
+
+    components = ("t1",)
+    c = 4.0
+
+    def step(self, motion, state, contacts):
+        """The force follows the speed."""
+        return self.c * motion.v, state
+
+
+def test_damping_by_speed_is_that_of_a_dashpot():
+    """The linear response, in closed form."""
+    blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).add(Dashpot(), 0).contact_problem
+    mode = backbone(blade, 1, (1e-7, 1e-3), outputs=X, harmonics=1)
+    found = synthesis(mode, blade, np.ones(1), 5.0)
+    w = 2 * np.pi * found.frequency
+    c = 2 * 0.01 * np.sqrt(0.05 * 1e6) + Dashpot.c
+    exact = 5.0 / (1e6 - 0.05 * w**2 + 1j * c * w)
+    assert np.abs(found.harmonics[:, 0, 1] - exact).max() < 1e-6 * np.abs(exact).max()
+
+
+def test_much_damping_is_told():
+    hard = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
+    hard = hard.add(Jenkins1D(), 0, kt=3e6, mu=0.5, preload=40.0).contact_problem
+    mode = backbone(hard, 1, (1e-7, 2e-3), outputs=X, harmonics=1)
+    assert "contacts damp by 2" in synthesis(mode, hard, np.ones(1), 20.0).said
+    assert synthesis(mode, hard, np.ones(1), 5.0).said == ""
 
 
 def test_other_modes_that_overlap_are_told():
