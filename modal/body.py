@@ -23,7 +23,9 @@ from tipdamp.modal.matrix_checks import (
 
 @dataclass(frozen=True)
 class Body:
-    """name; node : (n,) int - the user's node numbers; position : (n, 3) m
+    """One elastic body: matrices over its free dofs, with the numbers of the user's nodes.
+
+    name; node : (n,) int - the user's node numbers; position : (n, 3) m
     dof_node : (d,) int - index into `node` of each free dof; dof_direction : (d,) int - 0, 1, 2 for
     x, y, z
     K, M : (d, d) CSR, N/m and kg - symmetric; groups : {name: node numbers}; free : declared to

@@ -10,6 +10,7 @@ extensions = ["myst_parser"]
 html_theme = "furo"
 html_title = f"tipdamp {release}"
 html_copy_source = False
+html_use_index = False  # every name has its page
 html_show_sphinx = False
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
