@@ -44,7 +44,7 @@ class GaugedBodies(DenseBodies):
     """K + g Z Z' of a reduced model. What else K does not hold is loose too, since contact alone
     may; raises InputError where K is indefinite beyond that."""
 
-    def __init__(self, model: ReducedModel, B: sp.csr_matrix, loose: Loose, gauge: float):
+    def __init__(self, model: ReducedModel, B: sp.csr_matrix, loose: Loose, gauge: float) -> None:
         K, self.Z, self.resisted = model.K, loose.Z, loose.resisted
         gauged = np.hstack([self.Z, loose.idle])
         H = K + gauge * (gauged @ gauged.T)
@@ -83,7 +83,7 @@ class Compliance:
         held: Sequence[HeldMotion],
         settings: RigidMotionSettings,
         factored: Callable[..., HeldBodies] = GaugedBodies,
-    ):
+    ) -> None:
         """factored : how the bodies are held, `sparse_bodies.PinnedBodies` for a SparseBodies.
         Raises InputError where a motion that is not known to be rigid meets no stiffness."""
         motion = relative_motion(model, pairs)
@@ -101,7 +101,7 @@ class Compliance:
         self.G = self.factored.take_compliance()
         self._with_springs(held)
 
-    def _with_springs(self, held):
+    def _with_springs(self, held: Sequence[HeldMotion]) -> None:
         """Eliminates the forces of the springs: F = S (U' (f - B' N) + held X a)."""
         self.held = spring_rows(held, self.K.shape[0])
         self.U = self.factored.solve(self.held.T)

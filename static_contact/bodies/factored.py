@@ -29,7 +29,7 @@ class FactoredBodies(Protocol):
 class DenseBodies:
     """A (r, r) dense, B (P, r) CSR. Raises LinAlgError where A is not positive definite."""
 
-    def __init__(self, A: np.ndarray, B: sp.csr_matrix):
+    def __init__(self, A: np.ndarray, B: sp.csr_matrix) -> None:
         self.B, self.factor = B, sl.cho_factor(A, check_finite=False)
 
     def solve(self, right: np.ndarray) -> np.ndarray:

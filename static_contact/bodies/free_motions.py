@@ -8,6 +8,7 @@ stiff the springs are does not matter: soft ones resist as well as stiff ones.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -19,6 +20,9 @@ from tipdamp.hbm.hold.rigid_motion import RIGID_MOTIONS
 from tipdamp.hbm.io.dof_table import ROTATIONS
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.static_contact.bodies.rigid_motions import SETTINGS, RigidMotionSettings
+
+if TYPE_CHECKING:
+    from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
 
 
 @dataclass(frozen=True)
@@ -43,12 +47,12 @@ class FreeMotions:
         return self.rigid @ self.coefficients
 
     @cached_property
-    def _nodal(self):
+    def _nodal(self) -> np.ndarray:
         """(r,) bool - dofs of nodes: what loads the modes of a body is no force."""
         return self.rigid.any(axis=1)
 
     @cached_property
-    def _bodies(self):
+    def _bodies(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Dofs of nodes of each body, and (m,) how far each motion moves them."""
         mine = (
             np.flatnonzero(self._nodal & (self.owner == body))
@@ -57,12 +61,12 @@ class FreeMotions:
         return [(dofs, np.abs(self.shape[dofs]).max(axis=0, initial=0.0)) for dofs in mine]
 
     @cached_property
-    def _most(self):
+    def _most(self) -> np.ndarray:
         """(m,) how far each motion moves any dof."""
         return np.abs(self.shape).max(axis=0, initial=0.0)
 
     @cached_property
-    def _resultants(self):
+    def _resultants(self) -> np.ndarray:
         """(r, m) nodal forces that do a unit of work along each motion, as `taken_up` has them."""
         forces = np.zeros(self.coefficients.shape)
         for i, (_, unit) in enumerate(self.names):
@@ -79,7 +83,7 @@ class FreeMotions:
             np.zeros(len(self.names)),
         )
 
-    def _exceeds(self, amounts, load, share):
+    def _exceeds(self, amounts: np.ndarray, load: np.ndarray, share: float) -> np.ndarray:
         """(m,) bool - amounts above a share of the reach of the load, and above rounding of all of
         it."""
         everything = self._most * np.abs(load[self._nodal]).sum()
@@ -172,7 +176,7 @@ def unresisted(
     )
 
 
-def _in_common(coefficients, faced):
+def _in_common(coefficients: np.ndarray, faced: np.ndarray) -> list[np.ndarray]:
     """Index arrays of motions (6 b, m) that move the same bodies, or the same pairs, faced (P,
     m)."""
     if not coefficients.shape[1]:
@@ -183,7 +187,9 @@ def _in_common(coefficients, faced):
     return [np.flatnonzero(label == one) for one in range(count)]
 
 
-def _faced(motion, rows, shapes, weight):
+def _faced(
+    motion: sp.spmatrix, rows: np.ndarray, shapes: np.ndarray, weight: np.ndarray
+) -> np.ndarray:
     """(m,) largest resisted motion of a pair over the largest motion of a pair: a direction cosine;
     column by column. Pairs on the axis of a rotation do not move."""
     moved = motion @ shapes
@@ -193,7 +199,7 @@ def _faced(motion, rows, shapes, weight):
     )
 
 
-def _lengths(model):
+def _lengths(model: "ReducedModel | SparseBodies") -> np.ndarray:
     """(r,) m: what turns displacements into metres: 1, and of rotations the size of the body."""
     out = np.ones(model.size)
     for body in set(model.body.tolist()):

@@ -41,14 +41,18 @@ class IterativeBodies:
     thousand pairs need, and slower than `sparse_stuck_bodies` with fewer of them."""
 
     def __init__(
-        self, model, B: sp.csr_matrix, k0: np.ndarray, settings: IterationSettings = SETTINGS
-    ):
+        self,
+        model: SparseBodies,
+        B: sp.csr_matrix,
+        k0: np.ndarray,
+        settings: IterationSettings = SETTINGS,
+    ) -> None:
         self.K, self.B, self.k0, self.settings = model.K, B, k0, settings
         self.count: int = 0  # iterations of the last step
         self.usual: int | None = 0  # and of the first with these springs, where they are not k0
         self._factor(k0)
 
-    def _factor(self, k):
+    def _factor(self, k: np.ndarray) -> None:
         self.k = k
         self.factor: Any = None  # the old factor goes before the new one comes
         self.factor = sparse_factor((self.K + self.B.T @ sp.diags(k) @ self.B).tocsr())
@@ -80,7 +84,7 @@ class IterativeBodies:
     ) -> np.ndarray:
         """-[E + G D]^-1 F to `enough` m, or to a small part of F."""
 
-        def apply(x):
+        def apply(x: np.ndarray) -> np.ndarray:
             x = x.reshape(-1, 3, 1)
             return (E @ x).ravel() + self.push((D @ x).ravel())
 

@@ -64,7 +64,7 @@ def spring_rows(held: Sequence[HeldMotion], size: int) -> np.ndarray:
     return np.array([one.row for one in held]).reshape(-1, size)
 
 
-def _unfelt(springs, motions):
+def _unfelt(springs: np.ndarray, motions: np.ndarray) -> np.ndarray:
     """(m, k) combinations of the motions (r, m) that none of the springs (s, r) feels."""
     if not len(springs) or not motions.shape[1]:
         return np.eye(motions.shape[1])

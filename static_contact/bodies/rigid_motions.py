@@ -131,7 +131,9 @@ def floating(
     return np.hstack(found)
 
 
-def _coupled_by(K, rigid):
+def _coupled_by(
+    K: sp.spmatrix | np.ndarray, rigid: np.ndarray
+) -> list[tuple[np.ndarray, np.ndarray]]:
     """Dofs, and columns of `rigid`, of the bodies that K couples with each other: one pair of index
     arrays for each such set of bodies."""
     if not rigid.shape[1]:
@@ -147,7 +149,9 @@ def _coupled_by(K, rigid):
     ]
 
 
-def _floating_together(rigid, K, below, settings):
+def _floating_together(
+    rigid: np.ndarray, K: np.ndarray, below: float, settings: RigidMotionSettings
+) -> np.ndarray:
     """As `floating`, of bodies that K couples."""
     ways = moving(rigid, settings)
     own = np.abs(K.diagonal())

@@ -39,7 +39,7 @@ from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies
 class AssembledBodies:
     """size - dofs of all bodies, one behind the other."""
 
-    def __init__(self, bodies: list[Body]):
+    def __init__(self, bodies: Sequence[Body]) -> None:
         ends = np.cumsum([body.dofs for body in bodies])
         self.size = int(ends[-1])
         self._bodies = {
@@ -134,7 +134,7 @@ class SparseBodies:
 class SideBySide:
     """A of bodies that nothing joins, one factor each, and the motions B (P, r) of the pairs."""
 
-    def __init__(self, factors: Sequence[CarryingFactor]):
+    def __init__(self, factors: Sequence[CarryingFactor]) -> None:
         self.factors = factors
         ends = np.cumsum([0, *(one.dofs for one in factors)])
         self.parts = [slice(int(a), int(b)) for a, b in pairwise(ends)]
@@ -175,7 +175,7 @@ class PinnedBodies(SideBySide):
     """Bodies of a SparseBodies that float held on pins; nothing resists their loose motions. As
     `compliance.HeldBodies`."""
 
-    def __init__(self, model: SparseBodies, B: sp.csr_matrix, loose: Loose, gauge: float):
+    def __init__(self, model: SparseBodies, B: sp.csr_matrix, loose: Loose, gauge: float) -> None:
         self.B, self.idle = B, loose.idle
         self.Z, self.resisted = loose.Z, loose.resisted
         ends = np.cumsum([0, *(one.dofs for one in model.bodies)])
@@ -201,7 +201,7 @@ class PinnedBodies(SideBySide):
         return q - self.idle @ (self.idle.T @ q)
 
     @cached_property
-    def _pins(self):
+    def _pins(self) -> np.ndarray:
         """(r, i): what forces along the free motions do to the bodies on their pins."""
         return self.solve(self.idle)
 
@@ -221,7 +221,7 @@ def sparse_stuck_bodies(model: SparseBodies, B: sp.csr_matrix, k0: np.ndarray) -
     return StuckBodies(SideBySide([joined]), k0)
 
 
-def _on_pins(body, B, position):
+def _on_pins(body: Body, B: sp.spmatrix, position: np.ndarray) -> CarryingFactor:
     K = pinned(body)
     try:
         return CarryingFactor(K, B, elimination(K, body.dof_node, position))

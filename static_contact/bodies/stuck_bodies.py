@@ -40,7 +40,7 @@ class BodiesOnSprings(Protocol):
 class StuckBodies:
     """Bodies on springs k, factored, with the compliance G of all their pairs."""
 
-    def __init__(self, factored: FactoredBodies, k: np.ndarray):
+    def __init__(self, factored: FactoredBodies, k: np.ndarray) -> None:
         self.factored, self.k, self.G = factored, k, factored.take_compliance()
 
     def solve(self, load: np.ndarray) -> np.ndarray:
@@ -69,7 +69,9 @@ class StuckBodies:
         except np.linalg.LinAlgError:
             return self._step(F, E, D, moved, np.zeros(len(F), dtype=bool))
 
-    def _step(self, F, E, D, moved, opened):
+    def _step(
+        self, F: np.ndarray, E: np.ndarray, D: np.ndarray, moved: np.ndarray, opened: np.ndarray
+    ) -> np.ndarray:
         """With the pairs `moved` (P,) in one system behind the open rows (3P,)."""
         rows = (3 * np.flatnonzero(moved)[:, None] + np.arange(3)).ravel()
         V = (
@@ -93,14 +95,14 @@ class StuckBodies:
         return dz
 
     @cached_property
-    def _opened(self):
+    def _opened(self) -> ClosedFactor:
         """1/k - G: what the springs of open pairs leave where they are taken away again."""
         A = -self.G
         A[np.diag_indices(len(A))] += np.divide(1.0, self.k, out=np.ones(len(A)), where=self.k > 0)
         return ClosedFactor(A)
 
 
-def _times(G, D):
+def _times(G: np.ndarray, D: np.ndarray) -> np.ndarray:
     """(n, 3m): G (n, 3m) by the blocks D (m, 3, 3)."""
     return np.einsum("npi,pij->npj", G.reshape(len(G), len(D), 3), D).reshape(G.shape)
 

@@ -7,7 +7,7 @@ preload fades, and has no holes.
 """
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -108,14 +108,16 @@ def fade_of(
     return Fade(begins, gone)
 
 
-def _from_middle(along, cell):
+def _from_middle(along: np.ndarray, cell: np.ndarray) -> np.ndarray:
     """Numbers of the cells, the middle of the axis first; along (p,) m."""
     middle = (along.min() + along.max()) / 2
     away = np.bincount(cell, np.abs(along - middle)) / np.bincount(cell)
     return in_order(away)
 
 
-def _by_pressure(pressure, order, pairs, cell, settings):
+def _by_pressure(
+    pressure: np.ndarray, order: str, pairs: ContactTable, cell: np.ndarray, settings: CellSettings
+) -> np.ndarray:
     """Numbers of the cells, the least loaded first: wherever they are, or from the edge."""
     rank = np.round(pressure / pressure.max() / settings.alike + SAME)
     if order == "least_loaded":
@@ -123,7 +125,7 @@ def _by_pressure(pressure, order, pairs, cell, settings):
     return peeled(rank, *_all_surroundings(pairs, cell, settings))
 
 
-def _exchanged(sides, mirrors):
+def _exchanged(sides: Sequence[str], mirrors: Sequence[Mirror]) -> Iterator[list[str]]:
     """Lists of the sides that mirrors map onto each other."""
     left = list(sides)
     while left:
@@ -132,7 +134,7 @@ def _exchanged(sides, mirrors):
         left = [side for side in left if side not in found]
 
 
-def _all_cells(pairs, size):
+def _all_cells(pairs: ContactTable, size: float | None) -> np.ndarray:
     """(P,) number of the cell of each contact that carries, over all sides; -1 of the others."""
     cells, count = np.full(len(pairs), -1), 0
     for side in pairs.sides:
@@ -143,7 +145,9 @@ def _all_cells(pairs, size):
     return cells
 
 
-def _all_surroundings(pairs, cell, settings):
+def _all_surroundings(
+    pairs: ContactTable, cell: np.ndarray, settings: CellSettings
+) -> tuple[np.ndarray, list[set[int]]]:
     """`surroundings` of cells (p,) that may have contacts on several sides."""
     count = int(cell.max()) + 1
     rim, beside = np.zeros(count, dtype=bool), [set[int]() for _ in range(count)]
@@ -198,7 +202,9 @@ def surroundings(
     return rim, beside
 
 
-def _rim_of(plane, corner, settings):
+def _rim_of(
+    plane: np.ndarray, corner: np.ndarray, settings: CellSettings
+) -> tuple[np.ndarray, np.ndarray]:
     """(lines (l, 2), those of them at the rim (m, 2)) of triangles (t, 3), without those at the rim
     that span a bay or a row of points which is not quite straight."""
     length = np.linalg.norm(plane[corner] - plane[np.roll(corner, -1, axis=1)], axis=2)
@@ -221,7 +227,9 @@ def _rim_of(plane, corner, settings):
         corner, length = corner[~bad], length[~bad]
 
 
-def _either_way(plane, corner, line, settings):
+def _either_way(
+    plane: np.ndarray, corner: np.ndarray, line: np.ndarray, settings: CellSettings
+) -> np.ndarray:
     """(l,) bool: lines between two triangles (t, 3) that could as well be cut along the other
     diagonal, as rectangles can; line (t, 3) - number of the line from each corner to the next."""
     start, end, apex = (plane[np.roll(corner, -k, axis=1)] for k in range(3))

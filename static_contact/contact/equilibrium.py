@@ -23,7 +23,7 @@ def side_normals(pairs: ContactTable) -> dict[str, np.ndarray]:
     return normals
 
 
-def _where_it_touches(mine, mean):
+def _where_it_touches(mine: ContactTable, mean: np.ndarray) -> np.ndarray:
     """The normal at the least of a parabola through the gaps over the direction in which normals
     turn; nearer points count more, since an arc is no parabola far off."""
     way = np.linalg.svd(mine.normal - mean, full_matrices=False)[2][0]

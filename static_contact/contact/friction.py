@@ -77,7 +77,9 @@ class CoulombSprings:
         varied = (self._forces(u + 1j * STEP * way, w, gap)[0] for way in np.eye(3))
         return f.ravel(), np.stack([np.imag(one) / STEP for one in varied], axis=2), slips
 
-    def _forces(self, u, w, gap):
+    def _forces(
+        self, u: np.ndarray, w: np.ndarray, gap: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         N = self.kn * (u[:, 2] - gap)
         N = np.where(N.real > 0, N, 0.0)
         T, slips = self.friction(self.kt[:, None] * (u[:, :2] - w), self.mu * N)
@@ -147,7 +149,7 @@ class FrictionalContact:
         friction: FrictionLimit = each_limited,
         settings: FrictionSettings = SETTINGS,
         stuck: Callable[..., BodiesOnSprings] = stuck_bodies,
-    ):
+    ) -> None:
         """stuck : how the bodies are factored, `sparse_bodies.sparse_stuck_bodies` for a
         `sparse_bodies.SparseBodies`, `iterative_bodies.IterativeBodies` for one with thousands of
         pairs; `iterative_bodies.bodies_on_springs` chooses."""
@@ -216,7 +218,9 @@ class FrictionalContact:
                 w, time = states[-1].slider, now
         return tuple(states)
 
-    def _increment(self, load, before, z, w, gap):
+    def _increment(
+        self, load: np.ndarray, before: np.ndarray, z: np.ndarray, w: np.ndarray, gap: np.ndarray
+    ) -> tuple[np.ndarray | None, int]:
         """Motion (3P,) under `load`, from z under the load `before`; None without one; and the
         Newton steps.
 
@@ -237,20 +241,22 @@ class FrictionalContact:
                 total += steps
         return found, total
 
-    def _equilibrium(self, load, z, w, gap, damped=0.0):
+    def _equilibrium(
+        self, load: np.ndarray, z: np.ndarray, w: np.ndarray, gap: np.ndarray, damped: float = 0.0
+    ) -> tuple[np.ndarray | None, int]:
         """Newton for u - u0 + G (f - k u + damped k0 (u - start)) = 0, and its steps; None where it
         fails."""
         start = z - self.slack * self.law.forces(z, w, gap)[0]
         u0 = self.bodies.felt(load)
 
-        def residual(z):
+        def residual(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             f, tangent, _ = self.law.forces(z, w, gap)
             u = z - self.slack * f
             return u - u0 + self.bodies.push(
                 f - (self.bodies.k - damped * self.k0) * u - damped * self.k0 * start
             ), tangent
 
-        size = np.linalg.norm(u0) + np.linalg.norm(z)
+        size = float(np.linalg.norm(u0) + np.linalg.norm(z))
         F, tangent = residual(z)
         for step in range(1, self.settings.iterations + 1):
             norm, enough = np.linalg.norm(F), self.settings.tolerance * size
@@ -270,7 +276,9 @@ class FrictionalContact:
                 F, tangent = residual(z)
         return None, step
 
-    def _newton(self, F, tangent, k, damped, enough):
+    def _newton(
+        self, F: np.ndarray, tangent: np.ndarray, k: np.ndarray, damped: float, enough: float
+    ) -> np.ndarray:
         """The step from F to `enough` m: E = du/dz = I - f'/k0 where rigid, D = f' - k E."""
         E = np.eye(3) - self.slack.reshape(-1, 3, 1) * tangent
         return self.bodies.step(
@@ -281,7 +289,9 @@ class FrictionalContact:
             enough,
         )
 
-    def _state(self, z, w, gap, load, outcome):
+    def _state(
+        self, z: np.ndarray, w: np.ndarray, gap: np.ndarray, load: np.ndarray, outcome: _Outcome
+    ) -> FrictionState:
         f, _, slips = self.law.forces(z, w, gap)
         u = z - self.slack * f
         q = self.bodies.solve(load - self.B.T @ (f - self.bodies.k * u))
@@ -309,7 +319,7 @@ class FrictionalContact:
         )
 
 
-def _at(loads, time):
+def _at(loads: np.ndarray, time: float) -> np.ndarray:
     """Load at a time between the loads, straight from each to the next."""
     k = min(int(np.floor(time)), len(loads) - 2)
     return loads[k] + (time - k) * (loads[k + 1] - loads[k])

@@ -80,7 +80,13 @@ def mirrors_of(
     return found
 
 
-def _mirror(pairs, rows, fields, normal, settings):
+def _mirror(
+    pairs: ContactTable,
+    rows: np.ndarray,
+    fields: tuple[np.ndarray, np.ndarray],
+    normal: np.ndarray,
+    settings: MirrorSettings,
+) -> Mirror | None:
     """The plane through the middle of the contact, None where it is not symmetric about it."""
     area, load = fields
     offset = float(area[rows] @ (pairs.position[rows] @ normal) / area[rows].sum())
@@ -114,14 +120,19 @@ def _mirror(pairs, rows, fields, normal, settings):
     return Mirror(normal, offset, image, onto, noise, pairwise)
 
 
-def _nearest_side(places, facing, image, turned):
+def _nearest_side(
+    places: dict[str, np.ndarray],
+    facing: dict[str, np.ndarray],
+    image: np.ndarray,
+    turned: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, str]:
     """(distances, nearest places, side) of the side that comes nearest to an image (p, 3) which
     faces as `turned`."""
     found = ((*cKDTree(at).query(image), other) for other, at in places.items())
     return min(found, key=lambda one: one[0].mean() * (1 + np.linalg.norm(facing[one[2]] - turned)))
 
 
-def _spacing(places, settings):
+def _spacing(places: np.ndarray, settings: MirrorSettings) -> tuple[float, float]:
     """m: usual distance of a place (p, 3) from the nearest other one, and from the last of those
     around it."""
     far = (
@@ -133,7 +144,7 @@ def _spacing(places, settings):
     return usual[0], usual[-1]
 
 
-def _pressure_at(pairs, pressure, places):
+def _pressure_at(pairs: ContactTable, pressure: np.ndarray, places: np.ndarray) -> np.ndarray:
     """(m,) pressure (p,) of one side at places (m, 3) on it, linear between its contacts."""
     middle, t = pairs.position.mean(axis=0), pairs.frame[:, :2].mean(axis=0)
     known, wanted = (pairs.position - middle) @ t.T, (places - middle) @ t.T
@@ -158,7 +169,7 @@ def mirrored_cells(pairs: ContactTable, cell: np.ndarray, mirrors: Iterable[Mirr
     first = np.zeros(count, dtype=int)
     first[cell[used]] = used
 
-    def middles(place):
+    def middles(place: np.ndarray) -> np.ndarray:
         return (
             np.column_stack([np.bincount(cell[used], place[used, k], count) for k in range(3)])
             / size

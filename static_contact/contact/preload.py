@@ -34,7 +34,7 @@ from tipdamp.static_contact.normal.complementarity import (
     unstressed,
 )
 from tipdamp.static_contact.normal.normal_contact import SETTINGS as SETS
-from tipdamp.static_contact.normal.normal_contact import NormalContact
+from tipdamp.static_contact.normal.normal_contact import Loading, NormalContact
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class StaticContact:
         settings: StaticSettings = SETTINGS,
         held: Sequence[HeldMotion] = (),
         compliance: Callable[..., Compliance] = Compliance,
-    ):
+    ) -> None:
         """settings.rigid.facing : may be lowered when coordinates are exact; held : rigid motions
         on springs;
         compliance : how the bodies are factored, `sparse_bodies.SparseCompliance` for a
@@ -139,7 +139,7 @@ class StaticContact:
         left = idle @ (idle.T @ (self.B.T @ found.N - load + taken)) - taken
         return self._checked(load, gap, taken, found, left, constrain)[0]
 
-    def _warn_of_rounding(self):
+    def _warn_of_rounding(self) -> None:
         """Of motions that the bodies resist too little for a spring that is meant, and too much for
         the contact."""
         contact = self.kn @ (self.B @ self.loose.Z) ** 2 if np.isfinite(self.kn).all() else np.inf
@@ -158,7 +158,9 @@ class StaticContact:
                 stacklevel=3,
             )
 
-    def _given(self, load, gap, constrain):
+    def _given(
+        self, load: np.ndarray, gap: np.ndarray | None, constrain: bool
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Load and gaps, looked at, and what constraints take up of the load."""
         load = finite_values("load", load, self.model.size, "dofs of the model")
         gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
@@ -167,12 +169,21 @@ class StaticContact:
             self.motions.refuse(along, load)
         return load, gap, self.motions.taken_up(along)
 
-    def _checked(self, load, gap, taken, found, left, constrain):
+    def _checked(
+        self,
+        load: np.ndarray,
+        gap: np.ndarray,
+        taken: np.ndarray,
+        found: ContactSolution,
+        left: np.ndarray,
+        constrain: bool,
+    ) -> tuple[StaticForces, float]:
         """StaticForces of a solution that leaves `left` (r,) N of the load unbalanced, and how much
         that is."""
         force, kn = found.N, self.kn
         along, applied = self.motions.shape.T @ load, load - taken
-        scale, reaction = load if load.any() else abs(self.B).T @ np.abs(force), {}
+        scale = load if load.any() else abs(self.B).T @ np.abs(force)
+        reaction: dict[str, float] = {}
         if _ratio(left, scale) > self.settings.residual:
             taken, reaction = self._taken_by_constraints(left, taken, scale, constrain)
             left = left + taken
@@ -209,7 +220,9 @@ class StaticContact:
             method=found.method,
         ), _ratio(left, scale)
 
-    def _taken_by_constraints(self, left, taken, scale, constrain):
+    def _taken_by_constraints(
+        self, left: np.ndarray, taken: np.ndarray, scale: np.ndarray, constrain: bool
+    ) -> tuple[np.ndarray, dict[str, float]]:
         """What constraints take up (r,) N where `left` stays unbalanced, and their reactions: the
         gauge balances the part of the contact forces along nearly free motions, on which tilted
         normals slide a little."""
@@ -220,7 +233,9 @@ class StaticContact:
             self.motions.refuse(amounts, scale)
         return taken, self.motions.reactions(amounts, scale, self.settings.reported)
 
-    def _contact(self, applied, loading, gap, near):
+    def _contact(
+        self, applied: np.ndarray, loading: Loading, gap: np.ndarray, near: StaticForces | None
+    ) -> tuple[ContactSolution, np.ndarray | None]:
         """The solution of the contact, and the displacement (r,) where no load acts and the bodies
         fit without force."""
         loose = self.loose
@@ -247,7 +262,7 @@ class StaticContact:
             ) from None
 
     @cached_property
-    def _dampers(self):
+    def _dampers(self) -> np.ndarray:
         """(r, 3 b) slides of the dampers that float."""
         slides, most = [np.zeros((self.model.size, 0))], abs(self.model.K).max()
         for body in dict.fromkeys(self.pairs.damper_body.tolist()):
@@ -265,7 +280,7 @@ class StaticContact:
                 slides.append(motions)
         return np.hstack(slides)
 
-    def _balance(self, load, force):
+    def _balance(self, load: np.ndarray, force: np.ndarray) -> float | None:
         """Sum of the contact forces and the load on the dampers that float, against the load; None
         where none does."""
         total = np.linalg.norm(self._dampers.T @ load)
@@ -309,6 +324,6 @@ def finite_values(name: str, given: ArrayLike, size: int, of: str) -> np.ndarray
     return values
 
 
-def _ratio(a, b):
+def _ratio(a: np.ndarray, b: np.ndarray) -> float:
     size = np.linalg.norm(b)
     return float(np.linalg.norm(a) / size) if size > 0 else float(np.linalg.norm(a))

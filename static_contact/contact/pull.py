@@ -27,9 +27,9 @@ def pull_forces(
     mesh nodes beside it on the line through the load points. Raises InputError when weights do not
     match or do not add to 1.
     """
-    axis = np.asarray(axis, float) / np.linalg.norm(axis)
+    along = np.asarray(axis, float) / np.linalg.norm(axis)
     points = mesh.group(group)
-    points = points[in_order(mesh.position[mesh.index(points)] @ axis)]
+    points = points[in_order(mesh.position[mesh.index(points)] @ along)]
     count = len(positions) or len(points)
     parts = np.asarray(weights if len(weights) else np.full(count, 1 / count), dtype=float)
     if len(parts) != count or abs(parts.sum() - 1) > 1e-9:
@@ -37,11 +37,13 @@ def pull_forces(
             f"[damper] shares = {parts.tolist()}: {count} numbers that add to 1 are needed"
         )
     if len(positions):
-        points, parts = _on_line(mesh, points, axis, np.asarray(positions, float), parts)
+        points, parts = _on_line(mesh, points, along, np.asarray(positions, float), parts)
     return points, parts[:, None] * np.asarray(direction, float)
 
 
-def _on_line(mesh, points, axis, positions, weights):
+def _on_line(
+    mesh: Mesh, points: np.ndarray, axis: np.ndarray, positions: np.ndarray, weights: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Lever rule between the two nodes beside each position, on the line through the load
     points."""
     origin = mesh.position[mesh.index(points)].mean(axis=0)

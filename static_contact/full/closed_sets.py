@@ -1,7 +1,7 @@
 """Where Newton on the full model ends without an answer: sets of closed pairs by pivoting and
 proximal points."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,6 +13,9 @@ from tipdamp.static_contact.normal.complementarity import (
     wrong_pairs,
 )
 
+if TYPE_CHECKING:
+    from tipdamp.static_contact.full.newton import ContactNewton
+
 
 class FullSets:
     """The problem of `newton.ContactNewton` as a `complementarity.ContactProblem`: one factor for
@@ -21,12 +24,12 @@ class FullSets:
     B : (P, n) motion of the pairs, without the multipliers of hard ones; free : (P,) bool - pairs
     that may close"""
 
-    def __init__(self, newton, B, free):
+    def __init__(self, newton: "ContactNewton", B: sp.spmatrix, free: np.ndarray) -> None:
         self.newton, self.free, self.k0, self.factored = newton, free, newton.k, 0
         B = sp.hstack([B, sp.csr_matrix((B.shape[0], newton.C.shape[1] - B.shape[1]))]).tocsr()
         low, high = newton.x.getOwnershipRange()
         self.B, self.B_own = B, B[:, low:high].tocsr()
-        self.found = {}
+        self.found: dict[bytes, float] = {}
 
     def solve(self) -> tuple[np.ndarray, float]:
         """k (C x - gap) of closed pairs and k (u - gap) of open ones as motions C x, and the

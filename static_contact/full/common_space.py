@@ -34,7 +34,7 @@ SETTINGS = CommonSettings()
 class _Space:
     """Columns U that are orthonormal by K, beside K U, M U and R U; all grow from the left."""
 
-    def __init__(self, factor: Factor, M: sp.csr_matrix, R: sp.csr_matrix, most: int):
+    def __init__(self, factor: Factor, M: sp.csr_matrix, R: sp.csr_matrix, most: int) -> None:
         self.factor, self.M_of, self.R_of = factor, M, R
         self.U, self.KU, self.MU = (np.empty((M.shape[0], most), order="F") for _ in range(3))
         self.RU, self.mass, self.size = np.empty((R.shape[0], most)), np.empty((most, most)), 0

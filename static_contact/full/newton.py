@@ -14,7 +14,8 @@ factors and vectors are distributed (CHOLMOD alone; MUMPS under MPI and for hard
 """
 
 from dataclasses import dataclass
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg as sl
@@ -24,13 +25,16 @@ from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.body import Body
 from tipdamp.modal.solvers import petsc
-from tipdamp.static_contact.bodies.free_motions import unresisted
+from tipdamp.static_contact.bodies.free_motions import FreeMotions, unresisted
 from tipdamp.static_contact.bodies.rigid_motions import moving
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.static_contact.full.closed_sets import FullSets
 from tipdamp.static_contact.full.ranks import own_rows
 from tipdamp.static_contact.normal.complementarity import unstressed
 from tipdamp.static_contact.normal.normal_contact import SETTINGS as SETS
+
+if TYPE_CHECKING:
+    from petsc4py.PETSc import Comm, Mat
 
 
 @dataclass(frozen=True)
@@ -124,14 +128,21 @@ def full_preload(
     return _result(pairs, signed, force, iterations, residual, reactions)
 
 
-def _with_multipliers(B, hard):
+def _with_multipliers(B: sp.spmatrix, hard: np.ndarray) -> sp.spmatrix:
     """C (P, dofs and multipliers): the motion of the pairs, and for each hard pair its unknown
     p."""
     own = sp.csr_matrix((np.ones(len(hard)), (hard, range(len(hard)))), (B.shape[0], len(hard)))
     return sp.hstack([B, own]).tocsr()
 
 
-def _result(pairs, signed, force, iterations, residual, reaction):
+def _result(
+    pairs: ContactTable,
+    signed: np.ndarray,
+    force: np.ndarray,
+    iterations: int,
+    residual: float,
+    reaction: dict[str, float],
+) -> FullPreload:
     return FullPreload(
         pairs.replace(preload=np.where(np.isinf(pairs.kn), force, signed)),
         force,
@@ -141,7 +152,9 @@ def _result(pairs, signed, force, iterations, residual, reaction):
     )
 
 
-def _solved(system, B, carrying):
+def _solved(
+    system: "ContactNewton", B: sp.spmatrix, carrying: np.ndarray
+) -> tuple[np.ndarray, int, float]:
     """Motion of the pairs, Newton steps or matrices factored, residual; the system is destroyed."""
     u, iterations, residual = system.solve()
     if not residual <= system.settings.residual:
@@ -156,14 +169,14 @@ def _solved(system, B, carrying):
     return u, iterations, residual
 
 
-def _whole_diagonal(comm, rows, low):
+def _whole_diagonal(comm: "Comm", rows: sp.spmatrix, low: int) -> np.ndarray:
     """(n,) diagonal of a matrix of which each rank has the rows from `low`, on every rank."""
     own = np.zeros(rows.shape[1])
     own[low : low + rows.shape[0]] = rows.diagonal(low)
     return comm.tompi4py().allreduce(own)
 
 
-def _pins(motions, diagonal):
+def _pins(motions: FreeMotions, diagonal: np.ndarray) -> np.ndarray:
     """(d,) springs to ground that hold each free motion at one dof: what normals tilted by inexact
     coordinates do along it is all that they carry."""
     pins, shape = np.zeros(len(diagonal)), motions.shape
@@ -190,8 +203,12 @@ class ContactNewton:
     """The equations with the rows low..high on this rank; the motions C x of the pairs on all."""
 
     def __init__(
-        self, PETSc, own: tuple[int, int], equations: Equations, settings: FullSettings = SETTINGS
-    ):
+        self,
+        PETSc: ModuleType,
+        own: tuple[int, int],
+        equations: Equations,
+        settings: FullSettings = SETTINGS,
+    ) -> None:
         self.PETSc, self.comm, self.settings = PETSc, PETSc.COMM_WORLD, settings
         self.K, self.C, self.k, self.gap = equations.K, equations.C, equations.k, equations.gap
         f, C, k, gap, self.definite = equations.f, self.C, self.k, self.gap, equations.definite
@@ -202,18 +219,18 @@ class ContactNewton:
         self.C_own = C[:, slice(*own)].tocsr()
         self.base, self.tangent = self._matrix(self.K), self._matrix(self._pattern())
 
-    def _matrix(self, rows):
+    def _matrix(self, rows: sp.spmatrix) -> "Mat":
         A = petsc.matrix_of_rows(self.PETSc, rows, self.comm)
         A.setOption(self.PETSc.Mat.Option.SYMMETRIC, True)
         if self.definite:
             A.setOption(self.PETSc.Mat.Option.SPD, True)
         return A
 
-    def _pattern(self):
+    def _pattern(self) -> sp.spmatrix:
         """Every entry that `_rows` may have: none cancels, whatever the signs of the motions."""
         return (abs(self.K) + abs(self.C_own).T @ sp.diags(self.k) @ abs(self.C)).tocsr()
 
-    def _rows(self, closed):
+    def _rows(self, closed: np.ndarray) -> sp.spmatrix:
         """This rank's rows of K + C' k C with the pairs' `closed`, 0 or 1."""
         return (self.K + self.C_own.T @ sp.diags(closed * self.k) @ self.C).tocsr()
 

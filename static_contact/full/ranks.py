@@ -61,7 +61,7 @@ def distributed_bodies(parts: list[Part], comm: Any, extra: int = 0) -> list[Bod
     ]
 
 
-def _rows(part, low, high):
+def _rows(part: Part, low: int, high: int) -> Body:
     """The body with its rows low..high."""
     mesh, count = part.mesh, len(part.mesh.node)
     keep = np.flatnonzero(np.repeat(~part.clamped, 3))
@@ -95,7 +95,7 @@ def _rows(part, low, high):
     )
 
 
-def _touching(mesh, mine):
+def _touching(mesh: Mesh, mine: np.ndarray) -> tuple[Mesh, np.ndarray]:
     """The mesh of the cells that touch the nodes `mine` (n,) bool, and its nodes in the whole."""
     touching = {kind: mine[cells].any(axis=1) for kind, cells in mesh.cells.items()}
     used = np.unique(np.concatenate([mesh.cells[kind][t].ravel() for kind, t in touching.items()]))
@@ -111,14 +111,14 @@ def _touching(mesh, mine):
     return piece, used
 
 
-def _places(dofs, used, count):
+def _places(dofs: np.ndarray, used: np.ndarray, count: int) -> np.ndarray:
     """Of the dofs of the nodes `used` among `dofs`, -1 where they are not; count - of all nodes."""
     place = np.full(3 * count, -1)
     place[dofs] = np.arange(len(dofs))
     return place[(3 * used[:, None] + np.arange(3)).ravel()]
 
 
-def _assembled(piece, part):
+def _assembled(piece: Mesh, part: Part) -> tuple[sp.spmatrix, sp.spmatrix]:
     """K and M of the piece by our own assembler: dolfinx hangs at exit where the ranks have not
     called it alike."""
     found = [
@@ -128,7 +128,12 @@ def _assembled(piece, part):
     return sum(K for K, _ in found), sum(M for _, M in found)
 
 
-def _spread(matrix, places, own, size):
+def _spread(
+    matrix: sp.spmatrix,
+    places: tuple[np.ndarray, np.ndarray],
+    own: tuple[int, int],
+    size: tuple[int, int],
+) -> sp.csr_matrix:
     """Rows own[0]..own[1] of a matrix of that size from the matrix of the piece, whose rows and
     columns stand at `places`; those at -1 drop out."""
     entries = matrix.tocoo()

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -17,6 +18,9 @@ from tipdamp.static_contact.full.common_space import lowest_of_sets
 from tipdamp.static_contact.full.ranks import own_rows
 from tipdamp.static_contact.tuning.roll_springs import RollSpring
 from tipdamp.static_contact.tuning.stuck_assembly import stuck_springs
+
+if TYPE_CHECKING:
+    from petsc4py.PETSc import Mat
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,7 @@ def full_stuck_sets(bodies: list[Body], sets: Sequence[StuckSet]) -> list[np.nda
     motion = [np.vstack([one.motion, *_roll(one.motion, springs)]) for one in sets]
     common = lowest_of_sets(K, M, rows, k, motion)
 
-    def found(i):
+    def found(i: int) -> np.ndarray:
         at_most = 2 * np.pi * sets[i].hz
         if common is not None and (common[i] <= at_most * (1 + SETTINGS.bound)).all():
             return common[i]
@@ -85,7 +89,9 @@ def full_stuck_sets(bodies: list[Body], sets: Sequence[StuckSet]) -> list[np.nda
     return [found(i) / (2 * np.pi) for i in range(len(sets))]
 
 
-def _matrices(bodies, pairs, springs):
+def _matrices(
+    bodies: Sequence[Body], pairs: ContactTable, springs: Sequence[RollSpring]
+) -> tuple[sp.spmatrix, sp.spmatrix, sp.spmatrix]:
     """K, M of the bodies, and rows of unit stiffness: relative motion at the pairs, roll at the
     springs."""
     B = relative_motion(AssembledBodies(bodies), pairs)
@@ -95,12 +101,14 @@ def _matrices(bodies, pairs, springs):
     )
 
 
-def _roll(B, springs):
+def _roll(
+    B: sp.spmatrix | np.ndarray, springs: Sequence[RollSpring]
+) -> list[sp.spmatrix | np.ndarray]:
     """Of relative motion B (3P, ...) t1, t2, n of the pairs: the roll at each spring."""
     return [(B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance for s in springs]
 
 
-def _side_by_side(parts):
+def _side_by_side(parts: Sequence[sp.spmatrix]) -> sp.spmatrix:
     """Matrices as the blocks of one: `sp.block_diag` takes the way over coordinates, ten times as
     long."""
     starts = np.cumsum([0, *(part.shape[0] for part in parts)])
@@ -115,7 +123,9 @@ def _side_by_side(parts):
     )
 
 
-def _stiffness(pairs, springs, places):
+def _stiffness(
+    pairs: ContactTable, springs: Sequence[RollSpring], places: Sequence[RollSpring]
+) -> np.ndarray:
     """(n,) N/m of the rows of `_matrices` with springs at `places`."""
     own = {(s.low, s.high): s.k for s in springs}
     return np.concatenate(
@@ -163,7 +173,7 @@ def modes_over_ranks(
     return np.sqrt(lam[:count])
 
 
-def _modes_below(PETSc, A, B, lam, residual):
+def _modes_below(PETSc: ModuleType, A: "Mat", B: "Mat", lam: float, residual: float) -> int:
     """Modes of (A, B) with omega^2 below lam, by the signs of a factor over all ranks."""
     shifted = A.copy()
     shifted.setOption(PETSc.Mat.Option.SPD, False)
@@ -179,7 +189,7 @@ def _modes_below(PETSc, A, B, lam, residual):
     for one in (right, x, left, shifted):
         if one is not None:
             one.destroy()
-    if not trusted:
+    if negative is None or not trusted:
         raise RuntimeError(
             f"the modes below {np.sqrt(lam) / (2 * np.pi):g} Hz could not be counted: no factor of "
             "K - omega^2 M solves its own equations"

@@ -31,7 +31,7 @@ class ClosedFactor:
     """A (P, P) symmetric, positive definite on every set that is solved for; it is not copied
     whole."""
 
-    def __init__(self, A: np.ndarray, settings: FactorSettings = SETTINGS):
+    def __init__(self, A: np.ndarray, settings: FactorSettings = SETTINGS) -> None:
         self.A, self.settings = A, settings
         self.base = np.zeros(0, dtype=int)
         self.L = np.zeros((0, 0))
@@ -65,7 +65,7 @@ class ClosedFactor:
             x[change] = np.where(came[:, None], y, 0.0)
         return x
 
-    def _factor(self, rows):
+    def _factor(self, rows: np.ndarray) -> None:
         """Makes `rows` the base."""
         self.L, self.base = np.zeros((0, 0)), rows[:0]
         block = np.asfortranarray(self.A[np.ix_(rows, rows)])
@@ -75,7 +75,7 @@ class ClosedFactor:
         self.base, self.changed = rows, rows[:0]
         self.bordered = np.zeros((len(rows), 0), order="F")
 
-    def _columns(self, change):
+    def _columns(self, change: np.ndarray) -> np.ndarray:
         """L^-1 V of the rows `change`; what was solved for once is kept."""
         new = np.setdiff1d(change, self.changed, assume_unique=True)
         if len(new):

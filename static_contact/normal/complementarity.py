@@ -40,7 +40,7 @@ class NoEquilibrium(InputError):
     """The closed pairs do not hold the bodies; drift - (P,) motion of the pairs that goes on, None
     where not known."""
 
-    def __init__(self, message: str, drift: np.ndarray | None = None):
+    def __init__(self, message: str, drift: np.ndarray | None = None) -> None:
         super().__init__(message)
         self.drift = drift
 
@@ -142,7 +142,9 @@ def solve_complementarity(
         return found
 
 
-def _proximal(problem, u0, gap, settings):
+def _proximal(
+    problem: ComplementarityProblem, u0: Any, gap: np.ndarray, settings: ComplementaritySettings
+) -> ContactSolution | None:
     """As `solve_complementarity`, by the proximal point method: every pair is anchored weakly to
     its last position, which holds the bodies whatever the set, until the anchor forces vanish:
     1e-10 of the largest force at once, or the least that was met in many rounds, up to 5e-9 of the
@@ -180,7 +182,9 @@ def _proximal(problem, u0, gap, settings):
     return best
 
 
-def _without_anchors(problem, closed, u0, gap):
+def _without_anchors(
+    problem: ComplementarityProblem, closed: np.ndarray, u0: Any, gap: np.ndarray
+) -> SetSolution | None:
     """What the set gives where that solves the true problem, else None."""
     try:
         found = problem.solve_set(closed, u0, gap)
@@ -189,7 +193,15 @@ def _without_anchors(problem, closed, u0, gap):
     return None if problem.wrong(closed, found.u, found.N, gap).any() else found
 
 
-def _pivot(problem, u0, gap, settings, anchor=0.0, at=0.0, start=None):
+def _pivot(
+    problem: ComplementarityProblem,
+    u0: Any,
+    gap: np.ndarray,
+    settings: ComplementaritySettings,
+    anchor: float = 0.0,
+    at: float | np.ndarray = 0.0,
+    start: np.ndarray | None = None,
+) -> ContactSolution:
     closed = problem.free.copy() if start is None else problem.free & start
     fewest, patience, method = np.inf, settings.patience, "newton"
     for step in range(1, settings.steps + 1):

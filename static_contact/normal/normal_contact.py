@@ -92,7 +92,7 @@ class NormalContact:
         u, force, a = anchored.solve_set(acting, load, together)
         return SetSolution(u, np.where(closed, (force - k * (gap - at)) / (1 + k * self.c), 0.0), a)
 
-    def _balanced(self, closed, load, gap):
+    def _balanced(self, closed: np.ndarray, load: Loading, gap: np.ndarray) -> SetSolution:
         """As `solve_set`, without anchors."""
         Y = np.where(closed[:, None], self.Y, 0.0)
         right = np.where(closed, load.u0 - gap, 0.0)
@@ -119,7 +119,9 @@ class NormalContact:
             np.where(closed, gap + self.c * N, load.u0 - pressed + self.c * N + self.Y @ a), N, a
         )
 
-    def _left(self, closed, right, work, N, a):
+    def _left(
+        self, closed: np.ndarray, right: np.ndarray, work: np.ndarray, N: np.ndarray, a: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, float]:
         """A N (P,), what N and a leave of the closed pairs' equations (P,), and how much that, and
         what they leave of the balance, is of the terms."""
         pressed, moved, held = self.A @ N, np.where(closed, self.Y @ a, 0.0), self.E @ a
@@ -146,16 +148,16 @@ class NormalContact:
         return self._holds(self.E + self.Y.T * k @ self.Y)
 
     @cached_property
-    def _factor(self):
+    def _factor(self) -> ClosedFactor:
         return ClosedFactor(self.A)
 
     @cached_property
-    def _scale(self):
+    def _scale(self) -> np.ndarray:
         """(h,) stiffness of each loose motion, with all pairs closed."""
         k = np.divide(1.0, self.A.diagonal(), out=np.zeros(len(self.c)), where=self.free)
         return np.sqrt(np.abs(self.E.diagonal()) + k @ self.Y**2)
 
-    def _holds(self, T):
+    def _holds(self, T: np.ndarray) -> bool:
         if not len(T):
             return True
         if not self._scale.all():

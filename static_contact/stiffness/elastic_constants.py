@@ -52,7 +52,7 @@ class MaterialPair:
     E2: float
     nu2: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("E1", "E2"):
             require(name, vars(self)[name], 0, open_low=True, unit="Pa")
         for name in ("nu1", "nu2"):

@@ -118,7 +118,7 @@ def table_nodes() -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache(maxsize=1)
-def _polynomials():
+def _polynomials() -> list[np.ndarray]:
     """Chebyshev coefficients (aspect order, nu order) of both compliances."""
     table = np.loadtxt(TABLE, delimiter=",", skiprows=1)
     aspect, nu = table_nodes()

@@ -51,7 +51,7 @@ class StiffnessModel:
     roughness: Roughness | None = None
     scale: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, value, allowed in (("model", self.name, MODELS), ("kind", self.kind, KINDS)):
             if value not in allowed:
                 raise InputError(f"{name} = {value!r}: {nearest(value, allowed)}")
@@ -192,6 +192,6 @@ def given_stiffness(
     )
 
 
-def _check_count(n_nodes):
+def _check_count(n_nodes: int) -> None:
     if isinstance(n_nodes, bool) or not isinstance(n_nodes, Integral) or n_nodes < 1:
         raise InputError(f"n_nodes = {n_nodes!r}: allowed are whole numbers from 1")

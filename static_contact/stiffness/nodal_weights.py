@@ -91,7 +91,7 @@ def calibrate_scale(
     return float(np.exp(log))
 
 
-def _groups(positions):
+def _groups(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Index (n,) of each position among the distinct ones, and the weight of each distinct one."""
     extent = np.ptp(positions)
     order = np.argsort(positions, kind="stable")

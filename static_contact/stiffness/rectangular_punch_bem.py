@@ -16,6 +16,7 @@ five meshes.
 `python -m tipdamp.static_contact.stiffness.rectangular_punch_bem` writes the table again (about ten
 minutes)."""
 
+from collections.abc import Sequence
 from functools import lru_cache
 from math import asinh, sinh, sqrt
 from pathlib import Path
@@ -32,7 +33,7 @@ GAUSS = sqrt(0.6)  # three-point Gauss rule, weights 5/9, 8/9, 5/9
 
 
 @njit(cache=True)
-def _corner(x, y):
+def _corner(x: float, y: float) -> tuple[float, float]:
     """Antiderivatives in x and y of x^2/r^3 and y^2/r^3."""
     along = y * asinh(x / abs(y)) if y != 0.0 else 0.0
     across = x * asinh(y / abs(x)) if x != 0.0 else 0.0
@@ -40,7 +41,7 @@ def _corner(x, y):
 
 
 @njit(cache=True)
-def _cell(x, y, a, b):
+def _cell(x: float, y: float, a: float, b: float) -> tuple[float, float]:
     """Integrals of x^2/r^3 and y^2/r^3 over the cell of half sizes a, b centred at (x, y), seen
     from the origin."""
     # far: the closed form would cancel, Gauss is exact to 1e-9
@@ -62,7 +63,9 @@ def _cell(x, y, a, b):
 
 
 @njit(cache=True)
-def _influence(length, x_edges, y_edges):
+def _influence(
+    length: float, x_edges: np.ndarray, y_edges: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Matrices (n, n) of both kernels between the cells of one quarter, images included.
 
     x and y are measured from the corner of the punch (width 1), so that small cells of a long punch
@@ -88,7 +91,7 @@ def _influence(length, x_edges, y_edges):
     return along, across
 
 
-def _edges(length, n):
+def _edges(length: float, n: int) -> np.ndarray:
     """Cell edges (n + 1,) from the end to the middle: quadratic at the end, geometric along a long
     side."""
     stretch = asinh(sqrt(length))
@@ -100,7 +103,7 @@ def _edges(length, n):
 
 
 @lru_cache(maxsize=len(MESHES))
-def _quarter(aspect, n):
+def _quarter(aspect: float, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     nx = n * round(4 + 2 * (asinh(sqrt(aspect)) - asinh(1))) // 4  # the longer, the more cells
     x_edges, y_edges = _edges(aspect, nx), _edges(1.0, n)
     area = np.outer(np.diff(x_edges), np.diff(y_edges)).ravel()
@@ -134,7 +137,7 @@ def compliance(
     return best, np.abs(best - _extrapolate(meshes[:-1], values[:-1]))
 
 
-def _extrapolate(meshes, values):
+def _extrapolate(meshes: tuple[int, ...], values: Sequence[np.ndarray]) -> np.ndarray:
     powers = (0, *ORDERS)[: len(meshes)]
     return np.linalg.solve(
         np.array([[n ** -float(p) for p in powers] for n in meshes]), np.array(values)

@@ -27,7 +27,7 @@ class Roughness:
     h_rms: float
     gamma: float
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require("h_rms", self.h_rms, 0, open_low=True, unit="m")
         require("gamma", self.gamma, 0, open_low=True)
 

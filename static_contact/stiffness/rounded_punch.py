@@ -116,7 +116,7 @@ def hertz_stiffness(pair: MaterialPair, length: Values, radius: Values, force: V
     )
 
 
-def _rim(load, flat_half_width, radius, e_star):
+def _rim(load: Values, flat_half_width: Values, radius: Values, e_star: Values) -> np.ndarray:
     """s = sqrt(a^2 - b^2), m, without the cancellation of a - b: the flat part b at s = 0, Hertz at
     s = a."""
     b = require("flat_half_width", flat_half_width, 0, unit="m")
@@ -136,7 +136,7 @@ def _rim(load, flat_half_width, radius, e_star):
     return np.where(hertz, cylinder, b * _opening_root(np.where(hertz, 1.0, target)))[()]
 
 
-def _opening(t):
+def _opening(t: Values) -> np.ndarray:
     """m(t) = (1 + t^2) atan t - t, the load of the punch over E* b^2 / (2R) at t = s/b; series
     where it cancels."""
     t = np.asarray(t, dtype=float)
@@ -148,7 +148,7 @@ def _opening(t):
     return np.where(t < 0.3, series, (1 + t**2) * np.arctan(t) - t)
 
 
-def _opening_root(target):
+def _opening_root(target: np.ndarray) -> np.ndarray:
     """t with m(t) = target. m is convex and rising, m' = 2 t atan t: Newton ends from any start
     above zero."""
     target = np.asarray(target, dtype=float)

@@ -42,7 +42,7 @@ class ContactSide:
     radius: float | None = None
     width: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.shape not in SHAPES:
             raise InputError(f"shape = {self.shape!r}: {nearest(self.shape, tuple(SHAPES))}")
         if not isinstance(self.pair, MaterialPair):

@@ -71,7 +71,7 @@ def check_overlap(
         )
 
 
-def _why_apart(blade, damper, shown, settings) -> str:
+def _why_apart(blade: Surface, damper: Surface, shown: Callable, settings: SurfaceSettings) -> str:
     """The reason why no face lies opposite to another, and what to do."""
     mine, theirs = (
         max(facets(surface, settings), key=lambda one: len(one.area)) for surface in (damper, blade)
@@ -129,5 +129,5 @@ def _unit_factor(blade: Surface, damper: Surface, settings: SurfaceSettings) -> 
     return best if scaled[best].covered > settings.most else None
 
 
-def _place(point, shown) -> str:
+def _place(point: np.ndarray, shown: Callable) -> str:
     return "(" + ", ".join(shown(float(x)) for x in point) + ")"

@@ -26,7 +26,9 @@ def areas(triangle: np.ndarray) -> np.ndarray:
     return (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) / 2
 
 
-def _half_plane(polygon, count, a, b):
+def _half_plane(
+    polygon: np.ndarray, count: np.ndarray, a: np.ndarray, b: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """What of convex polygons (m, v, 2) with `count` corners lies left of the lines a to b."""
     m, v = polygon.shape[:2]
     there = np.arange(v) < count[:, None]

@@ -72,7 +72,7 @@ def facets(surface: Surface, settings: SurfaceSettings = DEFAULT) -> list[Facets
     ]
 
 
-def _cut(position, faces, settings):
+def _cut(position: np.ndarray, faces: np.ndarray, settings: SurfaceSettings) -> Facets:
     place, k = position[faces], faces.shape[1]
     corners = face_corners(k)
     straight = np.einsum("kc,fcx->fkx", face_shapes(corners, face_places(k))[0], place[:, :corners])
@@ -101,7 +101,7 @@ def _cut(position, faces, settings):
     )
 
 
-def _cuts(corners, curved) -> np.ndarray:
+def _cuts(corners: int, curved: bool) -> np.ndarray:
     """(n, 3, 2) reference coordinates of the triangles that a face is cut into."""
     if corners == 3:
         return face_places(6)[np.array(_QUARTERS if curved else _WHOLE)]

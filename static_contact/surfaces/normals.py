@@ -84,14 +84,14 @@ def tangents(normal: np.ndarray) -> np.ndarray:
     return np.stack([first, np.cross(normal, first)], axis=1)
 
 
-def _from_corners(values):
+def _from_corners(values: np.ndarray) -> np.ndarray:
     """(f, k, 3): what values (f, k, 3) are at the nodes of straight faces with the same corners."""
     k = values.shape[1]
     corners = face_corners(k)
     return np.einsum("kc,fcx->fkx", face_shapes(corners, face_places(k))[0], values[:, :corners])
 
 
-def _between_corners(place, settings):
+def _between_corners(place: np.ndarray, settings: SurfaceSettings) -> np.ndarray:
     """(f, k) bool - nodes that lie between the corners as those of a straight face do."""
     size = np.linalg.norm(place - place[:, :1], axis=2).max(axis=1, initial=0.0)
     found = (
@@ -101,7 +101,7 @@ def _between_corners(place, settings):
     return found
 
 
-def _sheet(kinds, settings):
+def _sheet(kinds: Sequence[tuple[np.ndarray, np.ndarray]], settings: SurfaceSettings) -> _Sheet:
     """The _Sheet of the faces."""
     across = np.concatenate([_outward(place, settings) for _, place in kinds])
     unit = across / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
@@ -123,7 +123,7 @@ def _sheet(kinds, settings):
     return _Sheet(of, place, mean, known)
 
 
-def _outward(place, settings):
+def _outward(place: np.ndarray, settings: SurfaceSettings) -> np.ndarray:
     """(f k, 3) normals at the nodes of each face for itself, as long as the face is large there;
     where it is drawn together so much that it has none, that of the whole face."""
     k = place.shape[1]
@@ -134,7 +134,9 @@ def _outward(place, settings):
     ).reshape(-1, 3)
 
 
-def _edges(kinds):
+def _edges(
+    kinds: Sequence[tuple[np.ndarray, np.ndarray]],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(h, 3) int: first, last and middle node of the edges of each face in turn, counted face by
     face, the node of the lower index first (and again where there is none in the middle); and pairs
     (e,), (e,) of those that are one edge."""
@@ -161,7 +163,9 @@ def _edges(kinds):
     return np.concatenate(ends), order[first], order[first + 1]
 
 
-def _near(kinds, sheet, between):
+def _near(
+    kinds: Sequence[tuple[np.ndarray, np.ndarray]], sheet: _Sheet, between: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
     """Pairs (p,), (p,) of nodes of the sheet that are in one face, or in two that have a node in
     common; without those between corners."""
     face = np.concatenate(
@@ -177,7 +181,9 @@ def _near(kinds, sheet, between):
     return sp.triu(ring @ ring, 1).nonzero()
 
 
-def _chordal(sheet, pairs, settings):
+def _chordal(
+    sheet: _Sheet, pairs: tuple[np.ndarray, np.ndarray], settings: SurfaceSettings
+) -> np.ndarray:
     """(s, 3) unit normals that meet the chords between pairs (p,), (p,) of nodes alike, the nearer
     the better."""
     normal, free = sheet.mean.copy(), np.flatnonzero(~sheet.known)
@@ -204,7 +210,7 @@ def _chordal(sheet, pairs, settings):
     return normal
 
 
-def _along(vector, axes, node):
+def _along(vector: np.ndarray, axes: np.ndarray, node: np.ndarray) -> sp.spmatrix:
     """(p, 2 s) CSR: components of vectors (p, 3) along the axes (s, 2, 3) of their nodes (p,)."""
     p = len(node)
     return sp.csr_matrix(

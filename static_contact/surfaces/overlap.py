@@ -7,6 +7,7 @@ normal, so that the forces and moments of both sides are in balance, whatever is
 (weights.py). Which facets may overlap, near each other and facing each other, is found by trees.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -99,7 +100,13 @@ def overlap(damper: Surface, blade: Surface, settings: SurfaceSettings = DEFAULT
     )
 
 
-def _pieces(both, smooth, sizes, reach, settings):
+def _pieces(
+    both: tuple[Facets, Facets],
+    smooth: tuple[np.ndarray, np.ndarray],
+    sizes: tuple[int, int, int, int],
+    reach: float,
+    settings: SurfaceSettings,
+) -> Iterator[tuple[QuadraturePoints, np.ndarray, np.ndarray, np.ndarray]]:
     """QuadraturePoints of the overlap of both, facets D of the damper and B of the blade; and of
     the pieces the facet of the damper, area and mean gap (s,). smooth - the normals at the nodes of
     their faces; sizes - first of the Corners of D, their number, nodes of both."""
@@ -115,7 +122,13 @@ def _pieces(both, smooth, sizes, reach, settings):
             yield _within(found, both, smooth, sizes, reach)
 
 
-def _within(found, both, smooth, sizes, reach):
+def _within(
+    found: "tuple[tuple[np.ndarray, np.ndarray], np.ndarray, _Landed, _Landed]",
+    both: tuple[Facets, Facets],
+    smooth: tuple[np.ndarray, np.ndarray],
+    sizes: tuple[int, int, int, int],
+    reach: float,
+) -> tuple[QuadraturePoints, np.ndarray, np.ndarray, np.ndarray]:
     """The points found by `_integrate` whose gap is small enough, the covered areas and gaps."""
     ((i, j), weight, on_damper, on_blade), (D, B) = found, both
     q = len(weight) // len(i)
@@ -145,7 +158,7 @@ def _within(found, both, smooth, sizes, reach):
     return points, i, per_piece, gap.reshape(-1, q).mean(axis=1)
 
 
-def _rows(values, columns, size):
+def _rows(values: np.ndarray, columns: np.ndarray, size: int) -> sp.spmatrix:
     """CSR with the values (m, k) in the columns (m, k)."""
     m, k = values.shape
     return sp.csr_matrix(
@@ -153,7 +166,14 @@ def _rows(values, columns, size):
     )
 
 
-def _integrate(D, B, i, j, rule, settings):
+def _integrate(
+    D: Facets,
+    B: Facets,
+    i: np.ndarray,
+    j: np.ndarray,
+    rule: tuple[np.ndarray, np.ndarray],
+    settings: SurfaceSettings,
+) -> "tuple[tuple[np.ndarray, np.ndarray], np.ndarray, _Landed, _Landed] | None":
     """Quadrature points of the pieces of pairs of facets, q a piece in turn: (facet of D, of B) of
     each piece, weights (m,) m2, the points on both faces; None where no two facets overlap."""
     origin, axes = D.corner[i, 0], tangents(D.normal[i])
@@ -187,7 +207,7 @@ def _integrate(D, B, i, j, rule, settings):
     return (i[pair], j[pair]), weight, *faces
 
 
-def _solved_in_plane(J, right):
+def _solved_in_plane(J: np.ndarray, right: np.ndarray) -> np.ndarray:
     """(m, 2): J^-1 right of matrices (m, 2, 2), by Cramer's rule."""
     det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
     first = J[:, 1, 1] * right[:, 0] - J[:, 0, 1] * right[:, 1]

@@ -1,6 +1,6 @@
 """Two meshed surfaces become matched node pairs with their contact frames."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -83,7 +83,9 @@ def pair(
     ).select(order)
 
 
-def _shared_normals(on_blade, on_damper, side, number):
+def _shared_normals(
+    on_blade: Sequence[np.ndarray], on_damper: Sequence[np.ndarray], side: Side, number: np.ndarray
+) -> np.ndarray:
     """(P, 3); an edge node, which may face two ways, faces as the mean of the side."""
     facing = [
         (mine, theirs, side, node)
@@ -122,7 +124,9 @@ def join(*tables: ContactTable) -> ContactTable:
     )
 
 
-def _match(blade, damper, side, tolerance, shown):
+def _match(
+    blade: np.ndarray, damper: np.ndarray, side: Side, tolerance: float, shown: Callable
+) -> np.ndarray:
     """For each blade node the index of its damper node."""
     distance, nearest = cKDTree(damper).query(blade)
     back, _ = cKDTree(blade).query(damper)
@@ -151,7 +155,7 @@ def _match(blade, damper, side, tolerance, shown):
     return nearest
 
 
-def _normals(mesh, group, index):
+def _normals(mesh: Mesh, group: str, index: np.ndarray) -> list[np.ndarray]:
     """[(m, 3)] outward normals at the nodes `index`: those of the smooth surface of the group's
     faces that hold it, or, where none does, of every boundary face there."""
     blocks = [block for block in faces_of(mesh, group) if len(block)]
@@ -165,7 +169,9 @@ def _normals(mesh, group, index):
     return [np.array(own[i]) if i in own else node_normals(mesh, i, faces) for i in index.tolist()]
 
 
-def _shared_normal(blade, damper, side, number, mean=None):
+def _shared_normal(
+    blade: np.ndarray, damper: np.ndarray, side: Side, number: int, mean: np.ndarray | None = None
+) -> np.ndarray:
     """Normal into the blade, from the two faces that oppose each other best (a node may sit on an
     edge); of several that do the one nearest to the mean normal of the side (3,)."""
     if not len(blade) or not len(damper):
@@ -198,7 +204,9 @@ def contact_frames(normals: np.ndarray, axis: np.ndarray, side: Side) -> np.ndar
     return np.stack([t1, np.cross(normals, t1), normals], axis=1)
 
 
-def _grid(along, up, side, tolerance):
+def _grid(
+    along: np.ndarray, up: np.ndarray, side: Side, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Station and row of each node. Where stations hold different numbers of nodes, as on the faces
     of 20-node hexahedra, a row is what lies at one height, and the lowest row must be there at
     every station."""
@@ -222,7 +230,7 @@ def _grid(along, up, side, tolerance):
     return station, row
 
 
-def _clusters(values, tolerance):
+def _clusters(values: np.ndarray, tolerance: float) -> np.ndarray:
     order = np.argsort(values)
     step = np.diff(values[order], prepend=values[order[0]]) > tolerance
     label = np.empty(len(values), dtype=np.int64)

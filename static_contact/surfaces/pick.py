@@ -1,7 +1,8 @@
 """Faces of a mesh that form a contact side: of a group, or picked by geometry."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -87,12 +88,12 @@ class FacePick:
             )
         )
 
-    def _on_form(self, place, size):
+    def _on_form(self, place: np.ndarray, size: np.ndarray) -> np.ndarray:
         return self._off(place).max(axis=1, initial=0.0) <= (
             0.01 * size if self.tolerance is None else self.tolerance
         )
 
-    def _off(self, place):
+    def _off(self, place: np.ndarray) -> np.ndarray:
         off = np.zeros(place.shape[:2])
         arm = place - np.array(self.point)
         if self.plane is not None:
@@ -103,7 +104,7 @@ class FacePick:
             off = np.maximum(off, np.abs(from_axis - self.radius))
         return off
 
-    def _in_box(self, place):
+    def _in_box(self, place: np.ndarray) -> np.ndarray:
         if self.box is None:
             return np.ones(len(place), dtype=bool)
         low, high = np.sort(np.array(self.box), axis=0)
@@ -121,11 +122,17 @@ def faces_of(mesh: Mesh, group: str) -> list[np.ndarray]:
     return [b[member[b[:, : face_corners(b.shape[1])]].all(axis=1)] for b in boundary_faces(mesh)]
 
 
-def _unit(direction):
+def _unit(direction: Any) -> np.ndarray:
     return np.array(direction) / np.linalg.norm(direction)
 
 
-def _near(mesh, blocks, other, distance, settings):
+def _near(
+    mesh: Mesh,
+    blocks: Sequence[np.ndarray],
+    other: Mesh,
+    distance: float,
+    settings: SurfaceSettings,
+) -> list[np.ndarray]:
     """The faces of which a part lies within `distance` of a face of the other body that faces
     them."""
     theirs = facets(Surface(other, boundary_faces(other)), settings)
@@ -159,7 +166,13 @@ def _spread(mine: Facets) -> np.ndarray:
     )
 
 
-def _facing(points, normals, theirs: Facets, distance, settings):
+def _facing(
+    points: np.ndarray,
+    normals: np.ndarray,
+    theirs: Facets,
+    distance: float,
+    settings: SurfaceSettings,
+) -> tuple[np.ndarray, np.ndarray]:
     """Of points (m, 3) with normals those near a facet that faces them, and these facets."""
     _, nearest = cKDTree(theirs.centre).query(points, min(settings.near, len(theirs.centre)))
     nearest = nearest.reshape(len(points), -1)

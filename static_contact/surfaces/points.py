@@ -98,7 +98,7 @@ def surface_contact(
     )
 
 
-def _check_once(surfaces, settings):
+def _check_once(surfaces: Sequence[FacingSides], settings: SurfaceSettings) -> None:
     """InputError where faces of both bodies that meet belong to two sides: their contact would
     count twice."""
     for i, one in enumerate(surfaces):
@@ -129,7 +129,15 @@ def _shared(one: Surface, other: Surface) -> Surface:
     )
 
 
-def _table(side, met: Overlap, number, damper, axis, at, closed) -> ContactTable:
+def _table(
+    side: Side,
+    met: Overlap,
+    number: np.ndarray,
+    damper: Mesh,
+    axis: np.ndarray,
+    at: tuple[np.ndarray, np.ndarray],
+    closed: bool,
+) -> ContactTable:
     station, row = at
     order, P = np.lexsort((row, station)), len(number)
     return ContactTable(
@@ -152,7 +160,7 @@ def _table(side, met: Overlap, number, damper, axis, at, closed) -> ContactTable
     ).select(order)
 
 
-def _points(number, mesh, weights) -> MeshPoints:
+def _points(number: np.ndarray, mesh: Mesh, weights: Sequence[sp.spmatrix]) -> MeshPoints:
     weight = sp.vstack(weights, format="csc")
     used = np.flatnonzero(np.diff(weight.indptr))
     return MeshPoints(number, weight @ mesh.position, mesh.node[used], weight[:, used].tocsr())

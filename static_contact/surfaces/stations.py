@@ -36,7 +36,9 @@ def stations_and_rows(
     return found
 
 
-def _rows(height, station, size, settings):
+def _rows(
+    height: np.ndarray, station: np.ndarray, size: float, settings: SurfaceSettings
+) -> np.ndarray:
     """(n,) rows of the points of a side with the heights (n,) m, whose faces are `size` m."""
     interval, spread = _lines(height, settings.line * size)
     if spread > settings.line * size:
@@ -51,7 +53,7 @@ def _rows(height, station, size, settings):
     return row
 
 
-def _height(place, axis, up):
+def _height(place: np.ndarray, axis: np.ndarray, up: np.ndarray) -> np.ndarray:
     """(n,) m across the axis along the side, which is flat or an arc, from below."""
     beside = place - place.mean(axis=0)
     beside = beside - np.outer(beside @ axis, axis)
@@ -59,7 +61,7 @@ def _height(place, axis, up):
     return beside @ (across if across @ up >= 0 else -across)
 
 
-def _lines(values, step):
+def _lines(values: np.ndarray, step: float) -> tuple[np.ndarray, float]:
     """Values that are no more than a step apart form a line: the line of each, and the widest
     line."""
     order = np.argsort(values)

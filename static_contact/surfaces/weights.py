@@ -16,6 +16,7 @@ part less of the second is taken, so that places stay in the part that is covere
 not lose by it, since on each face the sum of area_A u_A is that of the corners whatever the share.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -145,7 +146,7 @@ class Corners:
 class Sums:
     """Integrals over the pieces so far, on so many corners and on the nodes of damper and blade."""
 
-    def __init__(self, corners: int, damper: int, blade: int):
+    def __init__(self, corners: int, damper: int, blade: int) -> None:
         local = corners
         self.area, self.gap, self.normal, self.opposite, self.smooth = (
             np.zeros(shape) for shape in (local, local, (local, 3), (local, 3), (local, 3))
@@ -204,13 +205,13 @@ class Sums:
         )
 
 
-def _without_zeros(matrix):
+def _without_zeros(matrix: sp.spmatrix) -> sp.spmatrix:
     matrix = matrix.tocsr()
     matrix.eliminate_zeros()
     return matrix
 
 
-def whole_corners(kinds, nodes):
+def whole_corners(kinds: Sequence[Facets], nodes: int) -> np.ndarray:
     """(nodes,) m2: area of each corner of whole faces, whatever lies opposite."""
     area = np.zeros(nodes)
     for D in kinds:

@@ -6,8 +6,9 @@ point at its edge with a part of its own, so that it does not depend on where th
 points; or cell by cell.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
@@ -21,6 +22,9 @@ from tipdamp.static_contact.tuning.station_detachment import (
     search_of,
 )
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
+
+if TYPE_CHECKING:
+    from tipdamp.static_contact.tuning.stuck_search import StuckSearch
 
 
 @dataclass(frozen=True)
@@ -129,7 +133,7 @@ def keep_area(
     return _found(search, fade, chosen, [_step(search, fade, s) for s in shares[tried]], None)
 
 
-def _tried(fade) -> tuple[bool, np.ndarray, np.ndarray]:
+def _tried(fade: Fade) -> tuple[bool, np.ndarray, np.ndarray]:
     """Whether cells leave whole, all shares that differ then, or evenly spread ones, and which of
     them are tried."""
     whole = bool((fade.begins == fade.gone).all())
@@ -137,11 +141,11 @@ def _tried(fade) -> tuple[bool, np.ndarray, np.ndarray]:
     return whole, shares, np.unique(np.linspace(0, len(shares) - 1, SETTINGS.tried).astype(int))
 
 
-def _step(search, fade, share) -> AreaStep:
+def _step(search: "StuckSearch", fade: Fade, share: float) -> AreaStep:
     return AreaStep(float(share), *search.find(fade.factors(share) * search.pairs.weight))
 
 
-def _crossing(history, target_hz, whole) -> int:
+def _crossing(history: Sequence[AreaStep], target_hz: float, whole: bool) -> int:
     """The first step after which the frequency has passed the target; half a cell beyond the ends
     is still nearest."""
     hz = np.array([step.hz for step in history])
@@ -157,7 +161,13 @@ def _crossing(history, target_hz, whole) -> int:
     return min(int(np.abs(hz - target_hz).argmin()), len(hz) - 2)
 
 
-def _found(search, fade, chosen, history, target_hz) -> AreaDetachment:
+def _found(
+    search: "StuckSearch",
+    fade: Fade,
+    chosen: AreaStep,
+    history: list[AreaStep],
+    target_hz: float | None,
+) -> AreaDetachment:
     history = sorted(
         {step.share: step for step in (*history, chosen)}.values(), key=lambda step: -step.share
     )

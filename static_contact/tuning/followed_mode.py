@@ -14,6 +14,7 @@ and columns of it. Where there are more springs than modes, A itself is made, fr
 before it, and factored.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,7 +41,7 @@ class FollowedMode:
     """lam (r,), phi (r, r): omega^2 and mass-normalised modes without springs; rows (n, r) - unit
     rows of all springs there are, in the dofs of the model; f (r,): M times the followed shape."""
 
-    def __init__(self, lam: np.ndarray, phi: np.ndarray, rows: np.ndarray, f: np.ndarray):
+    def __init__(self, lam: np.ndarray, phi: np.ndarray, rows: np.ndarray, f: np.ndarray) -> None:
         self.lam, self.V, self.f = lam, rows @ phi, phi.T @ f
         self._k, self._A = np.zeros(len(rows)), np.diag(lam)
 
@@ -108,13 +109,13 @@ class Shifted:
         )
 
 
-def _best(lam, part) -> int:
+def _best(lam: np.ndarray, part: np.ndarray) -> int:
     """The mode of the largest part; of equal parts the lowest one."""
     order = np.argsort(lam)
     return int(order[first_largest(part[order], REPEATED.alike)])
 
 
-def _lanczos(solve, f, shift) -> tuple[float, float]:
+def _lanczos(solve: Callable, f: np.ndarray, shift: float) -> tuple[float, float]:
     """omega^2 = shift + 1/theta, theta the eigenvalue of `solve` (symmetric) whose eigenvector has
     the largest part (f.y)^2, and that part.
 

@@ -105,13 +105,13 @@ def carried(whole: ContactTable, kept: ContactTable) -> np.ndarray:
     return force
 
 
-def _weight_left(station, kept, i) -> float:
+def _weight_left(station: ContactTable, kept: ContactTable, i: int) -> float:
     """Part of its former weight that a kept pair still has: below 1 where its station is graded."""
     own = station.weight[station.row == kept.row[i]]
     return kept.weight[i] / (own.max() if len(own) else 1.0)
 
 
-def _own_part(station, row, rows):
+def _own_part(station: ContactTable, row: int, rows: np.ndarray) -> float:
     """What falls to the pair in `row` of all pairs of a station, of which `rows` are kept."""
     closed = np.maximum(station.preload, 0.0)
     own = station.row == row
@@ -178,7 +178,12 @@ def balancing_forces(
     return dict(zip(kept.sides, forces.tolist(), strict=True))
 
 
-def _moment(pairs, normal, middle, tangential=None):
+def _moment(
+    pairs: ContactTable,
+    normal: np.ndarray,
+    middle: np.ndarray,
+    tangential: np.ndarray | None = None,
+) -> np.ndarray:
     """(3,) N m about `middle`: moment on the damper of the contact forces normal (P,) and
     tangential (P, 2) N."""
     force = -np.maximum(normal, 0.0)[:, None] * pairs.normal

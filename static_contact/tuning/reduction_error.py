@@ -50,7 +50,7 @@ def enough_modes(
 
 
 def own_error(
-    parts: list[Reduction], i: int, count: int, pairs: ContactTable, below_hz: float
+    parts: Sequence[Reduction], i: int, count: int, pairs: ContactTable, below_hz: float
 ) -> float:
     """Largest error bound of the stuck frequencies below `below_hz` when body i alone is cut to
     `count` modes."""
@@ -68,7 +68,9 @@ def own_error(
     return float(error_bound(K, model.M, only, np.sqrt(np.maximum(lam, 0))).max(initial=0.0))
 
 
-def _fewest(parts, i, target, pairs, below_hz):
+def _fewest(
+    parts: Sequence[Reduction], i: int, target: float, pairs: ContactTable, below_hz: float
+) -> int:
     high = len(parts[i].mode_omega)
     reached = own_error(parts, i, high, pairs, below_hz)
     if reached > target:
@@ -86,12 +88,15 @@ def _fewest(parts, i, target, pairs, below_hz):
     return parts[i].whole_cluster(high)
 
 
-def _nothing_left_out(part):
+def _nothing_left_out(part: Reduction) -> Truncation:
     t = part.truncation
+    assert t is not None, "a reduction made without a bound"
     return replace(t, omega=np.array([np.inf]), G=(np.zeros_like(t.G[0]),))
 
 
-def _stuck_stiffness(model, pairs, extra):
+def _stuck_stiffness(
+    model: ReducedModel, pairs: ContactTable, extra: np.ndarray | None
+) -> np.ndarray:
     rows = stuck_rows(model, pairs)
     if extra is not None:
         rows = np.vstack([rows, extra])

@@ -17,6 +17,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
 from tipdamp.static_contact.tuning.kept_stations import (
+    KeptStations,
     conserve_total,
     ends_of,
     from_middle,
@@ -238,20 +239,26 @@ def search_of(
     return StuckSearch(assembly, pairs, closed, follow, options.springs, conserve)
 
 
-def _step(search, one) -> Step:
+def _step(search: StuckSearch, one: KeptStations) -> Step:
     return Step(one.front, one.back, *search.find(np.where(one.kept, search.pairs.weight, 0.0)))
 
 
-def _fit(step, target_hz, tie_hz):
+def _fit(step: Step, target_hz: float, tie_hz: float) -> tuple[int, int, int]:
     """Sorts sets: the nearest to the target, of those that fit alike the most even one."""
     return round(abs(step.hz - target_hz) / tie_hz), abs(step.front - step.back), -step.front
 
 
-def _may_be_chosen(one, pairs, options) -> bool:
+def _may_be_chosen(one: KeptStations, pairs: ContactTable, options: DetachmentOptions) -> bool:
     return options.allowed is None or options.allowed(np.where(one.kept, pairs.weight, 0.0))
 
 
-def _best_allowed(sets, history, target_hz, pairs, options) -> tuple[int, tuple[Step, ...]]:
+def _best_allowed(
+    sets: Sequence[KeptStations],
+    history: Sequence[Step],
+    target_hz: float,
+    pairs: ContactTable,
+    options: DetachmentOptions,
+) -> tuple[int, tuple[Step, ...]]:
     """The set that fits best of those that may be chosen, and those that fit better and may not."""
     passed_over: list[Step] = []
     for i in sorted(range(len(sets)), key=lambda i: _fit(history[i], target_hz, options.tie_hz)):
@@ -265,7 +272,9 @@ def _best_allowed(sets, history, target_hz, pairs, options) -> tuple[int, tuple[
     )
 
 
-def _check_reach(history: Sequence[Step], target_hz, options, stations):
+def _check_reach(
+    history: Sequence[Step], target_hz: float, options: DetachmentOptions, stations: int
+) -> None:
     found = np.sort([s.hz for s in history])
     # half a step beyond the last set is still nearest to it; a graded station reaches no further
     # than the sets
@@ -277,7 +286,13 @@ def _check_reach(history: Sequence[Step], target_hz, options, stations):
         )
 
 
-def _graded(search, pairs, sets, history, goal):
+def _graded(
+    search: StuckSearch,
+    pairs: ContactTable,
+    sets: Sequence[KeptStations],
+    history: Sequence[Step],
+    goal: tuple[int, float, DetachmentOptions],
+) -> tuple[np.ndarray, Step, GradedStation]:
     """(weight (P,), Step, GradedStation): between the chosen set and the next one on the other side
     of the target, the smallest difference and the most even set first."""
     best, target_hz, options = goal
@@ -297,9 +312,8 @@ def _graded(search, pairs, sets, history, goal):
             f"target {target_hz:g} Hz: every part of a station leaves too large a moment of the "
             "preload; set [tune] graded = false"
         )
-    step = replace(
-        history[large], **dict(zip(("hz", "mac"), search.find(weight(part)), strict=True))
-    )
+    hz, mac = search.find(weight(part))
+    step = replace(history[large], hz=hz, mac=mac)
     if abs(step.hz - target_hz) > options.met_hz:
         raise InputError(
             f"target {target_hz:g} Hz: the tracked mode jumps from one mode to another while "
@@ -309,7 +323,13 @@ def _graded(search, pairs, sets, history, goal):
     return weight(part), step, GradedStation(int(pairs.station[last][0]), part)
 
 
-def _on_the_other_side(stuck, sets, history, best, target_hz):
+def _on_the_other_side(
+    stuck: np.ndarray,
+    sets: Sequence[KeptStations],
+    history: Sequence[Step],
+    best: int,
+    target_hz: float,
+) -> list[int]:
     """Sets within the chosen one, or around it, whose frequency lies beyond the target."""
     own, above = stuck[best], history[best].hz > target_hz
     nested = (stuck <= own).all(axis=1) if above else (stuck >= own).all(axis=1)
@@ -326,12 +346,14 @@ def _on_the_other_side(stuck, sets, history, best, target_hz):
     )
 
 
-def _with_part(pairs, last, base, part):
+def _with_part(pairs: ContactTable, last: np.ndarray, base: np.ndarray, part: float) -> np.ndarray:
     """(P,) weights with a part of the pairs `last` (P,) beside the others."""
     return np.where(last, part * pairs.weight, base)
 
 
-def _worth(search, pairs, weight) -> tuple[StationWorth, ...]:
+def _worth(
+    search: StuckSearch, pairs: ContactTable, weight: np.ndarray
+) -> tuple[StationWorth, ...]:
     """Of every station that has a closed pair, unless nothing would be left without it."""
     hz, found = search.find(weight)[0], []
     for station in np.unique(pairs.station[search.closed]):
@@ -343,5 +365,5 @@ def _worth(search, pairs, weight) -> tuple[StationWorth, ...]:
     return tuple(found)
 
 
-def _stations(pairs, weight) -> tuple[int, ...]:
+def _stations(pairs: ContactTable, weight: np.ndarray) -> tuple[int, ...]:
     return tuple(np.unique(pairs.station[weight > 0]).tolist())

@@ -39,7 +39,7 @@ class StuckAssembly:
     another one than that of nodal dofs where the pairs do not act on these.
     """
 
-    def __init__(self, model: ReducedModel, motion: Callable | None = None):
+    def __init__(self, model: ReducedModel, motion: Callable | None = None) -> None:
         self.model, self.motion = model, motion or nodal_motion
         try:
             self.L = np.linalg.cholesky(model.M)

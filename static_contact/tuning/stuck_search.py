@@ -27,7 +27,7 @@ class StuckSearch:
         follow: np.ndarray,
         springs: Callable | None = None,
         conserve: Callable | None = None,
-    ):
+    ) -> None:
         self.pairs, self.closed, self._springs, self._conserve = pairs, closed, springs, conserve
         if not closed.any():
             raise InputError("no contact pair is closed at rest: nothing sticks")
@@ -67,11 +67,11 @@ class StuckSearch:
         kept = self.pairs.replace(weight=weight)
         return self._conserve(kept) if self._conserve else kept
 
-    def _about(self, lam):
+    def _about(self, lam: float) -> Assembled | Shifted:
         place = round(np.log(max(lam, 1.0)) / SETTINGS.apart)
         if place not in self._shifts:
             self._shifts[place] = self._mode.near(np.exp(place * SETTINGS.apart))
         return self._shifts[place]
 
-    def _stuck(self, pairs):
+    def _stuck(self, pairs: ContactTable) -> ContactTable:
         return pairs.replace(weight=np.where(self.closed, pairs.weight, 0.0))
