@@ -42,7 +42,7 @@ class FreeModes:
         return [*repeated_warnings(self.hz, "free", self.pair), *self._unnamed]
 
     @property
-    def _unnamed(self):
+    def _unnamed(self) -> list[str]:
         if self.named:
             return []
         a, b = self.pair
@@ -94,7 +94,7 @@ def named_modes(blades: ReducedModel, one: np.ndarray, two: np.ndarray) -> FreeM
     )
 
 
-def _most(hz, shapes, row) -> tuple[int, np.ndarray]:
+def _most(hz: np.ndarray, shapes: np.ndarray, row: np.ndarray) -> tuple[int, np.ndarray]:
     """(number, shape) of the mode that contributes most to the static compliance of a row (r,)."""
     shapes = turned(hz, shapes, row)
     k = first_largest((row @ shapes / hz) ** 2, REPEATED.alike)

@@ -1,5 +1,7 @@
 """Initial gaps of a study: no wider than the damper allows, and known along all of each side."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from tipdamp.bodies.surfaces import length_text
@@ -41,7 +43,7 @@ def check_gaps(study: Study, pairs: ContactTable, damper: np.ndarray) -> None:
     )
 
 
-def _refuse_wide(where, gap, size, shown):
+def _refuse_wide(where: str, gap: float, size: float, shown: Callable) -> None:
     if 0 < LARGEST * size < abs(gap):
         raise InputError(
             f"{where} = {shown(gap)}: larger than a tenth of the damper, which is {shown(size)} "

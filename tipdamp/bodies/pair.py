@@ -57,7 +57,7 @@ def matched(study: Study, meshes: dict[str, Mesh]) -> SurfaceContact:
     return SurfaceContact(pairs, met.points if met else {})
 
 
-def _check_apart(study, meshes, pairs):
+def _check_apart(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> None:
     """InputError where most pairs of a side of nodes lie within a side that meets as surfaces, and
     face its way."""
     for surface in dict.fromkeys(pairs.side[pairs.on_surface].tolist()):
@@ -80,7 +80,7 @@ def _check_apart(study, meshes, pairs):
                 )
 
 
-def _check_not_swapped(study, meshes):
+def _check_not_swapped(study: Study, meshes: dict[str, Mesh]) -> None:
     """InputError where the damper groups of two sides stand in each other's place."""
     tolerance = study.contact.tolerance
     for name in study.sides:
@@ -156,7 +156,7 @@ def own_pairs(study: Study) -> ContactTable:
     return pairs
 
 
-def _check_springs(where, pairs):
+def _check_springs(where: str, pairs: ContactTable) -> None:
     for column, k, bad, more in (
         (
             "kn",
@@ -173,7 +173,7 @@ def _check_springs(where, pairs):
             raise InputError(f"{where}, pair {i + 1}: {column} = {k[i]:g} must be finite{more}")
 
 
-def _check_stations(where, pairs, axis):
+def _check_stations(where: str, pairs: ContactTable, axis: np.ndarray) -> None:
     """Stations count from 0 along the axis without a gap, as detaching counts them."""
     numbers = np.unique(pairs.station)
     if numbers.tolist() != list(range(len(numbers))):
@@ -220,5 +220,5 @@ def check_positions(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) 
             )
 
 
-def _along(apart, normal):
+def _along(apart: np.ndarray, normal: np.ndarray) -> np.ndarray:
     return np.einsum("pd,pd->p", apart, normal)

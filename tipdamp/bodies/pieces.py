@@ -91,14 +91,14 @@ def check_loaded(study: Study, model: ReducedModel | SparseBodies) -> None:
             )
 
 
-def _touched(damper, pairs):
+def _touched(damper: Body, pairs: ContactTable) -> np.ndarray:
     """(d,) bool: dofs of the nodes of pairs, or that the contact points read."""
     numbers = pairs.damper_node[pairs.damper_body == DAMPER]
     motion = damper.motion_of(DAMPER, np.unique(numbers))
     return np.asarray((abs(motion)).sum(axis=0)).ravel() > 0
 
 
-def _remedy(lacks):
+def _remedy(lacks: Sequence[str]) -> str:
     ways = {
         "contact": "faces in the groups of [contact.NAME]",
         "load": "nodes of [damper] load_points",
@@ -106,7 +106,7 @@ def _remedy(lacks):
     return " and ".join(ways[what] for what in lacks)
 
 
-def _check_not_twice(study, mesh):
+def _check_not_twice(study: Study, mesh: Mesh) -> None:
     """InputError where every node of a piece lies on one of the same other piece."""
     label = mesh_parts(mesh)[1]
     size, both = np.bincount(label), coincident(mesh)

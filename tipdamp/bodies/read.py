@@ -76,7 +76,7 @@ def read_meshes(study: Study) -> dict[str, Mesh]:
     return with_picked(study, meshes)
 
 
-def _read(study):
+def _read(study: Study) -> dict[str, Mesh]:
     """Both meshes from their files, or from the one that holds both."""
     from tipdamp.readers.dispatch import read_mesh
 

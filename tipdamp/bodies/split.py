@@ -50,7 +50,7 @@ def cut(mesh: Mesh, members: dict[str, np.ndarray], source: str) -> Mesh:
     )
 
 
-def _filled(groups):
+def _filled(groups: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {name: found for name, found in groups.items() if len(found)}
 
 
@@ -105,7 +105,7 @@ def named_cells(mesh: Mesh, wanted: Wanted) -> dict[str, np.ndarray]:
     return found
 
 
-def _connected(mesh, damper):
+def _connected(mesh: Mesh, damper: Wanted) -> dict[str, np.ndarray]:
     """Cells of the pieces that hold nodes of the damper's group."""
     count, label = parts(mesh)
     pieces = np.unique(label[mesh.index(mesh.group(damper.holds))])

@@ -61,7 +61,7 @@ def with_values(
     return pairs.replace(kn=kn, kt=kt, gap=gap, mu=np.full(len(pairs), study.contact.mu))
 
 
-def _in_place_of_table(study, pairs):
+def _in_place_of_table(study: Study, pairs: ContactTable) -> ContactTable:
     """The table with what the study gives in the place of its values."""
     for name, side in study.sides.items():
         mine = pairs.side == name
@@ -128,7 +128,7 @@ def side_stiffness(
     return found
 
 
-def _per_node(study, name, mine) -> tuple[float, float]:
+def _per_node(study: Study, name: str, mine: ContactTable) -> tuple[float, float]:
     """kn, kt of a side as a mean over its nodes, given per node, per area or in total."""
     side = study.sides[name]
     if side.kn is not None and side.kt is not None:
@@ -139,7 +139,7 @@ def _per_node(study, name, mine) -> tuple[float, float]:
     return side.kn_per_area * area, side.kt_per_area * area
 
 
-def _tributary(study, name, mine, need_area=False) -> np.ndarray:
+def _tributary(study: Study, name: str, mine: ContactTable, need_area: bool = False) -> np.ndarray:
     """(n,) m2, or m where the pairs of the side form a line and no area is needed."""
     if mine.on_surface.all():
         return mine.area
@@ -253,7 +253,13 @@ def facts(
     return found
 
 
-def _ways(study, name, one, moduli, fitted) -> Iterator[StiffnessWay]:
+def _ways(
+    study: Study,
+    name: str,
+    one: NodalStiffness,
+    moduli: Moduli | None,
+    fitted: float,
+) -> Iterator[StiffnessWay]:
     """The way in use, the smooth bodies that it starts from where their sizes are known, and the
     reference."""
     side, contact, before = study.sides[name], study.contact, []

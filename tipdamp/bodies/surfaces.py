@@ -3,7 +3,7 @@ contact points."""
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -151,7 +151,12 @@ def length_text(unit: float) -> Callable[[float], str]:
     return lambda metres: f"{metres / unit:.3g} {name}"
 
 
-def _in_study(study, work, *args, **named):
+def _in_study(
+    study: Study,
+    work: Callable,
+    *args: Any,
+    **named: Any,
+) -> Any:
     try:
         return work(*args, **named)
     except InputError as error:

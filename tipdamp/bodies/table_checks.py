@@ -62,7 +62,7 @@ def unknown_places(model: ReducedModel, pairs: ContactTable) -> list[str]:
     ]
 
 
-def _check_normals(where, pairs):
+def _check_normals(where: str, pairs: ContactTable) -> None:
     against = opposed_normals(pairs)
     if against:
         raise InputError(f"{where}, {against}")

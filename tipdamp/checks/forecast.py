@@ -196,7 +196,7 @@ def forecast(
     return costs
 
 
-def _of_curves(size, model, machine, settings):
+def _of_curves(size: Size, model: Cost, machine: Machine, settings: ForecastSettings) -> Cost:
     """The cost of the response beside that of the model alone. An interface reduction makes the
     model small, not the contact: every kept pair is in it and can slip."""
     kept = max(int(size.kept * size.pairs), 1)
@@ -212,7 +212,9 @@ def _of_curves(size, model, machine, settings):
     return Cost(some, few, worst, all_of_them)
 
 
-def _of_meshes(size, costs, machine, settings):
+def _of_meshes(
+    size: Size, costs: dict[str, Cost], machine: Machine, settings: ForecastSettings
+) -> dict[str, Cost]:
     """The costs of preload and tune with what they do on all dofs."""
     dofs = [dofs for dofs, _, _ in size.bodies.values()]
     factors, together = (
@@ -234,7 +236,7 @@ def _of_meshes(size, costs, machine, settings):
     return found
 
 
-def _curve(pairs, H, slip, machine, settings):
+def _curve(pairs: int, H: int, slip: int, machine: Machine, settings: ForecastSettings) -> float:
     """s of one curve, one way, on which so many of the pairs slip: factors of their Jacobian, and
     the forces."""
     unknowns = 3 * (2 * H + 1) * slip

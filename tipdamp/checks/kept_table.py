@@ -1,5 +1,7 @@
 """A user's own table of kept pairs: read, never written to."""
 
+from pathlib import Path
+
 import numpy as np
 
 from tipdamp.hbm.contact import ContactTable
@@ -42,7 +44,7 @@ def read(study: Study, pairs: ContactTable) -> ContactTable:
     return pairs.replace(**columns)
 
 
-def _check_geometry(path, own, pairs):
+def _check_geometry(path: Path, own: ContactTable, pairs: ContactTable) -> None:
     """InputError where columns that are not taken were changed: the change would count for
     nothing."""
     size = float(np.ptp(pairs.position, axis=0).max(initial=0.0))
@@ -70,5 +72,5 @@ def _check_geometry(path, own, pairs):
             )
 
 
-def _keys(pairs):
+def _keys(pairs: ContactTable) -> list[tuple]:
     return list(zip(*(vars(pairs)[name].tolist() for name in IDENTITY), strict=True))

@@ -52,7 +52,7 @@ def remedy(motions: Iterable[str], section: str = "damper") -> str:
     return f"[{section}] hold = " + (tables[0] if len(tables) == 1 else f"[{', '.join(tables)}]")
 
 
-def _value(name):
+def _value(name: str) -> str:
     """A motion as the key has it: "y", "about x" or a direction [x, y, z]."""
     short = name.removeprefix("slide along ").removeprefix("roll ")
     return f"[{short.strip('()')}]" if short.startswith("(") else f'"{short}"'

@@ -162,7 +162,7 @@ def side_checks(
     return found
 
 
-def _total(kn):
+def _total(kn: np.ndarray) -> float | None:
     """None where it is not known yet, or hard."""
     return float(kn.sum()) if np.isfinite(kn).all() and kn.any() else None
 

@@ -6,7 +6,7 @@ and stiffness of the study is judged anew each time (`expectations`), so that ch
 `inspect` up to date.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -21,10 +21,10 @@ from tipdamp.hbm.contact_doubts import LIMITS
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.mesh_checks import parts
-from tipdamp.results.static_results import InspectResult
+from tipdamp.results.static_results import InspectResult, SideCheck
 from tipdamp.static_contact.stiffness.side_stiffness import side_stiffness
 from tipdamp.static_contact.surfaces.pairing import offsets
-from tipdamp.study.schema import SideSection
+from tipdamp.study.schema import MaterialSection, OtherMaterial, SideSection
 from tipdamp.study.view import Study
 
 # largest size (m) and mass (kg) of what is sold as blades and as dampers, and a margin
@@ -65,7 +65,7 @@ def friction_warnings(study: Study) -> Iterator[str]:
         yield f"[contact] mu = {mu:g} is above {LIMITS.mu:g}: is it mu, or in percent?"
 
 
-def _locking(name, mesh):
+def _locking(name: str, mesh: Mesh) -> Iterator[str]:
     total = sum(map(len, mesh.cells.values()))
     for kind, percent in LOCKING.items():
         if kind in mesh.cells:
@@ -77,7 +77,7 @@ def _locking(name, mesh):
             )
 
 
-def _loose_pieces(study, name, mesh):
+def _loose_pieces(study: Study, name: str, mesh: Mesh) -> Iterator[str]:
     """Pieces without contact: two blades that stand apart, each with a side of the damper, are
     none; and a damper of several."""
     pieces, label = parts(mesh)
@@ -107,7 +107,7 @@ def _loose_pieces(study, name, mesh):
             yield f"{name}: {merged}"
 
 
-def _labels(mesh, label, groups):
+def _labels(mesh: Mesh, label: np.ndarray, groups: Sequence[str]) -> set[int]:
     """Pieces that groups of the mesh have nodes of."""
     return {
         int(i)
@@ -117,8 +117,9 @@ def _labels(mesh, label, groups):
     }
 
 
-def _wave_speed(study):
-    for name, m in {"": study.material, **study.materials}.items():
+def _wave_speed(study: Study) -> Iterator[str]:
+    stated: dict[str, MaterialSection | OtherMaterial] = {"": study.material, **study.materials}
+    for name, m in stated.items():
         speed = np.sqrt(m.E / m.density)
         low, high = m.wave_speed
         if not low <= speed <= high:
@@ -129,7 +130,7 @@ def _wave_speed(study):
             )
 
 
-def _size(study, name, mesh):
+def _size(study: Study, name: str, mesh: Mesh) -> list[str]:
     size = np.ptp(mesh.position, axis=0).max()
     low, high = SIZE[name]
     if low <= size <= high:
@@ -142,7 +143,7 @@ def _size(study, name, mesh):
     ]
 
 
-def _mass(name, mass):
+def _mass(name: str, mass: float) -> list[str]:
     low, high = MASS[name]
     if low <= mass <= high:
         return []
@@ -165,7 +166,7 @@ def first_frequency(study: Study, mesh: Mesh) -> tuple[float, float]:
     return 0.05 * speed * edge / size**2, speed / (2 * size)
 
 
-def _frequency(study, inspected):
+def _frequency(study: Study, inspected: InspectResult) -> Iterator[str]:
     bounds = inspected.bodies[BLADES].first_hz
     if bounds is None or "respond" not in study:
         return
@@ -178,7 +179,7 @@ def _frequency(study, inspected):
         )
 
 
-def _stiffness(study, inspected):
+def _stiffness(study: Study, inspected: InspectResult) -> Iterator[str]:
     """Given kn beyond what two smooth half-spaces of the side's size and materials have, real
     contacts are softer; or hundreds of times below it."""
     pull = float(np.linalg.norm(pull_vector(study)))
@@ -221,7 +222,7 @@ def _stiffness(study, inspected):
             )
 
 
-def _given_total(side, found):
+def _given_total(side: SideSection, found: SideCheck) -> tuple[float, str, str]:
     """N/m of the whole side, 0 where a model gives it, how it is stated, and what may be meant."""
     if not side.given:
         total = found.kn_N_per_m or 0.0
@@ -240,6 +241,7 @@ def _given_total(side, found):
             f"kn_total that of the side, {IN_UNITS}",
         )
     area = found.area_m2 or found.length_m * (side.width or found.across_m)
+    assert side.kn_per_area is not None, "a side without a given stiffness"
     total = side.kn_per_area * area
     return (
         total,
@@ -277,7 +279,7 @@ def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]
             )
 
 
-def _left_alone(study, pairs, meshes):
+def _left_alone(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]) -> Iterator[str]:
     """Nodes of a face that lie where another one has the partner already, as those of unmerged
     nodes do."""
     for name in pairs.sides:
@@ -296,7 +298,7 @@ def _left_alone(study, pairs, meshes):
                 )
 
 
-def _gap_warnings(study, points):
+def _gap_warnings(study: Study, points: ContactTable) -> Iterator[str]:
     """Surfaces that lie apart, as those of a round side do beside its line of contact."""
     for name in points.sides:
         mine = np.flatnonzero(points.side == name)
@@ -315,7 +317,7 @@ def _gap_warnings(study, points):
             )
 
 
-def _cover_warnings(study, pairs, areas):
+def _cover_warnings(study: Study, pairs: ContactTable, areas: dict[str, float]) -> Iterator[str]:
     """Sides of which a part lies opposite to no blade face; areas {side: m2} of the damper's
     faces."""
     for name, whole in areas.items():

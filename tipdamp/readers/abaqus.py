@@ -2,7 +2,9 @@
 parts, includes."""
 
 import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +13,8 @@ from tipdamp.readers.abaqus_sets import SOLID, AbaqusFile, Scope, collect
 from tipdamp.readers.content import FULL_INTEGRATION, Content, Reader, decode, numbers, span, whole
 
 # shells, membranes and plane elements: no cells of ours, but pre-processors mark surfaces with them
+# reads the data lines of a keyword with its options; at last where they stand
+_Read = Callable[[AbaqusFile, dict[str, str], Sequence[str], str], None]
 _SHEET = re.compile(r"(?:CPS|CPE|CAX|S|M3D|SFM3D|R3D|DS|STRI)([34689])[A-Z]*")
 _LINE = re.compile(r"T[23]D([23])[A-Z]*")  # trusses: gmsh writes physical curves with them
 # keywords that make nodes or elements, or move them: a mesh read without them would be another one
@@ -52,7 +56,7 @@ def read(path: Path, data: bytes) -> Content:
 # ---- lines and keywords --------------------------------------------------------------------------
 
 
-def _lines(f, data, path):
+def _lines(f: AbaqusFile, data: bytes, path: Path) -> list[tuple[int, str]]:
     text = decode(data, f.content)
     if not text.endswith(("\n", "\r")) and not text.rstrip().rpartition("\n")[2].startswith("*"):
         raise InputError(
@@ -66,7 +70,7 @@ def _lines(f, data, path):
     ]
 
 
-def _blocks(f, lines):
+def _blocks(f: AbaqusFile, lines: Sequence[tuple[int, str]]) -> None:
     """Each keyword with its data lines, in the order of the file."""
     place = 0
     while place < len(lines):
@@ -84,7 +88,7 @@ def _blocks(f, lines):
         _block(f, keyword, options, [line for _, line in lines[first:place]], where)
 
 
-def _keyword(head):
+def _keyword(head: str) -> tuple[str, dict[str, str]]:
     """('NODE', {'NSET': 'all'}) of '*NODE, NSET=all'."""
     words = re.findall(r'(?:"[^"]*"|[^,])+', head[1:]) or [""]
     options = {}
@@ -94,7 +98,9 @@ def _keyword(head):
     return " ".join(words[0].upper().split()), options
 
 
-def _block(f, keyword, options, data, where):
+def _block(
+    f: AbaqusFile, keyword: str, options: dict[str, str], data: Sequence[str], where: str
+) -> None:
     if keyword in _REFUSED:
         raise InputError(
             f"{where} is not read, and the mesh is not the same without it; write all nodes and "
@@ -112,7 +118,8 @@ def _block(f, keyword, options, data, where):
     ):
         included = _included(f, options.get("INPUT", ""), where)
         if keyword == "INCLUDE":
-            return _blocks(f, included)
+            _blocks(f, included)
+            return
         data = [*data, *(line for _, line in included)]
     read = _READ.get(keyword)
     if read:
@@ -131,18 +138,18 @@ def _block(f, keyword, options, data, where):
         f.scope = f.model
 
 
-def _included(f, name, where):
+def _included(f: AbaqusFile, name: str, where: str) -> list[tuple[int, str]]:
     path = f.content.included(f.path.parent, name, where)
     return _lines(f, path.read_bytes(), path)
 
 
-def _name(options, key, where):
+def _name(options: dict[str, str], key: str, where: str) -> str:
     if not options.get(key):
         raise InputError(f"{where} without {key}=")
     return options[key]
 
 
-def _nodes(f, options, data, where):
+def _nodes(f: AbaqusFile, options: dict, data: Sequence[str], where: str) -> None:
     if f.open and f.open[-1] == "ASSEMBLY":
         f.content.unused.append(f"{len(data)} reference points of the assembly")
         return
@@ -160,7 +167,7 @@ def _nodes(f, options, data, where):
         f.scope.add("NSET", options["NSET"], number)
 
 
-def _node(line, where):
+def _node(line: str, where: str) -> np.ndarray:
     """Number and coordinates of one line; direction cosines behind them are not ours, blanks are
     zeros."""
     words = [w.strip() for w in line.split(",")]
@@ -172,7 +179,7 @@ def _node(line, where):
     return found
 
 
-def _elements(f, options, data, where):
+def _elements(f: AbaqusFile, options: dict[str, str], data: Sequence[str], where: str) -> None:
     kind = _name(options, "TYPE", where).upper()
     solid = re.fullmatch(r"C3D(\d+)([A-Z]*)", kind)
     flat, line = _SHEET.fullmatch(kind), _LINE.fullmatch(kind)
@@ -202,8 +209,8 @@ def _elements(f, options, data, where):
         f.scope.add("ELSET", options["ELSET"], rows[:, 0])
 
 
-def _set(kind):
-    def read(f, options, data, where):
+def _set(kind: str) -> _Read:
+    def read(f: AbaqusFile, options: dict[str, str], data: Sequence[str], where: str) -> None:
         name = _name(options, kind, where)
         outside = f.open and f.open[-1] == "ASSEMBLY" and "INSTANCE" not in options
         if outside and re.match(r"\s*\d+\s*(,|$)", "".join(data[:1])):
@@ -226,7 +233,7 @@ def _set(kind):
     return read
 
 
-def _generated(line, where, known):
+def _generated(line: str, where: str, known: np.ndarray) -> np.ndarray:
     limits = whole(numbers(line, where), where)
     if len(limits) not in (2, 3) or (len(limits) == 3 and limits[2] < 1):
         raise InputError(f"{where}: '{shown(line)}' must be first, last and step")
@@ -234,7 +241,7 @@ def _generated(line, where, known):
     return span(first, last, step, known, where)
 
 
-def _surface(f, options, data, where):
+def _surface(f: AbaqusFile, options: dict[str, str], data: Sequence[str], where: str) -> None:
     name, kind = _name(options, "NAME", where), options.get("TYPE", "ELEMENT").upper()
     if kind not in ("ELEMENT", "NODE"):
         f.content.unused.append(f"surface '{shown(name)}' of type {shown(kind)}")
@@ -257,11 +264,11 @@ def _surface(f, options, data, where):
         )
 
 
-def _part(f, options, data, where):
+def _part(f: AbaqusFile, options: dict[str, str], data: Sequence[str], where: str) -> None:
     f.scope = f.parts.setdefault(_name(options, "NAME", where).upper(), Scope())
 
 
-def _instance(f, options, data, where):
+def _instance(f: AbaqusFile, options: dict[str, str], data: Sequence[str], where: str) -> None:
     """The part's nodes, moved to their place, with its sets; what follows up to *END INSTANCE adds
     to it."""
     part = f.parts.get(_name(options, "PART", where).upper())
@@ -279,14 +286,14 @@ def _instance(f, options, data, where):
     f.model.elements += part.elements
     instance = options.get("NAME") or options["PART"]
     for key, items in part.sets.items():
-        own, name = [_within(part, instance, item) for item in items], part.names[key]
-        f.model.add(key[0], name, *own)
-        f.model.add(key[0], f"{instance}.{name}", *own)
+        mine, name = [_within(part, instance, item) for item in items], part.names[key]
+        f.model.add(key[0], name, *mine)
+        f.model.add(key[0], f"{instance}.{name}", *mine)
         f.qualified[key[0], f"{instance}.{name}".upper()] = key
         f.owners.setdefault(key, []).append(instance)
 
 
-def _within(part, instance, item):
+def _within(part: Scope, instance: str, item: Any) -> Any:
     """An item of a part's set in the model: sets of the part that it names are those of this
     instance."""
     if not isinstance(item, tuple):
@@ -297,7 +304,7 @@ def _within(part, instance, item):
     return (kind, f"{instance}.{name}") if (kind, name.upper()) in part.sets else item
 
 
-def _owned_by_assembly(f, kind, name):
+def _owned_by_assembly(f: AbaqusFile, kind: str, name: str) -> None:
     owners = (
         f.owners.setdefault((kind, name.upper()), [])
         if f.open and f.open[-1] == "ASSEMBLY"
@@ -307,7 +314,7 @@ def _owned_by_assembly(f, kind, name):
         owners.append("the assembly")
 
 
-def _moved(xyz, data, where):
+def _moved(xyz: np.ndarray, data: Sequence[str], where: str) -> np.ndarray:
     """Translation of the first line, then rotation about the axis of the second (two points,
     degrees)."""
     if data:
@@ -321,7 +328,7 @@ def _moved(xyz, data, where):
     return xyz
 
 
-_READ = {
+_READ: dict[str, _Read] = {
     "NODE": _nodes,
     "ELEMENT": _elements,
     "NSET": _set("NSET"),

@@ -74,7 +74,7 @@ class AbaqusFile:
     # instances, and "the assembly", that define a set
     owners: dict[Key, list[str]] = field(default_factory=dict)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         self.scope = self.model
 
 
@@ -108,7 +108,7 @@ def collect(f: AbaqusFile) -> None:
             taken.add(key[1])
 
 
-def _warn_of_shared(f, shared):
+def _warn_of_shared(f: AbaqusFile, shared: set) -> None:
     """A name that several instances carry is one group of all their members, and a group of each
     instance beside it."""
     # Abaqus' own names begin with _
@@ -123,7 +123,7 @@ def _warn_of_shared(f, shared):
         )
 
 
-def _nodes_of(f, key, dimension):
+def _nodes_of(f: AbaqusFile, key: tuple[str, str], dimension: int) -> tuple[np.ndarray, int]:
     members = _members(f, *key)
     if key[0] == "NSET":
         return members, 0
@@ -152,14 +152,16 @@ def _nodes_of(f, key, dimension):
     return np.concatenate(nodes), 2 if "FACE" in kinds else 0
 
 
-def _key(f, reference):
+def _key(f: AbaqusFile, reference: tuple[str, str]) -> tuple[str, str]:
     """Of a set that is named: 'Set', or 'Part-1-1.Set' of one instance, which may also stand in the
     assembly."""
     kind, name = reference[0], reference[1].upper()
     return (kind, name) if (kind, name) in f.model.sets else (kind, name.rpartition(".")[2])
 
 
-def _members(f, kind, name, within=()):
+def _members(
+    f: AbaqusFile, kind: str, name: str, within: tuple[tuple[str, str], ...] = ()
+) -> np.ndarray:
     """Numbers of a set, with the sets that it names resolved."""
     key = kind, name.upper()
     if kind == "SURFACE":
@@ -186,12 +188,12 @@ def _members(f, kind, name, within=()):
     return np.unique(np.concatenate(found))
 
 
-def _element_nodes(f, members):
+def _element_nodes(f: AbaqusFile, members: np.ndarray) -> np.ndarray:
     found = [nodes[np.isin(n, members)].ravel() for _, n, nodes in f.model.elements]
     return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
 
 
-def _faces(f, members, label, surface):
+def _faces(f: AbaqusFile, members: np.ndarray, label: str, surface: str) -> list[np.ndarray]:
     """Nodes (f, k), middle ones included, of face S1, S2, ... of the elements, block by block."""
     out = []
     for per, n, nodes in [e for e in f.model.elements if e[0] > 0]:

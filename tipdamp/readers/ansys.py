@@ -6,6 +6,7 @@ such.
 """
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +63,9 @@ def read(path: Path, data: bytes) -> Content:
     return content
 
 
-def _blocks(path, lines, content) -> tuple[list[tuple], dict[int, int], dict[str, int]]:
+def _blocks(
+    path: Path, lines: Sequence[str], content: Content
+) -> tuple[list[tuple], dict[int, int], dict[str, int]]:
     """(number, type, material, nodes) of the elements, {type: routine}, {command that is not read:
     count}."""
     routines: dict[int, int] = {}
@@ -96,14 +99,14 @@ def _blocks(path, lines, content) -> tuple[list[tuple], dict[int, int], dict[str
     return elements, routines, skipped
 
 
-def _whole(text, path, line):
+def _whole(text: str, path: Path, line: int) -> int:
     try:
         return int(text)
     except ValueError:
         raise InputError(f"{path}, line {line}: '{shown(text)}' must be a whole number") from None
 
 
-def _format(path, lines, place, what):
+def _format(path: Path, lines: Sequence[str], place: int, what: str) -> tuple[int, int, int]:
     """Widths of the Fortran format line, such as (3i9,6e21.13e3): [(count, width)] of integers,
     then of reals."""
     line = lines[place].strip() if place < len(lines) else ""
@@ -114,11 +117,11 @@ def _format(path, lines, place, what):
     return int(whole[1] or 1), int(whole[2]), (int(real[2]) if real else 0)
 
 
-def _fields(line, width):
+def _fields(line: str, width: int) -> list[str]:
     return [line[i : i + width] for i in range(0, len(line.rstrip()), width)]
 
 
-def _integers(path, number, line, width):
+def _integers(path: Path, number: int, line: str, width: int) -> list[int]:
     try:
         return [int(w) for w in _fields(line, width) if w.strip()]
     except ValueError:
@@ -128,7 +131,7 @@ def _integers(path, number, line, width):
         ) from None
 
 
-def _counted(path, number, words, column):
+def _counted(path: Path, number: int, words: Sequence[str], column: int) -> int | None:
     """The count that a block's head states, or None."""
     text = words[column].split("!")[0].strip() if len(words) > column else ""
     count = _whole(text, path, number) if text else None
@@ -139,7 +142,7 @@ def _counted(path, number, words, column):
     return count
 
 
-def _etblock(path, lines, place, routines):
+def _etblock(path: Path, lines: Sequence[str], place: int, routines: dict[int, int]) -> int:
     """Number and routine of each element type; key options behind them are not read. The first two
     stand apart in Ansys' columns, and mapdl-archive puts blanks between where its format line says
     columns."""
@@ -158,7 +161,9 @@ def _etblock(path, lines, place, routines):
     return place + 1
 
 
-def _nblock(path, lines, place, words, content):
+def _nblock(
+    path: Path, lines: Sequence[str], place: int, words: Sequence[str], content: Content
+) -> int:
     count = _counted(path, place, words, 4)
     per, width, real = _format(path, lines, place, "NBLOCK")
     found, xyz, place = [], [], place + 1
@@ -193,7 +198,7 @@ def _nblock(path, lines, place, words, content):
     return place + 1
 
 
-def _closed(path, lines, place, what, pattern):
+def _closed(path: Path, lines: Sequence[str], place: int, what: str, pattern: str) -> None:
     if place >= len(lines) or not re.match(pattern, lines[place]):
         where = (
             f"before '{shown(lines[place].strip())}'"
@@ -203,7 +208,9 @@ def _closed(path, lines, place, what, pattern):
         raise InputError(f"{path}, line {place + 1}: {what} is cut off: it is not closed {where}")
 
 
-def _eblock(path, lines, place, words, elements):
+def _eblock(
+    path: Path, lines: Sequence[str], place: int, words: Sequence[str], elements: list
+) -> int:
     """(element, type, material, nodes) of each element of a solid block; other blocks hold contact
     elements."""
     solid = len(words) > 2 and words[2].upper() == "SOLID"
@@ -246,7 +253,14 @@ def _eblock(path, lines, place, words, elements):
     return place + 1
 
 
-def _cmblock(path, lines, place, words, content, elements):
+def _cmblock(
+    path: Path,
+    lines: Sequence[str],
+    place: int,
+    words: Sequence[str],
+    content: Content,
+    elements: Sequence[int],
+) -> int:
     """A component: numbers, where a negative one ends a range that the number before it began."""
     if len(words) < 3:
         raise InputError(f"{path}, line {place}: '{shown(','.join(words))}' is cut off")
@@ -281,7 +295,12 @@ def _cmblock(path, lines, place, words, content, elements):
     return place
 
 
-def _elements(path, content, elements, routines):
+def _elements(
+    path: Path,
+    content: Content,
+    elements: Sequence[tuple[int, int, int, tuple[int, ...]]],
+    routines: dict[int, int],
+) -> None:
     """Sort the elements by what they are and add them as blocks of cells."""
     found: dict[Any, Any] = {}
     other: dict[Any, Any] = {}
@@ -297,15 +316,15 @@ def _elements(path, content, elements, routines):
         else:
             other[routine] = other.get(routine, 0) + 1
     for (name, columns), rows in found.items():
-        nodes = np.array([n for _, n in rows])[:, list(columns)]
-        if (nodes == 0).any():
+        table = np.array([n for _, n in rows])[:, list(columns)]
+        if (table == 0).any():
             lost = [number for number, n in rows if 0 in n]
             raise InputError(
                 f"{path}: elements {some(lost)} lack middle nodes; keep them (EMID) or make the "
                 "elements linear"
             )
         order = CELLS[name].columns(_ORDER[name]) if name in _ORDER else None
-        content.add_cells(name, [number for number, _ in rows], nodes, order)
+        content.add_cells(name, [number for number, _ in rows], table, order)
     if without:
         content.warnings.append(
             f"{without} elements of quadratic types have no middle nodes: assembled as linear ones"
@@ -316,7 +335,9 @@ def _elements(path, content, elements, routines):
         )
 
 
-def _shape(path, number, routine, nodes):
+def _shape(
+    path: Path, number: int, routine: int, nodes: tuple[int, ...]
+) -> tuple[str, Sequence[int]]:
     """Our cell type and the columns of its nodes; repeated corners make a brick a wedge, a
     tetrahedron or a pyramid."""
     per = BRICKS.get(routine) or TETRAHEDRA[routine]
@@ -341,7 +362,9 @@ def _shape(path, number, routine, nodes):
     return ("hexahedron20" if quadratic else "hexahedron"), range(len(nodes))
 
 
-def _components(content, elements):
+def _components(
+    content: Content, elements: Sequence[tuple[int, int, int, tuple[int, ...]]]
+) -> None:
     """Element components also name the nodes of their elements; of surface elements alone, their
     faces."""
     nodes = {number: own for number, _, _, own in elements}

@@ -1,9 +1,10 @@
 """Columns of numbers from text (CSV) and MATLAB files, by their meaning."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -148,7 +149,9 @@ def from_matlab(path: Path, columns: Sequence[str]) -> list[Columns]:
     ]
 
 
-def _variable(path, content, name, may_be_complex):
+def _variable(
+    path: Path, content: Mapping[str, Any], name: str, may_be_complex: bool
+) -> np.ndarray:
     names = [key for key in content if not key.startswith("__")]
     if name not in names:
         raise InputError(f"{path}: no variable '{name}'; {nearest(name, names)}")
@@ -164,7 +167,7 @@ def _begins_with_number(line: str) -> bool:
     return bool(re.match(rf"({NUMBER.pattern})\s*([;,\t ]|$)", line, re.IGNORECASE))
 
 
-def _position(path, name, i, header):
+def _position(path: Path, name: str, i: int, header: Sequence[str]) -> int:
     if not name:
         return i
     if name not in header:
@@ -181,7 +184,7 @@ def _position(path, name, i, header):
     return header.index(name)
 
 
-def _number(path, line, text):
+def _number(path: Path, line: int, text: str) -> float:
     if NUMBER.fullmatch(text):
         return float(text.lower().replace("d", "e"))
     if DECIMAL_COMMA.fullmatch(text):

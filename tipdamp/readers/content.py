@@ -1,7 +1,7 @@
 """What a mesh file says, in the file's own numbers, and how it becomes a Mesh. Each format's reader
 fills a Content."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -136,7 +136,7 @@ class Reader:
 def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mesh:
     """Renumbered from 0, without nodes that no solid cell uses, and checked."""
     number, position = _nodes(content, source)
-    blocks = {
+    blocks: dict[str, tuple[np.ndarray, ...]] = {
         k: tuple(np.concatenate(part) for part in zip(*b, strict=True))
         for k, b in content.cells.items()
     }
@@ -178,11 +178,11 @@ def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mes
     return checked(mesh)
 
 
-def _listed(unused):
+def _listed(unused: Sequence[str]) -> str:
     return f" (found: {'; '.join(unused[:6])})" if unused else ""
 
 
-def _nodes(content, source):
+def _nodes(content: Content, source: str) -> tuple[np.ndarray, np.ndarray]:
     if not sum(len(n) for n, _ in content.nodes):
         raise InputError(f"{source}: holds no nodes")
     number, position = (np.concatenate(part) for part in zip(*content.nodes, strict=True))
@@ -197,7 +197,7 @@ def _nodes(content, source):
     return number, position[first]
 
 
-def _distinct_elements(blocks, source):
+def _distinct_elements(blocks: dict[str, tuple[np.ndarray, ...]], source: str) -> None:
     numbers = np.concatenate([e for e, _ in blocks.values()])
     unique, count = np.unique(numbers, return_counts=True)
     if (count > 1).any():
@@ -207,7 +207,7 @@ def _distinct_elements(blocks, source):
         )
 
 
-def _lookup(number, nodes, elements, source):
+def _lookup(number: np.ndarray, nodes: np.ndarray, elements: np.ndarray, source: str) -> np.ndarray:
     place = np.minimum(np.searchsorted(number, nodes), len(number) - 1)
     absent = number[place] != nodes
     if absent.any():
@@ -219,7 +219,9 @@ def _lookup(number, nodes, elements, source):
     return place
 
 
-def _groups(content, number, used, unused):
+def _groups(
+    content: Content, number: np.ndarray, used: np.ndarray, unused: list[str]
+) -> tuple[dict[str, np.ndarray], dict[str, int]]:
     groups, dimension = {}, {}
     for name, found in content.groups.items():
         members = np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
@@ -236,7 +238,9 @@ def _groups(content, number, used, unused):
     return groups, dimension
 
 
-def _cell_groups(content, blocks):
+def _cell_groups(
+    content: Content, blocks: dict[str, tuple[np.ndarray, ...]]
+) -> dict[str, np.ndarray]:
     """Groups of solid cells; a group of shells or points alone is none."""
     solid = np.concatenate([e for e, _ in blocks.values()])
     found = {name: np.unique(np.concatenate(parts)) for name, parts in content.cell_groups.items()}
@@ -244,7 +248,7 @@ def _cell_groups(content, blocks):
     return {name: numbers for name, numbers in found.items() if len(numbers)}
 
 
-def _face_groups(content):
+def _face_groups(content: Content) -> dict[str, np.ndarray]:
     """Face sets of the groups that hold faces alone: a name that also means single nodes stays a
     group of nodes."""
     return {

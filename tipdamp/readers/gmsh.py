@@ -3,6 +3,7 @@ stays in all of them."""
 
 import re
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +68,7 @@ def read(path: Path, data: bytes) -> Content:
     return content
 
 
-def _sections(path, data, start, binary):
+def _sections(path: Path, data: bytes, start: int, binary: bool) -> dict[str, bytes]:
     """{name: bytes between $Name and $EndName}; every section must be closed."""
     found: dict[str, Any] = {}
     place = start
@@ -91,7 +92,7 @@ def _sections(path, data, start, binary):
     return found
 
 
-def _end(data, start, name):
+def _end(data: bytes, start: int, name: bytes) -> int:
     """Where $EndName stands at the start of a line (in binary: right after the data)."""
     tag = b"$End" + name
     end = data.find(tag, start)
@@ -100,17 +101,17 @@ def _end(data, start, name):
     return end
 
 
-def _names(path, sections, content):
+def _names(path: Path, sections: dict[str, bytes], content: Content) -> dict[tuple[int, int], str]:
     """{(dimension, tag): name}; names may hold anything but the end of their line's pattern."""
-    text = sections.get("PhysicalNames", b"")
+    given = sections.get("PhysicalNames", b"")
     try:
-        text = text.decode("utf-8")
+        text = given.decode("utf-8")
     except UnicodeDecodeError as error:
         content.warnings.append(
             f"a group's name is not UTF-8 (byte {error.start} of $PhysicalNames); "
             "names were read as Latin-1"
         )
-        text = text.decode("latin-1")
+        text = given.decode("latin-1")
     pattern = re.compile(
         r'^[ \t]*(\d+)[ \t]+(-?\d+)[ \t]+"(.*?)"[ \t]*\r?\n(?=[ \t]*\d+[ \t]+-?\d+[ \t]+"|\s*\Z)',
         re.DOTALL | re.MULTILINE,
@@ -121,11 +122,11 @@ def _names(path, sections, content):
 class _Stream:
     """The numbers of a section one after the other, text or binary alike."""
 
-    def __init__(self, path, section, data, binary):
+    def __init__(self, path: Path, section: str, data: bytes, binary: bool) -> None:
         self.where, self.binary, self.place = f"{path}: ${section}", binary, 0
-        self.data = data if binary else self._numbers(data)
+        self.data: Any = data if binary else self._numbers(data)
 
-    def _numbers(self, data):
+    def _numbers(self, data: bytes) -> np.ndarray:
         with warnings.catch_warnings():
             # text that is no number ends the reading with a warning only
             warnings.simplefilter("error")
@@ -136,7 +137,7 @@ class _Stream:
                     f"{self.where}: holds something that is not a number: cut off or damaged"
                 ) from None
 
-    def take(self, count, kind="<i4"):
+    def take(self, count: int, kind: str | np.dtype = "<i4") -> np.ndarray:
         """(count,) numbers of a binary kind."""
         count = int(count)
         if count < 0:
@@ -154,7 +155,7 @@ class _Stream:
             return np.frombuffer(part, kind)
         return part if kind == "<f8" else whole(part, self.where)
 
-    def line(self):
+    def line(self) -> int:
         """A count that stands in a line of its own, as text also in binary files of version 2."""
         if not self.binary:
             return int(self.take(1)[0])
@@ -167,17 +168,25 @@ class _Stream:
                 f"{self.where}: begins with '{shown(text[:20].decode('latin-1'))}', not a count"
             ) from None
 
-    def done(self):
+    def done(self) -> None:
         rest = len(self.data) - self.place
         if rest > (2 if self.binary else 0):
             raise InputError(f"{self.where}: holds more entries than it says: damaged")
 
 
-def _group_name(names, dimension, tag):
+def _group_name(names: dict[tuple[int, int], str], dimension: int, tag: int) -> str:
     return names.get((dimension, tag)) or f"{_DEFAULT[dimension]}_{tag}"
 
 
-def _add(content, path, kind, numbers, nodes, group_names, new=slice(None)):
+def _add(
+    content: Content,
+    path: Path,
+    kind: int,
+    numbers: np.ndarray,
+    nodes: np.ndarray,
+    group_names: Sequence[str],
+    new: np.ndarray | slice = slice(None),
+) -> None:
     """Elements of one type that belong to the same groups; solid ones that are `new` are kept as
     cells."""
     name, dimension, _ = ELEMENTS[kind]
@@ -196,7 +205,7 @@ def _add(content, path, kind, numbers, nodes, group_names, new=slice(None)):
         content.add_cells(name, numbers[new], nodes[new])
 
 
-def _known(path, kind):
+def _known(path: Path, kind: int) -> tuple[str, int, int]:
     if kind not in ELEMENTS:
         raise InputError(
             f"{path}: elements of gmsh type {kind} are not read; of the solid ones: "
@@ -208,7 +217,13 @@ def _known(path, kind):
 # ---- version 4.1 ---------------------------------------------------------------------------------
 
 
-def _read_4(path, sections, binary, names, content):
+def _read_4(
+    path: Path,
+    sections: dict[str, bytes],
+    binary: bool,
+    names: dict[tuple[int, int], str],
+    content: Content,
+) -> None:
     physical = (
         _entities(_Stream(path, "Entities", sections["Entities"], binary))
         if "Entities" in sections
@@ -247,17 +262,17 @@ def _read_4(path, sections, binary, names, content):
     _all_there(s, seen, total)
 
 
-def _keys(entity, tags):
+def _keys(entity: tuple[int, int], tags: Sequence[int]) -> list[tuple[int, int]]:
     return [(entity[0], t) for t in tags]
 
 
-def _count(stream, value):
+def _count(stream: _Stream, value: int) -> int:
     if not 0 <= int(value) < 1e9:
         raise InputError(f"{stream.where}: says that it holds {int(value)} blocks; damaged")
     return int(value)
 
 
-def _all_there(stream, seen, total):
+def _all_there(stream: _Stream, seen: int, total: int) -> None:
     stream.done()
     if seen != int(total):
         raise InputError(
@@ -265,7 +280,7 @@ def _all_there(stream, seen, total):
         )
 
 
-def _entities(s):
+def _entities(s: _Stream) -> dict[tuple[int, int], list[int]]:
     """{(dimension, entity): [physical tags]}."""
     counts = s.take(4, "<u8")
     found = {}
@@ -282,7 +297,13 @@ def _entities(s):
 # ---- version 2.2 ---------------------------------------------------------------------------------
 
 
-def _read_2(path, sections, binary, names, content):
+def _read_2(
+    path: Path,
+    sections: dict[str, bytes],
+    binary: bool,
+    names: dict[tuple[int, int], str],
+    content: Content,
+) -> None:
     for dimension, tag in names:
         content.add_group(_group_name(names, dimension, tag), [], dimension)
     s = _Stream(path, "Nodes", sections["Nodes"], binary)
@@ -298,14 +319,14 @@ def _read_2(path, sections, binary, names, content):
     count = s.line()
     if count < 0:
         raise InputError(f"{s.where}: says that it holds {count} elements")
-    blocks = (_binary_elements if binary else _text_elements)(path, s, count)
+    parts = (_binary_elements if binary else _text_elements)(path, s, count)
     s.done()
-    if names and blocks and not any(physical for _, physical in blocks):
+    if names and parts and not any(physical for _, physical in parts):
         raise InputError(
             f"{path}: names groups, but no element belongs to one: version 2.2 saved with 'save "
             "all' loses the groups; save as 4.1, or without 'save all'"
         )
-    blocks = {key: np.concatenate(rows) for key, rows in blocks.items()}
+    blocks = {key: np.concatenate(part) for key, part in parts.items()}
     # an element in two groups is written twice in this version, under two numbers
     first: dict[Any, Any] = {}
     for (kind, physical), rows in blocks.items():
@@ -315,7 +336,7 @@ def _read_2(path, sections, binary, names, content):
         _add(content, path, kind, kept, rows[:, 1:], groups, new)
 
 
-def _binary_elements(path, s, count):
+def _binary_elements(path: Path, s: _Stream, count: int) -> dict[tuple[int, int], list[np.ndarray]]:
     blocks: dict[Any, Any] = {}
     seen = 0
     while seen < count:
@@ -334,7 +355,7 @@ def _binary_elements(path, s, count):
     return blocks
 
 
-def _text_elements(path, s, count):
+def _text_elements(path: Path, s: _Stream, count: int) -> dict[tuple[int, int], list[np.ndarray]]:
     flat = s.take(len(s.data) - s.place).tolist()
     starts: dict[Any, Any] = {}
     place = 0

@@ -2,8 +2,9 @@
 and free fields."""
 
 import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tipdamp.hbm.errors import InputError, shown
 from tipdamp.modal.elements.cells import CELLS
@@ -17,6 +18,9 @@ from tipdamp.readers.content import (
     decode,
     span,
 )
+
+if TYPE_CHECKING:
+    import numpy as np
 
 # card -> {nodes: (our type, order of the nodes between corners)}
 SOLID = {
@@ -68,7 +72,9 @@ def read(path: Path, data: bytes) -> Content:
 # ---- cards and fields ----------------------------------------------------------------------------
 
 
-def _cards(path, text, names, content):
+def _cards(
+    path: Path, text: str, names: dict[int, str], content: Content
+) -> Iterator[tuple[str, list[str], str]]:
     """(name, fields behind it, where) of every card of the bulk data, continuations joined."""
     lines = _bulk(path, text)
     pending = None
@@ -95,13 +101,15 @@ def _cards(path, text, names, content):
         yield pending
 
 
-def _include(path, line, where, names, content):
+def _include(
+    path: Path, line: str, where: str, names: dict[int, str], content: Content
+) -> Iterator[tuple[str, list[str], str]]:
     target = line.split(None, 1)[1].strip().strip("'\"") if " " in line.strip() else ""
     found = content.included(path.parent, target, where)
     yield from _cards(found, decode(found.read_bytes()), names, content)
 
 
-def _bulk(path, text):
+def _bulk(path: Path, text: str) -> list[tuple[int, str]]:
     """Numbered lines of the bulk data: behind BEGIN BULK where there is one, up to ENDDATA."""
     lines = [
         (i, line.rstrip()) for i, line in enumerate(text.splitlines(), start=1) if line.strip()
@@ -123,7 +131,7 @@ def _bulk(path, text):
     return lines[: end[0]] if end else lines
 
 
-def _split(line):
+def _split(line: str) -> list[str]:
     """Fields of a line: the name, then the four or eight of data; the one for continuation marks is
     dropped."""
     line = line.split("$")[0].rstrip()
@@ -137,14 +145,14 @@ def _split(line):
     return [name] + [line[8 + width * k : 8 + width * (k + 1)].strip() for k in range(count)]
 
 
-def _comment(line, names):
+def _comment(line: str, names: dict[int, str]) -> None:
     """Names that HyperMesh writes as comments: $HMSET, set number, 1 for nodes, name in quotes."""
     found = re.match(r'\$HMSET\s+(\d+)\s+1\s+"([^"]+)"', line)
     if found:
         names[int(found[1])] = found[2]
 
 
-def _integer(fields, place, where, default=None):
+def _integer(fields: Sequence[str], place: int, where: str, default: int | None = None) -> int:
     text = fields[place] if place < len(fields) else ""
     if not text and default is not None or not text and place == 1:
         return default or 0
@@ -157,7 +165,7 @@ def _integer(fields, place, where, default=None):
         ) from None
 
 
-def _real(text, where):
+def _real(text: str, where: str) -> float:
     """Nastran's reals: 1.5, 1.5E3, 1.5D3, 1.5+3, -2.-4; blank is zero."""
     text = text.upper().replace("D", "E")
     text = re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", text) if "E" not in text else text
@@ -170,7 +178,7 @@ def _real(text, where):
 # ---- what the cards say --------------------------------------------------------------------------
 
 
-def _grid(content, cards):
+def _grid(content: Content, cards: Sequence[tuple[list[str], str]]) -> None:
     numbers, xyz = [], []
     for fields, where in cards:
         if _integer(fields, 1, where):
@@ -183,7 +191,7 @@ def _grid(content, cards):
     content.add_nodes(numbers, xyz)
 
 
-def _nodes(fields, where):
+def _nodes(fields: Sequence[str], where: str) -> list[int]:
     """Node numbers behind element and property number; blanks at the end do not count."""
     words = list(fields[2:])
     while words and not words[-1]:
@@ -191,7 +199,7 @@ def _nodes(fields, where):
     return [_integer(words, k, where, default=0) for k in range(len(words))]
 
 
-def _solids(content, path, cards):
+def _solids(content: Content, path: Path, cards: dict[str, list[tuple]]) -> None:
     groups: dict[str, Any] = {}
     cell_nodes: dict[str, Any] = {}
     for card, sizes in SOLID.items():
@@ -220,7 +228,7 @@ def _solids(content, path, cards):
         content.add_group(name, cell_nodes[name], 3)
 
 
-def _sheets(content, cards):
+def _sheets(content: Content, cards: dict[str, list[tuple]]) -> None:
     """Shells mark surfaces: their nodes, by property."""
     for card, count in SHEETS.items():
         found = cards.pop(card, [])
@@ -237,7 +245,7 @@ def _sheets(content, cards):
             )
 
 
-def _ranged(words, where, known):
+def _ranged(words: Sequence[str], where: str, known: "np.ndarray") -> list[int]:
     """1, 2, 5, THRU, 9 -> 1 2 5 6 7 8 9; known - numbers of the grid points."""
     out: list[int] = []
     k = 0
@@ -256,12 +264,14 @@ def _ranged(words, where, known):
     return out
 
 
-def _set1(content, fields, where, names, known):
+def _set1(
+    content: Content, fields: Sequence[str], where: str, names: dict[int, str], known: "np.ndarray"
+) -> None:
     number = _integer(fields, 0, where)
     content.add_group(names.get(number, f"set_{number}"), _ranged(fields[1:], where, known))
 
 
-def _spc1(content, fields, where, known):
+def _spc1(content: Content, fields: Sequence[str], where: str, known: "np.ndarray") -> None:
     """Only points held in all three directions: what a clamp of ours does."""
     number = _integer(fields, 0, where)
     if set("123") <= set(fields[1]):

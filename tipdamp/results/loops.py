@@ -21,7 +21,7 @@ class Loops(NamedTuple):
     pairs: tuple[str, ...]
 
 
-def load_loops(path) -> Loops:
+def load_loops(path: Path) -> Loops:
     """Read a file of the stage."""
     with open_npz(path, packed=True) as z:
         return Loops(

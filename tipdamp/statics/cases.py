@@ -4,9 +4,10 @@ with all their dofs.
 Both name their dofs, loads and contact points alike, so that a stage need not know which of them it
 works on."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,6 +28,10 @@ from tipdamp.static_contact.contact.preload import StaticContact
 from tipdamp.statics import whole_body
 from tipdamp.statics.model_inputs import held_motions
 from tipdamp.study.view import Study, every_key
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.hold.spring import HeldMotion
+    from tipdamp.static_contact.bodies.rigid_motions import RigidMotionSettings
 
 # of a stage that calls `static_bodies`, with what `reads` says: the meshes
 READS_FILES = (BLADES, DAMPER)
@@ -54,7 +59,13 @@ def factored_once(bodies: StaticBodies) -> StaticBodies:
     that are alike."""
     made: dict[tuple, tuple[Compliance, np.ndarray]] = {}
 
-    def compliance(model, pairs, kn, held, settings):
+    def compliance(
+        model: ReducedModel | SparseBodies,
+        pairs: ContactTable,
+        kn: np.ndarray,
+        held: Sequence[HeldMotion],
+        settings: RigidMotionSettings,
+    ) -> Compliance:
         key = ((kn > 0).tobytes(), *(one.stiffness for one in held))
         if key not in made:
             made.clear()
@@ -101,11 +112,11 @@ def static_bodies(study: Study, model: ReducedModel, reduction: ReductionFacts) 
     )
 
 
-def _full(study):
+def _full(study: Study) -> StaticBodies:
     meshes = read_meshes(study)
     bodies = with_loads(study, assemble_bodies(study, meshes, lambda *_: None), meshes)
 
-    def shapes(rest):
+    def shapes(rest: stresses.Rest) -> Iterator[tuple[str, Mesh, np.ndarray]]:
         start = 0
         for body in bodies:
             out = np.zeros((len(body.node), 3))

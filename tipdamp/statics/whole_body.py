@@ -204,14 +204,14 @@ class WholeBody:
         u[self.interior] += self._solve(f) - self.Phi @ (self.Phi.T @ f / self.omega[:, None] ** 2)
         return self._on_nodes(u)
 
-    def _solve(self, f):
+    def _solve(self, f: np.ndarray) -> np.ndarray:
         """K_II^-1 f of real or complex columns."""
         if not np.iscomplexobj(f):
             return self.factor.solve(f)
         real, imag = np.split(self.factor.solve(np.hstack([f.real, f.imag])), 2, axis=1)
         return real + 1j * imag
 
-    def _on_nodes(self, u):
+    def _on_nodes(self, u: np.ndarray) -> np.ndarray:
         """(n, 3, k) of motions (d, k) of the free dofs."""
         out = np.zeros((len(self.body.node), 3, u.shape[1]), dtype=u.dtype)
         out[self.body.dof_node, self.body.dof_direction] = u
@@ -239,7 +239,7 @@ class Stressed:
             half_range(motion),
         )
 
-    def _stress(self, u):
+    def _stress(self, u: np.ndarray) -> np.ndarray:
         return nodal_stress(self.mesh, self.material, u, self.others)
 
 
