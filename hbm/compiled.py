@@ -28,7 +28,7 @@ def njit(cache: bool = False, **options: Any) -> Callable:
     """As numba.njit(cache=..., ...), to be called; cache : whether the code is kept from run to
     run."""
 
-    def compiled(function):
+    def compiled(function: Callable) -> Callable:
         kernel = numba.njit(**options)(function)
         # a plain function where numba is switched off
         if cache and isinstance(kernel, CPUDispatcher):
@@ -41,12 +41,12 @@ def njit(cache: bool = False, **options: Any) -> Callable:
 class KernelCache(FunctionCache):
     """The kept code of one kernel; whatever goes wrong with its files, the kernel is compiled."""
 
-    def __init__(self, function):
+    def __init__(self, function: Callable) -> None:
         super().__init__(function)
         self.stamp = (self._impl.locator.get_source_stamp(), *_stamps_of_others(function))
         self._cache_file = KernelFiles(self._cache_path, self._impl.filename_base, self.stamp)
 
-    def load_overload(self, sig, target_context):
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The code for a signature, or None."""
         try:
             return super().load_overload(sig, target_context)
@@ -54,7 +54,7 @@ class KernelCache(FunctionCache):
             _tell_once("stored kernels cannot be loaded and are compiled anew", error)
             return None
 
-    def save_overload(self, sig, data):
+    def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the code for a signature, where the disk allows it."""
         try:
             super().save_overload(sig, data)
@@ -65,7 +65,7 @@ class KernelCache(FunctionCache):
 class KernelFiles(IndexDataCacheFile):
     """Index and code of one kernel, as numba names them, each behind its checksum."""
 
-    def load(self, key):
+    def load(self, key: tuple) -> Any:
         """The code of a key, or None; that of another key or source does not count, as two
         processes may have taken one name at the same time, or one ended between the index and the
         code."""
@@ -73,30 +73,30 @@ class KernelFiles(IndexDataCacheFile):
         of, data = (name and self._load_data(name)) or (None, None)
         return data if of == (self._source_stamp, key) else None
 
-    def save(self, key, data):
+    def save(self, key: tuple, data: Any) -> None:
         """Write the code of a key."""
         super().save(key, ((self._source_stamp, key), data))
 
-    def _load_index(self):
+    def _load_index(self) -> dict[tuple, str]:
         stamp, names = _read(self._index_path) or (None, {})
         return names if stamp == self._source_stamp else {}
 
-    def _save_index(self, overloads):
+    def _save_index(self, overloads: dict[tuple, str]) -> None:
         self._write(self._index_path, (self._source_stamp, overloads))
 
-    def _load_data(self, name):
+    def _load_data(self, name: str) -> Any:
         return _read(self._data_path(name))
 
-    def _save_data(self, name, data):
+    def _save_data(self, name: str, data: Any) -> None:
         self._write(self._data_path(name), data)
 
-    def _write(self, path, content):
+    def _write(self, path: str, content: Any) -> None:
         packed = self._dump(content)
         with self._open_for_write(path) as file:
             file.write(_checksum(packed) + packed)
 
 
-def announce(kernel):
+def announce(kernel: Callable) -> None:
     """Say that numba has to compile a kernel, where no compiled one is stored that is newer than
     its source, or of the same source; once a process.
 
@@ -117,25 +117,25 @@ def announce(kernel):
         )
 
 
-def _holds(path, mark):
+def _holds(path: Path, mark: bytes) -> bool:
     try:
         return mark in path.read_bytes()
     except OSError:  # of somebody else
         return False
 
 
-def _stamps_of_others(function):
+def _stamps_of_others(function: Callable) -> list:
     """Of the kernels of other files that are known by name in the file of a function."""
     kernels = (one for one in function.__globals__.values() if isinstance(one, CPUDispatcher))
     others = (one for one in kernels if _file(one.py_func) != _file(function))
     return sorted({one._cache.stamp for one in others if isinstance(one._cache, KernelCache)})
 
 
-def _file(function):
+def _file(function: Callable) -> str:
     return function.__code__.co_filename
 
 
-def _cache_of(function):
+def _cache_of(function: Callable) -> KernelCache | NullCache:
     try:
         return KernelCache(function)
     except Exception as error:  # no folder that can be written to
@@ -147,7 +147,7 @@ def _checksum(packed: bytes) -> bytes:
     return sha256(numba.__version__.encode() + packed).digest()
 
 
-def _read(path):
+def _read(path: str) -> Any:
     """What `_write` has written there, or None."""
     if not os.path.isfile(path):  # a folder or a pipe neither
         return None
@@ -163,7 +163,7 @@ def _read(path):
     return pickle.loads(content[CHECKSUM:])
 
 
-def _tell_once(problem, what):
+def _tell_once(problem: str, what: object) -> None:
     if problem not in _told:
         _told.add(problem)
         logging.getLogger("hbm").warning("%s (first: %s)", problem, what)

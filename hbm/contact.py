@@ -7,6 +7,7 @@ axis, t2 across, n; right-handed) n points from the damper into the blade and
 """
 
 import csv
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -96,7 +97,7 @@ class ContactTable:
     weight: np.ndarray
     area: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not len(self.area):
             object.__setattr__(self, "area", np.zeros(len(self.side)))
         for name, given in list(vars(self).items()):
@@ -115,7 +116,7 @@ class ContactTable:
                 )
         self._check_values()
 
-    def _check_values(self):
+    def _check_values(self) -> None:
         for name in _TEXT:
             for text in dict.fromkeys(vars(self)[name].tolist()):
                 if text[:1] in _FORMULA or not text.isprintable():
@@ -354,7 +355,9 @@ def check_pairs_once(where: str, pairs: ContactTable) -> None:
     )
 
 
-def _refuse_twice(where, keys, pairs, named, remedy):
+def _refuse_twice(
+    where: str, keys: np.ndarray, pairs: ContactTable, named: Callable, remedy: str
+) -> None:
     _, first, of = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     again = np.flatnonzero(first[of.ravel()] != np.arange(len(keys)))
     if len(again):
@@ -385,12 +388,12 @@ def without_normal_motion(B: sp.spmatrix, pairs: ContactTable, springs: np.ndarr
     )
 
 
-def _text(value) -> str:
+def _text(value: float | str) -> str:
     if isinstance(value, str):
         # reading takes one apostrophe off, by which a cell is text and no formula in a spreadsheet
         return "'" + value if value[:1] == "'" else value
     return repr(float(value)) if isinstance(value, np.floating | float) else str(value)
 
 
-def _kind(column):
+def _kind(column: str) -> type:
     return str if column in _TEXT else int if column in _WHOLE else float

@@ -50,7 +50,7 @@ def two_blades(stations: int = 1) -> tuple[ReducedModel, ContactTable]:
     return model, _pairs(x)
 
 
-def _pairs(x):
+def _pairs(x: np.ndarray) -> ContactTable:
     """Of the stations at x (n,) m."""
     n, two = len(x), np.ones(2 * len(x))
     y, z = np.cos(ANGLE), np.sin(ANGLE)

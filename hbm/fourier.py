@@ -90,7 +90,7 @@ def half_peak_to_peak_along(X: np.ndarray, dX: np.ndarray) -> tuple[np.ndarray, 
     return 0.5 * (high - low).reshape(X.shape[:-1]), 0.5 * (up - down).reshape(X.shape[:-1])
 
 
-def _extrema(X):
+def _extrema(X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(highest and lowest values (2, n), their instants (2, n)) of series without a mean, X (n, H)
     of orders 1..H.
 
@@ -118,7 +118,7 @@ def _extrema(X):
     return (sign * best).reshape(2, n), at.reshape(2, n)
 
 
-def _turned(X, angle):
+def _turned(X: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Real and imaginary part of X exp(i angle)."""
     c, s = np.cos(angle), np.sin(angle)
     return X.real * c - X.imag * s, X.real * s + X.imag * c
@@ -133,7 +133,7 @@ def modulus(X: np.ndarray) -> np.ndarray:
 
 
 @lru_cache
-def _waves(H):
+def _waves(H: int) -> tuple[np.ndarray, np.ndarray]:
     """16 H instants of a cycle, and exp(i k tau) there (H, 16 H) of the orders 1..H."""
     tau = np.arange(16 * H) * (2 * np.pi / (16 * H))
     return tau, np.exp(1j * np.outer(np.arange(1, H + 1), tau))

@@ -2,6 +2,7 @@
 
 import os
 import warnings
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -82,7 +83,7 @@ def check_active_fit(active: int, contacts: int, components: int, H: int) -> Non
         raise InputError(message)
 
 
-def _lack(of_harmonics, H, what):
+def _lack(of_harmonics: Callable, H: int, what: str) -> str | None:
     """The message where the memory of so many harmonics does not suffice; None where it does."""
     need = of_harmonics(H)
     if need < SMALL or need <= (there := available_bytes()):

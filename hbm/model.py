@@ -272,7 +272,13 @@ class ReducedModel:
         return cls.from_matrices(**read_npz(path))
 
 
-def _columns(r, body, node=None, direction=None, position=None) -> tuple:
+def _columns(
+    r: int,
+    body: ArrayLike | str,
+    node: ArrayLike | None = None,
+    direction: ArrayLike | None = None,
+    position: np.ndarray | None = None,
+) -> tuple:
     """Columns body, node, direction, position of the dof table, as arrays with r rows."""
     body = np.full(r, body) if isinstance(body, str) else np.asarray(body, dtype=str)
     node = np.arange(1, r + 1) if node is None else np.asarray(node, dtype=np.int64)
@@ -330,7 +336,7 @@ def symmetric(name: str, matrix: np.ndarray | sp.spmatrix, otherwise: str = "") 
     return 0.5 * (matrix + matrix.T)
 
 
-def _mirrored(matrix) -> bool:
+def _mirrored(matrix: np.ndarray) -> bool:
     """Whether it is symmetric to the last digit, in blocks that the cache holds."""
     return all(
         np.array_equal(matrix[i : i + BLOCK, i:], matrix[i:, i : i + BLOCK].T)
@@ -338,7 +344,7 @@ def _mirrored(matrix) -> bool:
     )
 
 
-def _real(name, matrix) -> np.ndarray:
+def _real(name: str, matrix: np.ndarray) -> np.ndarray:
     matrix = numbers(name, matrix, "must be a square matrix of numbers", complex)
     if np.iscomplexobj(matrix) and matrix.imag.any():
         i, j = np.argwhere(matrix.imag)[0]
@@ -350,11 +356,11 @@ def _real(name, matrix) -> np.ndarray:
     return matrix.real.astype(float)
 
 
-def _dof(model, i) -> str:
+def _dof(model: ReducedModel, i: int) -> str:
     return f"dof {i} ({model.body[i]}, node {model.node[i]}, {model.direction[i]})"
 
 
-def _check_definite(model):
+def _check_definite(model: ReducedModel) -> None:
     """Every motion has mass, and none is driven by its damping."""
     diagonal = model.M.diagonal()
     if (diagonal <= 0).any():
@@ -385,7 +391,7 @@ def _check_definite(model):
         )
 
 
-def _check_sizes(matrices, table):
+def _check_sizes(matrices: dict[str, np.ndarray | None], table: dict[str, Any]) -> None:
     """InputError where the matrices differ in shape, with what the columns of the dof table say."""
     given = {name: matrix.shape for name, matrix in matrices.items() if matrix is not None}
     if len(set(given.values())) == 1:
@@ -400,13 +406,13 @@ def _check_sizes(matrices, table):
     raise InputError("; ".join([shapes, *tables]) + ": all must have the same size")
 
 
-def _check_loads(loads, r):
+def _check_loads(loads: dict[str, np.ndarray], r: int) -> None:
     for name, load in loads.items():
         if load.shape != (r,) or not np.isfinite(load).all():
             raise InputError(f"load '{name}' must hold {r} finite numbers, got shape {load.shape}")
 
 
-def _check_rigid(model):
+def _check_rigid(model: ReducedModel) -> None:
     """Rigid motions fit their bodies, and K does not resist them."""
     for body, motions in model.rigid.items():
         mine = model.body == body
@@ -439,7 +445,7 @@ def check_damping(C: np.ndarray, named: Callable[[int], str] = lambda i: f"dof {
         )
 
 
-def _positive(matrix, shift) -> bool:
+def _positive(matrix: np.ndarray, shift: float) -> bool:
     """Whether no eigenvalue is below -shift, as Cholesky has it: a third of the work of the
     cheapest eigenvalue.
 
@@ -451,13 +457,13 @@ def _positive(matrix, shift) -> bool:
     return all(_has_factor(matrix[i:j, i:j], shift) for i, j in pairwise([*edges, len(matrix)]))
 
 
-def _has_factor(matrix, shift):
+def _has_factor(matrix: np.ndarray, shift: float) -> bool:
     shifted = np.array(matrix.T, order="F")
     shifted[np.diag_indices(len(matrix))] += max(shift, 1e-300)
     return dpotrf(shifted, lower=1, overwrite_a=1, clean=0)[1] == 0
 
 
-def _check_swapped(M, K):
+def _check_swapped(M: np.ndarray, K: np.ndarray) -> None:
     """InputError where M can only be the stiffness: tons at a dof, and a period of minutes for the
     fastest alone."""
     m, k = np.abs(M.diagonal()), np.abs(K.diagonal())
@@ -472,7 +478,7 @@ def _check_swapped(M, K):
         )
 
 
-def _check_table(model):
+def _check_table(model: ReducedModel) -> None:
     """No dof twice; groups name nodes that have dofs, not clamped or eliminated ones."""
     seen: dict[tuple[str, int, str], int] = {}
     for i in np.flatnonzero(model.direction != "mode"):

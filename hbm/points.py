@@ -28,7 +28,7 @@ class ContactPoints:
     position: np.ndarray
     motion: sp.csr_matrix
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "number", np.asarray(self.number, dtype=np.int64))
         object.__setattr__(self, "position", np.asarray(self.position, dtype=float))
         motion = sp.csr_matrix(self.motion)

@@ -19,13 +19,13 @@ EPS = np.finfo(float).eps
 STARTS = ("zero_force", "zero_slider")
 
 
-def sample_grid(H: int, samples: int):
+def sample_grid(H: int, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Instants (samples + 1,), and the basis and its rate at all but the last."""
     tau = np.linspace(0.0, 2 * np.pi, samples + 1)
     return tau, fourier.basis(tau[:-1], H), fourier.basis_rate(tau[:-1], H)
 
 
-def slider_start(start, P: int, sliders: int) -> SliderStart:
+def slider_start(start: np.ndarray | str, P: int, sliders: int) -> SliderStart:
     """'zero_force', 'zero_slider' or positions (P, sliders) in m; InputError where it is none of
     these."""
     if isinstance(start, str):
@@ -117,11 +117,11 @@ class Cycle:
 
 
 def evaluate(
-    law,
-    contacts,
+    law: ContactLaw,
+    contacts: Contacts,
     x: np.ndarray,
     start: SliderStart,
-    grid,
+    grid: tuple[np.ndarray, np.ndarray, np.ndarray],
     omega: float,
     known: ContactForces | None = None,
 ) -> ContactForces:
@@ -163,13 +163,21 @@ def evaluate(
     )
 
 
-def _of_law(law, contacts, x, start, grid, omega, known):
+def _of_law(
+    law: ContactLaw,
+    contacts: Contacts,
+    x: np.ndarray,
+    start: SliderStart,
+    grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+    omega: float,
+    known: ContactForces | None,
+) -> ContactForces:
     if known is None:
         return law.harmonics(contacts, x, start, grid, omega)
     return law.more_orders(contacts, x, start, grid, omega, known)
 
 
-def _among(moves, part):
+def _among(moves: np.ndarray, part: Any) -> Any:
     """Of all contacts, zero but for those that move; None where it is not known."""
     if part is None:
         return None

@@ -41,7 +41,7 @@ def state_space_modes(
     return np.hstack([shapes @ Z, still * np.sqrt(np.abs(static))]), np.r_[poles, static]
 
 
-def _poles(period2, C):
+def _poles(period2: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n,) poles and (m, n) scaled shapes; of no use where poles meet that have one mode.
 
     Left modes are the right ones with -v: products Y'Y - V'V are diagonal, as the receptance takes
@@ -61,7 +61,7 @@ def _poles(period2, C):
         return -1 / inverse, y / np.sqrt(np.einsum("ij,ij->j", y, C @ y + 2 * (coupling @ v)))
 
 
-def _separated(state, signs):
+def _separated(state: np.ndarray, signs: np.ndarray) -> np.ndarray:
     """Modes (k, n) whose products with each other, under signs (k, 1), vanish."""
     for _ in range(DEFAULT.separations):
         products = state.T @ (signs * state)
@@ -80,7 +80,9 @@ def _separated(state, signs):
     return state
 
 
-def _without_mass(shapes, period2, C):
+def _without_mass(
+    shapes: np.ndarray, period2: np.ndarray, C: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """shapes, period2 (0 where there is no mass) and C of the motions with mass or damping; shapes
     of the others."""
     light = period2 <= 1e-14 * period2.max()

@@ -47,10 +47,10 @@ def tangents_and_differences(
     given = u, omega * v, np.roll(states + away, 1, axis=0).reshape(n * P, law.states), dt
     law, contacts = law.select(every), contacts.select(every)
 
-    def stepped(u, v, state, dt):
+    def stepped(u: np.ndarray, v: np.ndarray, state: np.ndarray, dt: float) -> np.ndarray:
         return np.concatenate(law.step(Motion(u, v, dt), state, contacts), axis=1)
 
-    force, new, t = law.tangents(Motion(*given[:2], dt), given[2], contacts)
+    force, new, t = law.tangents(Motion(given[0], given[1], dt), given[2], contacts)
     both = np.concatenate([force, new], axis=1)
     allowed = 1e-12 * np.abs(both).max(initial=0.0)
     yield "tangents returns another force or state than step", both, stepped(*given), allowed
@@ -73,8 +73,9 @@ def tangents_and_differences(
             along = size if k == 3 else size * np.eye(by.shape[2])[d]
             found = size * by[:, :, d]
 
-            def moved(s: float, k=k, along=along) -> np.ndarray:
-                return stepped(*(a + s * along if j == k else a for j, a in enumerate(given)))
+            def moved(s: float, k: int = k, along: Any = along) -> np.ndarray:
+                there: list[Any] = [a + s * along if j == k else a for j, a in enumerate(given)]
+                return stepped(*there)
 
             yield said, found, differences(found, moved), 1e-6 * scale
 

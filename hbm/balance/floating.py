@@ -41,7 +41,7 @@ def modes_beside(M: np.ndarray, K: np.ndarray, free: np.ndarray) -> tuple[np.nda
     return np.ascontiguousarray(shapes[:, ::-1]), mass[::-1]
 
 
-def _deflated(M, K, free):
+def _deflated(M: np.ndarray, K: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Masses and shapes of the modes, the free motions moved out of them below all others: no
     projection of K, whose rounding would spread from stiff elements over the whole structure."""
     scale, scaled = in_units(K)

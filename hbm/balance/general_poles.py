@@ -5,6 +5,8 @@ which the structure moves, and a left one y, by which forces act on it: the rece
 sum z y'/(i w - s).
 """
 
+from collections.abc import Callable
+
 import numpy as np
 import scipy.linalg as la
 
@@ -13,7 +15,13 @@ from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.errors import InputError
 
 
-def general_poles(M, C, K, describe=None, remedy: str = SUPPORT) -> tuple:
+def general_poles(
+    M: np.ndarray,
+    C: np.ndarray,
+    K: np.ndarray,
+    describe: Callable | None = None,
+    remedy: str = SUPPORT,
+) -> tuple:
     """(right (r, n), left (r, n), poles (n,), shapes (r, m)) of s^2 M + s C + K, K real or complex.
 
     Where K is real the poles come in conjugate pairs, where it is complex they hold for w > 0
@@ -51,7 +59,9 @@ def general_poles(M, C, K, describe=None, remedy: str = SUPPORT) -> tuple:
     )
 
 
-def _poles(period2, C, stiff):
+def _poles(
+    period2: np.ndarray, C: np.ndarray, stiff: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(right (m, n), left (m, n), poles (n,)); of no use where poles meet that have one mode."""
     m, root = len(period2), np.diag(np.sqrt(period2))
     inverse = np.linalg.inv(stiff)

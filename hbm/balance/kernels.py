@@ -8,7 +8,9 @@ from tipdamp.hbm.compiled import njit
 
 
 @njit(cache=True)
-def modal_push(level, force, static, contact):
+def modal_push(
+    level: float, force: np.ndarray, static: np.ndarray, contact: np.ndarray
+) -> np.ndarray:
     """(m, H+1) modal force: level times the excitation, the static force (m,) in order 0, less that
     of the contacts."""
     push = np.empty_like(contact)
@@ -20,7 +22,7 @@ def modal_push(level, force, static, contact):
 
 
 @njit(cache=True)
-def norms(X, unit):
+def norms(X: np.ndarray, unit: np.ndarray) -> np.ndarray:
     """(n, 2) norms of order 0 and of the others, of X (n, r, H+1) over units (n, r); the largest
     entry is taken out, so that nothing under- or overflows."""
     found, tiny = np.zeros((len(X), 2)), np.finfo(np.float64).tiny
@@ -42,7 +44,7 @@ def norms(X, unit):
 
 
 @njit(cache=True)
-def by_order(rates, push):
+def by_order(rates: np.ndarray, push: np.ndarray) -> np.ndarray:
     """(m, H+1) k rates push of the orders k."""
     found = np.empty_like(push)
     for r in range(push.shape[0]):
@@ -52,7 +54,7 @@ def by_order(rates, push):
 
 
 @njit(cache=True)
-def away_from(x, both):
+def away_from(x: np.ndarray, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """x (nc nh,) less the motion, and minus its change, of both (nc, 2H+2): the harmonics of motion
     and change."""
     n, half = both.shape[0], both.shape[1] // 2
@@ -69,7 +71,9 @@ def away_from(x, both):
 
 
 @njit(cache=True)
-def regularise(D, contacts, springs, active, share):
+def regularise(
+    D: np.ndarray, contacts: np.ndarray, springs: np.ndarray, active: np.ndarray, share: float
+) -> None:
     """Add a share of the springs (P, nd) of active components to the derivatives of their mean by
     the mean."""
     for c in range(len(contacts)):
@@ -80,7 +84,11 @@ def regularise(D, contacts, springs, active, share):
 
 
 @njit(cache=True)
-def bordered(linear, border, system):
+def bordered(
+    linear: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    border: tuple[np.ndarray, float, np.ndarray, np.ndarray],
+    system: np.ndarray,
+) -> tuple[float, float]:
     """Fill the bordered system on the active rows and scale its border; return the sizes of row and
     column.
 
@@ -103,7 +111,13 @@ def bordered(linear, border, system):
 
 
 @njit(cache=True)
-def right_side(linear, residual, row, value, row_size):
+def right_side(
+    linear: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    residual: np.ndarray,
+    row: np.ndarray,
+    value: float,
+    row_size: float,
+) -> np.ndarray:
     """(n+1,) of the bordered system; linear : as there."""
     D, places, contacts, _ = linear
     n = len(places) * D.shape[2]
@@ -114,7 +128,7 @@ def right_side(linear, residual, row, value, row_size):
 
 
 @njit(cache=True)
-def complex_rows(y, n, K):
+def complex_rows(y: np.ndarray, n: int, K: int) -> np.ndarray:
     """(n, K) complex of the first n (2K - 1) real coefficients."""
     Y = np.empty((n, K), np.complex128)
     for i in range(n):
@@ -126,7 +140,9 @@ def complex_rows(y, n, K):
 
 
 @njit(cache=True)
-def step_of(residual, by_parameter, dp, response):
+def step_of(
+    residual: np.ndarray, by_parameter: np.ndarray, dp: float, response: np.ndarray
+) -> np.ndarray:
     """(n,) -residual - by_parameter dp - response; that is given as harmonics (nc, H+1)."""
     K = response.shape[1]
     dx = -residual - by_parameter * dp
@@ -140,7 +156,7 @@ def step_of(residual, by_parameter, dp, response):
 
 
 @njit(cache=True)
-def added(g, rows, dg):
+def added(g: np.ndarray, rows: np.ndarray, dg: np.ndarray) -> np.ndarray:
     """g (P, nd, nh) with dg, flat, added to the components `rows`, counted through."""
     new = g.copy()
     flat, nh = new.reshape(-1), g.shape[2]
@@ -151,7 +167,7 @@ def added(g, rows, dg):
 
 
 @njit(cache=True)
-def condensed(D, places, G, system):
+def condensed(D: np.ndarray, places: np.ndarray, G: np.ndarray, system: np.ndarray) -> None:
     """Fill I + D G on the active rows into system[row, column].
 
     D (a, nd, nh, nd, nh) : derivatives of the contact forces; places (n,) : of the active
@@ -180,7 +196,7 @@ def condensed(D, places, G, system):
 
 
 @njit(cache=True)
-def applied(D, places, contacts, x):
+def applied(D: np.ndarray, places: np.ndarray, contacts: np.ndarray, x: np.ndarray) -> np.ndarray:
     """(n nh,) D x on the active rows; contacts (a,) : their numbers; x : flat, of all contacts."""
     nd, nh = D.shape[1], D.shape[2]
     y = np.zeros(len(places) * nh)
@@ -197,7 +213,9 @@ def applied(D, places, contacts, x):
 
 
 @njit(cache=True)
-def orders_apart(D, places, G, u, H):
+def orders_apart(
+    D: np.ndarray, places: np.ndarray, G: np.ndarray, u: np.ndarray, H: int
+) -> np.ndarray:
     """(n, k) complex y of (I + D G) y = D u at each of the k orders above H by itself, and u less
     G y in its place; D (a, nd, nh, nd, nh), places (n,) of the active components in (a nd), G (a
     nd, n, k) and u (a nd, k) complex. NaN where a system is singular."""
@@ -216,7 +234,7 @@ def orders_apart(D, places, G, u, H):
 
 
 @njit(cache=True)
-def eliminated(A, b):
+def eliminated(A: np.ndarray, b: np.ndarray) -> None:
     """A^-1 b (n,) in place of b, by elimination with pivots; A is used up, NaN where singular."""
     n = len(b)
     for k in range(n):
@@ -244,7 +262,7 @@ def eliminated(A, b):
 
 
 @njit(cache=True)
-def coupled_orders(D, motion, low):
+def coupled_orders(D: np.ndarray, motion: np.ndarray, low: int) -> np.ndarray:
     """(a, nd, low) change of the lower orders of the forces, D (a, nd, nh, nd, nh), under a motion
     (a, nd, nh - low) of the higher ones."""
     a, nd, count = motion.shape
@@ -259,7 +277,12 @@ def coupled_orders(D, motion, low):
 
 
 @njit(cache=True)
-def order_system(linear, j, system, right):
+def order_system(
+    linear: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    j: int,
+    system: np.ndarray,
+    right: np.ndarray,
+) -> None:
     """Fill system (2n, 2n) and right side (2n,) of I + D G and D u at the order of the coefficients
     j and j + 1 alone, real and imaginary part of each of n active components side by side; linear :
     D, places, G (a nd, n) and u (a nd,) of `orders_apart`."""
@@ -284,7 +307,7 @@ def order_system(linear, j, system, right):
 
 
 @njit(cache=True)
-def scaled_border(system):
+def scaled_border(system: np.ndarray) -> tuple[float, float]:
     """Divide the last row, then the last column, by its largest entry; return both sizes: the
     border in the units of the rest."""
     row_size = max(np.abs(system[-1]).max(), 1e-300)
@@ -295,7 +318,7 @@ def scaled_border(system):
 
 
 @njit(cache=True)
-def sign_of(lu, pivots):
+def sign_of(lu: np.ndarray, pivots: np.ndarray) -> float:
     """Sign of the determinant of a factorised matrix; 0 where it is singular."""
     sign = 1.0
     for i in range(len(pivots)):
@@ -307,7 +330,9 @@ def sign_of(lu, pivots):
 
 
 @njit(cache=True, error_model="numpy")
-def modal_factors(stiffness, mass, ratio, w):
+def modal_factors(
+    stiffness: np.ndarray, mass: np.ndarray, ratio: np.ndarray, w: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """d = 1/(k - m w^2 + 2 i zeta sqrt(k m) w) and dd/dw, each (modes, orders)."""
     d = np.empty((len(mass), len(w)), np.complex128)
     rate = np.empty((len(mass), len(w)), np.complex128)

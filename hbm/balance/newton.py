@@ -127,7 +127,9 @@ class Linearisation:
         self.parts.clear()
         self.border.clear()
 
-    def _bordered(self, R, row, corner, value):
+    def _bordered(
+        self, R: np.ndarray, row: np.ndarray, corner: float, value: float
+    ) -> tuple[np.ndarray, float, Any]:
         """dx, dp and the sign of the determinant, through the active rows."""
         Rp, hb, b = self.by_parameter, self.balance, self.forces
         G, rows, places, columns = self._condensed()
@@ -144,7 +146,7 @@ class Linearisation:
         modal = self.factors * real_times(columns.T, complex_rows(y, len(rows), hb.H + 1))
         return step_of(R, Rp, dp, real_times(hb.shapes, modal)), dp, sign
 
-    def _factorised(self, row, corner):
+    def _factorised(self, row: np.ndarray, corner: float) -> list[Any]:
         """LU of the bordered system on the active rows, transposed for LAPACK, kept for the border
         it was made with, and the sign of its determinant, 0 where it is singular."""
         if self.border and self.border[0] is row and self.border[1] == corner:
@@ -160,14 +162,14 @@ class Linearisation:
         self.border[:] = row, corner, lu, pivots, sign_of(lu, pivots), *sizes
         return self.border[2:]
 
-    def _system(self, size):
+    def _system(self, size: int) -> np.ndarray:
         """(size, size): I + D G on the active rows; what is beyond them is not filled."""
         G, _, places, _ = self._condensed()
         system = np.empty((size, size))
         condensed(self.forces.D, places, G, system)
         return system
 
-    def _condensed(self):
+    def _condensed(self) -> list[np.ndarray]:
         """G between the components of the active contacts and the active ones (a nd, n, H+1), the
         numbers of these (n,), their places in D, and their rows of the left modes (n, m)."""
         if not self.parts:
@@ -183,7 +185,7 @@ class Linearisation:
             )
         return self.parts
 
-    def _respond(self, g, rows) -> np.ndarray:
+    def _respond(self, g: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """G g, flat, for g (n, nh) on `rows` and zero elsewhere."""
         hb = self.balance
         modal = self.factors * real_times(hb.into[rows].T, fourier.to_complex(g))
@@ -221,7 +223,7 @@ class Linearisation:
         return 1 / np.sqrt(inverse * largest), hb.receptance.shapes @ modal
 
 
-def _longest(apply, n):
+def _longest(apply: Callable, n: int) -> tuple[float, np.ndarray]:
     """(factor, unit vector) of the direction that a symmetric positive matrix lengthens most, by
     power iteration."""
     v, size = np.random.default_rng(0).normal(size=n), 0.0

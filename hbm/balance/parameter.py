@@ -134,14 +134,15 @@ class Frequency(Parameter):
         value = p / self.scale
         there = balance.rebuilt(*self.rebuild(balance.problem, balance.forces, value))
 
-        def derivative(now, t):
+        def derivative(now: HarmonicBalance, t: Terms) -> np.ndarray:
             return by_frequency(now, t) + self._rate(balance, now, t)
 
         return there.evaluate(x, p, derivative=derivative)
 
-    def _rate(self, balance, now, t):
+    def _rate(self, balance: HarmonicBalance, now: HarmonicBalance, t: Terms) -> np.ndarray:
         """(m, H+1) derivative of the modal q by p, through the forces and matrices that vary."""
         varying, periods = balance.problem.varying, self.periods
+        assert varying is not None, "nothing varies"
         matrices, forces = varying.rate(balance.forces, periods * t.w, periods)
         push, orders = np.zeros_like(t.push), t.w * np.arange(t.push.shape[1])
         for k, F in forces.items():
@@ -226,7 +227,7 @@ class ContactSetting(Parameter):
     contacts: tuple | int | None = None
     name: str = field(init=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.setting not in SETTINGS:
             raise InputError(
                 f"contact setting '{self.setting}' is unknown; "
@@ -269,7 +270,7 @@ class ContactSetting(Parameter):
         # a long Newton step may ask for a negative stiffness: the settings end at zero
         value = max(p, SMALLEST)
 
-        def derivative(balance, t):
+        def derivative(balance: HarmonicBalance, t: Terms) -> np.ndarray:
             return -balance.modal_response(t, self.force_rate(balance, t, value))
 
         return balance.evaluate(
@@ -324,7 +325,9 @@ class ContactSetting(Parameter):
         )
         return (after - before) / (2 * h)
 
-    def _stiffness_rate(self, balance, t, contacts):
+    def _stiffness_rate(
+        self, balance: HarmonicBalance, t: Terms, contacts: Contacts
+    ) -> np.ndarray | None:
         """(P, nd, nh) derivative of the contact forces by a relative change of kn or kt; None where
         the law does not know it."""
         law, cycle = balance.problem.law, balance.cycle(contacts)
@@ -370,7 +373,7 @@ class Rebuilt(Parameter):
         """At the value p, by the angular frequency."""
         return self._at(balance, max(p, SMALLEST)).evaluate(x, w)
 
-    def _at(self, balance, value):
+    def _at(self, balance: HarmonicBalance, value: float) -> HarmonicBalance:
         try:
             return balance.rebuilt(*self.rebuild(balance.problem, balance.forces, value))
         except InputError as error:  # of a value inside the branch, which its ends do not show
@@ -401,7 +404,7 @@ class Damping(Parameter):
         """Linearisation at x (n,) and the factor p."""
         value = max(p, SMALLEST)
 
-        def derivative(there, t):
+        def derivative(there: HarmonicBalance, t: Terms) -> np.ndarray:
             return -t.factors * there.damping_push(t.factors * t.push, t.w) / value
 
         return balance.with_damping(value).evaluate(x, w, derivative=derivative)
@@ -433,7 +436,7 @@ class ModelParameter(Rebuilt):
     name: str
     of_value: Callable
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_call(f"parameter '{self.name}': of_value", self.of_value, "problem", "value")
 
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
@@ -470,7 +473,7 @@ class ForceParameter(Rebuilt):
     of_value: Callable
     periods: int = field(default=1, init=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_call(f"parameter '{self.name}': of_value", self.of_value, "value")
 
     def over(self, periods: int) -> Parameter:

@@ -118,7 +118,7 @@ class ContactProblem(AnyProblem):
     structural: Any = None
     varying: Varying | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.C is not None and self.damping_ratio is not None:
             raise InputError(
                 "damping: both a damping matrix C and damping_ratio given, exactly one is "
@@ -163,7 +163,7 @@ class ContactProblem(AnyProblem):
         """Itself."""
         return self
 
-    def _check_signs(self):
+    def _check_signs(self) -> None:
         """Some dofs may be massless, but not all; damping must not feed energy in."""
         if not self.M.any():
             raise InputError("M is zero: at least one dof must have mass")
@@ -175,7 +175,7 @@ class ContactProblem(AnyProblem):
         if self.C is not None and not self.general:
             check_damping(self.C)
 
-    def _check_general(self):
+    def _check_general(self) -> None:
         """Matrices that are not symmetric, and structural damping, have no modes to give ratios
         to."""
         if self.structural is not None:
@@ -216,7 +216,7 @@ class ContactProblem(AnyProblem):
                 "follow_band"
             )
 
-    def _symmetric(self, matrix):
+    def _symmetric(self, matrix: np.ndarray) -> np.ndarray:
         return 0.5 * (matrix + matrix.T) if self.general else matrix
 
     @property
@@ -238,7 +238,7 @@ class ContactProblem(AnyProblem):
         """(r, r) K + B' K_c B, with the springs of what is held."""
         return self._with_contact_springs(self.stiffness, self.law.stuck_stiffness(self.contacts))
 
-    def _with_contact_springs(self, K, springs):
+    def _with_contact_springs(self, K: np.ndarray, springs: np.ndarray) -> np.ndarray:
         """K (r, r) with springs (P, nd) N/m at the contacts."""
         k, B = springs.ravel(), sp.csr_matrix(self.B)
         if 2 * B.nnz > B.shape[0] * B.shape[1]:
@@ -286,7 +286,7 @@ class ContactProblem(AnyProblem):
         return contact_receptance(self.receptance(), self.B)
 
     @cached_property
-    def _receptance(self):
+    def _receptance(self) -> Receptance:
         stuck, (free, remedy) = self.stuck_stiffness, self._checked_motions
         C = self.C if self.damping_ratio is None else None
         means = [one.row for one in self.held if one.mean]
@@ -299,7 +299,7 @@ class ContactProblem(AnyProblem):
         return found.constrained(np.array(means)) if means else found
 
     @cached_property
-    def _checked_motions(self):
+    def _checked_motions(self) -> tuple[FloatingMotions, str]:
         """(motions of a structure that floats, what to do where another one is free); InputError
         where one is that nothing holds at rest."""
         has_springs = self.law.stuck_stiffness(self.contacts).any()
@@ -324,7 +324,7 @@ class ContactProblem(AnyProblem):
         return None if "_receptance" in self.__dict__ else self._reducible
 
     @cached_property
-    def _reducible(self):
+    def _reducible(self) -> StuckMatrices | None:
         r, by_ratio = len(self.K), self.damping_ratio is not None
         few = r <= (DEFAULT.few_modes_of_ratio if by_ratio else DEFAULT.few_modes_of_matrix)
         if (
@@ -342,7 +342,7 @@ class ContactProblem(AnyProblem):
         )
 
     @cached_property
-    def _stuck_factor(self):
+    def _stuck_factor(self) -> tuple[np.ndarray, np.ndarray] | None:
         return stiff_factor(self._symmetric(self.stuck_stiffness))
 
     def reaction_rows(self, receptance: Receptance) -> np.ndarray:

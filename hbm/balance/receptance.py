@@ -129,7 +129,7 @@ class Receptance:
         more[self.free :, ~moving] = -1.0
         return np.concatenate([d, more]), np.concatenate([rate, more_rate])
 
-    def _of_modes(self, w):
+    def _of_modes(self, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if self.poles.size:
             d = 1 / (1j * w - self.poles[:, None])
             return d, -1j * d * d
@@ -354,7 +354,7 @@ def linear_response_with_peaks(
     hz = np.asarray(frequencies, dtype=float)
     receptance = _linear_receptance(model, pairs, force, hz, damping_ratio)
 
-    def amplitude(at):
+    def amplitude(at: np.ndarray) -> np.ndarray:
         return np.abs(receptance.respond(rows, force, 2 * np.pi * at.ravel()))
 
     own = natural_frequencies(model, pairs)
@@ -371,7 +371,13 @@ def linear_response_with_peaks(
     return hz, receptance.respond(rows, force, 2 * np.pi * hz)
 
 
-def _linear_receptance(model, pairs, force, frequencies, damping_ratio):
+def _linear_receptance(
+    model: ReducedModel,
+    pairs: ContactTable | None,
+    force: np.ndarray,
+    frequencies: ArrayLike,
+    damping_ratio: ArrayLike | None,
+) -> Receptance:
     K = assembled(model, pairs)
     if damping_ratio is not None:
         return free_receptance(model.M, K, damping_ratio)
@@ -385,7 +391,9 @@ def _linear_receptance(model, pairs, force, frequencies, damping_ratio):
     )
 
 
-def _checked_free(model, K, force, frequencies):
+def _checked_free(
+    model: ReducedModel, K: np.ndarray, force: np.ndarray, frequencies: ArrayLike
+) -> FloatingMotions | None:
     """Free motions of a model that floats; InputError where a force of 0 Hz acts along one."""
     if stiff_factor(K) is not None:
         return None

@@ -70,7 +70,7 @@ class Space:
     """An orthonormal basis (r, m) in these coordinates that grows, and the projected force b, mass
     and damping."""
 
-    def __init__(self, system: StuckMatrices, b: np.ndarray):
+    def __init__(self, system: StuckMatrices, b: np.ndarray) -> None:
         self.system, self.force = system, b
         self.basis = np.empty((len(b), 0))
         self.matrices = [system.mass] if system.C is None else [system.mass, system.C]

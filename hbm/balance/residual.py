@@ -77,7 +77,7 @@ class HarmonicBalance:
         H: int,
         start: str | np.ndarray = "zero_slider",
         samples: int | None = None,
-    ):
+    ) -> None:
         law, P = problem.law, len(problem.contacts)
         self.forces, self.given_start = forces, start
         self.problem, self.H, self.nh, self.nd = problem, H, fourier.n_real(H), len(law.components)
@@ -207,7 +207,7 @@ class HarmonicBalance:
             ]
         )
 
-    def _soon(self, u, acting, before):
+    def _soon(self, u: np.ndarray, acting: np.ndarray, before: np.ndarray) -> np.ndarray:
         """(P,) bool, `acting` and contacts that are next to slip or lift: some more than before, or
         modes would be sought for one after the other."""
         law, contacts = self.problem.law, self.problem.contacts
@@ -287,7 +287,9 @@ class HarmonicBalance:
         acting = forces.active.any(axis=1) | forces.g.any(axis=(1, 2)) | every
         return self._covering_for(w, acting, u)._linearised(x, w, level, forces, derivative)
 
-    def _linearised(self, x, w, level, forces, derivative):
+    def _linearised(
+        self, x: np.ndarray, w: float, level: float, forces: ContactForces, derivative: Callable
+    ) -> Linearisation:
         """As `evaluate`, with the contact forces at x and the modes of this balance."""
         factors, rates = self.receptance.factors(w * np.arange(self.H + 1))
         g = forces.g.reshape(-1, self.nh)
@@ -341,7 +343,7 @@ class HarmonicBalance:
         )
         return bool(np.abs(g - exact).max() > DEFAULT.sampling * np.abs(exact).max())
 
-    def _regularised(self, forces):
+    def _regularised(self, forces: ContactForces) -> ContactForces:
         """The contact forces with a weak regularisation of the mean position in their derivative.
 
         Where every contact moves its slider in each cycle, no force depends on the mean position of
@@ -357,5 +359,5 @@ class HarmonicBalance:
         return DEFAULT.regularisation * (self.springs * forces.active).ravel()
 
 
-def _dense(B):
+def _dense(B: sp.spmatrix) -> np.ndarray:
     return B.toarray() if sp.issparse(B) else np.asarray(B)

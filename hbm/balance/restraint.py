@@ -150,7 +150,7 @@ def loose_motions(K: np.ndarray) -> np.ndarray:
     return scale[:, None] * _loose(scaled)[0]
 
 
-def _loose(scaled):
+def _loose(scaled: np.ndarray) -> tuple[np.ndarray, float]:
     """(r, e) unit motions that store no more than rounding of a stiffness in units of the dofs, and
     how far they may be off. Reduction rounds too: what stores a little more counts where all others
     store far more, as fine meshes bend softly."""
@@ -169,14 +169,14 @@ def _loose(scaled):
     )
 
 
-def _unit_rows(B):
+def _unit_rows(B: Any) -> sp.csr_matrix:
     """The rows (n, r) of a sparse matrix that are not zero, each of length 1."""
     B = sp.csr_matrix(B)
     size = np.sqrt(np.asarray(B.multiply(B).sum(axis=1)).ravel())
     return sp.diags(1 / size[size > 0]) @ B[size > 0]
 
 
-def in_units(K):
+def in_units(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(unit of each dof (r,), K (r, r) in these units), column by column in memory, for LAPACK to
     take as it is."""
     scale = units(K)
@@ -185,6 +185,6 @@ def in_units(K):
     return scale, scaled.T
 
 
-def units(K):
+def units(K: np.ndarray) -> np.ndarray:
     """(r,) unit of each dof, in which the diagonal of K is 1."""
     return 1 / np.sqrt(np.maximum(np.abs(np.diag(K)), np.abs(K).max() * 1e-30 or 1.0))

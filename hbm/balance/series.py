@@ -19,7 +19,9 @@ class ContactReceptance:
     shapes, into : (nc, m), the modes of `receptance` at the components, and its left modes there
     """
 
-    def __init__(self, receptance: Receptance, shapes: np.ndarray, into: np.ndarray | None = None):
+    def __init__(
+        self, receptance: Receptance, shapes: np.ndarray, into: np.ndarray | None = None
+    ) -> None:
         self.receptance, self.shapes = receptance, shapes
         self.into = shapes if into is None else into
         few = len(shapes) <= DEFAULT.few_components
@@ -83,7 +85,9 @@ class ContactReceptance:
         terms = np.concatenate([own, x]) if weights.shape[1] > len(own) else own
         return real_times(weights, terms).reshape(len(to), len(at), len(orders))
 
-    def _weights(self, to, at, low, powers):
+    def _weights(
+        self, to: np.ndarray, at: np.ndarray, low: slice | np.ndarray, powers: np.ndarray | None
+    ) -> np.ndarray:
         """(len(to) len(at), low modes and terms of the series): products of shapes, and entries of
         the matrices."""
         left, right = self.shapes[to][:, low], self.into[at][:, low]
@@ -116,7 +120,7 @@ class ContactReceptance:
             )
         return self._kept[reach]
 
-    def _of_modes(self, high):
+    def _of_modes(self, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         P = self.shapes[self._rows][:, np.flatnonzero(high)]
         zeta = self.receptance.ratio[high]
         s = np.sqrt(self.receptance.mass[high])
@@ -127,7 +131,7 @@ class ContactReceptance:
             before, now = now, -2 * zeta * now - before
         return np.setdiff1d(np.arange(self.shapes.shape[1]), np.flatnonzero(high)), powers
 
-    def _of_poles(self, high):
+    def _of_poles(self, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         fast = 1 / self.receptance.poles[high]
         P, Q = (part[self._rows][:, np.flatnonzero(high)] for part in (self.shapes, self.into))
         powers, weight = [], -fast

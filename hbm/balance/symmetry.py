@@ -4,7 +4,7 @@ Alike contacts may change places, as those of a ring of equal blades under equal
 every force is odd, a solution half a period later and with the other sign is one as well.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -20,7 +20,7 @@ class Symmetry:
     """One of them; order (P,) : contact p moves as contact order[p] did; half : half a period later
     with the other sign."""
 
-    def __init__(self, balance: HarmonicBalance, order: np.ndarray, half: bool):
+    def __init__(self, balance: HarmonicBalance, order: np.ndarray, half: bool) -> None:
         signs = np.ones(balance.nh)
         if half:
             orders = np.r_[0, np.repeat(np.arange(1, balance.H + 1), 2)]
@@ -67,7 +67,7 @@ def kept_by_symmetry(balance: HarmonicBalance, w: float, x: np.ndarray, near: fl
     return lambda moved: sum((image(moved) for image in own), moved) / (1 + len(own))
 
 
-def _places(balance, linear, w) -> Iterator[np.ndarray]:
+def _places(balance: HarmonicBalance, linear: np.ndarray, w: float) -> Iterator[np.ndarray]:
     """Orders (P,) of the contacts that leave the response of the stuck system and the receptance
     between the contacts as they are, one place after the other."""
     P, nd = len(linear), balance.nd
@@ -77,7 +77,7 @@ def _places(balance, linear, w) -> Iterator[np.ndarray]:
     G = G.reshape(2, P, nd, P, nd).transpose(1, 3, 0, 2, 4)  # (P, P, 2, nd, nd)
     near, alike = SAME * np.abs(G).max(), SAME * np.abs(linear).max()
 
-    def extended(order):
+    def extended(order: Sequence[int]) -> Iterator[np.ndarray]:
         p = len(order)
         if p == P:
             yield np.array(order)

@@ -34,7 +34,7 @@ class Unbalance:
 
     moment: complex
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if numbers("moment", self.moment, UNBALANCE, complex).shape or not np.isfinite(self.moment):
             raise InputError(f"moment = {brief(self.moment)}: {UNBALANCE}")
 
@@ -62,7 +62,7 @@ class ForceTable:
     hz: ArrayLike
     values: ArrayLike
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         hz = numbers("hz", self.hz, "must be frequencies in Hz, rising")
         values = numbers("values", self.values, "must be numbers in N, real or complex", complex)
         if hz.ndim != 1 or len(hz) < 2 or values.shape != hz.shape:
@@ -185,7 +185,7 @@ def constant(unit: str, amplitude: Any) -> Amplitude:
     return lambda w: complex(amplitude)
 
 
-def _is_one(value):
+def _is_one(value: complex) -> bool:
     number = np.asarray(value)
     return number.ndim == 0 and number.dtype.kind in "iufc" and bool(np.isfinite(number))
 

@@ -62,7 +62,7 @@ def restart_ahead(tracer: BranchTracer, follow: Callable) -> None:
         tracer.resume(passed[-1])
 
 
-def _in_steps(tracer, begin, goal):
+def _in_steps(tracer: BranchTracer, begin: Point, goal: float) -> tuple[list[Point], Point | None]:
     """(points found one from the other in steps of the parameter, the last of them or None where
     one was not)."""
     beside = [
@@ -74,18 +74,19 @@ def _in_steps(tracer, begin, goal):
         at.parameter != tracer.end
         and tracer.ahead(at.parameter, begin.parameter) < goal * tracer.length
     ):
-        at, _ = _solution_ahead(
+        found, _ = _solution_ahead(
             tracer, at.parameter, (at.x, *beside), (step, 0.3 * step, 3 * step), 30
         )
-        if at is None:
-            break
+        if found is None:
+            return passed, None
+        at = found
         last = passed[-1] if passed else begin
         step = min(max(1.5 * abs(at.parameter - last.parameter) / tracer.length, AHEAD[0]), 0.05)
         passed.append(replace(at, jump=True))
     return passed, at
 
 
-def _known_beyond(tracer, begin, left, goal):
+def _known_beyond(tracer: BranchTracer, begin: Point, left: float, goal: float) -> bool:
     """Whether it is known what lies ahead: looked for from not far behind, and still ahead where
     there is something."""
     if tracer.beyond is None:
@@ -95,7 +96,9 @@ def _known_beyond(tracer, begin, left, goal):
     return near and (not points or tracer.ahead(points[0].parameter, left) > 0)
 
 
-def _followed_back(tracer, found, left, follow):
+def _followed_back(
+    tracer: BranchTracer, found: Point, left: float, follow: Callable
+) -> list[Point]:
     """The points from one found ahead back towards `left`, in the direction of the band, the
     nearest one first."""
     settings = tracer.settings
@@ -112,13 +115,16 @@ def _followed_back(tracer, found, left, follow):
     return [replace(good[nearest], jump=True), *good[:nearest][::-1]]
 
 
-def _back(tracer, left, passed):
+def _back(
+    tracer: BranchTracer, left: float, passed: list[Point]
+) -> tuple[list[Point], Point | None]:
     """`passed` and the points that lead on from beyond the place where the branch was left, and the
     first of these.
 
     Where a wide hole stays, a failed point marks it; while points are left for following the branch
     on, that is done instead and nothing comes back.
     """
+    assert tracer.beyond is not None, "looked ahead before"
     (_, good), settings = tracer.beyond, tracer.settings
     if not good:
         return passed, None
@@ -130,7 +136,13 @@ def _back(tracer, left, passed):
     return [*passed, hole, *good], good[0]
 
 
-def _solution_ahead(tracer, parameter, guesses, aheads=AHEAD, max_calls=60):
+def _solution_ahead(
+    tracer: BranchTracer,
+    parameter: float,
+    guesses: tuple[np.ndarray, ...],
+    aheads: tuple[float, ...] = AHEAD,
+    max_calls: int = 60,
+) -> tuple[Point | None, list[float]]:
     """(point at a fixed parameter ahead or None, parameters at which none was found)."""
     tried: list[float] = []
     for ahead in aheads:

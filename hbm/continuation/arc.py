@@ -117,7 +117,14 @@ def maximum(
     return Maximum(top, False, points, calls)
 
 
-def _inside(evaluate, a, b, where, metric, settings):
+def _inside(
+    evaluate: Evaluate,
+    a: Point,
+    b: Point,
+    where: tuple[float, bool],
+    metric: Metric,
+    settings: Settings,
+) -> tuple[Point, int]:
     """(a solved point on the arc from a to b, residual calls); where : share of the chord, and
     whether even in a corner."""
     calls, (share, anyway) = 0, where
@@ -130,7 +137,7 @@ def _inside(evaluate, a, b, where, metric, settings):
     return new, calls + more
 
 
-def _cubic(a, b, apart, share):
+def _cubic(a: MeasuredPoint, b: MeasuredPoint, apart: float, share: float) -> float:
     """Value at a share of the chord on the Hermite cubic."""
     rise, fall, rest = a.slope * apart, b.slope * apart, 1 - share
     return (
@@ -205,7 +212,7 @@ def crossing(
     return replace(new, x=np.full_like(new.x, np.nan), converged=False), calls
 
 
-def _guess(a, b, parameter, metric):
+def _guess(a: Point, b: Point, parameter: float, metric: Metric) -> np.ndarray:
     """x (n,) on the cubic from a to b where its parameter has a value between theirs, by
     bisection."""
     low, high = 0.0, 1.0
@@ -244,7 +251,7 @@ def bound(a: MeasuredPoint, b: MeasuredPoint, metric: Metric, bent: float = BENT
     return a.value + a.slope * meet if -1e-9 * apart <= meet <= (1 + 1e-9) * apart else np.inf
 
 
-def _corner(a, b, metric):
+def _corner(a: Point, b: Point, metric: Metric) -> tuple[float, float] | None:
     """Arc lengths from a forward and from b backward to where their tangents pass each other; None
     where the branch hardly turns between them, and in a hairpin that is no corner."""
     (ax, ap), (bx, bp) = (_unit(end, metric) for end in (a, b))
@@ -259,14 +266,14 @@ def _corner(a, b, metric):
     return (forward - cosine * backward) / scale, (backward - cosine * forward) / scale
 
 
-def _unit(point, metric):
+def _unit(point: Point, metric: Metric) -> tuple[np.ndarray, float]:
     """Unit tangent."""
     tx, tp = point.tangent
     length = metric.norm(tx, tp)
     return tx / length, tp / length
 
 
-def _share(a, b, apart, attempt, smooth):
+def _share(a: MeasuredPoint, b: MeasuredPoint, apart: float, attempt: int, smooth: bool) -> float:
     """Where on the chord the maximum is predicted, in (0, 1): by the cubic, half way every fourth
     time, and by the tangents, a little beyond, of a quantity that is not known to be smooth."""
     rise, fall, chord = a.slope * apart, b.slope * apart, b.value - a.value
@@ -283,13 +290,13 @@ def _share(a, b, apart, attempt, smooth):
     return float(np.clip(share, 1e-3, 1 - 1e-3))
 
 
-def _near(new, a, b, metric):
+def _near(new: Point, a: Point, b: Point, metric: Metric) -> bool:
     """Whether the unknowns of a solution lie about between those of two points."""
     apart = size(metric.weights * (b.x - a.x)) + 1e-9 * metric.size
     return all(size(metric.weights * (new.x - end.x)) <= 1.5 * apart for end in (a, b))
 
 
-def lies_between(new, a, b, metric):
+def lies_between(new: Point, a: Point, b: Point, metric: Metric) -> bool:
     """Whether a solved point lies on the arc from a to b: there the branch runs forward as the
     chord does.
 
@@ -303,7 +310,9 @@ def lies_between(new, a, b, metric):
     )
 
 
-def _step_from(evaluate, a, b, metric, settings):
+def _step_from(
+    evaluate: Evaluate, a: Point, b: Point, metric: Metric, settings: Settings
+) -> tuple[Point, int]:
     """(a solved point next to a or b on the arc between, residual calls), by ever smaller steps
     along the tangents.
 

@@ -1,6 +1,6 @@
 """Beyond the end of a band: where the branch folds there, and what of it lies inside the band."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -47,7 +47,7 @@ def cut_at_end(
     """
     sense, points = np.sign(end - branch.points[0].parameter), branch.points
 
-    def border(a, b):
+    def border(a: Point, b: Point) -> Point | None:
         if end in (a.parameter, b.parameter):
             return None
         new, calls = arc.crossing(evaluate, a, b, end, arc.metric_at(a, weights), settings)
@@ -105,7 +105,7 @@ def return_ahead(
     return None, furthest, tracer.branch.calls
 
 
-def _onwards(tracer, most):
+def _onwards(tracer: BranchTracer, most: int) -> Iterator[Point]:
     """Points of a branch, for so many residual calls; of those behind only the place is kept."""
     points = tracer.branch.points
     while not (tracer.branch.end or tracer.lost) and tracer.branch.calls < most:

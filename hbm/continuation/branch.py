@@ -1,12 +1,12 @@
 """One point of a branch after the other: steps and their size, kinks, and why the branch ended."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from tipdamp.hbm.continuation.corrector import correct, heading, oriented, solve_fixed
-from tipdamp.hbm.continuation.point import Evaluate, Metric, OnPoint, Point, size
+from tipdamp.hbm.continuation.point import Evaluate, Linearised, Metric, OnPoint, Plane, Point, size
 from tipdamp.hbm.continuation.predictor import (
     forward,
     on_branch,
@@ -133,7 +133,7 @@ class BranchTracer:
         settings: Settings,
         restart: Callable[[float], Point] | None,
         begin: float | None = None,
-    ):
+    ) -> None:
         self.evaluate, self.end, self.weights, self.settings, self.restart = (
             evaluate,
             end,
@@ -219,7 +219,7 @@ class BranchTracer:
         self.order, self.step = shorter_step(self.step, self.order)
         return None
 
-    def _correct(self, plane, metric):
+    def _correct(self, plane: Plane, metric: Metric) -> Point:
         """The point of the branch on a plane, with its tangent."""
         new = correct(self.evaluate, plane, metric, self.settings, self.run[-1].x)
         self.branch.calls += new.iterations
@@ -268,7 +268,7 @@ class BranchTracer:
         folds = self.stale > patience and self.turns >= 6 or self.stale > 3 * patience
         return folds and self.attempts < self.settings.max_restarts
 
-    def _choose_step(self, new):
+    def _choose_step(self, new: Point) -> None:
         """Order and length of the next step, by the errors that the predictors of `new` had."""
         most = self.settings.highest_order
         errors = prediction_errors(self.run[-(most // 2 + 1) :], new, self.metric())[:most]
@@ -279,7 +279,7 @@ class BranchTracer:
         )
         self.shortened = False
 
-    def _note_progress(self, new):
+    def _note_progress(self, new: Point) -> None:
         before = self.run[-3:-1]
         if len(before) == 2:
             self.turns += (new.parameter - before[1].parameter) * (
@@ -289,25 +289,25 @@ class BranchTracer:
         if self.ahead(new.parameter, self.furthest.parameter) > self.settings.progress * self.range:
             self.progressed(new)
 
-    def _note_outside(self, new):
+    def _note_outside(self, new: Point) -> None:
         out, known = self.outside(new.parameter), self.branch.outside
         if known is None or out > self.outside(known):
             self.branch.outside = new.parameter
         if out > self.settings.outside * abs(self.begin):
             self.branch.finish("left", self.begin)
 
-    def _closed(self, before, new) -> bool:
+    def _closed(self, before: Point, new: Point) -> bool:
         """Whether the branch returns to its start."""
         start = self.branch.points[0]
         border = self.solve_between(before, new, self.begin)
         return border.converged and self.metric().norm(border.x - start.x, 0.0) < 1e-6
 
-    def _append(self, new, on_point):
+    def _append(self, new: Point, on_point: OnPoint | None) -> None:
         self.branch.points.append(new)
         if on_point:
             on_point(new, self.step)
 
-    def _grows(self, new) -> bool:
+    def _grows(self, new: Point) -> bool:
         """Whether the unknowns grow without bound while the parameter all but stands."""
         before = self.settled.parameter
         if abs(new.parameter - before) > self.settings.apart * abs(before):
@@ -315,7 +315,9 @@ class BranchTracer:
         start = max(size(p.x) for p in (*self.branch.points[:2], self.settled) if p.converged)
         return size(new.x) > self.settings.runaway * start
 
-    def _turn(self, new, last, x, p, metric):
+    def _turn(
+        self, new: Point, last: Point, x: np.ndarray, p: float, metric: Metric
+    ) -> Point | None:
         """Past a kink: the tangent of the linearisation beyond it leads on. None where that does
         not help."""
         row, corner = metric.border(x - last.x, p - last.parameter)
@@ -352,7 +354,7 @@ class BranchTracer:
                 return replace(new, tangent=(bx, bp), orientation=self.orientation)
         return None
 
-    def _beyond(self, new, last, x, p):
+    def _beyond(self, new: Point, last: Point, x: np.ndarray, p: float) -> Iterator[Linearised]:
         """Linearisations that may lie beyond a kink: where the corrector was, and further on."""
         yield new.detail
         self.branch.calls += 1
@@ -371,7 +373,7 @@ class BranchTracer:
             new, a.orientation, *self.metric().border(b.x - a.x, b.parameter - a.parameter)
         )
 
-    def _finish(self, beyond, on_point):
+    def _finish(self, beyond: Point, on_point: OnPoint | None) -> None:
         """The last point exactly at the end, between the last accepted one and the one beyond."""
         new = self.solve_between(self.run[-1], beyond, self.end)
         self._append(new, on_point)

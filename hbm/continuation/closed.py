@@ -89,7 +89,15 @@ def follow_away(
     return branch
 
 
-def _one_way(evaluate, start, band, weights, settings, on_point, meets=None):
+def _one_way(
+    evaluate: Evaluate,
+    start: Point,
+    band: tuple[float, float],
+    weights: np.ndarray,
+    settings: Settings,
+    on_point: OnPoint | None,
+    meets: Meets | None = None,
+) -> Branch:
     """The branch from the start, first towards the end of the band."""
     begin, end = band
     tracer = BranchTracer(evaluate, start, end, weights, settings, None, begin)
@@ -116,7 +124,7 @@ def _one_way(evaluate, start, band, weights, settings, on_point, meets=None):
             branch.points[-1] = branch.points[0]
             branch.finish("round", start.parameter)
 
-    def border(a, b):
+    def border(a: Point, b: Point) -> Point | None:
         found = tracer.solve_between(a, b, begin)
         return found if found.converged else None
 
@@ -124,13 +132,14 @@ def _one_way(evaluate, start, band, weights, settings, on_point, meets=None):
     return branch
 
 
-def _passes(tracer, before, new):
+def _passes(tracer: BranchTracer, before: Point, new: Point) -> bool:
     """Whether the branch passes through its start between two points."""
     start, metric = tracer.branch.points[0], tracer.metric()
     step = new.x - before.x, new.parameter - before.parameter
     away = start.x - before.x, start.parameter - before.parameter
     length = metric.norm(*step)
     along = metric.inner(*away, *step) / length**2
-    if not 0 < along <= 1 or metric.inner(*start.tangent, *step) <= 0:
+    tx, tp = start.tangent
+    if not 0 < along <= 1 or metric.inner(tx, tp, *step) <= 0:
         return False
     return metric.norm(away[0] - along * step[0], away[1] - along * step[1]) < ASIDE * length

@@ -2,6 +2,7 @@
 parameter."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -170,7 +171,7 @@ def interpolate(a: Point, b: Point, share: float, metric: Metric) -> tuple[np.nd
     tangents (Hermite)."""
     dx, dp = b.x - a.x, b.parameter - a.parameter
     x, p = a.x + share * dx, a.parameter + share * dp
-    slopes = [_beside_chord(q, (dx, dp), metric) for q in (a, b)]
+    slopes: list[Any] = [_beside_chord(q, (dx, dp), metric) for q in (a, b)]
     if all(slopes):
         for weight, (sx, sp) in zip(
             (share * (1 - share) ** 2, -(share**2) * (1 - share)), slopes, strict=True
@@ -204,7 +205,9 @@ def heading(point: Point, way: float) -> Point:
     return new if way > 0 else reverse(new)
 
 
-def _beside_chord(point, chord, metric):
+def _beside_chord(
+    point: Point, chord: tuple[np.ndarray, float], metric: Metric
+) -> tuple[np.ndarray, float] | None:
     """The tangent at a point, scaled to a chord (dx, dp), minus the chord; None where it is unknown
     or runs across."""
     if point.tangent is None:

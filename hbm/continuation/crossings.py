@@ -1,5 +1,6 @@
 """Solved points wherever a branch crosses a value of its parameter."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -57,13 +58,15 @@ def crossings(
     return found
 
 
-def _near(ends, parameter):
+def _near(ends: Sequence[Point], parameter: float) -> bool:
     """Whether a loop between two points that do not enclose the parameter might reach it."""
     low, high = sorted(end.parameter for end in ends)
     return low - (high - low) < parameter < high + (high - low)
 
 
-def _unfolded(evaluate, way, parameter, metric, settings):
+def _unfolded(
+    evaluate: Evaluate, way: Sequence[Point], parameter: float, metric: Metric, settings: Settings
+) -> tuple[list[Point], int]:
     """(points from the first to the last of `way`, residual calls), between which the branch
     crosses once at most.
 
@@ -83,7 +86,7 @@ def _unfolded(evaluate, way, parameter, metric, settings):
     return done, calls
 
 
-def _may_turn(a, b, parameter, metric):
+def _may_turn(a: Point, b: Point, parameter: float, metric: Metric) -> bool:
     """Whether the branch may turn and cross a parameter between two points."""
     return _near((a, b), parameter) and may_fold(a, b, metric)
 
@@ -128,7 +131,7 @@ def with_tangent(evaluate: Evaluate, points: list[Point], k: int, metric: Metric
     )
 
 
-def _turns(points, i, parameter):
+def _turns(points: Sequence[Point], i: int, parameter: float) -> bool:
     """Whether the branch turns back at point i or i + 1, short of the parameter."""
     for k in (i, i + 1):
         if 0 < k < len(points) - 1 and points[k - 1].converged and points[k + 1].converged:
@@ -140,12 +143,14 @@ def _turns(points, i, parameter):
     return False
 
 
-def _tip(evaluate, a, b, parameter, metric, settings):
+def _tip(
+    evaluate: Evaluate, a: Point, b: Point, parameter: float, metric: Metric, settings: Settings
+) -> tuple[list[Point], int]:
     """(points from a to b, residual calls), one of them beyond the parameter where a fold between
     them reaches it."""
     toward = np.sign(parameter - a.parameter)
 
-    def measure(point):
+    def measure(point: Point) -> arc.MeasuredPoint:
         return arc.MeasuredPoint(
             point, toward * point.parameter, toward * point.tangent[1] / metric.norm(*point.tangent)
         )

@@ -26,7 +26,9 @@ class Budget:
     Between points progress comes with the value of the last one, step 0 and the calls since.
     """
 
-    def __init__(self, settings: Settings, progress: Callable | None, first: float, unknowns: int):
+    def __init__(
+        self, settings: Settings, progress: Callable | None, first: float, unknowns: int
+    ) -> None:
         # a call costs about the cube of the unknowns: small problems may make more
         self.most = settings.max_calls * max(1.0, settings.large / unknowns) ** 2
         self.settings, self.progress, self.value = settings, progress, first
@@ -81,7 +83,7 @@ def follow(
     return tracer.branch
 
 
-def _advance(tracer, on_point):
+def _advance(tracer: BranchTracer, on_point: OnPoint | None) -> None:
     new = tracer.next_point()
     if new is not None:
         tracer.accept(new, on_point)
@@ -91,11 +93,11 @@ def _advance(tracer, on_point):
         bridge_gap(tracer)
 
 
-def _cut(tracer):
+def _cut(tracer: BranchTracer) -> None:
     """Leave out what lies outside the band where it starts; solve where the branch goes out and
     comes in."""
 
-    def border(before, point):
+    def border(before: Point, point: Point) -> Point | None:
         if tracer.branch.end == "budget":
             return None
         found = tracer.solve_between(before, point, tracer.begin)
@@ -105,8 +107,8 @@ def _cut(tracer):
     tracer.branch.points = cut(tracer.branch.points, lambda p: tracer.outside(p) > 0, border)
 
 
-def _same(a, b, tracer) -> bool:
-    return (
+def _same(a: Point, b: Point, tracer: BranchTracer) -> bool:
+    return bool(
         a.parameter == b.parameter
         and np.linalg.norm(tracer.weights * (a.x - b.x)) <= 1e-6 * tracer.largest
     )

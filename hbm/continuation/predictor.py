@@ -1,6 +1,8 @@
 """Where the next point of a branch is expected: polynomials through the points before, along their
 tangents."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tipdamp.hbm.continuation.point import Linearised, Metric, Point
@@ -30,7 +32,9 @@ def prediction_errors(points: list[Point], new: Point, metric: Metric) -> np.nda
     )
 
 
-def _table(points, units):
+def _table(
+    points: Sequence[Point], units: Sequence[tuple[np.ndarray, float]]
+) -> tuple[np.ndarray, np.ndarray]:
     """Points and unit tangents (2 points, n), the parameters likewise: what the weights are for."""
     return (
         np.array([q.x for q in points] + [tx for tx, _ in units]),
@@ -38,13 +42,15 @@ def _table(points, units):
     )
 
 
-def _unit(point, metric):
+def _unit(point: Point, metric: Metric) -> tuple[np.ndarray, float]:
     tx, tp = point.tangent
     size = 1 / metric.norm(tx, tp)
     return size * tx, size * tp
 
 
-def _places(points, units, metric):
+def _places(
+    points: Sequence[Point], units: Sequence[tuple[np.ndarray, float]], metric: Metric
+) -> np.ndarray:
     """Arc lengths along the points, zero at the last: those of circles through two points with
     their tangents."""
     places = [0.0]
@@ -58,7 +64,7 @@ def _places(points, units, metric):
     return np.array(places[::-1])
 
 
-def _weights(places, at, highest):
+def _weights(places: np.ndarray, at: float, highest: int) -> np.ndarray:
     """(orders, 2 points) weights of the values and of the slopes at the places, by which
     polynomials continue to `at`.
 
@@ -84,7 +90,7 @@ def _weights(places, at, highest):
     return np.array(found)
 
 
-def _slope(low, high, apart):
+def _slope(low: Sequence[float], high: Sequence[float], apart: float) -> list[float]:
     """Not a number where two places are one, as arrays have it."""
     if apart == 0:
         return [np.nan] * len(low)

@@ -17,7 +17,7 @@ from tipdamp.hbm.continuation.settings import Settings
 class TooManyRipples(Exception):
     """More points than the settings allow; calls : evaluations of the residual until then."""
 
-    def __init__(self, calls: int):
+    def __init__(self, calls: int) -> None:
         super().__init__()
         self.calls = calls
 
@@ -69,19 +69,19 @@ def resolve(
     return found, calls
 
 
-def _cubic(a, b, apart):
+def _cubic(a: MeasuredPoint, b: MeasuredPoint, apart: float) -> float:
     """Half way on the Hermite cubic."""
     return 0.5 * (a.value + b.value) + 0.125 * apart * (a.slope - b.slope)
 
 
-def _crest(a, b, metric):
+def _crest(a: MeasuredPoint, b: MeasuredPoint, metric: Metric) -> float:
     """What the Hermite cubic between two points does not exceed: 4/27 is the largest of s (1 -
     s)^2."""
     slopes = max(a.slope, 0.0) + max(-b.slope, 0.0)
     return max(a.value, b.value) + 4 / 27 * distance(a.point, b.point, metric) * slopes
 
 
-def _concave(a, middle, b, metric):
+def _concave(a: MeasuredPoint, middle: MeasuredPoint, b: MeasuredPoint, metric: Metric) -> bool:
     """Whether three points and their tangents are those of a concave quantity."""
     return all(
         right.value <= left.value + left.slope * apart

@@ -24,7 +24,7 @@ the stuck springs, rate by time."""
 
 
 @njit(cache=True)
-def solve(A, B):
+def solve(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """A^-1 B (n, m) in place of B, by elimination with pivots; A is used up."""
     n = len(A)
     for k in range(n):
@@ -57,7 +57,7 @@ def solve(A, B):
 
 
 @njit(cache=True)
-def times(weight, z):
+def times(weight: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Complex weights (n,) on the columns z = [Re, Im] (2n, m)."""
     n = len(weight)
     result = np.empty_like(z)
@@ -70,7 +70,7 @@ def times(weight, z):
 
 
 @njit(cache=True)
-def held(place, memory, w):
+def held(place: np.ndarray, memory: np.ndarray, w: np.ndarray) -> np.ndarray:
     """(nc, m) force of the sliders, memory (a, nd)."""
     found = np.zeros_like(w)
     for p in range(len(place)):
@@ -83,7 +83,7 @@ def held(place, memory, w):
 
 
 @njit(cache=True)
-def acting(place, blocks, u):
+def acting(place: np.ndarray, blocks: np.ndarray, u: np.ndarray) -> np.ndarray:
     """(nc, m) blocks (a, nd, nd) of every contact on its rows of u."""
     found, nd = np.zeros_like(u), blocks.shape[1]
     for p in range(len(blocks)):
@@ -97,7 +97,7 @@ def acting(place, blocks, u):
 
 
 @njit(cache=True)
-def closing(place, flexibility, gamma):
+def closing(place: np.ndarray, flexibility: np.ndarray, gamma: np.ndarray) -> np.ndarray:
     """(nc, nc) inverse of 1 + flexibility gamma."""
     nc, nd = len(flexibility), gamma.shape[1]
     matrix = np.eye(nc)
@@ -111,7 +111,14 @@ def closing(place, flexibility, gamma):
 
 
 @njit(cache=True)
-def solved(place, flexibility, inverse, gamma, force, free):
+def solved(
+    place: np.ndarray,
+    flexibility: np.ndarray,
+    inverse: np.ndarray,
+    gamma: np.ndarray,
+    force: np.ndarray,
+    free: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """(u, g) with u + flexibility g = free, g = gamma u + force; (nc, m) each. inverse : of
     `closing`, for they are solved more than once."""
     u = np.dot(inverse, free - np.dot(flexibility, force))
@@ -119,7 +126,13 @@ def solved(place, flexibility, inverse, gamma, force, free):
 
 
 @njit(cache=True)
-def at(place, flexibility, gamma, before, inverse):
+def at(
+    place: np.ndarray,
+    flexibility: np.ndarray,
+    gamma: np.ndarray,
+    before: np.ndarray,
+    inverse: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """(gamma, its inverse of `closing`), that of `before` where they are the same."""
     if np.array_equal(gamma, before):
         return before, inverse
@@ -127,7 +140,7 @@ def at(place, flexibility, gamma, before, inverse):
 
 
 @njit(cache=True)
-def seen(poles):
+def seen(poles: Poles) -> np.ndarray:
     """(2 nc, 2n): the motion of the components and its rate, both without their force, of z."""
     nc = len(poles.out)
     rows = np.empty((2 * nc, poles.out.shape[1]))
@@ -137,7 +150,7 @@ def seen(poles):
 
 
 @njit(cache=True)
-def monodromy(poles, segments, begins):
+def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarray:
     """(2n + k, 2n + k) derivative of [z, w] after a period by those before; begins (k,) :
     components whose sliders rest at t = 0."""
     n2, nc = poles.into.shape

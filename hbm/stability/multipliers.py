@@ -11,6 +11,7 @@ limit and does not slip counts as one that never moves: what drags it leaves it 
 """
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import eigvals
@@ -21,6 +22,10 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.laws.records import Contacts
 from tipdamp.hbm.stability.kernels import Poles, Segments, monodromy
 from tipdamp.hbm.time.poles import poles, split
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.balance.receptance import Receptance
+    from tipdamp.hbm.laws.variation import CycleTangents
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,7 @@ SYSTEMS = 16  # stuck systems that are kept: every point has its own where a par
 class Stability:
     """Of the points of one branch; its stuck systems are made once."""
 
-    def __init__(self, settings: StabilitySettings = SETTINGS):
+    def __init__(self, settings: StabilitySettings = SETTINGS) -> None:
         self.settings = settings
         self._known: dict[tuple, tuple] = {}
 
@@ -82,7 +87,13 @@ class Stability:
         found[: len(every)] = every
         return found
 
-    def _of(self, here, w, contacts, motion):
+    def _of(
+        self,
+        here: Linearisation,
+        w: float,
+        contacts: Contacts | None,
+        motion: np.ndarray | None,
+    ) -> np.ndarray:
         """All of them; none where the law does not tell, or structural damping has no motion in
         time."""
         balance = here.balance
@@ -120,14 +131,22 @@ class Stability:
             before = every
         return np.empty(0)
 
-    def _same(self, every, before):
+    def _same(self, every: np.ndarray, before: np.ndarray) -> bool:
         """Whether the leading multipliers of two numbers of steps are."""
         if not len(every) or len(every) != len(before):
             return False
         moduli = (np.sort(np.abs(some))[::-1][: self.settings.kept] for some in (every, before))
         return bool(np.abs(np.subtract(*moduli)).max() <= self.settings.halved)
 
-    def _after(self, tangents, times, slow, place, balance, w):
+    def _after(
+        self,
+        tangents: "CycleTangents",
+        times: np.ndarray,
+        slow: Poles,
+        place: np.ndarray,
+        balance: HarmonicBalance,
+        w: float,
+    ) -> np.ndarray:
         """All multipliers, with the tangents between the times, s; none where they overflow."""
         acts = place >= 0
         of = np.flatnonzero(acts.any(axis=1))
@@ -176,27 +195,27 @@ class Stability:
         return self._known[key][1]
 
 
-def _springs_alone(balance):
+def _springs_alone(balance: HarmonicBalance) -> HarmonicBalance:
     """The balance with springs in the place of what holds a mean."""
     held = balance.problem.with_springs_alone()
     return balance if held is balance.problem else balance.rebuilt(held, balance.forces)
 
 
-def _at(balance, components):
+def _at(balance: HarmonicBalance, components: np.ndarray) -> "Receptance":
     """The receptance between components of the contacts, without the motion elsewhere."""
     at, left = balance.contact_receptance, balance.receptance.left
     left = at.into[components] if left.size else left
     return replace(balance.receptance, shapes=at.shapes[components], left=left)
 
 
-def _acting(tangents, springs):
+def _acting(tangents: "CycleTangents", springs: np.ndarray) -> np.ndarray:
     """(P, nd) components that are disturbed otherwise than the stuck springs."""
     gamma, nd = tangents.gamma.copy(), springs.shape[1]
     gamma[..., np.arange(nd), np.arange(nd)] -= springs
     return gamma.any(axis=(0, 1, 3)) | gamma.any(axis=(0, 1, 4)) | tangents.captured.any(axis=0)
 
 
-def _joined(even, events):
+def _joined(even: np.ndarray, events: np.ndarray) -> np.ndarray:
     """Instants of both, each once; an event takes the place of an even one beside it."""
     events = np.unique(events[(events > 1e-12) & (events < 2 * np.pi - 1e-12)])
     events = events[np.r_[True, np.diff(events) > 1e-12]] if len(events) else events
