@@ -1,5 +1,7 @@
 """Amplitude of a periodic motion from its harmonics, and the maxima of amplitudes along a curve."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -49,7 +51,7 @@ def amplitude_along(
     return share * fourier.rms(X), share * fourier.rms_slope(X, dX)
 
 
-def _chosen(X, orders):
+def _chosen(X: np.ndarray, orders: Sequence[int]) -> np.ndarray:
     """The harmonics with those of other orders left out; the mean stands first."""
     return X[..., [0, *(k for k in orders if k < X.shape[-1])]]
 
@@ -69,7 +71,7 @@ def local_maxima(a: ArrayLike, jumps: ArrayLike) -> list[int]:
     ]
 
 
-def _saddle(a):
+def _saddle(a: np.ndarray) -> float:
     """The least value before the first that is higher than the first one."""
     above = np.flatnonzero(a > a[0])
     return np.nanmin(a[: above[0]] if len(above) else a)

@@ -110,7 +110,7 @@ def node_places(model: ReducedModel, pairs: ContactTable) -> tuple[np.ndarray, n
         }
     unknown = np.full(3, np.nan)
 
-    def of(bodies, numbers):
+    def of(bodies: np.ndarray, numbers: np.ndarray) -> np.ndarray:
         keys = zip(bodies.tolist(), numbers.tolist(), strict=True)
         return np.array(
             [unknown if key[0] == GROUND else at.get(key, unknown) for key in keys]
@@ -258,7 +258,7 @@ def uneven_doubts(pairs: ContactTable) -> Iterator[str]:
                 )
 
 
-def _cell_sizes(mine):
+def _cell_sizes(mine: ContactTable) -> np.ndarray:
     """(n,) m: of the faces around contact points, and the distance of neighbouring pairs of
     nodes."""
     places = np.unique(mine.position, axis=0)  # one may be there twice
@@ -270,15 +270,15 @@ def _cell_sizes(mine):
     )
 
 
-def _named(pairs, i):
+def _named(pairs: ContactTable, i: int) -> str:
     return f"pair {i + 1} (side '{pairs.side[i]}', station {pairs.station[i]}, row {pairs.row[i]})"
 
 
-def _vector(v):
+def _vector(v: np.ndarray) -> str:
     return ", ".join(f"{x:.4g}" for x in v)
 
 
-def _neighbours(places):
+def _neighbours(places: np.ndarray) -> np.ndarray:
     """(P,) index of the nearest that lies elsewhere; its own where all lie at one place."""
     first = np.unique(places, axis=0, return_index=True, return_inverse=True)
     distinct, of = first[1], first[2].ravel()
@@ -287,7 +287,7 @@ def _neighbours(places):
     return distinct[cKDTree(places[distinct]).query(places[distinct], 2)[1][of, 1]]
 
 
-def _spacing(places):
+def _spacing(places: np.ndarray) -> np.ndarray:
     """(P,) m to the nearest place that is another one; inf where there is none."""
     size = np.ptp(places, axis=0).max(initial=0.0)
     distinct = np.unique(
@@ -298,7 +298,7 @@ def _spacing(places):
     return cKDTree(places[distinct]).query(places, 2)[0][:, 1]
 
 
-def _off_line(place, one, other):
+def _off_line(place: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """(P,) m from the places to the straight lines between two points each."""
     way = other - one
     length = np.einsum("pd,pd->p", way, way)

@@ -16,7 +16,7 @@ statics.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -32,6 +32,9 @@ from tipdamp.hbm.laws.records import Contacts, SliderStart
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.points import ContactPoints
 from tipdamp.hbm.ties import levels
+
+if TYPE_CHECKING:
+    pass
 
 
 @dataclass(frozen=True)
@@ -157,7 +160,7 @@ def reduce_interface(
     return InterfaceReduction(_in_shapes(model, pairs, V), V, there, followed, *errors)
 
 
-def _in_shapes(model, pairs, V):
+def _in_shapes(model: ReducedModel, pairs: ContactTable, V: np.ndarray) -> ReducedModel:
     """The model in the shapes V (r, m), with the points of the pairs."""
     bodies = dict.fromkeys([*pairs.blade_body.tolist(), *pairs.damper_body.tolist()])
     return ReducedModel.from_matrices(
@@ -238,7 +241,7 @@ def by_force(
     start = SliderStart(np.zeros((len(contacts), law.sliders)), False)
     springs = np.linalg.norm(law.stuck_stiffness(contacts) * amplitude, axis=1)
 
-    def off(factor):
+    def off(factor: np.ndarray) -> np.ndarray:
         x = np.zeros((*amplitude.shape, 3))
         x[:, :, 1] = factor[:, None] * amplitude
         return np.linalg.norm(
@@ -282,7 +285,7 @@ def estimated(
     return response, float(frequency.max(initial=0.0))
 
 
-def _motion_of_law(model, pairs, law):
+def _motion_of_law(model: ReducedModel, pairs: ContactTable, law: ContactLaw) -> np.ndarray:
     """(P nd, r) relative motion of the pairs along the components of the law."""
     rows = [["t1", "t2", "n"].index(c) for c in law.components]
     return relative_motion(model, pairs)[
@@ -290,14 +293,14 @@ def _motion_of_law(model, pairs, law):
     ].toarray()
 
 
-def _projected(V, matrix):
+def _projected(V: np.ndarray, matrix: np.ndarray | None) -> np.ndarray | None:
     if matrix is None:
         return None
     small = V.T @ matrix @ V
     return (small + small.T) / 2
 
 
-def _points(model, pairs, body, V):
+def _points(model: ReducedModel, pairs: ContactTable, body: str, V: np.ndarray) -> ContactPoints:
     """Every node of the pairs on a body as a contact point on the new dofs."""
     numbers = np.unique(
         np.concatenate(

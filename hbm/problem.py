@@ -206,7 +206,9 @@ class Problem(AnyProblem):
         C, K = (before.C if C is None else C), (before.K if K is None else K)
         return replace(self, varying=replace(before, C=C, K=K, engine_order=engine_order))
 
-    def _with_force(self, pattern, amplitude, harmonic):
+    def _with_force(
+        self, pattern: np.ndarray, amplitude: complex | Amplitude, harmonic: int
+    ) -> Problem:
         if callable(amplitude):
             check_call("force: its amplitude", amplitude, "w")
             return self._with_varying((harmonic, pattern, amplitude))
@@ -225,7 +227,7 @@ class Problem(AnyProblem):
             raise _nothing_moves(where)
         return row
 
-    def _row(self, where):
+    def _row(self, where: Where) -> np.ndarray:
         r = self.size
         if isinstance(where, int | np.integer) and not isinstance(where, bool):
             return self._unit(int(where))
@@ -360,7 +362,7 @@ def _kinds(laws: list[ContactLaw]) -> tuple[tuple[ContactLaw, ...], tuple[int, .
     return tuple(kinds), tuple(of_contact)
 
 
-def _equal(a, b):
+def _equal(a: ContactLaw, b: ContactLaw) -> bool:
     """Whether two laws are one. Those with a parameter for each contact have no hash."""
     try:
         return a is b or hash(a) == hash(b) and a == b
@@ -368,7 +370,7 @@ def _equal(a, b):
         return False
 
 
-def _nothing_moves(where):
+def _nothing_moves(where: Any) -> InputError:
     return InputError(
         f"where = {brief(where)}: a row of zeros takes no motion out of q; a dof is given as its "
         "number alone, 0 for the first"

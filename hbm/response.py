@@ -322,17 +322,21 @@ class CheckedInput:
         return made
 
 
-def _too_few_harmonics(H, periods, order):
+def _too_few_harmonics(H: int, periods: int, order: int | None) -> str:
     if periods == 1:
         return f"forcing of harmonic {order}: harmonics = {H} keeps orders 0..{H} only"
     return (
         f"harmonics = {H}: are counted in the frequency of a motion of {periods} periods, in which "
-        f"the excitation of order {order} stands at {periods * order}: at least that many"
+        f"the excitation of order {order} stands at {periods * (order or 0)}: at least that many"
     )
 
 
 def _curve(
-    problem, forcing, varied: tuple[Parameter, float], between, options: CurveOptions
+    problem: ContactProblem,
+    forcing: Forcing,
+    varied: tuple[Parameter, float],
+    between: tuple[str, ArrayLike],
+    options: CurveOptions,
 ) -> ForcedResponse:
     """With the given number of harmonics, or as many as the tolerance needs."""
     if options.harmonics != AUTO:
@@ -355,7 +359,11 @@ def _curve(
 
 
 def _branch(
-    problem, forcing, varied: tuple[Parameter, float], between, options: CurveOptions
+    problem: ContactProblem,
+    forcing: Forcing,
+    varied: tuple[Parameter, float],
+    between: tuple[str, ArrayLike],
+    options: CurveOptions,
 ) -> ForcedResponse:
     """The branch between two values of a parameter, as a ForcedResponse; varied : (parameter,
     Hz)."""
@@ -388,7 +396,7 @@ def _branch(
     if options.truncation or everywhere:
         estimate = TruncationEstimate(equation, case.rows, Stability() if everywhere else None)
 
-    def note(point):
+    def note(point: Point) -> None:
         outputs.along(point)
         if estimate:
             estimate.of(point)
@@ -442,7 +450,9 @@ def _branch(
     return curve
 
 
-def _at_hz(problem, case, hz, periods):
+def _at_hz(
+    problem: ContactProblem, case: CheckedInput, hz: float, periods: int
+) -> tuple[ContactProblem, CheckedInput]:
     """(problem, checked input) with what varies with the frequency at that one."""
     if problem.varying is None:
         return problem, case
@@ -451,11 +461,12 @@ def _at_hz(problem, case, hz, periods):
     return there, replace(case, forces=forces)
 
 
-def _with_all_pairs(curve, kept):
+def _with_all_pairs(curve: ForcedResponse, kept: np.ndarray) -> ForcedResponse:
     """The pairs that were left out come back as open through the cycle."""
     if kept.all():
         return curve
-    n, columns = len(curve.frequency), {"carrying": kept}
+    n = len(curve.frequency)
+    columns: dict[str, Any] = {"carrying": kept}
     for name in ("share_stick", "share_slip", "share_open", "dissipated", "contact_force"):
         part = vars(curve)[name]
         if part.size:

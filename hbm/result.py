@@ -29,7 +29,7 @@ DOUBTFUL = 0.1  # of the vibration: a larger estimate of the truncation is no es
 NOT_SEARCHED = "not looked for further curves"
 
 
-def _none(*shape, dtype: type = float):
+def _none(*shape: int, dtype: type = float) -> Any:
     return field(default_factory=lambda: np.empty(shape, dtype))
 
 
@@ -166,7 +166,7 @@ class ForcedResponse(ArrayRecord):
     periods: int = 1
     named_points: tuple[NamedPoint, ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "reached_end", self.reached_end or self.complete)
         if not np.size(self.jumps):
             object.__setattr__(self, "jumps", np.zeros(len(self.parameter), dtype=bool))
@@ -200,7 +200,7 @@ class ForcedResponse(ArrayRecord):
     @overload
     def __getitem__(self, i: slice) -> "list[PeriodicSolution]": ...
 
-    def __getitem__(self, i):
+    def __getitem__(self, i: int | slice) -> "PeriodicSolution | list[PeriodicSolution]":
         """The solution of a point of the curve, counted from 0, or from the last with -1; those of
         a slice as a list."""
         if isinstance(i, slice):
@@ -401,7 +401,7 @@ class ForcedResponse(ArrayRecord):
             return ""
         return "the maximum is not solved, the highest point found stands for it"
 
-    def _why_at_border(self, a, i):
+    def _why_at_border(self, a: np.ndarray, i: int) -> str:
         said = (
             f"its largest amplitude lies at the border of the band, {self.parameter[i]:g} Hz; the "
             "resonance may be outside, widen the band"
@@ -429,7 +429,7 @@ class ForcedResponse(ArrayRecord):
         i = int(np.nanargmax(a))
         return float(self.parameter[i]), float(a[i])
 
-    def _why_no_peak(self, a):
+    def _why_no_peak(self, a: np.ndarray) -> str:
         """Why the largest of the amplitudes a (n,) is no peak, with what it is at least; empty
         where it is one."""
         if not np.isfinite(a).any():
@@ -504,7 +504,7 @@ class ForcedResponse(ArrayRecord):
         return self._largest_multiplier > 1
 
     @property
-    def _largest_multiplier(self):
+    def _largest_multiplier(self) -> np.ndarray:
         """(n,) modulus, NaN where it is not known."""
         if not self.multipliers.size:
             return np.full(len(self.frequency), np.nan)
@@ -542,7 +542,7 @@ class ForcedResponse(ArrayRecord):
         return self._beyond(self.share_open)
 
     @staticmethod
-    def _beyond(share):
+    def _beyond(share: np.ndarray) -> np.ndarray:
         return np.flatnonzero(np.nanmax(share, axis=0, initial=0.0) > 1e-6)
 
     def save(self, path: str | Path) -> Path:

@@ -8,7 +8,7 @@ turn. Where the quantity is concave no point exceeds that intersection: it bound
 gain, and ends the search.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -149,7 +149,7 @@ def _cubic(a: MeasuredPoint, b: MeasuredPoint, apart: float, share: float) -> fl
 
 def maximum_by_value(
     evaluate: Evaluate,
-    three: tuple[MeasuredPoint, MeasuredPoint, MeasuredPoint],
+    three: Sequence[MeasuredPoint],
     measure: Callable[[Point], MeasuredPoint],
     metric: Metric,
     settings: Settings,

@@ -19,7 +19,7 @@ TIP = 3.0
 
 def crossings(
     evaluate: Evaluate,
-    points: list[Point],
+    points: Sequence[Point],
     parameter: float,
     weights: np.ndarray,
     settings: Settings,
@@ -117,7 +117,7 @@ def insert_crossings(
     return missed
 
 
-def with_tangent(evaluate: Evaluate, points: list[Point], k: int, metric: Metric) -> Point:
+def with_tangent(evaluate: Evaluate, points: Sequence[Point], k: int, metric: Metric) -> Point:
     """Point k of a branch with its tangent, found anew from its orientation where it is not
     known."""
     point = points[k]

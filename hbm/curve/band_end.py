@@ -12,7 +12,9 @@ into the band.
 What is not found so stays unknown: a curve knows its own branch alone.
 """
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +24,9 @@ from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.point import Point, size
 from tipdamp.hbm.continuation.settings import Settings
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.balance.residual import HarmonicBalance
 
 
 @dataclass(frozen=True)
@@ -68,7 +73,9 @@ def band_ends(
     return BandEnds("; ".join(words for words in (begin, there) if words), confirmed)
 
 
-def _folds_outside(equation, branch, point, outwards, settings):
+def _folds_outside(
+    equation: Equation, branch: Branch, point: Point, outwards: float, settings: Settings
+) -> str:
     """Words on the fold over which the branch comes back into the band, followed outwards from one
     of its ends; empty where that is not found with few calls."""
     if not (point.converged and _elastic(point)):
@@ -85,7 +92,7 @@ def _folds_outside(equation, branch, point, outwards, settings):
     )
 
 
-def _elastic(point):
+def _elastic(point: Point) -> bool:
     """Whether forces without memory act. Friction is left out: it folds a branch through lift-off
     alone, and its curves would take twice as long."""
     detail = point.detail
@@ -93,7 +100,14 @@ def _elastic(point):
     return detail.balance.problem.law.states == 0 and bool(alternating.any())
 
 
-def _at_an_end(equation, branch, end, outwards, beyond, settings):
+def _at_an_end(
+    equation: Equation,
+    branch: Branch,
+    end: Point,
+    outwards: float,
+    beyond: float | None,
+    settings: Settings,
+) -> tuple[str, bool]:
     """(words on the solution at an end of the branch to which Newton's method leads from the linear
     response, empty where the branch has it; whether it has it)"""
     value = end.parameter
@@ -110,13 +124,13 @@ def _at_an_end(equation, branch, end, outwards, beyond, settings):
         fold, looked = _followed(equation, branch, end, outwards, (fold_ahead, most), settings)
     parameter = equation.parameter
     named = (
-        None if one is None else parameter.named(one / parameter.scale)
-        for one in (value, fold, looked)
+        None if one is None else parameter.named(one / parameter.scale) for one in (fold, looked)
     )
-    return (_at_the_begin if end is branch.points[0] else _at_the_end)(*named), False
+    said = _at_the_begin if end is branch.points[0] else _at_the_end
+    return said(parameter.named(value / parameter.scale), *named), False
 
 
-def _at_the_end(value, fold, looked):
+def _at_the_end(value: str, fold: str | None, looked: str | None) -> str:
     """fold, looked : where the branch folds beyond the end, how far it was followed, or None."""
     found = f"another solution at {value}, where the band ends"
     if fold is not None:
@@ -132,7 +146,7 @@ def _at_the_end(value, fold, looked):
     )
 
 
-def _at_the_begin(value, fold, looked):
+def _at_the_begin(value: str, fold: str | None, looked: str | None) -> str:
     """As `_at_the_end`, where the branch begins."""
     found = f"another solution at {value}, where the band begins"
     if fold is not None:
@@ -147,22 +161,29 @@ def _at_the_begin(value, fold, looked):
     )
 
 
-def _from_linear_response(equation, last, settings):
+def _from_linear_response(equation: Equation, last: float, settings: Settings) -> Point:
     """The solution to which Newton's method leads from there, as a point of the branch."""
 
-    def way(balance, w):
+    def way(balance: "HarmonicBalance", w: float) -> Iterator[Point]:
         linear = balance.linear(w)
         yield solve_fixed(balance.evaluate, linear, w, balance.weights, settings, SETTINGS.calls)
 
     return next(equation.solutions(last, way, settings))
 
 
-def _alike(a: Point, b: Point, weights) -> bool:
+def _alike(a: Point, b: Point, weights: np.ndarray) -> bool:
     apart = size(weights * (a.x - b.x))
     return apart <= SETTINGS.differs * max(size(weights * a.x), size(weights * b.x))
 
 
-def _followed(equation, branch, point, sense, to, settings):
+def _followed(
+    equation: Equation,
+    branch: Branch,
+    point: Point,
+    sense: float,
+    to: tuple[Callable, int],
+    settings: Settings,
+) -> tuple[float | None, float | None]:
     """(where the branch folds on from a point in a sense of the parameter or None, how far it was
     followed or None); over the frequency alone: other parameters may have no meaning there.
 

@@ -14,12 +14,14 @@ from tipdamp.hbm.curve.equilibrium import KeptPoints
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws.records import Motion
+from tipdamp.hbm.laws.records import Contacts, Motion
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import check_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from tipdamp.hbm.laws.uncoupled.law import Jenkins1D
 
 SAMPLES = 8192  # a period; the friction work of a slip segment converges with their square
 MAX_PERIODS = 50  # until the state of a law with memory repeats
@@ -122,7 +124,9 @@ def energy_balance(
     return _kept(curve, problem, point, parameter).energies()[0]
 
 
-def _kept(curve, problem, point, parameter):
+def _kept(
+    curve: ForcedResponse, problem: AnyProblem, point: int, parameter: Parameter | None
+) -> KeptPoints:
     equation, points = restored(curve, problem, parameter)
     if not 0 <= check_whole("point", point, 0) < len(points) or not points[point].converged:
         raise InputError(f"point {point}: not a solved point of the curve, which has {len(points)}")
@@ -147,7 +151,12 @@ def _cycles(kept: KeptPoints, n: int) -> ContactCycles:
     )
 
 
-def _periodic(law, state, contacts, motion) -> tuple[np.ndarray, np.ndarray]:
+def _periodic(
+    law: "Jenkins1D",
+    state: np.ndarray,
+    contacts: Contacts,
+    motion: tuple[np.ndarray, np.ndarray, float],
+) -> tuple[np.ndarray, np.ndarray]:
     """(n+1, P, nd) forces and (n+1, P, ns) states of the law from a state, over the first period at
     whose end the states are those of its beginning; motion : u, v (n+1, P, nd) and rad/s."""
     u, v, w = motion

@@ -5,6 +5,9 @@ how far the drawn one (PCHIP, [Fritsch, Butland 1984]) is off: most where a cont
 and the curve has a kink. There the new point is solved where the tangents of both ends meet.
 """
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from tipdamp.hbm.balance.parameter import Equation
@@ -14,6 +17,9 @@ from tipdamp.hbm.continuation.corrector import between
 from tipdamp.hbm.continuation.crossings import may_fold
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.outputs import Outputs
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.continuation.point import Point
 
 SHARES = np.array([0.25, 0.5, 0.75])[:, None, None]  # of an interval, where its error is looked at
 
@@ -54,7 +60,7 @@ def refine_drawn(
     return np.array(kept)
 
 
-def _drawn(outputs, points):
+def _drawn(outputs: Outputs, points: "Sequence[Point]") -> tuple[np.ndarray, np.ndarray]:
     """Half peak to peak at points, and its slopes by the parameter, (n, m) each; NaN where a point
     failed."""
     values, slopes = outputs.amplitudes(points)
@@ -63,7 +69,9 @@ def _drawn(outputs, points):
     return values, slopes / along[:, None]
 
 
-def _coarse(p, values, slopes, tolerance):
+def _coarse(
+    p: np.ndarray, values: np.ndarray, slopes: np.ndarray, tolerance: float
+) -> list[tuple[int, float]]:
     """[(interval, share of it where a point is wanted)] of the intervals where an output is drawn
     too coarsely."""
     h, rise = np.diff(p)[:, None], np.diff(values, axis=0)
@@ -82,7 +90,7 @@ def _coarse(p, values, slopes, tolerance):
     ]
 
 
-def _drawn_slopes(h, chords, slopes):
+def _drawn_slopes(h: np.ndarray, chords: np.ndarray, slopes: np.ndarray) -> np.ndarray:
     """(n, m) slopes of PCHIP at the points, by the intervals h (n-1, 1) and the slopes of their
     chords; at the ends, and where the branch turns, the true ones."""
     one, two = 2 * h[1:] + h[:-1], h[1:] + 2 * h[:-1]

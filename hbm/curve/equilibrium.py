@@ -16,9 +16,10 @@ the law on q differ from these, known at every point, and the error of that resp
 to q: this is measured, with the full matrices, at the ends of a curve and at its largest motion.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -35,6 +36,10 @@ from tipdamp.hbm.continuation.settings import DEFAULT as SETTINGS
 from tipdamp.hbm.curve.energy import EnergyBalance, energies, excitation
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.balance.residual import HarmonicBalance
+    from tipdamp.hbm.laws.records import ContactForces
 
 TINY = float(np.finfo(float).tiny)
 BLOCK = 20_000  # rows of a sparse matrix that are multiplied at once in extended precision
@@ -74,7 +79,7 @@ def settle(
     return residuals, errors, bad
 
 
-def _limit(equation, point, springs=0.0):
+def _limit(equation: Equation, point: Point, springs: float = 0.0) -> float:
     """Residual over the force scale that a point may have: the terms of the equation of motion
     themselves are not known better than their rounding, which is large beside their sum where
     elements are small.
@@ -109,7 +114,7 @@ def doubt(equation: Equation, point: Point) -> float:
     return float(change / max(whole, TINY))
 
 
-def _across(point):
+def _across(point: Point) -> tuple[np.ndarray, float]:
     """Row and corner of a border that leads across the branch; at its parameter where that has no
     tangent."""
     if point.tangent is None or not np.any(point.tangent[0]):
@@ -138,7 +143,9 @@ def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray
     return found, energy
 
 
-def _alike(points, chosen, balance):
+def _alike(
+    points: Sequence[Point], chosen: Sequence[int], balance: "HarmonicBalance"
+) -> list[list[int]]:
     """Indices of points, in runs of one balance and no more of them than fit into memory at
     once."""
     P, r = len(balance.problem.contacts), len(balance.problem.K)
@@ -163,7 +170,7 @@ class KeptPoints:
     sticks (n, P) : whether a contact sticks throughout the cycle
     """
 
-    def __init__(self, equation: Equation, points: list[Point]):
+    def __init__(self, equation: Equation, points: list[Point]) -> None:
         parameter, whole = equation.parameter, equation.balance
         values = [point.parameter / parameter.scale for point in points]
         there = [parameter.rebuild(whole.problem, whole.forces, value) for value in values]
@@ -246,7 +253,7 @@ class KeptPoints:
         changed = self._at_dofs(self.of_law[0][:1] - self.g[:1])[0]
         return (stiff - heavy + self._other_forces(q)[0] + changed).astype(complex)
 
-    def _other_forces(self, q):
+    def _other_forces(self, q: np.ndarray) -> np.ndarray:
         """(n, r, H+1) of damping, holds and contacts, less what is applied."""
         problem = self.problem
         inner = 1j * self._orders() * self.damping_force(q)
@@ -299,17 +306,17 @@ class KeptPoints:
         """(n, r, H+1) q, m."""
         return _times(self.balance.receptance.shapes, self.modal)
 
-    def _orders(self):
+    def _orders(self) -> np.ndarray:
         """(n, 1, H+1) rad/s of every order."""
         return self.w[:, None, None] * np.arange(self.balance.H + 1)
 
-    def _at_dofs(self, force):
+    def _at_dofs(self, force: np.ndarray) -> np.ndarray:
         """(n, r, H+1) B' of forces (n, P, nd, nh)."""
         return _times(
             self.problem.B.T, fourier.to_complex(force.reshape(len(force), -1, self.balance.nh))
         )
 
-    def _size(self, force):
+    def _size(self, force: np.ndarray) -> np.ndarray:
         return norms(force, self.unit)
 
     def applied(self) -> np.ndarray:
@@ -324,7 +331,7 @@ class KeptPoints:
             )
         return np.array([made[id(forces)] for forces in self.forces])
 
-    def _applied(self, forces):
+    def _applied(self, forces: dict[int, np.ndarray]) -> np.ndarray:
         found = np.zeros((self.unit.shape[1], self.balance.H + 1), dtype=complex)
         for k, F in forces.items():
             found[:, k] = F
@@ -350,13 +357,13 @@ class KeptPoints:
         return force + _times(problem.stuck_stiffness, light)
 
 
-def _work(forces, u):
+def _work(forces: "ContactForces", u: np.ndarray) -> np.ndarray:
     """(P,) J of contact forces in a period, along the slip where the law tells it, else along the
     motion u."""
     return fourier.work(forces.g, u) if forces.work is None else forces.work
 
 
-def _times(A, X):
+def _times(A: sp.spmatrix | np.ndarray, X: np.ndarray) -> np.ndarray:
     """(n, k, H+1) products of a real or complex, dense or sparse matrix (k, m) with X (n, m, H+1),
     in one go."""
     n, m, orders = X.shape
@@ -364,7 +371,7 @@ def _times(A, X):
     return product.reshape(A.shape[0], n, orders).transpose(1, 0, 2)
 
 
-def _extended(A, X):
+def _extended(A: Any, X: np.ndarray) -> np.ndarray:
     """(k, o) product of a dense or sparse matrix (k, m) with X (m, o) in the longest floats of the
     machine, in blocks of rows."""
     X = X.astype(np.clongdouble)
@@ -379,23 +386,23 @@ def _extended(A, X):
     return found
 
 
-def _units(problem, w):
+def _units(problem: ContactProblem, w: np.ndarray) -> np.ndarray:
     """(n, r) unit of force at each dof, by its stiffness at w (n,) rad/s without contact."""
     stiffness = np.abs(problem.K.diagonal()) + w[:, None] ** 2 * problem.M.diagonal()
     return np.sqrt(np.maximum(stiffness, 1e-30 * stiffness.max(axis=1, keepdims=True)))
 
 
-def _parts(X):
+def _parts(X: np.ndarray) -> np.ndarray:
     """(n, 2) norms of order 0 and of the others, of (n, r, H+1)."""
     return norms(X, np.ones(X.shape[:2]))
 
 
-def _norm(unit, force):
+def _norm(unit: np.ndarray, force: np.ndarray) -> float:
     """Of forces (r, n) in their units."""
     return float(np.linalg.norm(norms(force[None], unit[None])))
 
 
-def _more_steps(equation, point, pinned) -> Iterator[Point]:
+def _more_steps(equation: Equation, point: Point, pinned: bool) -> Iterator[Point]:
     """The point after further Newton steps: at its parameter, then across the branch where it is
     not pinned there."""
     begin = Plane(point.x, point.parameter, np.zeros(len(point.x)), 1.0)
@@ -420,7 +427,7 @@ def _more_steps(equation, point, pinned) -> Iterator[Point]:
         yield replace(point, x=new.x, parameter=new.parameter, detail=new.detail)
 
 
-def _nearby(p, point):
+def _nearby(p: float, point: Point) -> bool:
     return abs(p - point.parameter) <= DEFAULT.nearby * abs(point.parameter)
 
 
@@ -479,7 +486,7 @@ def with_residuals(
     )
 
 
-def _blank(column, bad):
+def _blank(column: np.ndarray, bad: np.ndarray) -> np.ndarray:
     """A column of a curve with NaN at points; as it is where it is empty."""
     return (
         np.where(bad.reshape(-1, *[1] * (column.ndim - 1)), np.nan, column)
@@ -507,7 +514,9 @@ def check_carried(problem: ContactProblem, forces: dict, w: float) -> None:
         raise InputError(message)
 
 
-def _too_stiff(problem, forces, w, q, allowed):
+def _too_stiff(
+    problem: ContactProblem, forces: dict, w: float, q: np.ndarray, allowed: float
+) -> str:
     """A sentence on the stiffest contact where rounding of the motion q (r, n) is more than
     allowed; else empty."""
     springs = problem.law.stuck_stiffness(problem.contacts).ravel()

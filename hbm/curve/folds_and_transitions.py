@@ -100,7 +100,7 @@ class _Along:
 
     def __init__(
         self, curve: ForcedResponse, equation: Equation, points: list[Point], stability: bool
-    ):
+    ) -> None:
         self.curve, self.equation, self.points = curve, equation, points
         self.outputs = Outputs(curve.output_rows)
         self.estimate = None
@@ -131,18 +131,25 @@ class _Along:
         found.sort(key=lambda placed: placed[0])
         return tuple(named for _, named in found if not self._of_a_fold(named))
 
-    def _of_a_fold(self, named):
+    def _of_a_fold(self, named: NamedPoint) -> bool:
         """Whether a multiplier passes 1 just beside a fold: the fold is that of the orders kept,
         the multiplier that of the motion with the orders above too."""
         near = (abs(named.index - index) <= 1 for index in self.silent)
         return named.kind == "branch point" and any(near)
 
-    def _between(self, a, b, index, metric):
+    def _between(
+        self, a: Point, b: Point, index: int, metric: Metric
+    ) -> list[tuple[float, NamedPoint]]:
         """(place, named point) of all changes between two neighbouring points of the curve."""
         start, end, found = self._leading(a), self._leading(b), []
         apart = max(arc.distance(a, b, metric), 1e-300)
 
-        def named(kind, near, contact=-1, multiplier=complex("nan")):
+        def named(
+            kind: Kind,
+            near: tuple[Point, Point],
+            contact: int = -1,
+            multiplier: complex = complex("nan"),
+        ) -> None:
             p, q = near
             place = index + min(arc.distance(a, q, metric) / apart, 1 - 1e-9)
             within = abs(p.parameter - q.parameter)
@@ -171,7 +178,7 @@ class _Along:
         if ways[0] * ways[1] >= 0:
             return None
 
-        def measure(point):
+        def measure(point: Point) -> arc.MeasuredPoint:
             slope = point.tangent[1] / metric.norm(*point.tangent)
             return arc.MeasuredPoint(point, ways[0] * point.parameter, ways[0] * slope)
 
@@ -188,7 +195,7 @@ class _Along:
         # one that is 1 to rounding is taken for one of what nothing holds
         return 1 + 0j if abs(self._nearest_one(beside) - 1) <= JUMP else complex("nan")
 
-    def _nearest_one(self, point):
+    def _nearest_one(self, point: Point) -> complex:
         multipliers = self._leading(point).multipliers
         return _nearest(multipliers, multipliers - 1)
 
@@ -208,10 +215,12 @@ class _Along:
             middle.detail.forget()
         return a, b
 
-    def _of_contact(self, contact, of, a, b, metric):
+    def _of_contact(
+        self, contact: int, of: Callable, a: Point, b: Point, metric: Metric
+    ) -> tuple[Point, Point]:
         return self._enclosed(a, b, metric, lambda point: of(_shares(point))[contact])
 
-    def _passed(self, near: Near):
+    def _passed(self, near: Near) -> tuple[Kind, tuple[Point, Point], int, complex]:
         """(kind, near, contact, multiplier) of what changes the stability between two points."""
         both = [self._leading(point).multipliers for point in near]
         through = [_nearest(multipliers, np.abs(multipliers) - 1) for multipliers in both]
@@ -246,7 +255,9 @@ class _Along:
             self._known[id(point)] = point, _Leading(multipliers[np.isfinite(multipliers)])
         return self._known[id(point)][1]
 
-    def _named(self, kind, point, within, index, contact, multiplier):
+    def _named(
+        self, kind: Kind, point: Point, within: float, index: int, contact: int, multiplier: complex
+    ) -> NamedPoint:
         parameter, hz = self.equation.parameter, self.equation.hz
         value = point.parameter / parameter.scale
         return NamedPoint(
@@ -266,6 +277,6 @@ def _nearest(multipliers: np.ndarray, away: np.ndarray) -> complex:
     return complex(multipliers[np.abs(away).argmin()]) if len(multipliers) else complex("nan")
 
 
-def _shares(point):
+def _shares(point: Point) -> np.ndarray:
     """(P, 3) of the cycle: stick, slip, open."""
     return point.detail.forces.shares

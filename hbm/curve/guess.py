@@ -88,12 +88,12 @@ def solved(equation: Equation, x: np.ndarray, value: float, settings: Settings) 
     return point
 
 
-def _far(point, x, weights):
+def _far(point: Point, x: np.ndarray, weights: np.ndarray) -> str:
     away = size(weights * (point.x - x)) / max(size(weights * point.x), 1e-300)
     return f"lies {away:.0%} of its motion away: it may be another one" if away > FAR else ""
 
 
-def _repeats(point, equation):
+def _repeats(point: Point, equation: Equation) -> str:
     """That the motion repeats after fewer periods of the excitation than those of the equation."""
     u = np.abs(fourier.to_complex(point.x.reshape(equation.balance.n_components, -1)))
     orders, periods = np.arange(u.shape[1]), equation.periods

@@ -60,7 +60,7 @@ def stiffer_change(
     return _compared(equation, (solved[i], top), height / max(heights[i, j], np.finfo(float).tiny))
 
 
-def _compared(equation, points, ratio) -> Stiffer:
+def _compared(equation: Equation, points: tuple[Point, Point], ratio: float) -> Stiffer:
     """points : at the highest amplitude, before and after; ratio : of their heights."""
     before, after = (np.abs(_mean_reactions(point)) for point in points)
     change = np.abs(_mean_reactions(points[1]) - _mean_reactions(points[0]))
@@ -112,7 +112,7 @@ def hold_in_words(curve: ForcedResponse, problem: ContactProblem) -> Iterator[st
             )
 
 
-def _flanks(heights, i):
+def _flanks(heights: np.ndarray, i: int) -> tuple[int, ...]:
     """Indices of the highest point i and of one clearly lower on each side; i alone at an end."""
     low = np.flatnonzero(heights < (1 - HOLD.hold_flank) * heights[i])
     before, after = low[low < i], low[low > i]
@@ -157,6 +157,6 @@ def _again(stiffer: Equation, point: Point, before: ContactProblem, settings: Se
     return solve_fixed(stiffer.evaluate, x.ravel(), point.parameter, stiffer.weights, settings)
 
 
-def _mean_reactions(point):
+def _mean_reactions(point: Point) -> np.ndarray:
     """(h,) N or N m."""
     return (point.detail.balance.reaction_rows @ point.detail.modal)[:, 0].real

@@ -47,7 +47,7 @@ class Journal:
         keep: Callable[[JournalBlock], None],
         blocks: Iterable[JournalBlock] = (),
         clock: Callable[[], float] = time.monotonic,
-    ):
+    ) -> None:
         self.keep, self.clock, self.due = keep, clock, clock() + self.every
         self.known = chain.from_iterable(map(unpacked, blocks))
         self.fresh: list[tuple[int, tuple[np.ndarray, ...]]] = []

@@ -152,7 +152,7 @@ def options_named(kind: type) -> Callable[[Function], Function]:
         for f in fields(kind)
     ]
 
-    def named(function):
+    def named(function: Function) -> Function:
         own = signature(function)
         before = [p for p in own.parameters.values() if p.kind is not Parameter.VAR_KEYWORD]
         vars(function)["__signature__"] = own.replace(parameters=[*before, *options])

@@ -16,7 +16,7 @@ from tipdamp.hbm.continuation.settings import DEFAULT
 class ModalRows:
     """rows (m, r) of outputs as rows (m, modes) of the modes of a balance, made once a balance."""
 
-    def __init__(self, rows: np.ndarray):
+    def __init__(self, rows: np.ndarray) -> None:
         self.rows, self._made = rows, rows
         self._balance: HarmonicBalance | None = None
 
@@ -31,7 +31,7 @@ class Outputs:
     """Outputs, rows (m, r), in one kind of amplitude; orders : that count in 'harmonic'. Made once
     for each point."""
 
-    def __init__(self, rows: np.ndarray, kind: str = KINDS[0], orders: Sequence[int] = ()):
+    def __init__(self, rows: np.ndarray, kind: str = KINDS[0], orders: Sequence[int] = ()) -> None:
         self.rows, self.kind, self.orders = rows, kind, list(orders)
         self._modal_rows = ModalRows(rows)
         # X and its change along the tangent (2, m, H+1)
@@ -63,7 +63,7 @@ class Outputs:
                 X[i] = self.along(point)[0]
         return X
 
-    def amplitudes(self, points: list[Point]) -> np.ndarray:
+    def amplitudes(self, points: Sequence[Point]) -> np.ndarray:
         """(2, n, m) amplitudes and their slopes along the tangents, NaN where a point failed."""
         new = [point for point in points if point.converged and id(point) not in self._measured]
         if new:

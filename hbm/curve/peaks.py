@@ -1,7 +1,7 @@
 """Peaks: local maxima of the outputs along a curve, each solved."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -50,7 +50,7 @@ def refine_largest(
     return marks
 
 
-def _beside(points, heights, high):
+def _beside(points: Sequence[Point], heights: np.ndarray, high: np.ndarray) -> list[int]:
     """Places of the pieces of the branch with a `high` point at an end, both ends solved."""
     return [
         i
@@ -61,7 +61,9 @@ def _beside(points, heights, high):
     ]
 
 
-def _solve_extremes(output, group, found):
+def _solve_extremes(
+    output: "Output", group: Sequence[int], found: dict[int, tuple[arc.MeasuredPoint, bool]]
+) -> None:
     """Add the highest and the lowest of the largest maxima of a group of outputs to `found`,
     {output: (it, whether it is solved)}.
 
@@ -141,7 +143,7 @@ def find_peaks(
     return table[[not _among(one, table[:i]) for i, one in enumerate(table)]]
 
 
-def _among(one, others):
+def _among(one: np.ndarray, others: np.ndarray) -> bool:
     """Whether a maximum is one of the others: two points beside it may lead to the same."""
     return bool((np.abs(others - one) <= SAME * np.abs(one)).all(axis=1).any())
 
@@ -191,13 +193,13 @@ class Output:
         bounds = [arc.bound(a, b, metric) for a, b in ends if a.slope > 0 >= b.slope]
         return max(bounds, default=least)
 
-    def _heights(self, j):
+    def _heights(self, j: int) -> np.ndarray:
         return self.outputs.amplitudes(self.branch.points)[0][:, j]
 
-    def _high(self, heights):
+    def _high(self, heights: np.ndarray) -> np.ndarray:
         return heights >= (1 - self.settings.peak_window) * np.nanmax(heights)
 
-    def _sampled(self, point):
+    def _sampled(self, point: Point) -> bool:
         balance, w = self.equation.balance_at(point.parameter)
         return balance.sampled(point.x, w)
 
@@ -213,10 +215,10 @@ class Output:
         top = int(np.nanargmax(np.where(high, heights, -np.inf)))
         metric = arc.metric_at(points[top], self.equation.weights)
 
-        def measured(these):
+        def measured(these: Sequence[Point]) -> list[arc.MeasuredPoint]:
             return self._measured(these, j, metric)
 
-        def measure(point):
+        def measure(point: Point) -> arc.MeasuredPoint:
             return measured([point])[0]
 
         chains, resolved = self._chains(points, heights, high, measured, metric)
@@ -249,7 +251,14 @@ class Output:
             best, solved = found.best, found.solved
         return best, solved and resolved
 
-    def _chains(self, points, heights, high, measured, metric):
+    def _chains(
+        self,
+        points: Sequence[Point],
+        heights: np.ndarray,
+        high: np.ndarray,
+        measured: Callable,
+        metric: Metric,
+    ) -> tuple[list[list[arc.MeasuredPoint]], bool]:
         """([measured points, one after the other along the branch], whether their ripples are told
         apart): all that lie beside a `high` point."""
         near = _beside(points, heights, high)
@@ -273,12 +282,17 @@ class Output:
             self.branch.calls += many.calls
             return chains, False
 
-    def _resolved(self, chain, measure, metric):
+    def _resolved(
+        self,
+        chain: list[arc.MeasuredPoint],
+        measure: Callable[[Point], arc.MeasuredPoint],
+        metric: Metric,
+    ) -> list[arc.MeasuredPoint]:
         found, calls = resolve(self.equation.evaluate, chain, measure, metric, self.settings)
         self._enter(arc.Maximum(found[0], False, [end.point for end in found], calls))
         return found
 
-    def _measured(self, points: list[Point], j: int, metric: Metric) -> list[arc.MeasuredPoint]:
+    def _measured(self, points: Sequence[Point], j: int, metric: Metric) -> list[arc.MeasuredPoint]:
         """Amplitude of output j and its slope at solved points with their tangents."""
         values, slopes = self.outputs.amplitudes(points)[:, :, j]
         for point in points:
@@ -288,7 +302,7 @@ class Output:
             for point, value, slope in zip(points, values, slopes, strict=True)
         ]
 
-    def _enter(self, found) -> arc.Maximum:
+    def _enter(self, found: arc.Maximum) -> arc.Maximum:
         """Put the solved points of a maximum into the branch, where its ends still stand there."""
         points = self.branch.points
         places = [
@@ -302,7 +316,9 @@ class Output:
         return found
 
 
-def _noise_of(curve, equation, points, rows):
+def _noise_of(
+    curve: ForcedResponse, equation: Equation, points: Sequence[Point], rows: np.ndarray
+) -> float:
     """The same for a curve: at the point whose contacts move most."""
     i = int(np.nanargmax(np.linalg.norm(curve.unknowns, axis=1)))
     detail = equation.evaluate(points[i].x, points[i].parameter)

@@ -21,7 +21,7 @@ class RecordedBalance(HarmonicBalance):
     """A HarmonicBalance whose linearisations go through a journal; arguments : of
     HarmonicBalance."""
 
-    def __init__(self, journal: Journal, *arguments: Any):
+    def __init__(self, journal: Journal, *arguments: Any) -> None:
         super().__init__(*arguments)
         self.journal = journal
 
@@ -41,7 +41,7 @@ class RecordedBalance(HarmonicBalance):
         residual, cover = self.journal.result(mark, lambda: (real().residual, real().balance.cover))
         return Recorded(self.covering(cover), x, residual, real)
 
-    def _uncounted(self, *arguments):
+    def _uncounted(self, *arguments: Any) -> Linearisation:
         on_call, self.on_call = self.on_call, None
         try:
             return super().evaluate(*arguments)
@@ -52,7 +52,7 @@ class RecordedBalance(HarmonicBalance):
 class Once:
     """A linearisation that is made when it is first asked for."""
 
-    def __init__(self, make: Callable[[], Linearisation]):
+    def __init__(self, make: Callable[[], Linearisation]) -> None:
         self.make, self.made = make, list[Linearisation]()
 
     def __call__(self) -> Linearisation:
@@ -71,7 +71,9 @@ class KeptForces(NamedTuple):
 class Recorded:
     """A Linearisation of which only what is asked for, and not in the journal, is computed."""
 
-    def __init__(self, balance: RecordedBalance, x: np.ndarray, residual: np.ndarray, real: Once):
+    def __init__(
+        self, balance: RecordedBalance, x: np.ndarray, residual: np.ndarray, real: Once
+    ) -> None:
         self.balance, self.x, self.residual, self.real = balance, x, residual, real
         self.known: tuple = ()  # modal, forces
         self.border: tuple = ()  # row and corner of the last system for a direction
@@ -144,20 +146,20 @@ class Recorded:
         """As that of Linearisation."""
         return self.real().smallest_motion()
 
-    def _factorised(self):
+    def _factorised(self) -> Linearisation:
         """The real one with the system of its direction factorised, as it is without a journal."""
         real = self.real()
         if self.border and not real.border:
             real.direction(*self.border)
         return real
 
-    def _keep(self, modal=None, *forces):
+    def _keep(self, modal: np.ndarray | None = None, *forces: np.ndarray) -> None:
         if modal is not None:
             self.known = modal, KeptForces(*forces)
 
-    def _result(self, mark, compute):
+    def _result(self, mark: int, compute: Callable) -> tuple[np.ndarray, ...]:
         return self.balance.journal.result(mark, compute)
 
 
-def _kept(real):
+def _kept(real: Linearisation) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return real.modal, real.forces.g, real.forces.shares

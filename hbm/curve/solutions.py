@@ -1,6 +1,7 @@
 """Single solutions at a value of the parameter of a curve, and their course over a period."""
 
 import warnings
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -185,7 +186,7 @@ def restored(
     return equation, points
 
 
-def _check_solves(equation, points):
+def _check_solves(equation: Equation, points: Sequence[Point]) -> None:
     """InputError where points of the curve do not solve the equation: the problem is another
     one."""
     for point in (
@@ -202,7 +203,9 @@ def _check_solves(equation, points):
             )
 
 
-def _places(curve, equation, points, value):
+def _places(
+    curve: ForcedResponse, equation: Equation, points: Sequence[Point], value: float
+) -> Iterator[tuple[int, int | None, Point]]:
     """(place in the curve, index where the curve holds it or None, point) of every solution at a
     value."""
     f, unit = curve.parameter, equation.parameter.unit

@@ -36,7 +36,7 @@ def starts(
     off_band : whether to come from other frequencies too, where the ways at w are exhausted
     """
 
-    def solved(x):
+    def solved(x: np.ndarray) -> Point:
         return solve_fixed(balance.evaluate, x, w, balance.weights, settings, settings.start_calls)
 
     yield solved(balance.linear(w))
@@ -61,7 +61,9 @@ def first_of(points: Iterable[Point]) -> Point:
     return replace(point, iterations=calls)
 
 
-def _raise_level(balance, w, settings):
+def _raise_level(
+    balance: HarmonicBalance, w: float, settings: Settings
+) -> tuple[np.ndarray | None, int]:
     """(x or None, residual calls): the branch over the force level, from almost nothing to the
     whole force."""
     equation = Equation(balance, Level(), w / (2 * np.pi))
@@ -80,7 +82,9 @@ def _raise_level(balance, w, settings):
     return branch.points[-1].x if branch.complete else None, branch.calls
 
 
-def _integrate(balance, w, settings):
+def _integrate(
+    balance: HarmonicBalance, w: float, settings: Settings
+) -> tuple[np.ndarray | None, int]:
     """(x or None, residual calls): where time integration from rest leads; piecewise-linear laws
     only, as long as no period takes too many steps."""
     problem = balance.problem
@@ -95,7 +99,7 @@ def _integrate(balance, w, settings):
     return x if cycle.finished and np.isfinite(x).all() else None, 0
 
 
-def _from_frequency(balance, other, w, settings):
+def _from_frequency(balance: HarmonicBalance, other: float, w: float, settings: Settings) -> Point:
     """The branch from a solution at another frequency to w."""
     begin = first_point(balance, other, settings)
     if not begin.converged:

@@ -1,7 +1,7 @@
 """From an equation to its branch between two values of the parameter, and from the branch to a
 curve."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -70,10 +70,18 @@ def trace(
     return best
 
 
-def _both_ways(equation, begin, first, last, settings, budget, note):
+def _both_ways(
+    equation: Equation,
+    begin: Point,
+    first: float,
+    last: float,
+    settings: Settings,
+    budget: Budget,
+    note: Callable | None,
+) -> Branch:
     """The branch through a solution inside the band, in the direction of the band."""
 
-    def report(point, step):
+    def report(point: Point, step: float) -> None:
         budget.point(point.parameter / equation.parameter.scale, step, point.iterations)
         if note:
             note(point)
@@ -91,13 +99,22 @@ def _both_ways(equation, begin, first, last, settings, budget, note):
     return branch
 
 
-def _first_staying(equation, first, last, settings, budget, found, note, begin):
+def _first_staying(
+    equation: Equation,
+    first: float,
+    last: float,
+    settings: Settings,
+    budget: Budget,
+    found: list[Branch],
+    note: Callable | None,
+    begin: Point | None,
+) -> None:
     """Fill `found` with branches from `first`, up to the first one that does not leave the band for
     good."""
     passed: list[Point] = []
     known: list[Point] = []
 
-    def report(point, step):
+    def report(point: Point, step: float) -> None:
         for before in passed:
             before.detail.forget()  # what Newton needed there: too large to keep over a whole curve
         passed[:] = [point] if point.detail is not None else []
@@ -133,14 +150,14 @@ def _first_staying(equation, first, last, settings, budget, found, note, begin):
             return
 
 
-def _starts(equation, p, settings, off_band):
+def _starts(equation: Equation, p: float, settings: Settings, off_band: bool) -> Iterator:
     """Solutions at a value, one way after the other, as points of the branch."""
     return equation.solutions(
         p, lambda balance, w: starts(balance, w, settings, off_band), settings
     )
 
 
-def _same(a, b, weights) -> bool:
+def _same(a: Point, b: Point, weights: np.ndarray) -> bool:
     return size(weights * (a.x - b.x)) <= 1e-6 * size(weights * b.x)
 
 
@@ -224,7 +241,7 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
     restrains."""
     scale = parameter.scale
 
-    def named(p):
+    def named(p: float) -> str:
         return parameter.named(p / scale)
 
     ended = branch.sentence(named)
@@ -266,7 +283,7 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
     return ended if branch.complete else ended + unrestrained(good[-1], problem)
 
 
-def slides(problem):
+def slides(problem: ContactProblem) -> str:
     """The motions that nothing but friction restrains, and what holds them, in words, before what
     else may be tried; empty where there are none."""
     motions = problem.held_by_friction()
@@ -281,7 +298,7 @@ def slides(problem):
     )
 
 
-def _lifts_off(points):
+def _lifts_off(points: Sequence[Point]) -> str:
     """How far contacts that lift off are open at the points of a branch that folds again and again,
     in words."""
     share = np.array(

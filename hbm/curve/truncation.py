@@ -45,7 +45,9 @@ class TruncationEstimate:
     stability of the motion with them. Made once for each point, at best while its matrices are
     there."""
 
-    def __init__(self, equation: Equation, rows: np.ndarray, stability: Stability | None = None):
+    def __init__(
+        self, equation: Equation, rows: np.ndarray, stability: Stability | None = None
+    ) -> None:
         balance = equation.balance
         self.rows, self.equation, self.stability = rows, equation, stability
         self._low, self._high = ModalRows(rows), ModalRows(rows)
@@ -62,7 +64,7 @@ class TruncationEstimate:
         real, imaginary = self._of(point)[len(self.rows) :].reshape(2, -1)
         return real + 1j * imaginary
 
-    def _of(self, point):
+    def _of(self, point: Point) -> np.ndarray:
         """(m + 2k,) both as one array, which a journal keeps."""
         if not point.converged:
             kept = self.stability.settings.kept if self.stability else 0
@@ -112,7 +114,9 @@ class TruncationEstimate:
         motion[forces.contacts, :, here.balance.nh :] = high.motion
         return found, motion
 
-    def _more_orders(self, here, point, motion) -> tuple[HarmonicBalance, ContactForces]:
+    def _more_orders(
+        self, here: Linearisation, point: Point, motion: np.ndarray
+    ) -> tuple[HarmonicBalance, ContactForces]:
         """The balance with further orders, with modes by those of the point alone, and its contact
         forces at the motion of the point."""
         own, wide = here.balance, self._wide
@@ -145,7 +149,7 @@ def _wider(balance: HarmonicBalance) -> HarmonicBalance:
     return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
 
 
-def _padded(x, balance, H):
+def _padded(x: np.ndarray, balance: HarmonicBalance, H: int) -> np.ndarray:
     """x with zeros at the orders up to 2 H + 1."""
     found = np.zeros((balance.n_components, fourier.n_real(2 * H + 1)))
     found[:, : balance.nh] = x.reshape(-1, balance.nh)
@@ -170,14 +174,16 @@ def _higher_orders(hb: HarmonicBalance, b: ContactForces, w: float, H: int) -> _
     return _High(modal, u.view(float).reshape(len(b.contacts), hb.nd, -1))
 
 
-def _add_coupled(dg, b, motion):
+def _add_coupled(dg: np.ndarray, b: ContactForces, motion: np.ndarray) -> None:
     """Add to dg (P, nd, nh) what the motion (a, nd, 2k) of the higher orders changes in the forces
     b of the lower ones."""
     low = dg.shape[2]
     dg[b.contacts] += coupled_orders(b.D, motion, low)
 
 
-def _lower_orders(here: Linearisation, dg: np.ndarray, tangent) -> tuple[np.ndarray, np.ndarray]:
+def _lower_orders(
+    here: Linearisation, dg: np.ndarray, tangent: tuple[np.ndarray, float]
+) -> tuple[np.ndarray, np.ndarray]:
     """The change of the orders up to H, modal (m, H+1) and of the contacts (n,), under a change of
     the contact forces (P, nd, nh), with the derivative of the law; tangent : of the point, or
     None."""

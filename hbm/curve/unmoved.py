@@ -48,7 +48,7 @@ def follow_unmoved(
     return branch
 
 
-def _around_resonances(balance, low, high):
+def _around_resonances(balance: HarmonicBalance, low: float, high: float) -> np.ndarray:
     """Angular frequencies inside the band, in rising order, close where a forced mode is at its
     resonance."""
     R, force = balance.receptance, np.abs(balance.force)

@@ -68,7 +68,7 @@ class _ProgressLine:
             self.stream.write("\r")
             self.stream.flush()
 
-    def _write(self, text):
+    def _write(self, text: str) -> None:
         self.stream.write("\r" + text.ljust(self.width))
         self.stream.flush()
         self.width = len(text)

@@ -2,10 +2,14 @@
 deforms."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tipdamp.hbm.hold.rigid_motion import HOLD, body_motions
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.model import ReducedModel
 
 
 @dataclass(frozen=True)
@@ -40,7 +44,7 @@ class NamedMotion:
         return self.text
 
 
-def describe_motion(model, motion: np.ndarray) -> NamedMotion:
+def describe_motion(model: "ReducedModel", motion: np.ndarray) -> NamedMotion:
     """Which body a motion (r,) belongs to, and whether it moves along or rotates about an axis, or
     deforms."""
     share = {
@@ -75,7 +79,7 @@ def describe_motion(model, motion: np.ndarray) -> NamedMotion:
     )
 
 
-def _through(centre, motion) -> str:
+def _through(centre: np.ndarray, motion: np.ndarray) -> str:
     """The point of the axis of a rigid motion (6,), slides and turns about the centre, that is
     nearest to it."""
     slide, turn = motion[:3], motion[3:]
@@ -88,5 +92,5 @@ def mostly(motion: np.ndarray) -> NamedMotion:
     return NamedMotion(f"mostly dof {np.abs(motion).argmax()}", "", False, False)
 
 
-def _dof_name(model, i) -> str:
+def _dof_name(model: "ReducedModel", i: int) -> str:
     return f"dof {i} (node {model.node[i]}, {model.direction[i]})"

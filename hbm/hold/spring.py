@@ -9,7 +9,7 @@ have to balance.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +19,11 @@ from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.hold.rigid_motion import HOLD, body_motions, parse_motion, rigid_coordinate
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.validation import brief, check_kind, positive
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
+
+    from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
 
 
 @dataclass(frozen=True)
@@ -126,7 +131,7 @@ def springs(held: Sequence[HeldMotion]) -> tuple[HeldMotion, ...]:
     return tuple(replace(one, mean=False) for one in held)
 
 
-def _held(model, pairs, hold):
+def _held(model: "ReducedModel | SparseBodies", pairs: ContactTable, hold: Hold) -> HeldMotion:
     name, unit, coefficients = parse_motion(hold.motion)
     bodies = list(dict.fromkeys(model.body.tolist()))
     if hold.body not in bodies:
@@ -175,7 +180,9 @@ def _held(model, pairs, hold):
     )
 
 
-def _faced(model, body, row, normals):
+def _faced(
+    model: "ReducedModel | SparseBodies", body: str, row: np.ndarray, normals: "sp.spmatrix"
+) -> float:
     """How much the normals (P, r) face the rigid motion of a unit of the coordinate `row` that they
     face least, as a share of its size: 0 where the body can do it past them, by other rigid motions
     beside it."""
@@ -187,20 +194,22 @@ def _faced(model, body, row, normals):
     return np.abs(met @ c).max(initial=0.0) / np.abs(R @ c).max()
 
 
-def _size(model, body):
+def _size(model: "ReducedModel | SparseBodies", body: str) -> float:
     """m, largest extent of the nodes of a body; 0 where it is not known."""
     position = model.position[(model.body == body) & np.isfinite(model.position).all(axis=1)]
     return np.ptp(position, axis=0).max() if len(position) else 0.0
 
 
-def _stuck_stiffness(B, pairs, motion):
+def _stuck_stiffness(B: "sp.spmatrix", pairs: ContactTable, motion: np.ndarray) -> float:
     """N/m: what sticking pairs resist the motion with; hard contact, which has no spring, counts as
     none."""
     k = (pairs.weight[:, None] * np.stack([pairs.kt, pairs.kt, pairs.kn], axis=1)).ravel()
     return float(np.where(np.isfinite(k), k, 0.0) @ (B @ motion) ** 2)
 
 
-def _refuse_supported(model, body, motion, stiffness):
+def _refuse_supported(
+    model: "ReducedModel | SparseBodies", body: str, motion: np.ndarray, stiffness: float
+) -> None:
     """InputError where K resists the motion by more than the hold would, beyond rounding."""
     own = motion @ (model.K @ motion)
     noise = HOLD.noise * np.finfo(float).eps * (np.abs(motion) @ (abs(model.K) @ np.abs(motion)))

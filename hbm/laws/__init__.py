@@ -1,6 +1,7 @@
 """Contact laws, one file or folder each; the names below are imported when they are first used."""
 
 from importlib import import_module
+from typing import Any
 
 LAWS = {  # those that are chosen by name, and the module of each: a new law is an entry here
     "Jenkins1D": "uncoupled.law",
@@ -24,11 +25,11 @@ _HOME = {
 __all__ = list(_HOME)
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'tipdamp.hbm.laws' has no attribute '{name}'")
     return getattr(import_module(f"tipdamp.hbm.laws.{_HOME[name]}"), name)
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return __all__

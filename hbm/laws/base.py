@@ -66,11 +66,11 @@ class ContactLaw:
     sliders: ClassVar[int] = 0
     tested: ClassVar[bool] = False
 
-    def __init_subclass__(cls, tested: bool = False, **more: Any):
+    def __init_subclass__(cls, tested: bool = False, **more: Any) -> None:
         super().__init_subclass__(**more)
         cls.tested = tested
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, value in list(vars(self).items()):
             if isinstance(value, list | tuple | np.ndarray):
                 object.__setattr__(self, name, _numbers(self.name, name, value))
@@ -154,7 +154,7 @@ class ContactLaw:
         there."""
         return self.tangents(*self._rest(contacts))[2].force_u
 
-    def _rest(self, contacts):
+    def _rest(self, contacts: Contacts) -> tuple[Motion, np.ndarray, Contacts]:
         zero = np.zeros((len(contacts), len(self.components)))
         start = SliderStart(np.zeros((len(contacts), self.sliders)), True)
         return Motion(zero, zero, 1.0), self.initial_state(zero, start, contacts), contacts
@@ -299,7 +299,7 @@ class ContactLaw:
             )
 
 
-def _numbers(law, name, value):
+def _numbers(law: str, name: str, value: Any) -> np.ndarray:
     """(P,) read-only array; InputError where it does not hold one number per contact."""
     try:
         array = np.array(value, dtype=float)
@@ -313,5 +313,5 @@ def _numbers(law, name, value):
     return array
 
 
-def _misfit(law, name, value, P):
+def _misfit(law: str, name: str, value: np.ndarray, P: int) -> str:
     return f"law {law}: {name} has {len(value)} values, must be one number or one per contact ({P})"

@@ -11,7 +11,7 @@ import numpy as np
 
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.force import PlainForce
-from tipdamp.hbm.laws.records import Tangents
+from tipdamp.hbm.laws.records import Contacts, Motion, Tangents
 from tipdamp.hbm.validation import brief, check_call, check_whole, numbers
 
 
@@ -44,7 +44,7 @@ class Polynomial(CoordinateForce):
 
     terms: Mapping[tuple[int, ...], Sequence[float]]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         try:
             given = {tuple(a): tuple(map(float, c)) for a, c in dict(self.terms).items()}
         except (TypeError, ValueError):
@@ -67,7 +67,7 @@ class Polynomial(CoordinateForce):
         """Number of coordinates."""
         return len(dict(self.terms).popitem()[0])
 
-    def force(self, u, v):
+    def force(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(P, size) N."""
         return sum(
             np.prod([u[:, [j]] ** e for j, e in enumerate(exponents) if e], axis=0)
@@ -99,7 +99,7 @@ class OwnForce(CoordinateForce):
     size: int = 1
     derivative: Callable | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check_whole("OwnForce: size", self.size, 1)
         for name in ("function", "derivative"):
             given = vars(self)[name]
@@ -111,11 +111,13 @@ class OwnForce(CoordinateForce):
             if given is not None:
                 check_call(f"OwnForce: {name}", given, "u", "v")
 
-    def force(self, u, v):
+    def force(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(P, size) N."""
         return self.function(u, v)
 
-    def tangents(self, motion, state, contacts):
+    def tangents(
+        self, motion: Motion, state: np.ndarray, contacts: Contacts
+    ) -> tuple[np.ndarray, np.ndarray, Tangents]:
         """As in `ContactLaw`, by the derivative where it is given."""
         if self.derivative is None:
             return super().tangents(motion, state, contacts)
@@ -138,7 +140,7 @@ class OwnForce(CoordinateForce):
         )
         return self.force(motion.u, motion.v), state, none
 
-    def check(self, contacts):
+    def check(self, contacts: Contacts) -> None:
         """InputError where the force at rest is none."""
         super().check(contacts)
         numbers("OwnForce: force at rest", self.force_at_rest(contacts), "must be real numbers")

@@ -3,15 +3,17 @@
 law = MixedLaw((DryFriction2T(), UnilateralSpring()), of_pair=[0, 0, 1, 0])
 """
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
-from tipdamp.hbm.laws.piecewise import merged_table
-from tipdamp.hbm.laws.records import ContactForces
+from tipdamp.hbm.laws.piecewise import PiecewiseLinear, merged_table
+from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart
 from tipdamp.hbm.laws.shipped import check_law
 from tipdamp.hbm.laws.variation import CycleTangents, Variation
 
@@ -35,7 +37,7 @@ class MixedLaw(ContactLaw):
     laws: tuple
     of_pair: tuple
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         of_pair = np.asarray(self.of_pair)
         if (
             of_pair.ndim != 1
@@ -64,31 +66,36 @@ class MixedLaw(ContactLaw):
         """Of the law that has most."""
         return max(law.sliders for law in self.laws)
 
-    def stuck_stiffness(self, contacts):
+    def stuck_stiffness(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N/m of each law."""
         return self._joined(
             contacts, 0 * self._constant(contacts), lambda law, own: law.stuck_stiffness(own)
         )
 
-    def stuck_force(self, contacts):
+    def stuck_force(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N of each law; the preload on a normal that it does not know."""
         return self._joined(
             contacts, self._constant(contacts), lambda law, own: law.stuck_force(own)
         )
 
-    def _joined(self, contacts, into, of_law):
+    def _joined(
+        self,
+        contacts: Contacts,
+        into: np.ndarray,
+        of_law: Callable[[ContactLaw, Contacts], np.ndarray],
+    ) -> np.ndarray:
         for law, at, columns in self._parts(len(contacts)):
             into[np.ix_(at, columns)] = of_law(law, contacts.select(at))
         return into
 
-    def _constant(self, contacts):
+    def _constant(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N: preload on the normal that the law of a contact does not know."""
         force = np.zeros((len(contacts), len(self.components)))
         for law, at, _ in self._parts(len(contacts)):
             force[at, 2] = 0.0 if "n" in law.components or is_own(law) else contacts.preload[at]
         return force
 
-    def initial_state(self, u, start, contacts):
+    def initial_state(self, u: np.ndarray, start: SliderStart, contacts: Contacts) -> np.ndarray:
         """(P, ns) state of each law at t = 0."""
         state = np.zeros((len(contacts), self.states), dtype=u.dtype)
         for law, at, columns in self._parts(len(contacts)):
@@ -97,12 +104,19 @@ class MixedLaw(ContactLaw):
             )
         return state
 
-    def doubt(self, contacts):
+    def doubt(self, contacts: Contacts) -> str:
         """Of the first law that has one."""
         doubts = (law.doubt(contacts.select(at)) for law, at, _ in self._parts(len(contacts)))
         return next(filter(None, doubts), "")
 
-    def start_at_rest(self, sticks, u, force, start, contacts):
+    def start_at_rest(
+        self,
+        sticks: np.ndarray,
+        u: np.ndarray,
+        force: np.ndarray,
+        start: SliderStart,
+        contacts: Contacts,
+    ) -> SliderStart:
         """As in each law."""
         positions = start.positions.copy()
         for law, at, columns in self._parts(len(contacts)):
@@ -112,7 +126,9 @@ class MixedLaw(ContactLaw):
             ).positions
         return start._replace(positions=positions)
 
-    def step(self, motion, state, contacts):
+    def step(
+        self, motion: Motion, state: np.ndarray, contacts: Contacts
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Force (P, nd) N and state (P, ns) of each law."""
         kind = np.result_type(*motion, state)
         force, new = self._constant(contacts).astype(kind), state.astype(kind)
@@ -123,7 +139,9 @@ class MixedLaw(ContactLaw):
             )
         return force, new
 
-    def harmonics(self, contacts, x, start, grid, omega):
+    def harmonics(
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any, omega: float
+    ) -> ContactForces:
         """Forces of the cycle of each law."""
         P, nd, nh = x.shape
         g, by_preload, by_omega = np.zeros((3, *x.shape))
@@ -154,10 +172,12 @@ class MixedLaw(ContactLaw):
             g, active, D, by_preload if known else None, by_omega if rated else None, shares, work
         )
 
-    def variation(self, contacts, x, start, grid, omega):
+    def variation(
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any, omega: float
+    ) -> Variation | None:
         """Of each law; None where one does not know."""
         P, nd, _ = x.shape
-        parts = [
+        parts: list[tuple[Any, np.ndarray, Any]] = [
             (
                 law.variation(
                     contacts.select(at), x[np.ix_(at, columns)], _own(law, start, at), grid, omega
@@ -170,7 +190,7 @@ class MixedLaw(ContactLaw):
         if any(variation is None for variation, *_ in parts):
             return None
 
-        def between(instants):
+        def between(instants: np.ndarray) -> CycleTangents:
             found = CycleTangents.none(len(instants) - 1, P, nd)
             for variation, at, columns in parts:
                 found.put(at, columns, variation.between(instants))
@@ -179,16 +199,16 @@ class MixedLaw(ContactLaw):
         steps = max(one.steps for one, *_ in parts)
         return Variation(steps, np.concatenate([one.events for one, *_ in parts]), between)
 
-    def sticks_surely(self, contacts, amplitude):
+    def sticks_surely(self, contacts: Contacts, amplitude: np.ndarray) -> np.ndarray:
         """(P,) bool of each law."""
         sticks = np.zeros(len(contacts), dtype=bool)
         for law, at, columns in self._parts(len(contacts)):
             sticks[at] = law.sticks_surely(contacts.select(at), amplitude[np.ix_(at, columns)])
         return sticks
 
-    def piecewise_linear(self, contacts):
+    def piecewise_linear(self, contacts: Contacts) -> PiecewiseLinear | None:
         """One table of those of the laws; None where a law has none."""
-        parts = [
+        parts: list[tuple[Any, np.ndarray, Any]] = [
             (law.piecewise_linear(contacts.select(at)), at, columns)
             for law, at, columns in self._parts(len(contacts))
         ]
@@ -198,11 +218,11 @@ class MixedLaw(ContactLaw):
             else merged_table(parts, self._constant(contacts))
         )
 
-    def default_samples(self, H):
+    def default_samples(self, H: int) -> int:
         """Of the law that needs most."""
         return max(law.default_samples(H) for law in self.laws)
 
-    def select(self, at):
+    def select(self, at: np.ndarray) -> ContactLaw:
         """The mixture of some contacts, by a mask or by indices."""
         of_pair, at = np.asarray(self.of_pair, dtype=int), np.asarray(at)
         if at.dtype == bool:
@@ -213,20 +233,20 @@ class MixedLaw(ContactLaw):
             rank[of_pair == i] = np.arange((of_pair == i).sum())
         return MixedLaw(
             tuple(law.select(rank[at[of_pair[at] == i]]) for i, law in enumerate(self.laws)),
-            of_pair[at],
+            of_pair[at],  # type: ignore[arg-type]
         )
 
-    def check(self, contacts):
+    def check(self, contacts: Contacts) -> None:
         """InputError where of_pair or the parameters of a law do not fit the contacts."""
         self._check_length(len(contacts))
         for law, at, _ in self._parts(len(contacts)):
             law.check(contacts.select(at))
 
-    def _check_length(self, P):
+    def _check_length(self, P: int) -> None:
         if P != len(self.of_pair):
             raise InputError(f"of_pair has {len(self.of_pair)} entries for {P} pairs")
 
-    def _parts(self, P):
+    def _parts(self, P: int) -> Iterator[tuple[ContactLaw, np.ndarray, Any]]:
         """(law, its contacts, its columns) of every law that has contacts."""
         self._check_length(P)
         for i, law in enumerate(self.laws):
@@ -240,6 +260,6 @@ def is_own(law: ContactLaw) -> bool:
     return not set(law.components) <= set(ContactLaw.components)
 
 
-def _own(law, start, at):
+def _own(law: ContactLaw, start: SliderStart, at: np.ndarray) -> SliderStart:
     """Start of the contacts of a law."""
     return start._replace(positions=np.ascontiguousarray(start.positions[at, : law.sliders]))

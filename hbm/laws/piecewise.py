@@ -12,13 +12,15 @@ through zero.
 spring, `merged_table` joins tables of several laws.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws.records import ContactState
+from tipdamp.hbm.laws.records import Contacts, ContactState
 
 STICK, FORWARD, BACKWARD, OPEN = ContactState  # of one tangent
 SHAPES = {
@@ -74,7 +76,7 @@ class PiecewiseLinear:
     guard_0: np.ndarray
     watched: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         size = dict(zip("PSnm", np.shape(self.by_memory), strict=False)) | {"G": len(self.state)}
         for name, given in list(vars(self).items()):
             value = np.asarray(given)
@@ -102,7 +104,9 @@ class PiecewiseLinear:
             guard_memory=np.where(self.follows[self.state][None], 0.0, self.guard_memory),
         )
 
-    def settled(self, u, v, state, memory):
+    def settled(
+        self, u: np.ndarray, v: np.ndarray, state: np.ndarray, memory: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(state (P,), memory (P, m)) after the motion has come to u (P, n) m with the rate v (P,
         n) m/s.
 
@@ -125,7 +129,7 @@ class PiecewiseLinear:
                 break
         return state, memory
 
-    def _switch(self, state, at, positive):
+    def _switch(self, state: np.ndarray, at: np.ndarray, positive: np.ndarray) -> bool:
         """Put the contacts of which a guard acts into their next state; whether there are any."""
         if not positive.size:
             return False
@@ -135,7 +139,7 @@ class PiecewiseLinear:
         return bool(some.any())
 
 
-def slider_table(contacts, tangents: int, normal: bool) -> PiecewiseLinear:
+def slider_table(contacts: Contacts, tangents: int, normal: bool) -> PiecewiseLinear:
     """Table of `tangents` sliders behind springs kt, each held by |T| <= mu N [Yang, Menq 1998].
 
     N = max(0, preload + kn u_n), u_n the last component, or N = preload where there is no normal
@@ -175,7 +179,9 @@ def slider_table(contacts, tangents: int, normal: bool) -> PiecewiseLinear:
     )
 
 
-def _ways_of_sliders(reach, kn, preload, tangents, normal):
+def _ways_of_sliders(
+    reach: np.ndarray, kn: np.ndarray, preload: np.ndarray, tangents: int, normal: bool
+) -> tuple[np.ndarray, np.ndarray]:
     """Where the sliders are in each state that moves them: (4, P, tangents, n) of the motion, and
     (4, P, tangents) m."""
     P, each = len(reach), np.arange(tangents)
@@ -188,7 +194,12 @@ def _ways_of_sliders(reach, kn, preload, tangents, normal):
     return way_u, way_0
 
 
-def _opening(preload, kn, closed, tangents):
+def _opening(
+    preload: np.ndarray,
+    kn: np.ndarray,
+    closed: Sequence[tuple[ContactState, ...]],
+    tangents: int,
+) -> list[tuple]:
     """Guards by which a contact opens from each closed state, and closes into stick."""
     P, unilateral = len(kn), kn > 0
     gap_u, none = np.zeros((P, tangents + 1)), np.zeros((P, tangents))
@@ -200,7 +211,12 @@ def _opening(preload, kn, closed, tangents):
     return [*opens, (len(closed), 0, False, True, -gap_u, none, -gap_0, unilateral)]
 
 
-def _slip_and_stop(way_u, way_0, slides, closed):
+def _slip_and_stop(
+    way_u: np.ndarray,
+    way_0: np.ndarray,
+    slides: np.ndarray,
+    closed: list[tuple[ContactState, ...]],
+) -> list[tuple]:
     """Guards by which each tangent slips from stick, and sticks where the rate of its slider
     changes sign."""
     guards = []
@@ -220,7 +236,9 @@ def _slip_and_stop(way_u, way_0, slides, closed):
     return guards
 
 
-def merged_table(parts, force: np.ndarray) -> PiecewiseLinear:
+def merged_table(
+    parts: Sequence[tuple[PiecewiseLinear, np.ndarray, Any]], force: np.ndarray
+) -> PiecewiseLinear:
     """One table of the tables of several laws, each with contacts of its own.
 
     parts : (table, its contacts (p,) int, its components (k,) int) of each law
@@ -242,7 +260,7 @@ def merged_table(parts, force: np.ndarray) -> PiecewiseLinear:
     first = {"S": 0, "G": 0}
     for table, contacts, components in parts:
         S, m = table.follows.shape
-        at = {
+        at: dict[str, Any] = {
             "P": contacts,
             "n": components,
             "m": np.arange(m),

@@ -43,7 +43,7 @@ class Contacts:
     mu: np.ndarray
     preload: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, given in list(vars(self).items()):
             try:
                 values = np.atleast_1d(np.asarray(given, dtype=float))
@@ -70,7 +70,7 @@ class Contacts:
     def __len__(self) -> int:
         return len(self.kn)
 
-    def select(self, at) -> "Contacts":
+    def select(self, at: np.ndarray) -> "Contacts":
         """Some of the contacts, by a mask or by indices; an index may be repeated."""
         return Contacts(self.kn[at], self.kt[at], self.mu[at], self.preload[at])
 
@@ -118,7 +118,7 @@ class Tangents:
     state_state: np.ndarray  # (P, ns, ns)
     state_dt: np.ndarray  # (P, ns)
 
-    def reshaped(self, *rows) -> "Tangents":
+    def reshaped(self, *rows: int) -> "Tangents":
         """With the leading axis split into `rows`."""
         return Tangents(*(a.reshape(*rows, *a.shape[1:]) for a in vars(self).values()))
 
@@ -161,7 +161,7 @@ class ContactForces:
         """(a,) indices of the active contacts."""
         return np.flatnonzero(self.active.any(axis=1))
 
-    def with_springs(self, stiffness, x) -> "ContactForces":
+    def with_springs(self, stiffness: np.ndarray, x: np.ndarray) -> "ContactForces":
         """With further springs (P, nd) N/m at the relative motion x (P, nd, nh); every component is
         then active."""
         P, nd, nh = x.shape

@@ -10,13 +10,16 @@ so that the chain rule carries derivatives by the harmonics of u and by omega.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.compiled import njit
-from tipdamp.hbm.laws.records import ContactForces, Motion, SliderStart, Tangents
+from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart, Tangents
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.laws.base import ContactLaw
 
 
 @dataclass(frozen=True)
@@ -49,14 +52,16 @@ class SampledCycle(NamedTuple):
     dforce: np.ndarray
 
 
-def projector(E) -> np.ndarray:
+def projector(E: np.ndarray) -> np.ndarray:
     """(n, nh) weights that take samples to harmonics; E (n, nh) is the basis at the samples."""
     weights = E * (2 / len(E))
     weights[:, 0] /= 2
     return weights
 
 
-def tangents(law, motion: Motion, state, contacts):
+def tangents(
+    law: "ContactLaw", motion: Motion, state: np.ndarray, contacts: Contacts
+) -> tuple[np.ndarray, np.ndarray, Tangents]:
     """Force, state and `Tangents` of one step of a law by complex steps."""
     P, nd = motion.u.shape
     ns = state.shape[1]
@@ -71,11 +76,13 @@ def tangents(law, motion: Motion, state, contacts):
         longer = motion._replace(dt=motion.dt + 1j * SETTINGS.step)
         changed = law.step(longer, state, contacts)
         by_dt = np.concatenate([np.imag(a) / SETTINGS.step for a in changed], axis=1)
-    by = (by_u, by_v, by_state, by_dt)
-    return force, new, Tangents(*(a[:, :nd] for a in by), *(a[:, nd:] for a in by))
+    every = (by_u, by_v, by_state, by_dt)
+    return force, new, Tangents(*(a[:, :nd] for a in every), *(a[:, nd:] for a in every))
 
 
-def _complex_steps(law, motion, state, contacts, rate):
+def _complex_steps(
+    law: "ContactLaw", motion: Motion, state: np.ndarray, contacts: Contacts, rate: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Force, state and their derivative (P, nd + ns, .) by v (`rate`), or by u and state; all
     columns in one call."""
     P, nd = motion.u.shape
@@ -94,7 +101,13 @@ def _complex_steps(law, motion, state, contacts, rate):
 
 
 def periodic(
-    law, contacts, x, start: SliderStart, grid, omega: float, newton: bool = True
+    law: "ContactLaw",
+    contacts: Contacts,
+    x: np.ndarray,
+    start: SliderStart,
+    grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+    omega: float,
+    newton: bool = True,
 ) -> SampledCycle:
     """The cycle of a law once its state repeats: the states sample by sample, then all tangents in
     one call.
@@ -139,7 +152,9 @@ def periodic(
     return SampledCycle(u, before, after.reshape(n, P, ns), force.reshape(n, P, nd), t, dforce)
 
 
-def _stacked(t, u_rate, dt_by_omega):
+def _stacked(
+    t: Tangents, u_rate: np.ndarray, dt_by_omega: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Derivatives of force and state in one array each: by u, v and state (n, P, nd + ns, .), by
     omega (n, P, .)."""
     by_u, by_v, by_state, by_dt = (
@@ -154,7 +169,12 @@ def _stacked(t, u_rate, dt_by_omega):
     return by_u, by_v, by_state, np.einsum("npij,npj->npi", by_v, u_rate) + by_dt * dt_by_omega
 
 
-def _fixed_point(order, rows, by, A):
+def _fixed_point(
+    order: np.ndarray,
+    rows: tuple[np.ndarray, np.ndarray],
+    by: tuple[np.ndarray, ...],
+    A: np.ndarray,
+) -> np.ndarray:
     """(n, p, nd, columns) derivative of the force of states that repeat: A is the map of the
     period."""
     n, p, m, ns = by[2].shape
@@ -166,14 +186,21 @@ def _fixed_point(order, rows, by, A):
     return part
 
 
-def _sizes(law, u, before):
+def _sizes(law: "ContactLaw", u: np.ndarray, before: np.ndarray) -> np.ndarray:
     """(ns,) size of each entry of the state, beside which it repeats: of the motion for sliders."""
     sizes = np.abs(before).max(axis=(0, 1), initial=0.0)
     sizes[: law.sliders] = np.abs(u).max(initial=0.0)
     return sizes + 1e-300
 
 
-def harmonics(law, contacts, x, start: SliderStart, grid, omega: float) -> ContactForces:
+def harmonics(
+    law: "ContactLaw",
+    contacts: Contacts,
+    x: np.ndarray,
+    start: SliderStart,
+    grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+    omega: float,
+) -> ContactForces:
     """Forces of the periodic cycle of a law, as their deviation from the stuck springs."""
     P, nd, nh = x.shape
     c = periodic(law, contacts, x, start, grid, omega)
@@ -190,7 +217,14 @@ def harmonics(law, contacts, x, start: SliderStart, grid, omega: float) -> Conta
     return ContactForces(g, active, D[active.any(axis=1)], None, by_omega, shares, work)
 
 
-def _deviation(law, contacts, c, f, D, x):
+def _deviation(
+    law: "ContactLaw",
+    contacts: Contacts,
+    c: SampledCycle,
+    f: np.ndarray,
+    D: np.ndarray,
+    x: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """g (P, nd, nh) of the force f from that of the stuck springs, and which components are active;
     D becomes its derivative. What is rounding becomes zero."""
     _, nd, nh = x.shape
@@ -207,13 +241,15 @@ def _deviation(law, contacts, c, f, D, x):
     return g, active
 
 
-def slip_work(force, slip):
+def slip_work(force: np.ndarray, slip: np.ndarray) -> np.ndarray:
     """(P,) J of forces (n, P, s) after each sample of a period along the slip (n, P, s) of the
     sliders before it."""
     return 0.5 * np.einsum("tpi,tpi->p", force + np.roll(force, 1, 0), slip)
 
 
-def _shares(law, contacts, c, f, x):
+def _shares(
+    law: "ContactLaw", contacts: Contacts, c: SampledCycle, f: np.ndarray, x: np.ndarray
+) -> np.ndarray:
     """(P, 3) share of the cycle in stick, slip, open; open: a contact with stuck springs that gives
     no force nor any for small motions."""
     gives = (
@@ -231,7 +267,7 @@ def _shares(law, contacts, c, f, x):
     return np.stack([~slips & ~opens, slips, opens], axis=2).mean(axis=0)
 
 
-def _map(order, state_state):
+def _map(order: np.ndarray, state_state: np.ndarray) -> np.ndarray:
     """(P, ns, ns) derivative of the state after a period by the state before it."""
     A = np.eye(state_state.shape[2])
     for i in order:
@@ -239,11 +275,13 @@ def _map(order, state_state):
     return A
 
 
-def _regular(A):
+def _regular(A: np.ndarray) -> np.ndarray:
     return np.abs(np.linalg.det(np.eye(A.shape[1]) - A)) > SETTINGS.regular
 
 
-def _newton(first, state, A, wanted):
+def _newton(
+    first: np.ndarray, state: np.ndarray, A: np.ndarray, wanted: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """(states, mask of those moved): Newton's step to the state that repeats, where the map allows
     it."""
     now = wanted & _regular(A)
@@ -253,7 +291,9 @@ def _newton(first, state, A, wanted):
     return new, now
 
 
-def _initial(law, u, start, contacts, e):
+def _initial(
+    law: "ContactLaw", u: np.ndarray, start: SliderStart, contacts: Contacts, e: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """State at t = 0 and its derivative (P, ns, nd nh + 1) by the harmonics of the motion and
     omega."""
     P, nd = u.shape
@@ -268,7 +308,14 @@ def _initial(law, u, start, contacts, e):
 
 
 @njit(cache=True)
-def chain(order, E, E_rate, by, dstate, dforce):
+def chain(
+    order: np.ndarray,
+    E: np.ndarray,
+    E_rate: np.ndarray,
+    by: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    dstate: np.ndarray,
+    dforce: np.ndarray,
+) -> None:
     """Carry dstate (P, ns, nd nh + 1) through a period and fill dforce (n, P, nd, nd nh + 1) by the
     chain rule.
 

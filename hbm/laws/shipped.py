@@ -13,7 +13,7 @@ SHIPPED: dict[str, type[ContactLaw]] = {
 }
 
 
-def check_law(law) -> ContactLaw:
+def check_law(law: ContactLaw) -> ContactLaw:
     """The law; InputError where it is none."""
     if isinstance(law, ContactLaw):
         return law

@@ -10,12 +10,15 @@ disturbance, too: as force and motion are continuous, that is of second order.
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.laws.records import Motion
+from tipdamp.hbm.laws.records import Contacts, Motion
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.laws.base import ContactLaw
 
 PER_ORDER = 12  # steps for each order of the motion: its tangents have twice as many
 STEP = 1e-4  # of tau, in the differences of the tangents of a smooth force
@@ -64,13 +67,15 @@ class Variation(NamedTuple):
     between: Callable[[np.ndarray], CycleTangents]
 
 
-def of_smooth_force(law, contacts, x: np.ndarray, omega: float) -> Variation | None:
+def of_smooth_force(
+    law: "ContactLaw", contacts: Contacts, x: np.ndarray, omega: float
+) -> Variation | None:
     """Of a law without memory, at the motion x (P, nd, nh); None where the force depends on the
     velocity."""
     P, nd, nh = x.shape
     H = (nh - 1) // 2
 
-    def tangents(tau):
+    def tangents(tau: np.ndarray) -> tuple[np.ndarray, bool]:
         """(len(tau), P, nd, nd) N/m, and whether the velocity counts."""
         u = np.einsum("pdh,th->tpd", x, fourier.basis(tau, H)).reshape(-1, nd)
         v = omega * np.einsum("pdh,th->tpd", x, fourier.basis_rate(tau, H)).reshape(-1, nd)
@@ -83,7 +88,7 @@ def of_smooth_force(law, contacts, x: np.ndarray, omega: float) -> Variation | N
     if tangents(np.linspace(0, 6, 7))[1]:
         return None
 
-    def between(instants):
+    def between(instants: np.ndarray) -> CycleTangents:
         found = CycleTangents.none(len(instants) - 1, P, nd)
         gamma = tangents(instants)[0]
         rate = (tangents(instants + STEP)[0] - tangents(instants - STEP)[0]) / (2 * STEP)

@@ -1,12 +1,15 @@
 """What an integrator offers to `shooting` and `comparison`, and what it gives back."""
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.time.stuck_system import StuckSystem
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.continuation.point import Point
 
 
 @dataclass(frozen=True)
@@ -46,18 +49,18 @@ class Integrator(Protocol):
         """State at t = 0 on the steady stuck motion, the sliders where the start of the balance
         puts them."""
 
-    def on_orbit(self, point) -> Any:
+    def on_orbit(self, point: "Point") -> Any:
         """State at t = 0 of a solution of the harmonic balance."""
 
-    def periods(self, state, n: int = 1) -> IntegratedCycle:
+    def periods(self, state: Any, n: int = 1) -> IntegratedCycle:
         """n periods from a state at the begin of a period."""
 
-    def vector(self, state) -> np.ndarray:
+    def vector(self, state: Any) -> np.ndarray:
         """(k,) the state as numbers in m, the unknowns of shooting."""
 
     def from_vector(self, v: np.ndarray) -> Any:
         """The state that `vector` makes of it, brought to where the motion allows it."""
 
-    def change(self, before, cycle: IntegratedCycle) -> float:
+    def change(self, before: Any, cycle: IntegratedCycle) -> float:
         """Change of motion and memory over a cycle from the state before, relative to the vibration
         in it."""

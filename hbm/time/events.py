@@ -18,7 +18,7 @@ from collections import namedtuple
 import numpy as np
 
 from tipdamp.hbm.compiled import njit
-from tipdamp.hbm.time.guards import excess, follow, freeze, next_event, switch
+from tipdamp.hbm.time.guards import Present, Table, excess, follow, freeze, next_event, switch
 
 System = namedtuple("System", "s out into static orders stuck w")
 System.__doc__ = """What the kernels need of the linear side; z = [Re y, Im y].
@@ -53,7 +53,7 @@ length; tiny m."""
 
 
 @njit(cache=True)
-def fill_weights(s, h, W):
+def fill_weights(s: np.ndarray, h: float, W: np.ndarray) -> None:
     """W (5, n): exp(s h), and the weights of g0, g0', g1 and of the defect d over a step h."""
     for j in range(len(s)):
         x = s[j] * h
@@ -80,7 +80,7 @@ def fill_weights(s, h, W):
 
 
 @njit(cache=True)
-def times(weight, z):
+def times(weight: np.ndarray, z: np.ndarray) -> np.ndarray:
     """Complex weights (n,) on z = [Re, Im] (2n,)."""
     n = len(weight)
     result = np.empty(2 * n)
@@ -92,7 +92,7 @@ def times(weight, z):
 
 
 @njit(cache=True)
-def direct_flexibility(system, weight):
+def direct_flexibility(system: System, weight: np.ndarray) -> np.ndarray:
     """(nc, nc) effect of g1 on u1 within a step, static poles included."""
     n = len(weight)
     left = np.empty_like(system.out)
@@ -105,7 +105,7 @@ def direct_flexibility(system, weight):
 
 
 @njit(cache=True)
-def stuck_motion(system, t):
+def stuck_motion(system: System, t: float) -> tuple[np.ndarray, np.ndarray]:
     """(u, u') (nc,) of the stuck system under the external forces."""
     nc = len(system.stuck)
     u, rate = np.zeros(nc), np.zeros(nc)
@@ -120,7 +120,9 @@ def stuck_motion(system, t):
 
 
 @njit(cache=True)
-def settle(D, gamma, a, known, u, g):
+def settle(
+    D: np.ndarray, gamma: np.ndarray, a: np.ndarray, known: np.ndarray, u: np.ndarray, g: np.ndarray
+) -> bool:
     """Fill u and g (nc,) with the solution of u + D g = known, g = a + gamma u; whether any
     component moves with u."""
     nd, nc = gamma.shape[1], len(known)
@@ -153,7 +155,9 @@ def settle(D, gamma, a, known, u, g):
 
 
 @njit(cache=True)
-def instant(system, present, t, z, motion):
+def instant(
+    system: System, present: Present, t: float, z: np.ndarray, motion: np.ndarray
+) -> np.ndarray:
     """Fill motion (4, nc) = u, u', g, g' at the poles z; returns b' g."""
     known, rate = stuck_motion(system, t)
     gamma, a = present.gamma, present.a
@@ -165,7 +169,9 @@ def instant(system, present, t, z, motion):
 
 
 @njit(cache=True)
-def step(system, present, steps, begin, h, level):
+def step(
+    system: System, present: Present, steps: Steps, begin: Instant, h: float, level: int
+) -> tuple[int, np.ndarray, float]:
     """(slot of the weights, poles z at the end, largest error of g) of a step h in the present
     states."""
     slot = level if h == steps.lengths[level] else len(steps.lengths)
@@ -191,7 +197,7 @@ def step(system, present, steps, begin, h, level):
 
 
 @njit(cache=True)
-def cubic_part(h, before, after):
+def cubic_part(h: float, before: np.ndarray, after: np.ndarray) -> float:
     """Largest coefficient of the cubic that the motion makes in a step, m."""
     largest = 0.0
     for c in range(before.shape[1]):
@@ -201,7 +207,9 @@ def cubic_part(h, before, after):
 
 
 @njit(cache=True)
-def step_to_event(system, table, present, steps, begin, control):
+def step_to_event(
+    system: System, table: Table, present: Present, steps: Steps, begin: Instant, control: Control
+) -> tuple[float, np.ndarray, Instant, int, int]:
     """One step to the next event or of its full length: (h, z, Instant after it, contact, guard),
     guard -1 for none.
 
@@ -239,7 +247,15 @@ def step_to_event(system, table, present, steps, begin, control):
 
 
 @njit(cache=True)
-def locate(system, table, present, steps, begin, end, event):
+def locate(
+    system: System,
+    table: Table,
+    present: Present,
+    steps: Steps,
+    begin: Instant,
+    end: tuple[float, np.ndarray, np.ndarray, np.ndarray],
+    event: tuple[float, int, int],
+) -> tuple[float, np.ndarray, Instant, int, int]:
     """As `step_to_event`, the step repeated until its end is the event: inside a bracket, by cubics
     and secants."""
     h, z, after, push = end
@@ -272,7 +288,14 @@ def locate(system, table, present, steps, begin, end, event):
 
 
 @njit(cache=True)
-def add_harmonics(system, h, before, after, weights, G):
+def add_harmonics(
+    system: System,
+    h: float,
+    before: np.ndarray,
+    after: np.ndarray,
+    weights: np.ndarray,
+    G: np.ndarray,
+) -> None:
     """G (nc, H+1) += integral of exp(i k w (t1 - t)) g(t) over a step that ends at t1, G brought
     there before."""
     H = G.shape[1] - 1
@@ -291,7 +314,9 @@ def add_harmonics(system, h, before, after, weights, G):
 
 
 @njit(cache=True)
-def add_dissipated(nd, h, before, after, dissipated):
+def add_dissipated(
+    nd: int, h: float, before: np.ndarray, after: np.ndarray, dissipated: np.ndarray
+) -> None:
     """dissipated (P,) += integral of g du over a step, g and u as cubics; over a period that of f
     du."""
     for c in range(before.shape[1]):
@@ -305,7 +330,15 @@ def add_dissipated(nd, h, before, after, dissipated):
 
 
 @njit(cache=True)
-def run(system, table, steps, control, present, record, going):
+def run(
+    system: System,
+    table: Table,
+    steps: Steps,
+    control: Control,
+    present: Present,
+    record: Record,
+    going: Going,
+) -> Going | None:
     """Integrate a period that `going` begins; `present`, `going` and `control.size` are left at the
     end.
 
@@ -353,7 +386,7 @@ def run(system, table, steps, control, present, record, going):
 
 
 @njit(cache=True)
-def begin(system, table, present):
+def begin(system: System, table: Table, present: Present) -> Going:
     """Going at the begin of a period; makes `present.gamma` and `a` those of its states."""
     freeze(table, present)
     motion = np.zeros((4, len(present.a)))

@@ -7,6 +7,7 @@ the kernels are in `events`.
 """
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from tipdamp.hbm.time import events, guards
 from tipdamp.hbm.time.base import IntegratedCycle
 from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.time.stuck_system import OnStuckSystem, stuck_system
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.continuation.point import Point
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class ExactIntegrator(OnStuckSystem):
 
     def __init__(
         self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None
-    ):
+    ) -> None:
         law, contacts = balance.problem.law, balance.problem.contacts
         compiled.announce(events.run)  # before the first compiled function is called
         table = law.piecewise_linear(contacts)
@@ -77,7 +81,7 @@ class ExactIntegrator(OnStuckSystem):
         known = self.stuck.known(np.zeros(1))[0].reshape(self.stuck.shape)
         return self._settled(self.stuck.resting(), self._memory(known))
 
-    def on_orbit(self, point) -> ExactState:
+    def on_orbit(self, point: "Point") -> ExactState:
         """As in `Integrator`."""
         b, w, shape = self.stuck.balance, self.stuck.w, self.stuck.shape
         tau = np.linspace(0, 4 * np.pi, 2 * self.settings.orbit_samples + 1)
@@ -88,13 +92,13 @@ class ExactIntegrator(OnStuckSystem):
             state, memory = self.piecewise.settled(u[:, :, i], v[:, :, i], state, memory)
         return self._settled(self.stuck.on_orbit(point), memory)
 
-    def _memory(self, u):
+    def _memory(self, u: np.ndarray) -> np.ndarray:
         """Memory at t = 0 of a motion u (P, nd): the leading entries of the state of the law."""
         stuck = self.stuck
         state = stuck.law.initial_state(u, stuck.balance.start, stuck.contacts)
         return state[:, : self.piecewise.follows.shape[1]]
 
-    def _settled(self, z, memory) -> ExactState:
+    def _settled(self, z: np.ndarray, memory: np.ndarray) -> ExactState:
         """The state at the poles z with a memory (P, m), changed where the motion does not leave it
         there."""
         found = ExactState(np.array(z, dtype=float), self.piecewise.initial, memory)
@@ -108,7 +112,7 @@ class ExactIntegrator(OnStuckSystem):
                 break
         return found
 
-    def _motion(self, state):
+    def _motion(self, state: ExactState) -> np.ndarray:
         """(4, nc) relative motion, its rate, nonlinear force and its rate, at the begin of a
         period."""
         present = self._present(state)
@@ -117,7 +121,7 @@ class ExactIntegrator(OnStuckSystem):
         events.instant(self.stuck.system, present, 0.0, present.z, motion)
         return motion
 
-    def _present(self, state):
+    def _present(self, state: ExactState) -> guards.Present:
         P, nd = self.stuck.shape
         return guards.Present(
             state.z.copy(),
@@ -168,7 +172,9 @@ class ExactIntegrator(OnStuckSystem):
         return self._settled(v[:n] / self.stuck.weight, v[n:].reshape(self.stuck.shape[0], -1))
 
 
-def _for_kernels(piecewise: PiecewiseLinear, stiffness, rest) -> guards.Table:
+def _for_kernels(
+    piecewise: PiecewiseLinear, stiffness: np.ndarray, rest: np.ndarray
+) -> guards.Table:
     """The table of the nonlinear force g = f - K_c u - f_rest, its guards in the order of their
     states."""
     t = piecewise.resolved()
@@ -193,5 +199,5 @@ def _for_kernels(piecewise: PiecewiseLinear, stiffness, rest) -> guards.Table:
     )
 
 
-def _rows(a):
+def _rows(a: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(a)

@@ -32,7 +32,7 @@ NEVER = 2.0
 
 
 @njit(cache=True)
-def freeze(table, present):
+def freeze(table: Table, present: Present) -> None:
     """Fill gamma and a of the present states."""
     nd, m = table.a.shape[2], table.by_memory.shape[3]
     for p in range(len(present.state)):
@@ -46,7 +46,7 @@ def freeze(table, present):
 
 
 @njit(cache=True)
-def follow(table, present, p, u):
+def follow(table: Table, present: Present, p: int, u: np.ndarray) -> None:
     """Memory of a contact where the motion u carries it along."""
     nd, m = table.a.shape[2], table.by_memory.shape[3]
     s = present.state[p]
@@ -58,7 +58,9 @@ def follow(table, present, p, u):
 
 
 @njit(cache=True)
-def signal(table, memory, p, g, motion):
+def signal(
+    table: Table, memory: np.ndarray, p: int, g: int, motion: np.ndarray
+) -> tuple[float, float]:
     """Value (m) and rate (m/s) of a guard."""
     nd, m = table.a.shape[2], table.by_memory.shape[3]
     value, rate = table.guard_0[p, g], 0.0
@@ -71,21 +73,21 @@ def signal(table, memory, p, g, motion):
 
 
 @njit(cache=True)
-def excess(table, memory, p, g, motion):
+def excess(table: Table, memory: np.ndarray, p: int, g: int, motion: np.ndarray) -> float:
     """What comes to zero at an event: value of the guard, or its rate."""
     value, rate = signal(table, memory, p, g, motion)
     return rate if table.of_rate[g] else value
 
 
 @njit(cache=True)
-def cubic(c0, r0, c1, r1):
+def cubic(c0: float, r0: float, c1: float, r1: float) -> tuple[float, float]:
     """Coefficients (A, B) of the cubic c0 + r0 x + A x^2 + B x^3 with values c and rates r at 0 and
     1."""
     return 3 * (c1 - c0) - 2 * r0 - r1, r0 + r1 - 2 * (c1 - c0)
 
 
 @njit(cache=True)
-def crossing(c0, r0, c1, r1, tiny):
+def crossing(c0: float, r0: float, c1: float, r1: float, tiny: float) -> float:
     """First place in [0, 1] where the cubic with values c and rates r at its ends exceeds `tiny`;
     NEVER if nowhere."""
     if c0 > tiny:
@@ -110,7 +112,7 @@ def crossing(c0, r0, c1, r1, tiny):
 
 
 @njit(cache=True)
-def falling_root(r, b, c):
+def falling_root(r: float, b: float, c: float) -> float:
     """Root of r + b x + c x^2 at which it falls through zero: the maximum of its integral; NEVER if
     there is none."""
     inside = b * b - 4 * c * r
@@ -125,7 +127,7 @@ def falling_root(r, b, c):
 
 
 @njit(cache=True)
-def turning(c0, r0, c1, r1, tiny, noise):
+def turning(c0: float, r0: float, c1: float, r1: float, tiny: float, noise: float) -> float:
     """First place in [0, 1] where the rate of that cubic rises above tiny; NEVER if nowhere.
 
     noise : of the values, so that none is seen inside a very short step
@@ -150,7 +152,13 @@ def turning(c0, r0, c1, r1, tiny, noise):
 
 
 @njit(cache=True)
-def next_event(table, present, span, tiny, tiny_rate):
+def next_event(
+    table: Table,
+    present: Present,
+    span: tuple[float, np.ndarray, np.ndarray],
+    tiny: float,
+    tiny_rate: float,
+) -> tuple[float, int, int]:
     """(place in [0, 1] of the step or NEVER, contact, guard) of the first event in span = (h,
     motion before, after)."""
     h, before, after = span
@@ -174,7 +182,15 @@ def next_event(table, present, span, tiny, tiny_rate):
 
 
 @njit(cache=True)
-def first_of_equal(table, present, p, guard, place, span, tiny):
+def first_of_equal(
+    table: Table,
+    present: Present,
+    p: int,
+    guard: int,
+    place: float,
+    span: tuple[float, np.ndarray, np.ndarray],
+    tiny: float,
+) -> int:
     """The first guard in the list that reaches zero together with `guard`: where a contact opens,
     it also slips."""
     h, before, after = span
@@ -192,7 +208,9 @@ def first_of_equal(table, present, p, guard, place, span, tiny):
 
 
 @njit(cache=True)
-def switch(table, present, p, guard, motion, tiny):
+def switch(
+    table: Table, present: Present, p: int, guard: int, motion: np.ndarray, tiny: float
+) -> None:
     """Put the contact into the state that follows an event; the motion and the force go on
     continuously."""
     left = present.state[p]

@@ -11,13 +11,21 @@ multipliers are those of J without its row and column. It means a continuum of o
 other, no instability, and is not counted.
 """
 
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from tipdamp.hbm.time.base import Integrator
 
+if TYPE_CHECKING:
+    from tipdamp.hbm.time.settings import IntegrationSettings
 
-def largest_multiplier(integrator: Integrator, state) -> tuple[float, int]:
+    pass
+
+
+def largest_multiplier(integrator: Integrator, state: Any) -> tuple[float, int]:
     """(largest modulus, periods integrated) of the Floquet multipliers at a state on a periodic
     orbit.
 
@@ -27,7 +35,7 @@ def largest_multiplier(integrator: Integrator, state) -> tuple[float, int]:
     h = settings.disturbance * integrator.size
     used, failed = 0, False
 
-    def ends(p):
+    def ends(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The unknowns at the begin and at the end of a period that is disturbed by h p."""
         nonlocal used, failed
         used += 1
@@ -37,7 +45,7 @@ def largest_multiplier(integrator: Integrator, state) -> tuple[float, int]:
         failed = failed or not cycle.finished or not np.isfinite(end).all()
         return integrator.vector(begin), end
 
-    def derivative(p):
+    def derivative(p: np.ndarray) -> np.ndarray:
         scale = np.abs(p).max()
         if failed or scale == 0:
             return 0 * p
@@ -54,7 +62,7 @@ def largest_multiplier(integrator: Integrator, state) -> tuple[float, int]:
     return (np.nan if failed else float(moduli.max(initial=0.0))), used
 
 
-def _counted(ends, motion, n, closeness):
+def _counted(ends: Callable, motion: int, n: int, closeness: float) -> np.ndarray:
     """Indices of the `motion` leading ones of n unknowns and of those sliders that move in a
     disturbed period.
 
@@ -66,16 +74,18 @@ def _counted(ends, motion, n, closeness):
     return np.flatnonzero((np.arange(n) < motion) | (moved > closeness))
 
 
-def _by_columns(derivative, counted, n):
+def _by_columns(derivative: Callable, counted: np.ndarray, n: int) -> np.ndarray:
     """Moduli of all multipliers."""
     J = np.array([derivative(np.eye(1, n, c)[0])[counted] for c in counted]).T
     return np.abs(np.linalg.eigvals(J))
 
 
-def _by_arnoldi(derivative, counted, n, settings):
+def _by_arnoldi(
+    derivative: Callable, counted: np.ndarray, n: int, settings: IntegrationSettings
+) -> np.ndarray:
     """Moduli of the leading multipliers; of all where Arnoldi's method does not converge."""
 
-    def apply(x):
+    def apply(x: np.ndarray) -> np.ndarray:
         p = np.zeros(n)
         p[counted] = np.ravel(x)
         return derivative(p)[counted]

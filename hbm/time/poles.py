@@ -30,7 +30,7 @@ class Poles:
     into: np.ndarray
     static: np.ndarray
 
-    def flexibility(self, B) -> np.ndarray:
+    def flexibility(self, B: np.ndarray) -> np.ndarray:
         """(nc, nc) m/N of the modes without mass at the rows of B."""
         return np.ascontiguousarray(((B @ self.static[:, 0]) @ (B @ self.static[:, 1]).T).real)
 
@@ -66,7 +66,9 @@ def poles(receptance: Receptance, fastest: float = np.inf) -> Poles:
     )
 
 
-def split(receptance: Receptance, B, stiffness, limit: float, foreign_share: float) -> Poles:
+def split(
+    receptance: Receptance, B: np.ndarray, stiffness: np.ndarray, limit: float, foreign_share: float
+) -> Poles:
     """Poles, those above `limit` (rad/s) without mass where springs other than the contacts' (nc,)
     hold them too.
 
@@ -82,7 +84,7 @@ def split(receptance: Receptance, B, stiffness, limit: float, foreign_share: flo
     return poles(receptance)
 
 
-def _foreign_share(S, stiffness):
+def _foreign_share(S: np.ndarray, stiffness: np.ndarray) -> float:
     """Least share that springs other than the contacts' have in the stiffness of a massless
     motion."""
     k = np.sqrt(stiffness)

@@ -6,6 +6,7 @@ integrated to fourth order where it is smooth; one with a state to second order 
 which it locates inside its own step if at all."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from tipdamp.hbm.time import events
 from tipdamp.hbm.time.base import IntegratedCycle
 from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.time.stuck_system import OnStuckSystem, stuck_system
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.continuation.point import Point
 
 
 @dataclass(frozen=True)
@@ -50,7 +54,7 @@ class SampledIntegrator(OnStuckSystem):
 
     def __init__(
         self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None
-    ):
+    ) -> None:
         self.settings = settings = settings or IntegrationSettings()
         self.stuck = stuck_system(balance, w, settings)
         law = self.stuck.law
@@ -85,7 +89,7 @@ class SampledIntegrator(OnStuckSystem):
         memory = stuck.law.initial_state(u, stuck.balance.start, stuck.contacts)
         return self._begin(stuck.resting(), memory)
 
-    def on_orbit(self, point) -> SampledState:
+    def on_orbit(self, point: "Point") -> SampledState:
         """The state of the law settles on the motion of the point over some periods."""
         b = self.stuck.balance
         n = self.settings.samples
@@ -109,7 +113,7 @@ class SampledIntegrator(OnStuckSystem):
                 break
         return self._begin(self.stuck.on_orbit(point), memory)
 
-    def _begin(self, z, memory) -> SampledState:
+    def _begin(self, z: np.ndarray, memory: np.ndarray) -> SampledState:
         """The state at the poles z with a memory (P, ns); the force is that of a step without
         length."""
         system, z = self.stuck.system, np.array(z, dtype=float)
@@ -144,7 +148,7 @@ class SampledIntegrator(OnStuckSystem):
             state, force, work.reshape(self.stuck.shape).sum(axis=1), True, n * samples, 0
         )
 
-    def _step(self, i, begin: SampledState) -> SampledState:
+    def _step(self, i: int, begin: SampledState) -> SampledState:
         """The step that ends at sample i."""
         system, W = self.stuck.system, self.W
         z = (
@@ -166,7 +170,7 @@ class SampledIntegrator(OnStuckSystem):
             z -= events.times(W[4], system.into @ defect)
         return SampledState(z, memory, u, g, rate)
 
-    def _solved(self, end: _StepEnd, memory, guess):
+    def _solved(self, end: _StepEnd, memory: np.ndarray, guess: np.ndarray) -> tuple:
         """(u, g, memory, dg/du, dg/dv) at the end of a step: Newton on the force g, halved where it
         does not help."""
         g = guess
@@ -193,7 +197,9 @@ class SampledIntegrator(OnStuckSystem):
             move = np.linalg.solve(slope, of_law - g)
         return u, of_law, new, by_u, t.force_v
 
-    def _rate(self, i, z, g, by_u, by_v):
+    def _rate(
+        self, i: int, z: np.ndarray, g: np.ndarray, by_u: np.ndarray, by_v: np.ndarray
+    ) -> np.ndarray:
         """g' (P nd,) at sample i; zero for a law with a state."""
         if not self.smooth:
             return 0 * g
@@ -205,7 +211,7 @@ class SampledIntegrator(OnStuckSystem):
         return np.linalg.solve(matrix, _product(by_u, v) + _product(by_v, a))
 
 
-def _product(blocks, x):
+def _product(blocks: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Blocks (P, nd, nd) along the diagonal times x (P nd, ...)."""
     P, nd = blocks.shape[:2]
     return (blocks @ x.reshape(P, nd, -1)).reshape(x.shape)

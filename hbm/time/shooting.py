@@ -8,12 +8,15 @@ Krylov space.
 
 import inspect
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from tipdamp.hbm.time.base import Integrator
+from tipdamp.hbm.time.base import IntegratedCycle, Integrator
+
+if TYPE_CHECKING:
+    pass
 
 # the relative tolerance of GMRES was called tol up to SciPy 1.13
 GMRES_TOLERANCE = "rtol" if "rtol" in inspect.signature(gmres).parameters else "tol"
@@ -56,14 +59,16 @@ class Steady:
         )
 
 
-def integrate(integrator: Integrator, state, rows, max_periods: int | None = None) -> Steady:
+def integrate(
+    integrator: Integrator, state: Any, rows: np.ndarray, max_periods: int | None = None
+) -> Steady:
     """From a state until the period map repeats, over at most `max_periods`; rows (m, r) are the
     outputs."""
     max_periods = max_periods or integrator.settings.max_periods
     return _steady(integrator, rows, *_until_periodic(integrator, state, max_periods))
 
 
-def shoot(integrator: Integrator, state, rows) -> Steady:
+def shoot(integrator: Integrator, state: Any, rows: np.ndarray) -> Steady:
     """Newton on the period map from a state, then integration until the map repeats; rows (m, r)
     are the outputs."""
     settings, size = integrator.settings, integrator.size
@@ -90,7 +95,9 @@ def period_map(integrator: Integrator, v: np.ndarray) -> tuple[np.ndarray, bool]
     return integrator.vector(cycle.state), cycle.finished
 
 
-def newton_by_columns(integrator: Integrator, v, base, size):
+def newton_by_columns(
+    integrator: Integrator, v: np.ndarray, base: np.ndarray, size: float
+) -> tuple[np.ndarray, int]:
     """(Newton's step, periods integrated) from the whole derivative of the map; base =
     period_map(v)."""
     J, h = np.empty((len(v), len(v))), integrator.settings.difference * size
@@ -102,12 +109,14 @@ def newton_by_columns(integrator: Integrator, v, base, size):
     return step, len(v)
 
 
-def newton_by_krylov(integrator: Integrator, v, base, size):
+def newton_by_krylov(
+    integrator: Integrator, v: np.ndarray, base: np.ndarray, size: float
+) -> tuple[np.ndarray, int]:
     """(Newton's step, periods integrated) by GMRES on the differences of the map; base =
     period_map(v)."""
     used = 0
 
-    def apply(p):
+    def apply(p: np.ndarray) -> np.ndarray:
         nonlocal used
         used += 1
         h = integrator.settings.difference * size / max(np.abs(p).max(), 1e-300)
@@ -120,7 +129,9 @@ def newton_by_krylov(integrator: Integrator, v, base, size):
     return step * error, used
 
 
-def _shortened(integrator, v, step, base):
+def _shortened(
+    integrator: Integrator, v: np.ndarray, step: np.ndarray, base: np.ndarray
+) -> tuple[np.ndarray, int]:
     """(v, periods integrated): Newton's step, shortened until the map moves the state less; the
     plain map else."""
     error, fractions = np.linalg.norm(base - v), integrator.settings.fractions
@@ -131,7 +142,9 @@ def _shortened(integrator, v, step, base):
     return base, len(fractions)
 
 
-def _until_periodic(integrator, state, max_periods):
+def _until_periodic(
+    integrator: Integrator, state: Any, max_periods: int
+) -> tuple[IntegratedCycle, float, int]:
     """(last cycle, change over it, periods)."""
     n = 0
     while True:
@@ -143,7 +156,14 @@ def _until_periodic(integrator, state, max_periods):
         state = cycle.state
 
 
-def _steady(integrator, rows, cycle, change, n, by_newton=False):
+def _steady(
+    integrator: Integrator,
+    rows: np.ndarray,
+    cycle: IntegratedCycle,
+    change: float,
+    n: int,
+    by_newton: bool = False,
+) -> Steady:
     stuck, repeats = integrator.stuck, integrator.settings.repeats
     return Steady(
         stuck.harmonics(rows, cycle.force),

@@ -6,7 +6,7 @@ what the nonlinear force g adds to it through the poles (see `poles`): u = known
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from tipdamp.hbm.laws.base import ContactLaw, Contacts
 from tipdamp.hbm.time.events import System, times
 from tipdamp.hbm.time.poles import split
 from tipdamp.hbm.time.settings import IntegrationSettings
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.continuation.point import Point
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,7 @@ class StuckSystem:
         """(2n,) poles where no nonlinear force has acted."""
         return np.zeros(2 * len(self.system.s))
 
-    def on_orbit(self, point) -> np.ndarray:
+    def on_orbit(self, point: "Point") -> np.ndarray:
         """z (2n,) of a solution of the harmonic balance at t = 0."""
         s, n = self.system.s, len(self.system.s)
         into = self.system.into[:n] + 1j * self.system.into[n:]
@@ -82,7 +85,7 @@ class StuckSystem:
         factors = b.receptance.factors(self.w * np.arange(force.shape[1]))[0]
         return factors * (b.force_at(1.0) - b.into.T @ force)
 
-    def harmonics(self, rows, force: np.ndarray) -> np.ndarray:
+    def harmonics(self, rows: np.ndarray, force: np.ndarray) -> np.ndarray:
         """(m, H+1) complex harmonics of the outputs rows (m, r)."""
         return np.asarray(rows) @ (self.balance.receptance.shapes @ self.modal(force))
 

@@ -5,6 +5,8 @@ located in time, slip between them is integrated by collocation (`slip`), period
 (`period`) until the path of the slider repeats or it has found its rest (`resting_place`).
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from tipdamp.hbm.compiled import njit
@@ -14,9 +16,14 @@ from tipdamp.hbm.laws.coupled.resting_place import resting_place
 from tipdamp.hbm.laws.coupled.slip import STAGES, Panel, Sums
 from tipdamp.hbm.laws.uncoupled.breaks import TWO_PI
 
+if TYPE_CHECKING:
+    from tipdamp.hbm.laws.records import SliderStart
+
 
 @njit(cache=True)
-def at_rest(r, start, sums, D):
+def at_rest(
+    r: np.ndarray, start: np.ndarray, sums: Sums, D: np.ndarray
+) -> tuple[float, float, np.bool_]:
     """As `one_contact`, of a slider that stays at r with the derivative `start` (2, 3 nh)."""
     sums.g[:], sums.g[:, 0] = 0.0, TWO_PI * r
     D[:], D[0] = 0.0, TWO_PI * start
@@ -24,7 +31,14 @@ def at_rest(r, start, sums, D):
 
 
 @njit(cache=True)
-def one_contact(contact, given, panel, light, sums, D):
+def one_contact(
+    contact: Contact,
+    given: tuple[float, float, bool, bool],
+    panel: Panel,
+    light: Sums,
+    sums: Sums,
+    D: np.ndarray,
+) -> tuple[float, float, bool]:
     """(slipped, work times kt, whether D is not zero) of the periodic cycle of a contact; sums.g is
     filled, and D (nh, 2, 3 nh) with the integrals of the derivatives of r.
 
@@ -71,7 +85,9 @@ def one_contact(contact, given, panel, light, sums, D):
 
 
 @njit(cache=True)
-def largest_limit(c, at_samples, opened, e):
+def largest_limit(
+    c: np.ndarray, at_samples: np.ndarray, opened: np.ndarray, e: np.ndarray
+) -> float:
     """Of a contact at the samples, and half way through each time in which it is closed, which may
     lie between two of them."""
     largest = at_samples.max()
@@ -88,7 +104,7 @@ def largest_limit(c, at_samples, opened, e):
 
 
 @njit(cache=True)
-def room_for(nh):
+def room_for(nh: int) -> tuple[Panel, Sums, Sums]:
     """Panel, Sums, and Sums without derivatives by the series of nh coefficients."""
     s = STAGES
     square, inverse = np.empty((s, s)), np.empty((s, s))
@@ -102,7 +118,14 @@ def room_for(nh):
 
 
 @njit(cache=True)
-def cycle(c, waves, kt, start, opened, found):
+def cycle(
+    c: np.ndarray,
+    waves: tuple[np.ndarray, np.ndarray, np.ndarray],
+    kt: np.ndarray,
+    start: "SliderStart",
+    opened: tuple[np.ndarray, np.ndarray],
+    found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+) -> None:
     """Sliders of the periodic cycle at the motion c (P, 3, nh), in forces: kt u1, kt u2 and mu N.
 
     waves : c at the samples (P, 3, n), its rates, instants (n + 1,); start : SliderStart in forces

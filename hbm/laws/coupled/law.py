@@ -2,7 +2,7 @@
 `cycle`."""
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -12,6 +12,10 @@ from tipdamp.hbm.laws.coupled.motion import SETTINGS
 from tipdamp.hbm.laws.friction import resultant_limited
 from tipdamp.hbm.laws.uncoupled.breaks import OPEN, TWO_PI, Sliders
 from tipdamp.hbm.laws.uncoupled.law import CoulombFriction, integrated, located
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart
+    from tipdamp.hbm.laws.variation import Variation
 
 
 @dataclass(frozen=True)
@@ -33,11 +37,13 @@ class IsotropicFriction(CoulombFriction, tested=True):
     components: ClassVar[tuple] = ("t1", "t2", "n")
     sliders: ClassVar[int] = 2
 
-    def friction(self, trial, limit):
+    def friction(self, trial: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The resultant of the tangents has the limit."""
         return resultant_limited(trial, limit)
 
-    def step(self, motion, state, contacts):
+    def step(
+        self, motion: "Motion", state: np.ndarray, contacts: "Contacts"
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Force (P, 3) N and state (P, 5); the motion of a step and the change of the normal load
         are straight."""
         u, kind = motion.u, np.result_type(motion.u, state)
@@ -57,11 +63,20 @@ class IsotropicFriction(CoulombFriction, tested=True):
                 new[p, :2] = u[p, :2] - force[p, :2] / kt
         return force, new
 
-    def variation(self, contacts, x, start, grid, omega):
+    def variation(
+        self, contacts: "Contacts", x: np.ndarray, start: "SliderStart", grid: Any, omega: float
+    ) -> "Variation | None":
         """None: the direction of slip turns with the disturbance, and the slider remembers it."""
         return None
 
-    def harmonics(self, contacts, x, start, grid, omega):
+    def harmonics(
+        self,
+        contacts: "Contacts",
+        x: np.ndarray,
+        start: "SliderStart",
+        grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+        omega: float,
+    ) -> "ContactForces":
         """Forces of the event-driven cycle: in closed form, and in slip to 1e-8 of the limit
         force."""
         compiled.announce(cycle)
@@ -90,11 +105,13 @@ class IsotropicFriction(CoulombFriction, tested=True):
         by_preload[:, :2] += law.mu[:, None, None] * D[:, :, :, 2, 0]
         return replace(forces, work=work)
 
-    def piecewise_linear(self, contacts):
+    def piecewise_linear(self, contacts: "Contacts") -> None:
         """None: the limit of the resultant is no line."""
 
 
-def _opened(law, found):
+def _opened(
+    law: Sliders, found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """What `located` has of the normal, with both tangents: their sliders follow where contacts are
     open."""
     pieces, counts, active, shares = found
@@ -109,7 +126,7 @@ def _opened(law, found):
     return pieces, counts, active, shares
 
 
-def slide(T, d, L0, L1):
+def slide(T: np.ndarray, d: np.ndarray, L0: float, L1: float) -> np.ndarray:
     """Force (2,) at the end of a straight elastic path d under a limit from L0 to L1; complex for
     derivatives."""
     e, dL = T + d, L1 - L0
@@ -131,7 +148,7 @@ def slide(T, d, L0, L1):
     return L1 / below * (2 * (1 - turned) * n + turned * (2 - (1 - x) * turned) * m)
 
 
-def _slips_from(T, d, L0, dL):
+def _slips_from(T: np.ndarray, d: np.ndarray, L0: float, dL: float) -> float:
     """Share of the path from which on the force is at the limit; above 1 where it comes there by
     rounding alone."""
     a, b, c = d @ d - dL * dL, T @ d - L0 * dL, T @ T - L0 * L0
@@ -145,7 +162,7 @@ def _slips_from(T, d, L0, dL):
     return -2 * b / a if a.real > -b.real else 2 + 0 * a  # leaves the limit and comes back to it
 
 
-def _log_mean(a, b):
+def _log_mean(a: float, b: float) -> float:
     z = (b - a) / (b + a)
     return (
         0.5 * (a + b) / (1 + z**2 / 3 + z**4 / 5 + z**6 / 7)

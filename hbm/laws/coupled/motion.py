@@ -53,7 +53,7 @@ opened (k, 2) : times in which it is open; size, scale : largest |p| and L at th
 
 
 @njit(cache=True)
-def motion(c, t, e, at):
+def motion(c: np.ndarray, t: float, e: np.ndarray, at: np.ndarray) -> None:
     """Fill the basis e (nh,) and p1, p2, L with their rates (6,) at an instant."""
     c1, s1 = np.cos(t), np.sin(t)
     ck, sk = 1.0, 0.0
@@ -69,7 +69,7 @@ def motion(c, t, e, at):
 
 
 @njit(cache=True)
-def excess(at, r):
+def excess(at: np.ndarray, r: np.ndarray) -> tuple[float, float]:
     """|p - r|^2 - L^2, and half its rate."""
     T1, T2 = at[P1] - r[0], at[P2] - r[1]
     return T1 * T1 + T2 * T2 - at[LIMIT] ** 2, T1 * at[RATE1] + T2 * at[RATE2] - at[LIMIT] * at[
@@ -78,20 +78,22 @@ def excess(at, r):
 
 
 @njit(cache=True)
-def slides(at, psi):
+def slides(at: np.ndarray, psi: float) -> float:
     """Rate at which a slider in slip is pulled along: positive, or it comes to rest."""
     return at[RATE1] * np.cos(psi) + at[RATE2] * np.sin(psi) - at[LIMIT_RATE]
 
 
 @njit(cache=True)
-def secant(a, fa, b, fb):
+def secant(a: float, fa: float, b: float, fb: float) -> float:
     """Where the line through two values of opposite sign is zero, or the middle."""
     x = (a * fb - b * fa) / (fb - fa)
     return x if a < x < b else 0.5 * (a + b)
 
 
 @njit(cache=True)
-def narrowed(beyond, x, f, a, fa, b, fb, side):
+def narrowed(
+    beyond: bool, x: float, f: float, a: float, fa: float, b: float, fb: float, side: int
+) -> tuple[float, float, float, float, int]:
     """The bracket with x, which is `beyond` the root or not, as an end; an end that stays twice
     counts half [Dowell, Jarratt 1971: Illinois method]."""
     if beyond:
@@ -100,7 +102,15 @@ def narrowed(beyond, x, f, a, fa, b, fb, side):
 
 
 @njit(cache=True)
-def excess_root(contact, r, of_rate, a, b, e, at):
+def excess_root(
+    contact: Contact,
+    r: np.ndarray,
+    of_rate: bool,
+    a: float,
+    b: float,
+    e: np.ndarray,
+    at: np.ndarray,
+) -> float:
     """Where the excess (falling: its rate) changes sign in [a, b], at b beyond it; bisection with
     secant steps."""
     x, side = 0.5 * (a + b), 0
@@ -119,7 +129,9 @@ def excess_root(contact, r, of_rate, a, b, e, at):
 
 
 @njit(cache=True)
-def onset(contact, r, t, stop, e, at):
+def onset(
+    contact: Contact, r: np.ndarray, t: float, stop: float, e: np.ndarray, at: np.ndarray
+) -> tuple[float, bool]:
     """First instant in [t, stop] at which a slider at rest slips, and whether there is one; it may
     begin and end between two samples."""
     tau, n = contact.tau, len(contact.tau) - 1

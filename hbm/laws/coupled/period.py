@@ -15,17 +15,18 @@ from tipdamp.hbm.laws.coupled.motion import (
     RATE1,
     RATE2,
     SETTINGS,
+    Contact,
     motion,
     onset,
     slides,
 )
-from tipdamp.hbm.laws.coupled.slip import add_rest, slip_through, turn_at
+from tipdamp.hbm.laws.coupled.slip import Panel, Sums, add_rest, slip_through, turn_at
 from tipdamp.hbm.laws.uncoupled.breaks import FORWARD as SLIP
 from tipdamp.hbm.laws.uncoupled.breaks import OPEN, STICK, TWO_PI
 
 
 @njit(cache=True)
-def after_contact(contact, t, r, sums):
+def after_contact(contact: Contact, t: float, r: np.ndarray, sums: Sums) -> tuple[int, float]:
     """(state, angle) of a contact that closes at t, and the slider with its derivatives: at the
     place of the motion there it rests, or from it it is pulled along."""
     at = np.empty(6)
@@ -59,7 +60,7 @@ def after_contact(contact, t, r, sums):
 
 
 @njit(cache=True)
-def slip_begins(contact, t, r, sums):
+def slip_begins(contact: Contact, t: float, r: np.ndarray, sums: Sums) -> tuple[int, float, float]:
     """(state, angle, limit) of a slider at its limit at t; one that is too small to hold a
     direction against the motion holds none, and the contact is as if it had just closed."""
     at = np.empty(6)
@@ -73,7 +74,9 @@ def slip_begins(contact, t, r, sums):
 
 
 @njit(cache=True)
-def one_period(contact, r, panel, sums, collect):
+def one_period(
+    contact: Contact, r: np.ndarray, panel: Panel, sums: Sums, collect: bool
+) -> tuple[float, float]:
     """Carry the slider r (2,) and its derivatives through a period, with the integrals over it;
     return how long it slips, and the work times kt.
 
@@ -134,7 +137,7 @@ def one_period(contact, r, panel, sums, collect):
 
 
 @njit(cache=True)
-def begin(contact, r, pulled, e):
+def begin(contact: Contact, r: np.ndarray, pulled: np.ndarray, e: np.ndarray) -> bool:
     """Pull the slider at t = 0 along where the limit does not hold it; whether it is. pulled (2, 3
     nh) : derivative by the series."""
     nh, at = len(e), np.empty(6)
@@ -155,13 +158,15 @@ def begin(contact, r, pulled, e):
 
 
 @njit(cache=True)
-def determinant(A):
+def determinant(A: np.ndarray) -> float:
     """Of I - A: zero where a period leaves the slider, or a part of it, where it was."""
     return (1 - A[0, 0]) * (1 - A[1, 1]) - A[0, 1] * A[1, 0]
 
 
 @njit(cache=True)
-def settle(contact, r, newton, panel, sums, room):
+def settle(
+    contact: Contact, r: np.ndarray, newton: bool, panel: Panel, sums: Sums, room: np.ndarray
+) -> tuple[int, bool, bool, bool]:
     """Take the slider to where its path repeats; returns (periods, repeats, whether there is no
     other such place, slipped).
 
@@ -194,7 +199,9 @@ def settle(contact, r, newton, panel, sums, room):
 
 
 @njit(cache=True)
-def fixed_point(contact, r, panel, sums, start):
+def fixed_point(
+    contact: Contact, r: np.ndarray, panel: Panel, sums: Sums, start: np.ndarray
+) -> tuple[float, float, bool]:
     """(slipped, work times kt) of the period from r, and whether what it does to the slider can be
     inverted: `start` (2, 3 nh) is filled with the derivative of r by the series, where r comes back
     to itself."""
@@ -211,7 +218,15 @@ def fixed_point(contact, r, panel, sums, start):
 
 
 @njit(cache=True)
-def from_start(contact, r, periods, panel, sums, start, room):
+def from_start(
+    contact: Contact,
+    r: np.ndarray,
+    periods: int,
+    panel: Panel,
+    sums: Sums,
+    start: np.ndarray,
+    room: np.ndarray,
+) -> tuple[float, float]:
     """(slipped, work times kt) of the last of some periods from r; `start` (2, 3 nh), derivative of
     r by the series, is carried to its begin."""
     slip, work = 0.0, 0.0
@@ -223,7 +238,7 @@ def from_start(contact, r, periods, panel, sums, start, room):
 
 
 @njit(cache=True)
-def carry(sums, start, room):
+def carry(sums: Sums, start: np.ndarray, room: np.ndarray) -> None:
     """Carry the derivative of the slider by the series, `start` (2, 3 nh), through the period that
     is in `sums`."""
     room[:] = sums.dr[:, 2:]

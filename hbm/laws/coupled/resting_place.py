@@ -12,6 +12,7 @@ from tipdamp.hbm.laws.coupled.motion import (
     RATE2,
     SETTINGS,
     TINY,
+    Contact,
     motion,
     narrowed,
     secant,
@@ -19,7 +20,7 @@ from tipdamp.hbm.laws.coupled.motion import (
 
 
 @njit(cache=True)
-def beyond(at, r):
+def beyond(at: np.ndarray, r: np.ndarray) -> tuple[float, float]:
     """|p - r| - L, and its rate."""
     T1, T2 = at[P1] - r[0], at[P2] - r[1]
     T = max(np.hypot(T1, T2), TINY)
@@ -27,7 +28,7 @@ def beyond(at, r):
 
 
 @njit(cache=True)
-def furthest(contact, r, e, at):
+def furthest(contact: Contact, r: np.ndarray, e: np.ndarray, at: np.ndarray) -> tuple[float, float]:
     """(instant, |p - r| - L) at which a slider at rest is furthest beyond its limit."""
     tau, n = contact.tau, len(contact.tau) - 1
     found, most = 0.0, -np.inf
@@ -52,7 +53,9 @@ def furthest(contact, r, e, at):
 
 
 @njit(cache=True)
-def crest(contact, r, a, b, e, at):
+def crest(
+    contact: Contact, r: np.ndarray, a: float, b: float, e: np.ndarray, at: np.ndarray
+) -> float:
     """Where |p - r| - L is largest between two instants, between which its rate falls through 0."""
     x, side = 0.5 * (a + b), 0
     fa = fb = np.nan
@@ -67,7 +70,9 @@ def crest(contact, r, a, b, e, at):
 
 
 @njit(cache=True)
-def nearest_common(first, discs, room, r):
+def nearest_common(
+    first: np.ndarray, discs: np.ndarray, room: float, r: np.ndarray
+) -> tuple[int, int]:
     """Fill r with the point of all discs (n, 3: centre, radius) that is nearest to `first`; returns
     the one or two discs on whose border it lies, or -1 where they have no point in common."""
     n, least, one, two = len(discs), np.inf, -1, -1
@@ -92,7 +97,7 @@ def nearest_common(first, discs, room, r):
 
 
 @njit(cache=True)
-def onto(first, disc, tried):
+def onto(first: np.ndarray, disc: np.ndarray, tried: np.ndarray) -> int:
     """Fill in the point of the border of a disc that is nearest to `first`, outside; returns 1."""
     away = max(np.hypot(first[0] - disc[0], first[1] - disc[1]), TINY)
     for d in range(2):
@@ -101,7 +106,7 @@ def onto(first, disc, tried):
 
 
 @njit(cache=True)
-def borders(first, a, b, tried):
+def borders(first: np.ndarray, a: np.ndarray, b: np.ndarray, tried: np.ndarray) -> int:
     """Fill in the points in which the borders of two discs meet; returns their number."""
     x, y = b[0] - a[0], b[1] - a[1]
     apart = np.hypot(x, y)
@@ -120,7 +125,9 @@ def borders(first, a, b, tried):
 
 
 @njit(cache=True)
-def carry_onto(contact, first, t, start, e):
+def carry_onto(
+    contact: Contact, first: np.ndarray, t: float, start: np.ndarray, e: np.ndarray
+) -> None:
     """Carry the derivative `start` (2, 3 nh) of a slider along as it is brought from `first` to the
     border of its limit at t, the instant furthest beyond it."""
     at, nh = np.empty(6), len(e)
@@ -151,7 +158,9 @@ def carry_onto(contact, first, t, start, e):
 
 
 @njit(cache=True)
-def carry_to_corner(contact, r, t1, t2, start, e):
+def carry_to_corner(
+    contact: Contact, r: np.ndarray, t1: float, t2: float, start: np.ndarray, e: np.ndarray
+) -> bool:
     """The same to the corner of two limits, whether it is one: derivatives without `first`."""
     at, nh = np.empty(6), len(e)
     rows, n = np.empty((2, 3 * nh)), np.empty((2, 2))
@@ -173,7 +182,9 @@ def carry_to_corner(contact, r, t1, t2, start, e):
 
 
 @njit(cache=True)
-def resting_place(contact, r, missed, start, e):
+def resting_place(
+    contact: Contact, r: np.ndarray, missed: float, start: np.ndarray, e: np.ndarray
+) -> bool:
     """Take the slider of a contact that never opens to the nearest place where the limit holds it
     throughout the period, or is missed by no more than that, and its derivative by the series,
     `start` (2, 3 nh), with it; returns whether there is one.

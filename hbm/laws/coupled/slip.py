@@ -22,6 +22,7 @@ from tipdamp.hbm.laws.coupled.motion import (
     RATE2,
     SETTINGS,
     TINY,
+    Contact,
     motion,
     narrowed,
     secant,
@@ -31,7 +32,7 @@ from tipdamp.hbm.laws.coupled.motion import (
 STAGES = 6
 
 
-def _radau(s):
+def _radau(s: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Nodes (s,) in 0..1, inverse of the matrix and weights of the Radau IIA method, weights of the
     interpolation through 0 and the nodes."""
     x = np.polynomial.Polynomial([0.0, 1.0])
@@ -59,7 +60,7 @@ series of p1, p2 and L."""
 
 
 @njit(cache=True)
-def invert(J, inverse):
+def invert(J: np.ndarray, inverse: np.ndarray) -> bool:
     """Inverse (s, s) by elimination with row exchanges; whether there is one. J is used up."""
     s = len(J)
     inverse[:] = 0.0
@@ -89,7 +90,7 @@ def invert(J, inverse):
 
 
 @njit(cache=True)
-def collocate(contact, t, h, psi0, panel):
+def collocate(contact: Contact, t: float, h: float, psi0: float, panel: Panel) -> float:
     """Angle at the nodes of the panel [t, t + h] of slip; its highest term in rad of the largest
     limit, infinite where Newton's method fails."""
     psi, slope, J = panel.psi, panel.slope, panel.stage
@@ -127,7 +128,9 @@ def collocate(contact, t, h, psi0, panel):
 
 
 @njit(cache=True)
-def rests(contact, t, h, psi0, panel, e, at):
+def rests(
+    contact: Contact, t: float, h: float, psi0: float, panel: Panel, e: np.ndarray, at: np.ndarray
+) -> float:
     """Share of the panel at which the slider comes to rest, by the angle that it has; 1 where it
     slips on."""
     a, fa = 0.0, 1.0
@@ -156,7 +159,7 @@ def rests(contact, t, h, psi0, panel, e, at):
 
 
 @njit(cache=True)
-def between(psi, psi0, x):
+def between(psi: np.ndarray, psi0: float, x: float) -> float:
     """The angle at a share x of the panel, by interpolation."""
     if x == 0.0:
         return psi0
@@ -171,7 +174,7 @@ def between(psi, psi0, x):
 
 
 @njit(cache=True)
-def add_rest(a, b, r, sums, collect):
+def add_rest(a: float, b: float, r: np.ndarray, sums: Sums, collect: bool) -> None:
     """Add the integrals over [a, b] of a slider that rests."""
     nh = sums.g.shape[1]
     for j in range(nh):
@@ -190,7 +193,7 @@ def add_rest(a, b, r, sums, collect):
 
 
 @njit(cache=True)
-def add_panel(h, limit, panel, sums, collect):
+def add_panel(h: float, limit: float, panel: Panel, sums: Sums, collect: bool) -> float:
     """Add the integrals over a panel of slip that begins at `limit`, and carry the derivatives to
     its end, its last node; return the work times kt."""
     e, dr, work = panel.e, sums.dr, 0.0
@@ -224,7 +227,7 @@ def add_panel(h, limit, panel, sums, collect):
 
 
 @njit(cache=True)
-def turns(i, h, limit, panel, sums):
+def turns(i: int, h: float, limit: float, panel: Panel, sums: Sums) -> None:
     """Fill dr[0] with the derivative of the angle at node i: that of the collocation, from the one
     at its begin.
 
@@ -255,7 +258,17 @@ def turns(i, h, limit, panel, sums):
 
 
 @njit(cache=True)
-def slip_through(contact, t, stop, psi, h, limit, panel, sums, collect):
+def slip_through(
+    contact: Contact,
+    t: float,
+    stop: float,
+    psi: float,
+    h: float,
+    limit: float,
+    panel: Panel,
+    sums: Sums,
+    collect: bool,
+) -> tuple[float, float, float, bool, float]:
     """Slip from t, where it begins at `limit`, up to `stop` or to where the slider comes to rest:
     (instant, angle, width of the next panel, whether it rests, work times kt); before either where
     the panels are too many."""
@@ -294,7 +307,7 @@ def slip_through(contact, t, stop, psi, h, limit, panel, sums, collect):
 
 
 @njit(cache=True)
-def turn_at(psi, limit, sums):
+def turn_at(psi: float, limit: float, sums: Sums) -> float:
     """Fill the derivative of the angle where slip begins, from that of the slider, and return the
     limit; the basis is in sums.e."""
     nh, cos, sin = sums.g.shape[1], np.cos(psi), np.sin(psi)

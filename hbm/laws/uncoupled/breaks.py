@@ -34,7 +34,7 @@ AT, PLACES, RATES = 0, 1, 3  # columns of marks; of two, that of the edge follow
 
 
 @njit(cache=True)
-def series(c, tau):
+def series(c: np.ndarray, tau: float) -> tuple[float, float, float]:
     """Value, rate and second derivative at tau of the series with real coefficients c."""
     H = (len(c) - 1) // 2
     value, rate, curvature = c[0], 0.0, 0.0
@@ -50,7 +50,7 @@ def series(c, tau):
 
 
 @njit(cache=True)
-def root(c, level, of_rate, a, b):
+def root(c: np.ndarray, level: float, of_rate: bool, a: float, b: float) -> float:
     """Where the series (less level), or its rate, changes sign in [a, b]: Newton inside a shrinking
     bracket."""
     v, d, dd = series(c, a)
@@ -82,7 +82,9 @@ def root(c, level, of_rate, a, b):
 
 
 @njit(cache=True)
-def contact_instants(N, n_wave, n_rate, tau, breaks):
+def contact_instants(
+    N: np.ndarray, n_wave: np.ndarray, n_rate: np.ndarray, tau: np.ndarray, breaks: Breaks
+) -> int:
     """Fill `at`, `kind` and `closed` of the break points, and return how many intervals there are.
 
     N are the coefficients of preload + kn u_n; an excursion that begins and ends between two
@@ -120,7 +122,14 @@ def contact_instants(N, n_wave, n_rate, tau, breaks):
 
 
 @njit(cache=True)
-def break_points(x, samples, law, p, N, breaks):
+def break_points(
+    x: np.ndarray,
+    samples: tuple[np.ndarray, np.ndarray, np.ndarray],
+    law: Sliders,
+    p: int,
+    N: np.ndarray,
+    breaks: Breaks,
+) -> int:
     """Fill N, the instants and which intervals are closed for contact p; return how many intervals
     there are."""
     tau, wave, rate = samples
@@ -141,7 +150,13 @@ def break_points(x, samples, law, p, N, breaks):
 
 
 @njit(cache=True)
-def stick_interval(u, N, contact, samples, breaks):
+def stick_interval(
+    u: np.ndarray,
+    N: np.ndarray,
+    contact: tuple[float, float, float],
+    samples: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    breaks: Breaks,
+) -> None:
     """Fill the edges of the stick interval of a tangent; contact: mu/kt, kn (0 without a normal)
     and preload.
 
@@ -164,7 +179,7 @@ def stick_interval(u, N, contact, samples, breaks):
 
 
 @njit(cache=True)
-def open_pieces(breaks, pieces, count):
+def open_pieces(breaks: Breaks, pieces: np.ndarray, count: np.ndarray) -> float:
     """List the intervals in which the contact is open, and return their total."""
     at, opened, k = breaks.marks[:, AT], 0.0, 0
     for i in range(len(breaks.closed)):

@@ -11,6 +11,8 @@ and w follows u, so that on re-contact the slider starts at the current position
 kt (u - w).
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from tipdamp.hbm.compiled import njit
@@ -28,6 +30,7 @@ from tipdamp.hbm.laws.uncoupled.breaks import (
     STICK,
     TWO_PI,
     Breaks,
+    Sliders,
     break_points,
     open_pieces,
     root,
@@ -35,11 +38,16 @@ from tipdamp.hbm.laws.uncoupled.breaks import (
     stick_interval,
 )
 
+if TYPE_CHECKING:
+    from tipdamp.hbm.laws.records import SliderStart
+
 SWITCHES = 12  # at most, between stick and slip within one interval between samples
 
 
 @njit(cache=True)
-def pause(edge, sign, r0, r1, gone, a, b):
+def pause(
+    edge: np.ndarray, sign: float, r0: float, r1: float, gone: float, a: float, b: float
+) -> float:
     """An instant in (a, b) at which an edge moves back for a while, though forward at both ends; b
     where there is none.
 
@@ -73,7 +81,9 @@ def pause(edge, sign, r0, r1, gone, a, b):
 
 
 @njit(cache=True)
-def stick_ends(marks, edges, i, w, t, since):
+def stick_ends(
+    marks: np.ndarray, edges: np.ndarray, i: int, w: float, t: float, since: np.ndarray
+) -> tuple[float, int]:
     """First instant after t in interval i at which an edge of the stick interval reaches the
     resting slider w, and the state that follows; the end of the interval and STICK where none does.
 
@@ -102,7 +112,9 @@ def stick_ends(marks, edges, i, w, t, since):
 
 
 @njit(cache=True)
-def slip_ends(marks, edges, i, s, t):
+def slip_ends(
+    marks: np.ndarray, edges: np.ndarray, i: int, s: int, t: float
+) -> tuple[float, float]:
     """First instant after t in interval i at which edge s, which pushes the slider, moves back, and
     the instant up to which it does; that is -1 where it does not."""
     a = marks[i, AT]
@@ -126,7 +138,15 @@ def slip_ends(marks, edges, i, s, t):
 
 
 @njit(cache=True)
-def periodic(u, N, ratio, breaks, start, space, pieces):
+def periodic(
+    u: np.ndarray,
+    N: np.ndarray,
+    ratio: float,
+    breaks: Breaks,
+    start: tuple[float, bool],
+    space: tuple[np.ndarray, np.ndarray],
+    pieces: np.ndarray,
+) -> int:
     """Fill the pieces of the second of two periods of one slider, and return how many there are.
 
     u, N : series of the motion and of preload + kn u_n; ratio : mu/kt; start : slider at t = 0, and
@@ -185,7 +205,9 @@ def periodic(u, N, ratio, breaks, start, space, pieces):
 
 
 @njit(cache=True)
-def initial_slider(u, ratio, breaks, start, rest):
+def initial_slider(
+    u: np.ndarray, ratio: float, breaks: Breaks, start: tuple[float, bool], rest: np.ndarray
+) -> float:
     """The slider at t = 0, pushed into the stick interval, and in `rest` how it came there."""
     w = start[0]
     if start[1]:
@@ -199,7 +221,9 @@ def initial_slider(u, ratio, breaks, start, rest):
 
 
 @njit(cache=True)
-def after_contact(u, N, ratio, breaks, i, rest):
+def after_contact(
+    u: np.ndarray, N: np.ndarray, ratio: float, breaks: Breaks, i: int, rest: np.ndarray
+) -> tuple[int, float]:
     """(state, slider) of a contact that closes at break i: pushed only where the opening interval
     overtakes it, so that at rest u' is at most mu/kt N'."""
     marks = breaks.marks
@@ -214,7 +238,9 @@ def after_contact(u, N, ratio, breaks, i, rest):
 
 
 @njit(cache=True)
-def close_piece(pieces, count, state, begin, end, w, rest):
+def close_piece(
+    pieces: np.ndarray, count: int, state: int, begin: float, end: float, w: float, rest: np.ndarray
+) -> int:
     """Add a piece where it has a length; return how many there are."""
     if end <= begin or count >= len(pieces):
         return count
@@ -224,7 +250,9 @@ def close_piece(pieces, count, state, begin, end, w, rest):
 
 
 @njit(cache=True)
-def repeated(pieces, count, first, past, n_first, begin):
+def repeated(
+    pieces: np.ndarray, count: int, first: np.ndarray, past: int, n_first: int, begin: float
+) -> int:
     """Append the pieces of the first period from number `past` on, the first of them from `begin`;
     return the count."""
     for q in range(past, min(n_first, len(pieces) - count + past)):
@@ -236,7 +264,7 @@ def repeated(pieces, count, first, past, n_first, begin):
 
 
 @njit(cache=True)
-def shared_slip(a, b):
+def shared_slip(a: np.ndarray, b: np.ndarray) -> float:
     """Time in which at least one of two lists of pieces slips."""
     total = 0.0
     for i in range(len(a)):
@@ -253,7 +281,7 @@ def shared_slip(a, b):
 
 
 @njit(cache=True)
-def sticks(x, law, p, places):
+def sticks(x: np.ndarray, law: Sliders, p: int, places: np.ndarray) -> bool:
     """Whether contact p surely sticks through the cycle, with its sliders at rest where they carry
     no force: the sum of the amplitudes of its motion x (nd, nh) is too small for slip and
     lift-off."""
@@ -267,7 +295,7 @@ def sticks(x, law, p, places):
 
 
 @njit(cache=True)
-def reach(c):
+def reach(c: np.ndarray) -> float:
     """What the series with real coefficients c does not exceed."""
     most = abs(c[0])
     for k in range(1, len(c), 2):
@@ -276,7 +304,15 @@ def reach(c):
 
 
 @njit(cache=True)
-def slider_pieces(u, waves, law, p, cut, begin, room):
+def slider_pieces(
+    u: np.ndarray,
+    waves: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    law: Sliders,
+    p: int,
+    cut: tuple[np.ndarray, Breaks],
+    begin: tuple[float, bool],
+    room: tuple[tuple[np.ndarray, np.ndarray], np.ndarray],
+) -> int:
     """Fill the pieces of one tangent of contact p, and return how many there are; without friction
     the slider follows throughout.
 
@@ -293,7 +329,7 @@ def slider_pieces(u, waves, law, p, cut, begin, room):
 
 
 @njit(cache=True)
-def moves(pieces):
+def moves(pieces: np.ndarray) -> bool:
     """Whether a slider is not at a given place throughout."""
     for q in range(len(pieces)):
         if pieces[q, 0] != STICK or pieces[q, BY_U] != 0 or pieces[q, BY_N] != 0:
@@ -302,7 +338,7 @@ def moves(pieces):
 
 
 @njit(cache=True)
-def slip_time(law, p, pieces, counts, opened):
+def slip_time(law: Sliders, p: int, pieces: np.ndarray, counts: np.ndarray, opened: float) -> float:
     """Time in which contact p slips; without a limit it does while it is closed."""
     if law.mu[p] > 0 and law.count:
         other = law.count - 1
@@ -311,7 +347,13 @@ def slip_time(law, p, pieces, counts, opened):
 
 
 @njit(cache=True)
-def find_pieces(x, samples, law, start, found):
+def find_pieces(
+    x: np.ndarray,
+    samples: tuple[np.ndarray, np.ndarray, np.ndarray],
+    law: Sliders,
+    start: "SliderStart",
+    found: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+) -> None:
     """Fill the pieces of the periodic cycle of every contact, which components are active, and the
     shares of the cycle.
 

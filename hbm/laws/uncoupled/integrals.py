@@ -23,11 +23,12 @@ from tipdamp.hbm.laws.uncoupled.breaks import (
     PLACE,
     STICK,
     TWO_PI,
+    Sliders,
 )
 
 
 @njit(cache=True)
-def add_integrals(a, b, C, S):
+def add_integrals(a: float, b: float, C: np.ndarray, S: np.ndarray) -> None:
     """Add the integrals over [a, b] of cos(n tau) to C[n] and of sin(n tau) to S[n]."""
     C[0] += b - a
     ca1 = np.cos(a)
@@ -46,7 +47,7 @@ def add_integrals(a, b, C, S):
 
 
 @njit(cache=True)
-def add_products(D, factor, C, S):
+def add_products(D: np.ndarray, factor: float, C: np.ndarray, S: np.ndarray) -> None:
     """D[j, m] += factor * c_j * integral of e_j e_m, where c_j projects on e_j (1/2pi, then
     1/pi)."""
     nh = D.shape[0]
@@ -70,7 +71,7 @@ def add_products(D, factor, C, S):
 
 
 @njit(cache=True)
-def add_constant(g, factor, C, S):
+def add_constant(g: np.ndarray, factor: float, C: np.ndarray, S: np.ndarray) -> None:
     """g[j] += factor * c_j * integral of e_j."""
     g[0] += factor * C[0] / TWO_PI
     for j in range(1, len(g)):
@@ -79,7 +80,7 @@ def add_constant(g, factor, C, S):
 
 
 @njit(cache=True)
-def add_ride(g, D, factor, A, u):
+def add_ride(g: np.ndarray, D: np.ndarray, factor: float, A: np.ndarray, u: np.ndarray) -> None:
     """D += factor A and g += factor A u: a force that follows u."""
     for j in range(len(u)):
         value = 0.0
@@ -90,7 +91,13 @@ def add_ride(g, D, factor, A, u):
 
 
 @njit(cache=True)
-def add_rest(into, contact, piece, C, S):
+def add_rest(
+    into: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    contact: tuple[float, float, float, float],
+    piece: np.ndarray,
+    C: np.ndarray,
+    S: np.ndarray,
+) -> None:
     """Add the derivative of a rest: the integral of e_j times that of the rest position."""
     _, Dt, Dn, gp = into
     kt, kn, _, _ = contact
@@ -112,7 +119,13 @@ def add_rest(into, contact, piece, C, S):
 
 
 @njit(cache=True)
-def tangent_deviation(into, u, un, contact, pieces):
+def tangent_deviation(
+    into: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    u: np.ndarray,
+    un: np.ndarray,
+    contact: tuple[float, float, float, float],
+    pieces: np.ndarray,
+) -> float:
     """Add the harmonics of -kt w over the pieces, with derivatives by u, u_n and the preload;
     return the work in J of the friction force +-mu N along the slip dw = d(u -+ mu N/kt).
 
@@ -152,7 +165,9 @@ def tangent_deviation(into, u, un, contact, pieces):
 
 
 @njit(cache=True)
-def slip_work(A, u, un, contact):
+def slip_work(
+    A: np.ndarray, u: np.ndarray, un: np.ndarray, contact: tuple[float, float, float, float]
+) -> float:
     """Integral of mu N d(u - mu N/kt) over the pieces whose products are in A; mu with the sign of
     the slip."""
     kt, kn, mu, preload = contact
@@ -173,7 +188,12 @@ def slip_work(A, u, un, contact):
 
 
 @njit(cache=True)
-def normal_deviation(into, un, contact, pieces):
+def normal_deviation(
+    into: tuple[np.ndarray, np.ndarray, np.ndarray],
+    un: np.ndarray,
+    contact: tuple[float, float, float, float],
+    pieces: np.ndarray,
+) -> None:
     """Add the harmonics of N - (preload + kn u_n), which is zero while closed: into = g, Dn, gp."""
     g, Dn, gp = into
     _, kn, _, preload = contact
@@ -188,7 +208,14 @@ def normal_deviation(into, un, contact, pieces):
 
 
 @njit(cache=True)
-def add_forces(x, pieces, counts, law, place, into):
+def add_forces(
+    x: np.ndarray,
+    pieces: np.ndarray,
+    counts: np.ndarray,
+    law: Sliders,
+    place: np.ndarray,
+    into: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+) -> None:
     """Fill g and gp = dg/dpreload (P, nd, nh), the derivatives D (a, nd, nh, nd, nh) of the active
     contacts, and the friction work (P,) of a cycle.
 

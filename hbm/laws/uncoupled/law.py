@@ -12,8 +12,8 @@ import numpy as np
 
 from tipdamp.hbm import compiled
 from tipdamp.hbm.laws.base import ContactLaw
-from tipdamp.hbm.laws.piecewise import slider_table
-from tipdamp.hbm.laws.records import ContactForces
+from tipdamp.hbm.laws.piecewise import PiecewiseLinear, slider_table
+from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart
 from tipdamp.hbm.laws.uncoupled import breaks, events, integrals, tangents
 from tipdamp.hbm.laws.variation import CycleTangents, Variation
 
@@ -38,7 +38,7 @@ class CoulombFriction(ContactLaw):
     def _normal(self) -> bool:
         return self.components[-1:] == ("n",)
 
-    def doubt(self, contacts):
+    def doubt(self, contacts: Contacts) -> str:
         """Of a constant normal load: negative ones never close."""
         open_ = np.flatnonzero(contacts.preload < 0)
         if self._normal or not len(open_):
@@ -49,18 +49,18 @@ class CoulombFriction(ContactLaw):
             "friction; a preload that presses is positive"
         )
 
-    def stuck_stiffness(self, contacts):
+    def stuck_stiffness(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N/m: kt of the tangents, kn of the normal."""
         return np.stack([contacts.kt] * self.sliders + [contacts.kn] * self._normal, axis=1)
 
-    def stuck_force(self, contacts):
+    def stuck_force(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N: the preload on the normal."""
         force = super().stuck_force(contacts)
         if self._normal:
             force[:, -1] = contacts.preload
         return force
 
-    def initial_state(self, u, start, contacts):
+    def initial_state(self, u: np.ndarray, start: SliderStart, contacts: Contacts) -> np.ndarray:
         """(P, ns) state at t = 0: the sliders, pulled along where the limit does not hold them, and
         the motion."""
         nt, kt = self.sliders, contacts.kt[:, None]
@@ -70,7 +70,14 @@ class CoulombFriction(ContactLaw):
         w = np.where(slips, u[:, :nt] - np.divide(T, kt, out=np.zeros_like(T), where=kt > 0), w)
         return np.concatenate([w, u], axis=1)[:, : self.states]
 
-    def start_at_rest(self, sticks, u, force, start, contacts):
+    def start_at_rest(
+        self,
+        sticks: np.ndarray,
+        u: np.ndarray,
+        force: np.ndarray,
+        start: SliderStart,
+        contacts: Contacts,
+    ) -> SliderStart:
         """Of contacts that stick, where the mean force has the sliders."""
         if start.from_position:
             return start
@@ -78,7 +85,9 @@ class CoulombFriction(ContactLaw):
         positions[rests] = u[rests, :nt] - force[rests, :nt] / contacts.kt[rests, None]
         return start._replace(positions=positions)
 
-    def step(self, motion, state, contacts):
+    def step(
+        self, motion: Motion, state: np.ndarray, contacts: Contacts
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Force (P, nd) N and state (P, ns): elastic trial force, returned to the friction
         limit."""
         u, nt = motion.u, self.sliders
@@ -95,11 +104,13 @@ class CoulombFriction(ContactLaw):
         force = np.concatenate([T, load], axis=1) if self._normal else T
         return force, np.concatenate([w, u], axis=1)[:, : self.states]
 
-    def _normal_load(self, u, contacts):
+    def _normal_load(self, u: np.ndarray, contacts: Contacts) -> np.ndarray:
         """(P,) N, negative while open."""
         return contacts.preload + (contacts.kn * u[:, -1] if self._normal else 0.0 * u[:, 0])
 
-    def _taken_up(self, w, before, u, N, contacts):
+    def _taken_up(
+        self, w: np.ndarray, before: np.ndarray, u: np.ndarray, N: np.ndarray, contacts: Contacts
+    ) -> np.ndarray:
         """Sliders of the step: of a contact that closes in it, the motion at contact, straight
         between its ends."""
         N0 = self._normal_load(before, contacts)
@@ -108,7 +119,14 @@ class CoulombFriction(ContactLaw):
         touch = before + share * (u - before)
         return np.where(closes[:, None], touch[:, : w.shape[1]], w)
 
-    def harmonics(self, contacts, x, start, grid, omega):
+    def harmonics(
+        self,
+        contacts: Contacts,
+        x: np.ndarray,
+        start: SliderStart,
+        grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+        omega: float,
+    ) -> ContactForces:
         """Forces of the event-driven cycle, exact for the harmonics of the motion."""
         compiled.announce(integrals.add_forces)
         law = self._sliders_of(contacts)
@@ -118,12 +136,20 @@ class CoulombFriction(ContactLaw):
         most = counts.max(initial=0)
         return replace(forces, events=(np.ascontiguousarray(pieces[:, :, :most]), counts))
 
-    def _sliders_of(self, contacts):
+    def _sliders_of(self, contacts: Contacts) -> breaks.Sliders:
         """What the compiled code asks of the contacts."""
         own = contacts.kt, contacts.kn, contacts.mu, contacts.preload
         return breaks.Sliders(self.sliders, self._normal, *own)
 
-    def more_orders(self, contacts, x, start, grid, omega, known):
+    def more_orders(
+        self,
+        contacts: Contacts,
+        x: np.ndarray,
+        start: SliderStart,
+        grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+        omega: float,
+        known: ContactForces,
+    ) -> ContactForces:
         """With the events of the same motion."""
         if known.events is None:
             return self.harmonics(contacts, x, start, grid, omega)
@@ -132,7 +158,14 @@ class CoulombFriction(ContactLaw):
         x = np.ascontiguousarray(x)
         return integrated(law, x, pieces, counts, known.active, known.shares)
 
-    def variation(self, contacts, x, start, grid, omega):
+    def variation(
+        self,
+        contacts: Contacts,
+        x: np.ndarray,
+        start: SliderStart,
+        grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+        omega: float,
+    ) -> Variation | None:
         """From the pieces of the cycle, between which everything is linear."""
         compiled.announce(integrals.add_forces)
         law = self._sliders_of(contacts)
@@ -146,7 +179,7 @@ class CoulombFriction(ContactLaw):
         ]
         happens = np.concatenate([np.empty(0), *edges])
 
-        def between(instants):
+        def between(instants: np.ndarray) -> CycleTangents:
             P, nd, _ = x.shape
             found = CycleTangents.none(len(instants) - 1, P, nd)
             found.gamma[..., np.arange(nd), np.arange(nd)] = self.stuck_stiffness(contacts)
@@ -156,7 +189,7 @@ class CoulombFriction(ContactLaw):
 
         return Variation(1, happens[happens > 0], between)
 
-    def by_friction(self, contacts, x, forces):
+    def by_friction(self, contacts: Contacts, x: np.ndarray, forces: ContactForces) -> np.ndarray:
         """(P, nd, nh) N: tangential forces depend on mu N alone, a factor on mu is one on preload
         and kn u_n."""
         rate = contacts.preload[:, None, None] * forces.by_preload
@@ -166,7 +199,9 @@ class CoulombFriction(ContactLaw):
             rate[moving, :nt] += np.einsum("adjk,ak->adj", forces.D[:, :nt, :, -1], x[moving, -1])
         return rate
 
-    def by_stiffness(self, contacts, x, force, forces):
+    def by_stiffness(
+        self, contacts: Contacts, x: np.ndarray, force: np.ndarray, forces: ContactForces
+    ) -> tuple[np.ndarray, np.ndarray]:
         """kn enters by kn u_n alone; twice kn, kt and preload are twice the force, which leaves
         kt."""
         by_kn = np.zeros_like(force)
@@ -178,7 +213,7 @@ class CoulombFriction(ContactLaw):
         by_preload[:, :, 0] += self.stuck_force(contacts)
         return by_kn, force - by_kn - by_preload
 
-    def sticks_surely(self, contacts, amplitude):
+    def sticks_surely(self, contacts: Contacts, amplitude: np.ndarray) -> np.ndarray:
         """(P,) bool: neither slip nor lift-off within the amplitude."""
         return _sticks(
             contacts,
@@ -186,16 +221,18 @@ class CoulombFriction(ContactLaw):
             amplitude[:, -1] if self._normal else np.zeros(len(contacts)),
         )
 
-    def piecewise_linear(self, contacts):
+    def piecewise_linear(self, contacts: Contacts) -> PiecewiseLinear | None:
         """Table of the sliders for event-driven time integration."""
         return slider_table(contacts, self.sliders, self._normal)
 
-    def default_samples(self, H):
+    def default_samples(self, H: int) -> int:
         """Samples separate the events, which are located."""
         return max(64, 1 << int(np.ceil(np.log2(12 * max(H, 1)))))
 
 
-def _moving_orders(x, start, grid):
+def _moving_orders(
+    x: np.ndarray, start: SliderStart, grid: tuple[np.ndarray, np.ndarray, np.ndarray]
+) -> tuple[np.ndarray, SliderStart, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """x, start and grid without the orders above the highest one that moves: where the events are
     does not depend on them."""
     (tau, E, E_rate), nh = grid, x.shape[2]
@@ -206,7 +243,12 @@ def _moving_orders(x, start, grid):
     return np.ascontiguousarray(x[:, :, :used]), start, (tau, E[:, :used], E_rate[:, :used])
 
 
-def located(law: breaks.Sliders, x, start, grid):
+def located(
+    law: breaks.Sliders,
+    x: np.ndarray,
+    start: SliderStart,
+    grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """pieces, counts, active, shares of `events.find_pieces` at the motion x (P, nd, nh)."""
     (P, nd, nh), (tau, E, E_rate) = x.shape, grid
     pieces = np.empty((P, law.count + 1, 8 * nh + 64, 7))
@@ -219,7 +261,14 @@ def located(law: breaks.Sliders, x, start, grid):
     return pieces, counts, active, shares
 
 
-def integrated(law: breaks.Sliders, x, pieces, counts, active, shares) -> ContactForces:
+def integrated(
+    law: breaks.Sliders,
+    x: np.ndarray,
+    pieces: np.ndarray,
+    counts: np.ndarray,
+    active: np.ndarray,
+    shares: np.ndarray,
+) -> ContactForces:
     """Forces of the pieces of a cycle, closed form over each."""
     (P, nd, nh), moving = x.shape, np.flatnonzero(active.any(axis=1))
     place = np.full(P, -1)
@@ -232,7 +281,7 @@ def integrated(law: breaks.Sliders, x, pieces, counts, active, shares) -> Contac
     return ContactForces(g, active, D, by_preload, None, shares, work)
 
 
-def _sticks(contacts, tangents, normal):
+def _sticks(contacts: Contacts, tangents: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """(P,) bool: neither slip nor lift-off within amplitudes of u_t (P, nt) and u_n (P,), m."""
     least = contacts.preload - contacts.kn * normal
     force = contacts.kt * np.linalg.norm(tangents, axis=1)

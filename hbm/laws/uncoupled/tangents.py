@@ -13,11 +13,22 @@ from tipdamp.hbm.laws.uncoupled.breaks import (
     FORWARD,
     INSTANT,
     STICK,
+    Sliders,
 )
 
 
 @njit(cache=True)
-def fill(law, moving, pieces, counts, instants, gamma, memory, captured, capture):
+def fill(
+    law: Sliders,
+    moving: np.ndarray,
+    pieces: np.ndarray,
+    counts: np.ndarray,
+    instants: np.ndarray,
+    gamma: np.ndarray,
+    memory: np.ndarray,
+    captured: np.ndarray,
+    capture: np.ndarray,
+) -> None:
     """Fill in the tangents of the contacts `moving`; law : breaks.Sliders, pieces and counts : of
     `events.find_pieces`, the others as in CycleTangents."""
     for p in moving:
@@ -30,7 +41,9 @@ def fill(law, moving, pieces, counts, instants, gamma, memory, captured, capture
 
 
 @njit(cache=True)
-def _opened(n, p, pieces, counts, instants, gamma):
+def _opened(
+    n: int, p: int, pieces: np.ndarray, counts: np.ndarray, instants: np.ndarray, gamma: np.ndarray
+) -> None:
     """Nothing on the normal n where the contact is open."""
     began = ended = 0
     for k in range(len(instants) - 1):
@@ -44,7 +57,16 @@ def _opened(n, p, pieces, counts, instants, gamma):
 
 
 @njit(cache=True)
-def _slid(law, p, d, pieces, counts, instants, gamma, memory):
+def _slid(
+    law: Sliders,
+    p: int,
+    d: int,
+    pieces: np.ndarray,
+    counts: np.ndarray,
+    instants: np.ndarray,
+    gamma: np.ndarray,
+    memory: np.ndarray,
+) -> None:
     """A tangent follows the motion where it sticks, and the normal where it slips."""
     kt, slope, at = law.kt[p], law.mu[p] * law.kn[p], 0
     for k in range(len(instants) - 1):
@@ -61,7 +83,16 @@ def _slid(law, p, d, pieces, counts, instants, gamma, memory):
 
 
 @njit(cache=True)
-def _caught(law, p, d, pieces, counts, instants, captured, capture):
+def _caught(
+    law: Sliders,
+    p: int,
+    d: int,
+    pieces: np.ndarray,
+    counts: np.ndarray,
+    instants: np.ndarray,
+    captured: np.ndarray,
+    capture: np.ndarray,
+) -> None:
     """Where a slider comes to rest within the cycle it takes its place from the motion there."""
     last = len(instants) - 1
     for j in range(counts[p, d]):
