@@ -1,7 +1,7 @@
 """Plain forces: nonlinear springs and dashpots of one or several components that are no contact."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from tipdamp.hbm import fourier
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws import sampled
 from tipdamp.hbm.laws.base import ContactLaw
-from tipdamp.hbm.laws.records import ContactForces
+from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart
 from tipdamp.hbm.validation import check_call
 
 
@@ -42,16 +42,25 @@ class PlainForce(ContactLaw):
             "components) N"
         )
 
-    def check(self, contacts):
+    def check(self, contacts: Contacts) -> None:
         """InputError where `force` takes other arguments, and as that of `ContactLaw`."""
         check_call(f"law {self.name}: force", self.force, "u", "v")
         super().check(contacts)
 
-    def step(self, motion, state, contacts):
+    def step(
+        self, motion: Motion, state: np.ndarray, contacts: Contacts
+    ) -> tuple[np.ndarray, np.ndarray]:
         """The force of the end of the step."""
         return self.force(motion.u, motion.v), state
 
-    def harmonics(self, contacts, x, start, grid, omega):
+    def harmonics(
+        self,
+        contacts: Contacts,
+        x: np.ndarray,
+        start: SliderStart,
+        grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+        omega: float,
+    ) -> ContactForces:
         """Forces of the cycle; what is no contact neither sticks nor slips nor opens.
 
         There is no state to carry from sample to sample: the harmonics of the force and of its
@@ -65,7 +74,9 @@ class PlainForce(ContactLaw):
         force = every.force(u, omega * rate)
         by_u, by_v = every.slopes(u, omega * rate)
         bases = ((by_u, E),) if by_v is None else ((by_u, E), (by_v, omega * E_rate))
-        D = sum(_harmonics_of_slopes(by.reshape(n, P, nd, nd), one, weights) for by, one in bases)
+        D: Any = sum(
+            _harmonics_of_slopes(by.reshape(n, P, nd, nd), one, weights) for by, one in bases
+        )
         f = np.tensordot(force.reshape(n, P, nd), weights, (0, 0))
         by_omega = None
         if by_v is not None:
@@ -90,7 +101,7 @@ class PlainForce(ContactLaw):
         return by_u, np.stack([np.imag(self.force(u, v + way)) for way in ways], axis=2) / step
 
 
-def _harmonics_of_slopes(by, basis, weights):
+def _harmonics_of_slopes(by: np.ndarray, basis: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """(P, nd, nh, nd, nh) derivative of the harmonics of a force by those of the motion: by
     (n, P, nd, nd) at the samples, by what the basis (n, nh) makes of the motion there."""
     n, P, nd, _ = by.shape
@@ -116,11 +127,11 @@ class CubicSpring(PlainForce, tested=True):
 
     cubic: float | np.ndarray
 
-    def force(self, u, v):
+    def force(self, u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(P, 1) N."""
         return np.reshape(self.cubic, (-1, 1)) * u**3
 
-    def check(self, contacts):
+    def check(self, contacts: Contacts) -> None:
         """InputError where cubic is not finite or does not fit the contacts."""
         self.check_range("cubic")
         super().check(contacts)

@@ -222,7 +222,7 @@ class MixedLaw(ContactLaw):
         """Of the law that needs most."""
         return max(law.default_samples(H) for law in self.laws)
 
-    def select(self, at: np.ndarray) -> ContactLaw:
+    def select(self, at: np.ndarray) -> "MixedLaw":
         """The mixture of some contacts, by a mask or by indices."""
         of_pair, at = np.asarray(self.of_pair, dtype=int), np.asarray(at)
         if at.dtype == bool:
