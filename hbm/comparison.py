@@ -24,6 +24,8 @@ from tipdamp.hbm.validation import MOST_SAMPLES
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from tipdamp.hbm.continuation.point import Point
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -136,7 +138,10 @@ def compare(
 
 
 def compare_point(
-    balance: HarmonicBalance, point, rows, settings: IntegrationSettings | None = None
+    balance: HarmonicBalance,
+    point: "Point",
+    rows: np.ndarray,
+    settings: IntegrationSettings | None = None,
 ) -> Comparison:
     """As `compare`, of a point of a balance, for outputs rows (m, r).
 
@@ -152,11 +157,13 @@ def compare_point(
     return finer if finer.steady.periodic else found
 
 
-def _compared(balance, point, rows, settings) -> Comparison:
+def _compared(
+    balance: HarmonicBalance, point: "Point", rows: np.ndarray, settings: IntegrationSettings
+) -> Comparison:
     integrator = integrator_of(balance, point.parameter, settings)
     begin = integrator.on_orbit(point)
 
-    def judged(steady):
+    def judged(steady: shooting.Steady) -> tuple[shooting.Steady, float, bool]:
         """(steady, its difference, whether it is on another orbit)."""
         difference = _difference(point, rows, steady)
         return (
@@ -206,7 +213,7 @@ def _compared(balance, point, rows, settings) -> Comparison:
     )
 
 
-def _on_orbit(judged):
+def _on_orbit(judged: tuple[shooting.Steady, float, bool]) -> bool:
     steady, _, left = judged
     return steady.periodic and not left
 
@@ -220,14 +227,20 @@ def integrator_of(
     return (SampledIntegrator if piecewise is None else ExactIntegrator)(balance, w, settings)
 
 
-def _difference(point, rows, steady):
+def _difference(point: "Point", rows: np.ndarray, steady: shooting.Steady) -> float:
     X = point.detail.outputs(np.asarray(rows))
     return float(
         np.abs(np.abs(steady.harmonics[:, 1]) - np.abs(X[:, 1])).max() / np.abs(X[:, 1]).max()
     )
 
 
-def left_orbit(balance, point, motion, difference, settings: IntegrationSettings) -> bool:
+def left_orbit(
+    balance: HarmonicBalance,
+    point: "Point",
+    motion: np.ndarray,
+    difference: float,
+    settings: IntegrationSettings,
+) -> bool:
     """Whether an integration with harmonics motion (P nd, H+1) is on another orbit than the point.
 
     With 2H + 1 harmonics (the next odd ones too, where even ones vanish) the balance is solved from
@@ -256,14 +269,14 @@ def left_orbit(balance, point, motion, difference, settings: IntegrationSettings
     return bool(np.linalg.norm(swings[0]) > settings.same * np.linalg.norm(swings[1]))
 
 
-def _finer(balance):
+def _finer(balance: HarmonicBalance) -> HarmonicBalance:
     """The balance with 2H + 1 harmonics."""
     H = 2 * balance.H + 1
     samples = max(len(balance.grid[0]) - 1, balance.problem.law.default_samples(H))
     return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
 
 
-def _padded(x, finer):
+def _padded(x: np.ndarray, finer: HarmonicBalance) -> np.ndarray:
     """Coefficients of fewer harmonics as a guess for more."""
     full = np.zeros((finer.n_components, finer.nh))
     coefficients = x.reshape(finer.n_components, -1)
@@ -271,7 +284,13 @@ def _padded(x, finer):
     return full.ravel()
 
 
-def _said(steady, left, difference, stability, settings):
+def _said(
+    steady: shooting.Steady,
+    left: bool,
+    difference: float,
+    stability: tuple[float, bool | None],
+    settings: IntegrationSettings,
+) -> str:
     multiplier, stable = stability
     verdict = f"{'stable' if stable else 'unstable'} (Floquet multiplier {multiplier:.4f})"
     if not steady.finished:
@@ -298,7 +317,14 @@ def _said(steady, left, difference, stability, settings):
     return said
 
 
-def _advice(balance, point, rows, steady, difference, settings):
+def _advice(
+    balance: HarmonicBalance,
+    point: "Point",
+    rows: np.ndarray,
+    steady: shooting.Steady,
+    difference: float,
+    settings: IntegrationSettings,
+) -> str:
     """Whether samples or harmonics lack: twice the samples, where they matter, take most of the
     difference away."""
     samples = len(balance.grid[0]) - 1

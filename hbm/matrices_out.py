@@ -6,8 +6,10 @@ ReducedModel.from_files(M="folder/M.mtx", K="folder/K.mtx", dofs="folder/dofs.cs
 """
 
 import csv
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.io
@@ -65,7 +67,7 @@ def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path
     return [*written, _write_dofs(model, folder / "dofs.csv")]
 
 
-def _write_nastran(model, path, matrices):
+def _write_nastran(model: ReducedModel, path: Path, matrices: dict[str, np.ndarray]) -> list[Path]:
     named = {NASTRAN[name]: A for name, A in matrices.items()}
     if path.suffix == ".op4":
         write_op4(path, named)
@@ -86,7 +88,7 @@ def _write_nastran(model, path, matrices):
     return [path, _write_dofs(model, path.parent / "dofs.csv", order)]
 
 
-def _scalar_points(model):
+def _scalar_points(model: ReducedModel) -> ReducedModel:
     """With numbers of modes that neither a node nor another mode has: Nastran counts grids and
     scalar points together."""
     modes = model.direction == "mode"
@@ -98,7 +100,7 @@ def _scalar_points(model):
     return replace(model, node=node)
 
 
-def _check_names(model, kind):
+def _check_names(model: ReducedModel, kind: str) -> None:
     """InputError for a name of which the dof table would lose something."""
     named = {"body": model.body.tolist(), "load": model.loads, "group": model.groups}
     for of, names in named.items():
@@ -110,11 +112,11 @@ def _check_names(model, kind):
                 )
 
 
-def _table(model):
+def _table(model: ReducedModel) -> dict[str, np.ndarray]:
     """The dof table, loads and groups as MATLAB variables; names are cells, as they may hold any
     character."""
 
-    def cells(values):
+    def cells(values: Sequence) -> np.ndarray:
         out = np.empty((len(values), 1), dtype=object)
         out[:, 0] = values
         return out
@@ -138,8 +140,8 @@ def _table(model):
     return table
 
 
-def _write_dofs(model, path, order=None):
-    columns = {"body": model.body, "node": model.node, "direction": model.direction}
+def _write_dofs(model: ReducedModel, path: Path, order: Sequence[int] | None = None) -> Path:
+    columns: dict[str, Any] = {"body": model.body, "node": model.node, "direction": model.direction}
     columns |= {axis: _numbers(model.position[:, k]) for k, axis in enumerate(DIRECTIONS)}
     columns |= {f"load {name}": _numbers(load) for name, load in model.loads.items()}
     for name, nodes in model.groups.items():
@@ -157,5 +159,5 @@ def _write_dofs(model, path, order=None):
     return path
 
 
-def _numbers(values):
+def _numbers(values: np.ndarray) -> list[str]:
     return ["" if np.isnan(v) else f"{v:.17g}" for v in values]

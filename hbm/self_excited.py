@@ -6,7 +6,7 @@ much energy as the damping takes (describing function).
 """
 
 from dataclasses import dataclass, replace
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from scipy.optimize import brentq
@@ -27,6 +27,9 @@ from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.response import CheckedInput, as_solution
 from tipdamp.hbm.time.poles import poles
 from tipdamp.hbm.validation import positive
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart
 
 LADDER = np.logspace(-6, 6, 73)  # times the amplitude: where the energy balance is looked at
 CALLS = 200  # of the residual, from each place where it holds
@@ -111,12 +114,12 @@ def _energy_balances(balance: HarmonicBalance, hz: float, amplitude: float) -> l
     unit = shape[np.abs(shape).argmax()]  # motion of the contact that moves most
     shape = shape / unit
 
-    def motion(a):
+    def motion(a: float) -> np.ndarray:
         X = np.zeros((balance.n_components, balance.H + 1), dtype=complex)
         X[:, 1] = a * shape
         return fourier.to_real(X)
 
-    def exponent(a):
+    def exponent(a: float) -> complex:
         """Growth and rad/s of the mode under the forces of the motion of the amplitude a."""
         u = motion(a).reshape(len(problem.contacts), balance.nd, balance.nh)
         rate = s
@@ -145,58 +148,64 @@ class SpringsTakenOver(ContactLaw):
     law: Any
     further: np.ndarray
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         """Parameters are those of the law."""
 
     @property
-    def components(self):  # type: ignore[override]
+    def components(self) -> tuple[str, ...]:  # type: ignore[override]
         """Of the law."""
         return self.law.components
 
     @property
-    def states(self):  # type: ignore[override]
+    def states(self) -> int:  # type: ignore[override]
         """Of the law."""
         return self.law.states
 
     @property
-    def sliders(self):  # type: ignore[override]
+    def sliders(self) -> int:  # type: ignore[override]
         """Of the law."""
         return self.law.sliders
 
-    def step(self, motion, state, contacts):
+    def step(
+        self, motion: "Motion", state: np.ndarray, contacts: "Contacts"
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Of the law."""
         return self.law.step(motion, state, contacts)
 
-    def initial_state(self, u, start, contacts):
+    def initial_state(
+        self, u: np.ndarray, start: "SliderStart", contacts: "Contacts"
+    ) -> np.ndarray:
         """Of the law."""
         return self.law.initial_state(u, start, contacts)
 
-    def stuck_stiffness(self, contacts):
+    def stuck_stiffness(self, contacts: "Contacts") -> np.ndarray:
         """(P, nd) N/m with the springs."""
         return self.law.stuck_stiffness(contacts) + self.further
 
-    def stuck_force(self, contacts):
+    def stuck_force(self, contacts: "Contacts") -> np.ndarray:
         """Of the law."""
         return self.law.stuck_force(contacts)
 
-    def force_at_rest(self, contacts):
+    def force_at_rest(self, contacts: "Contacts") -> np.ndarray:
         """Of the law."""
         return self.law.force_at_rest(contacts)
 
-    def harmonics(self, contacts, x, start, grid, omega):
+    def harmonics(
+        self, contacts: "Contacts", x: np.ndarray, start: "SliderStart", grid: Any, omega: float
+    ) -> "ContactForces":
         """Of the law, beside stiffer springs."""
         found = self.law.harmonics(contacts, x, start, grid, omega)
         return found.with_springs(-self.further, x)
 
-    def select(self, at):
+    def select(self, at: np.ndarray) -> "SpringsTakenOver":
         """Of some contacts."""
         return SpringsTakenOver(self.law.select(at), self.further[at])
 
-    def default_samples(self, H):
+    def default_samples(self, H: int) -> int:
         """Of the law."""
         return self.law.default_samples(H)
 
-    def check(self, contacts):
+    def check(self, contacts: "Contacts") -> None:
         """Of the law."""
         self.law.check(contacts)
 

@@ -7,12 +7,14 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tipdamp.hbm.errors import library
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from pandas.core.frame import DataFrame
 
     from tipdamp.hbm.following.result import Followed
     from tipdamp.hbm.modes.influence import Derivatives
@@ -113,7 +115,7 @@ def influence_as_frame(by: Derivatives) -> pandas.DataFrame:
     return _frame(columns, "row")
 
 
-def _frame(columns, index):
+def _frame(columns: dict[str, ArrayLike], index: str) -> DataFrame:
     frame = library("pandas", "to_pandas").DataFrame(columns)
     frame.index.name = index
     return frame

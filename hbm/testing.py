@@ -1,6 +1,7 @@
 """Conformance of a law with its contract, for laws of your own as for those shipped here:
 `check_law` of a contact law, `check_force` of a nonlinear force that is no contact."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -89,7 +90,9 @@ def check_force(
         check(law, contacts, x, omega)
 
 
-def _tried(law, contacts, amplitude):
+def _tried(
+    law: ContactLaw, contacts: Contacts | None, amplitude: float
+) -> tuple[Contacts, np.ndarray]:
     """The contacts, by default random ones, and random motions (P, nd, nh) of them."""
     rng = np.random.default_rng(0)
     if contacts is None:
@@ -141,7 +144,7 @@ def shifted(x: np.ndarray, phase: float) -> np.ndarray:
     return fourier.to_real(X * np.exp(1j * phase * np.arange(X.shape[-1])))
 
 
-def _random_contacts(rng, P):
+def _random_contacts(rng: np.random.Generator, P: int) -> Contacts:
     P = P if P > 1 else 12
     return Contacts(
         rng.uniform(0.5, 2, P),
@@ -151,12 +154,19 @@ def _random_contacts(rng, P):
     )
 
 
-def _require(law, holds, what):
+def _require(law: ContactLaw, holds: bool, what: str) -> None:
     if not holds:
         raise AssertionError(f"law {law.name}: {what}")
 
 
-def _agree(law, what, found, expected, tolerance, scale=None):
+def _agree(
+    law: ContactLaw,
+    what: str,
+    found: np.ndarray,
+    expected: np.ndarray,
+    tolerance: float,
+    scale: float | None = None,
+) -> None:
     """AssertionError with the entry of two arrays that differs most, where that is more than a
     share of the largest entry, or of a scale."""
     allowed = tolerance * (np.abs(expected).max(initial=0.0) + 1e-300 if scale is None else scale)
@@ -167,7 +177,7 @@ def _agree(law, what, found, expected, tolerance, scale=None):
     )
 
 
-def _no_contacts(law, contacts, x, omega):
+def _no_contacts(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
     none = np.zeros(len(contacts), dtype=bool)
     f = forces(law.select(none), contacts.select(none), x[none], omega)
     _require(
@@ -178,14 +188,19 @@ def _no_contacts(law, contacts, x, omega):
     )
 
 
-def _tangents(law, contacts, x, omega):
+def _tangents(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
     """Of steps near a cycle, against central differences in motion, velocity, state and length of
     the step."""
     for what, found, expected, allowed in tangents_and_differences(law, contacts, x, omega):
         _agree(law, what, found, expected, allowed, 1.0)
 
 
-def _selection(law, contacts, x, omega):
+def _selection(
+    law: ContactLaw,
+    contacts: Contacts,
+    x: np.ndarray,
+    omega: float,
+) -> None:
     """Contacts do not know of each other, and parameters are cut with them."""
     at = np.random.default_rng(1).permutation(len(contacts))[: len(contacts) // 2 + 1]
     whole = forces(law, contacts, x, omega)
@@ -210,7 +225,7 @@ def _selection(law, contacts, x, omega):
     )
 
 
-def _mirror(law, contacts, x, omega):
+def _mirror(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
     """No direction in the tangential plane is preferred to its opposite."""
     sign = np.array([-1.0 if name != "n" else 1.0 for name in law.components])[:, None]
     there, mirrored = (forces(law, contacts, a, omega) for a in (x, sign * x))
@@ -224,7 +239,7 @@ def _mirror(law, contacts, x, omega):
     )
 
 
-def _present_motion(law, contacts, x, omega):
+def _present_motion(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
     """No past, no time step and no setting of a contact enters the force."""
     _require(
         law,
@@ -258,7 +273,7 @@ def _present_motion(law, contacts, x, omega):
     )
 
 
-def _cycle(law, contacts, x, omega):
+def _cycle(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
     """The state repeats, and the harmonics are those of step in a plain loop with many samples."""
     for start in aft.STARTS:
         f = forces(law, contacts, x, omega, start)
@@ -294,7 +309,7 @@ def _cycle(law, contacts, x, omega):
         )
 
 
-def _shift(law, contacts, x, omega):
+def _shift(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
     """No instant is preferred, where forces do not hang on where the state starts: those of a
     motion that is shifted by whole samples are shifted with it, and so are their derivatives."""
     at, rng = np.arange(min(4, len(contacts))), np.random.default_rng(4)
@@ -324,13 +339,15 @@ def _shift(law, contacts, x, omega):
             )
 
 
-def _force_and_slope(law, contacts, x, dx, omega):
+def _force_and_slope(
+    law: ContactLaw, contacts: Contacts, x: np.ndarray, dx: np.ndarray, omega: float
+) -> tuple[np.ndarray, np.ndarray]:
     """g (P, nd, nh) at x, and its derivative along dx."""
     f = forces(law, contacts, x, omega)
     return f.g, np.einsum("pijkl,pkl->pij", full_derivative(f, x), dx)
 
 
-def _samples(law, contacts, x, omega):
+def _samples(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
     """Forces of an event-driven law do not depend on the samples; its table gives the force of its
     step."""
     table = law.piecewise_linear(contacts)
@@ -375,7 +392,7 @@ def _samples(law, contacts, x, omega):
     )
 
 
-def _derivatives(law, contacts, x, omega):
+def _derivatives(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
     """Of the harmonics, against central differences."""
     for start in aft.STARTS:
         for by, found, value_at, allowed in _varied(law, contacts, x, omega, start):
@@ -389,12 +406,14 @@ def _derivatives(law, contacts, x, omega):
             )
 
 
-def _varied(law, contacts, x, omega, start):
+def _varied(
+    law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float, start: str
+) -> Iterator[tuple[str, np.ndarray, Callable, float]]:
     """(by what, derivative of g, g at a share s of a change, allowed difference) for a change by
     the size of what varies, so that no unit of length or force decides."""
 
-    def at(**changed):
-        given = {"contacts": contacts, "x": x, "omega": omega} | changed
+    def at(**changed: Any) -> ContactForces:
+        given: dict[str, Any] = {"contacts": contacts, "x": x, "omega": omega} | changed
         return forces(law, start=start, **given)
 
     f = at()
@@ -409,20 +428,20 @@ def _varied(law, contacts, x, omega, start):
     if f.by_preload is not None:
         preload, by = contacts.preload, size * f.by_preload
 
-        def loaded(s):
+        def loaded(s: float) -> np.ndarray:
             return at(contacts=replace(contacts, preload=preload + s * size)).g
 
         yield "the preload", by, loaded, 1e-6 * size
-    by = law.by_friction(contacts, x, f)
-    if by is not None:
+    by_mu = law.by_friction(contacts, x, f)
+    if by_mu is not None:
 
-        def rougher(s):
+        def rougher(s: float) -> np.ndarray:
             return at(contacts=replace(contacts, mu=(1 + s) * contacts.mu)).g
 
-        yield "mu", by, rougher, 1e-6 * size
+        yield "mu", by_mu, rougher, 1e-6 * size
 
 
-def _sums_of_derivatives(law, contacts, x, omega):
+def _sums_of_derivatives(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
     """Summed along a path from rest to slip and lift-off they give the change of the force: no jump
     is missed."""
     six = np.arange(min(6, len(contacts)))
@@ -439,7 +458,9 @@ def _sums_of_derivatives(law, contacts, x, omega):
     _agree(law, what, change, expected, tolerance)
 
 
-def _summed(law, contacts, x, omega, n):
+def _summed(
+    law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float, n: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Change of g (P, nd, nh) from rest to x by the sum of n derivatives, and as it is."""
     change = np.zeros(x.shape)
     for s in (np.arange(n) + 0.5) / n:
@@ -449,7 +470,7 @@ def _summed(law, contacts, x, omega, n):
     return change, there - rest
 
 
-def _sticking(law, contacts, x, omega):
+def _sticking(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
     """Contacts that stick surely are springs."""
     for scale in np.logspace(-3, 0, 7):
         amplitude = scale * np.abs(x).sum(axis=2)

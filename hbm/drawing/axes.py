@@ -1,6 +1,6 @@
 """The items of a panel drawn on axes of matplotlib."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tipdamp.hbm.drawing.figure import (
     INK,
@@ -16,6 +16,11 @@ from tipdamp.hbm.drawing.figure import (
     outlines,
 )
 from tipdamp.hbm.errors import library
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Polygon
 
 DASH = {"solid": "-", "dash": (0, (5, 3)), "dashdot": (0, (6, 2, 1, 2)), "dot": (0, (1, 1.6))}
 SYMBOL = {
@@ -81,7 +86,7 @@ def draw_panel(axes: Any, panel: Panel, handles: dict[str, Any]) -> None:
         _room_above_labels(axes, panel)
 
 
-def _fine_ticks(axis, limits):
+def _fine_ticks(axis: Any, limits: tuple[float, float] | None) -> None:
     """As plain numbers."""
     ticker = library("matplotlib.ticker", "a picture")
     axis.set_major_locator(ticker.LogLocator(subs=fine_ticks(limits)))
@@ -89,7 +94,7 @@ def _fine_ticks(axis, limits):
     axis.set_minor_formatter(ticker.NullFormatter())
 
 
-def _room_above_labels(axes, panel):
+def _room_above_labels(axes: "Axes", panel: Panel) -> None:
     """Labels of level lines stand above them, inside the frame."""
     low, high = axes.get_ylim()
     for item in panel.items:
@@ -97,13 +102,13 @@ def _room_above_labels(axes, panel):
             axes.set_ylim(top=max(axes.get_ylim()[1], item.value + 0.09 * (high - low)))
 
 
-def _curve(axes, item: Curve):
+def _curve(axes: "Axes", item: Curve) -> "Line2D":
     return axes.plot(
         item.x, item.y, color=item.color, linestyle=DASH[item.dash], linewidth=0.8 * item.width
     )[0]
 
 
-def _band(axes, item: Band):
+def _band(axes: "Axes", item: Band) -> "Polygon | None":
     patches = [
         axes.fill(x, y, color=item.color, alpha=item.opacity, linewidth=0)[0]
         for x, y in outlines(item)
@@ -111,7 +116,7 @@ def _band(axes, item: Band):
     return patches[0] if patches else None
 
 
-def _marks(axes, item):
+def _marks(axes: "Axes", item: Marks) -> "Line2D":
     face = item.color if item.filled else "white"
     handle = axes.plot(
         item.x,
@@ -137,7 +142,7 @@ def _marks(axes, item):
     return handle
 
 
-def _line(axes, item: Line):
+def _line(axes: "Axes", item: Line) -> None:
     draw_line = axes.axvline if item.axis == "x" else axes.axhline
     draw_line(item.value, color=item.color, linestyle=DASH[item.dash], linewidth=0.9)
     if not item.label:
@@ -175,7 +180,7 @@ def _line(axes, item: Line):
     )
 
 
-def _tiles(axes, item: Tiles):
+def _tiles(axes: Any, item: Tiles) -> None:
     colors = library("matplotlib.colors", "a picture").LinearSegmentedColormap.from_list(
         "levels", SEQUENCE
     )

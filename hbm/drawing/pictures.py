@@ -39,6 +39,7 @@ from tipdamp.hbm.errors import InputError, library, nearest
 
 if TYPE_CHECKING:
     from tipdamp.hbm.contact import ContactTable
+    from tipdamp.hbm.named_point import NamedPoint
     from tipdamp.hbm.result import ForcedResponse
 
 CYCLE = (BLUE, VERMILION, GREEN, ORANGE, INK)
@@ -96,7 +97,13 @@ def response(
     return on_axes(Panel("", over, f"{KIND[amplitude[0]]} ({SHOWN[unit]})", tuple(items)), ax)
 
 
-def _amplitude_items(curve, name, amplitude, factor, style) -> Iterator[Item]:
+def _amplitude_items(
+    curve: ForcedResponse,
+    name: str,
+    amplitude: tuple[str, int | None],
+    factor: float,
+    style: tuple[str, str, float],
+) -> Iterator[Item]:
     kind, order = amplitude
     label, color, width = style
     j = curve.column(name)
@@ -118,7 +125,7 @@ def _amplitude_items(curve, name, amplitude, factor, style) -> Iterator[Item]:
     yield from failures(curve, a, curve.complete)
 
 
-def _height(point, a, j, kind, factor):
+def _height(point: NamedPoint, a: np.ndarray, j: int, kind: str, factor: float) -> float:
     """Of a named point, whose half peak to peak is known; of other kinds between its neighbours."""
     if kind == "half_peak_to_peak":
         return factor * point.amplitudes[j]

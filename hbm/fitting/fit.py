@@ -148,8 +148,10 @@ def _misfit(one: MeasuredResponse, computed: np.ndarray) -> float:
     return float(np.sqrt(squared) / np.abs(one.response).max())
 
 
-def _unknowns(problem, modes, mu, stiffness) -> list[_Unknown]:
-    given = np.atleast_1d(problem.damping_ratio)
+def _unknowns(
+    problem: ContactProblem, modes: Sequence[int] | None, mu: bool, stiffness: bool
+) -> list[_Unknown]:
+    given = np.atleast_1d(np.asarray(problem.damping_ratio))
     count = len(problem.receptance().ratio)
     every, last = ratios(given, count), len(given) - 1
     for mode in modes or ():
@@ -181,7 +183,7 @@ class _Residuals:
         measured: list[MeasuredResponse],
         unknowns: list[_Unknown],
         options: Any,
-    ):
+    ) -> None:
         self.start, self.force, self.measured = start, force, measured
         self.unknowns, self.options = unknowns, options
         self.names = tuple(one.name for one in unknowns)
@@ -260,7 +262,9 @@ class _Residuals:
             parts.append((equation, points, *self._responses(equation, points, one)))
         return _Solved(*map(list, zip(*parts, strict=True)))
 
-    def _followed(self, problem, one):
+    def _followed(
+        self, problem: ContactProblem, one: MeasuredResponse
+    ) -> tuple[Equation, list[Point]]:
         """The points at the measured frequencies of a curve that is followed; where it folds, those
         nearest to what was measured."""
         low, high = one.hz[0] * (1 - BESIDE), one.hz[-1] * (1 + BESIDE)
@@ -286,7 +290,9 @@ class _Residuals:
             found.append(there[int(np.argmin(far))])
         return equation, found
 
-    def _responses(self, equation, points, one):
+    def _responses(
+        self, equation: Equation, points: Sequence[Point], one: MeasuredResponse
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(computed (n,), changes (n, p), motions (n, p, x)) of a measured curve."""
         computed, changes, motions = [], [], []
         outputs = Outputs(one.output)
@@ -307,7 +313,9 @@ class _Residuals:
             motions.append([dx for *_, dx in pairs])
         return np.array(computed), np.array(changes), np.array(motions)
 
-    def _change(self, here: Linearisation, unknown: _Unknown, rate):
+    def _change(
+        self, here: Linearisation, unknown: _Unknown, rate: Callable[[Linearisation], np.ndarray]
+    ) -> tuple[Linearisation, np.ndarray, np.ndarray]:
         """(linearisation moved, change of the modal q beside it, change of x) by a relative change
         of an unknown; rate : by its settings, `by_factor`."""
         if unknown.settings:
@@ -352,7 +360,7 @@ class _Residuals:
             raise self._untold(half > VAGUE, "is told to no better than a factor of ten")
         return half
 
-    def _untold(self, which, why):
+    def _untold(self, which: np.ndarray, why: str) -> InputError:
         names = [name for name, one in zip(self.names, which, strict=True) if one]
         return InputError(
             f"fit_damping: {', '.join(names)} {why}: leave it out, or measure where the contacts "
@@ -360,7 +368,9 @@ class _Residuals:
         )
 
 
-def _from_guesses(equation, hz, guesses) -> list[Point] | None:
+def _from_guesses(
+    equation: Equation, hz: np.ndarray, guesses: Sequence[np.ndarray]
+) -> list[Point] | None:
     found = []
     for value, x in zip(hz, guesses, strict=True):
         p = equation.parameter.scale * value
@@ -371,7 +381,7 @@ def _from_guesses(equation, hz, guesses) -> list[Point] | None:
     return found
 
 
-def _outputs(here, rows):
+def _outputs(here: Linearisation, rows: np.ndarray) -> np.ndarray:
     return Outputs(rows).at(here)[:, 1]
 
 
@@ -385,7 +395,7 @@ def _measure(X: np.ndarray, wanted: complex) -> tuple[Any, Callable[[np.ndarray]
     return value, lambda dX: (X[k].conj() * dX[k]).real / max(value, 1e-300)
 
 
-def _joined(parts):
+def _joined(parts: Sequence[np.ndarray]) -> np.ndarray:
     """Real numbers of real and complex parts in a row."""
     return np.concatenate(
         [np.r_[part.real, part.imag] if np.iscomplexobj(part) else part for part in parts]

@@ -102,7 +102,9 @@ class Case:
             return lambda found, tangent, length: tangent[1] / (found.w * length)
         modal, orders, kind = ModalRows(self.rows[[column]]), self.orders, self.kind
 
-        def of_height(found, tangent, length):
+        def of_height(
+            found: Linearisation, tangent: tuple[np.ndarray, float], length: float
+        ) -> float:
             rows = modal.of(found.balance)
             X = rows @ found.modal
             change = rows @ (found.moved(*tangent).modal - found.modal)
@@ -132,7 +134,7 @@ class Case:
                 return found
         return None
 
-    def _highest(self, curve, problem):
+    def _highest(self, curve: ForcedResponse, problem: ContactProblem) -> Extreme | None:
         found = []
         for j in self.columns:
             top = highest_peak(curve, problem, self.names[j], self.kind)

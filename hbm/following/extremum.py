@@ -11,6 +11,7 @@ solution with the factorised Jacobian of the branch.
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -164,7 +165,7 @@ class ExtremumLinearisation:
         scale = self.of.metric.size * self.of.metric.norm(*self.tangent)
         return self._directions()[1] / scale
 
-    def _directions(self):
+    def _directions(self) -> list[Any]:
         """(dy, change of the last residual) of the tangent, and of the parameter at a fixed place
         on the plane across it."""
         if not self.kept:
@@ -179,7 +180,7 @@ class ExtremumLinearisation:
             self.kept.extend((t, known[2], v, known[3]))
         return self.kept
 
-    def _change(self, dy, dp):
+    def _change(self, dy: np.ndarray, dp: float) -> float:
         """Derivative of the last residual along (dy, dp), by a difference."""
         of = self.of
         long = of.apart(dy, dp, self.p)
@@ -188,7 +189,9 @@ class ExtremumLinearisation:
         h = STEP / long
         return (of.slope_at(self.y + h * dy, self.p + h * dp, self) - self.residual[-1]) / h
 
-    def _bordered(self, R, row, corner, value):
+    def _bordered(
+        self, R: np.ndarray, row: np.ndarray, corner: float, value: float
+    ) -> tuple[np.ndarray, float, float]:
         of = self.of
         t, et, v, ev = self._directions()
         dx, dw = self.found.solve(*of.along, 0.0, R[:-1])

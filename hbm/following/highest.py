@@ -7,6 +7,7 @@ taken up there.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -15,6 +16,9 @@ from scipy.optimize import brentq
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.run import Run, begin_at, near, run_from
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.following.extremum import Extremum
 
 MOST_TAKEN_UP = 20  # times that a peak is taken up
 BEYOND = 1e-3  # of the range: how far past an end a peak is looked for
@@ -81,11 +85,11 @@ def highest(case: Case, top: Extreme, ends: tuple[float, float], progress: Calla
     return path
 
 
-def _forward(path, top, value, progress):
+def _forward(path: Path, top: Extreme, value: float, progress: Callable | None) -> Run:
     """The run from a top; where a kink stands at the peak, one of fitted places up to its end."""
     case, (first, last) = path.case, path.ends
 
-    def watch(point):
+    def watch(point: Point) -> bool:
         heights = case.heights(point.detail.found)
         return heights[list(case.columns)].max() > (1 + HIGHER) * heights[top.column]
 
@@ -109,12 +113,12 @@ def _forward(path, top, value, progress):
     return Run(equation, points, top.column, len(points), why, fitted=True)
 
 
-def _fitted(equation, top, value):
+def _fitted(equation: "Extremum", top: Extreme, value: float) -> Point:
     y = equation.unknowns(top.x, top.w)
     return Point(y, value, True, 1, equation.evaluate(y, value))
 
 
-def _other(path):
+def _other(path: Path) -> tuple[Extreme | None, float]:
     """(the highest peak of the whole curve beyond the last run, the value there); None where it is
     that of the run, or none is left."""
     case, run, (first, last) = path.case, path.runs[-1], path.ends
@@ -130,22 +134,22 @@ def _other(path):
     return (top if higher else None), value
 
 
-def _height(case, top, p):
+def _height(case: Case, top: Extreme, p: float) -> float:
     found = case.parameter.held(case.balance(), top.x, top.w, p)
     return float(case.heights(found)[top.column])
 
 
-def _continues(run, top):
+def _continues(run: Run, top: Extreme) -> bool:
     end = run.points[-1].detail.found
     return run.column == top.column and near(end, top.x, top.w)
 
 
-def _take_up(path, top, value):
+def _take_up(path: Path, top: Extreme, value: float) -> Run | None:
     """Follow another peak back to where it is as high as the runs, which end there; the run from
     there, None where it has a kink at once."""
     case = path.case
 
-    def until_lower(point):
+    def until_lower(point: Point) -> bool:
         known = path.height(point.parameter)
         return known is not None and case.heights(point.detail.found)[top.column] < known
 
@@ -177,7 +181,7 @@ def _take_up(path, top, value):
     return back
 
 
-def _on_the_curve(path, back, at, value):
+def _on_the_curve(path: Path, back: Run, at: float, value: float) -> float:
     """The first value, from `at` on, where the curve over the band has the peak of a run that it
     has at `value`: a peak may stand on a branch of its own before it joins the curve.
 
@@ -195,13 +199,13 @@ def _on_the_curve(path, back, at, value):
     return high
 
 
-def _has(case, back, p):
+def _has(case: Case, back: Run, p: float) -> bool:
     place = back.points[back.values.tolist().index(p)].detail.found
     top = case.begin(p / case.parameter.scale)
     return top is not None and near(place, top.x, top.w)
 
 
-def _apart(path, crosses, at):
+def _apart(path: Path, crosses: float, at: float) -> str:
     if at == crosses:
         return ""
     return (
@@ -210,7 +214,7 @@ def _apart(path, crosses, at):
     )
 
 
-def _said(path, at):
+def _said(path: Path, at: float) -> str:
     case, (a, b) = path.case, path.runs[-2:] if len(path.runs) > 1 else path.runs * 2
     low, high = (run.points[i].detail.found.w / (2 * np.pi) for run, i in ((a, -1), (b, 0)))
     if a.column != b.column:
@@ -222,12 +226,12 @@ def _said(path, at):
     )
 
 
-def _at_the_end(path, top):
+def _at_the_end(path: Path, top: Extreme) -> str:
     hz = top.w / (2 * np.pi)
     return f"at the last value another peak is the highest, at {hz:.6g} Hz, and was taken up"
 
 
-def _as_high(path, back):
+def _as_high(path: Path, back: Run) -> float:
     """The value from which on a run is higher than those of the path; solved there where it is
     between two places of both."""
     case, sense = path.case, path.sense
@@ -257,7 +261,7 @@ def _as_high(path, back):
         high = high if not path.passes(high, run.values[-1]) else float(run.values[-1])
         under = _line(run, case, sense)
 
-        def apart(s, over=over, under=under):
+        def apart(s: float, over: Callable = over, under: Callable = under) -> float:
             return float(over(s) - under(s))
 
         a, b = sense * low, sense * high
@@ -272,7 +276,7 @@ def _as_high(path, back):
     return float(at)
 
 
-def _line(run, case, sense):
+def _line(run: Run, case: Case, sense: float) -> PchipInterpolator:
     """Height of a run as a function of sense times the value."""
     values, at = np.unique(sense * run.values, return_index=True)
     return PchipInterpolator(values, run.heights(case)[at])

@@ -1,8 +1,9 @@
 """One branch of extrema: from one of them over the parameter, until it reaches a value, meets an
 extremum of the other kind, or is lost."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import nnls
@@ -16,7 +17,11 @@ from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
 from tipdamp.hbm.continuation.point import Metric, Point, size
 from tipdamp.hbm.curve.trace import slides, unrestrained
 from tipdamp.hbm.following.case import Case, Extreme
-from tipdamp.hbm.following.extremum import Extremum
+from tipdamp.hbm.following.extremum import Extremum, ExtremumLinearisation
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.continuation.settings import Settings
+
 
 NEAR = 0.1  # arc length up to which a place belongs to the branch before
 NEARBY = 0.01  # of the frequency: a unit of arc length along a curve
@@ -75,7 +80,7 @@ class Run:
         insert_crossings(self._near, branch, np.array([value]), self.equation.weights, settings)
         return value in self.values
 
-    def _near(self, y, p):
+    def _near(self, y: np.ndarray, p: float) -> ExtremumLinearisation:
         """The equation that looks forward as the nearest point of the branch does: the way of the
         last one may be backwards there."""
         equation = self.equation
@@ -161,13 +166,13 @@ def near(found: Linearisation, x: np.ndarray, w: float) -> bool:
     return metric.norm(found.x - x, found.w - w) < NEAR
 
 
-def _to_the_meeting(equation, branch, sense, settings):
+def _to_the_meeting(equation: Extremum, branch: Branch, sense: float, settings: Settings) -> None:
     """End the branch where the parameter turns back: there maximum and minimum are one."""
     a, b = branch.points[-2:]
     equation.near, equation.recent = 0.0, None
     metric = arc.metric_at(a, equation.weights)
 
-    def measure(point):
+    def measure(point: Point) -> arc.MeasuredPoint:
         return arc.MeasuredPoint(
             point, sense * point.parameter, sense * point.tangent[1] / metric.norm(*point.tangent)
         )
@@ -180,7 +185,7 @@ def _to_the_meeting(equation, branch, sense, settings):
     branch.points[-1:] = [] if top.point is a else [top.point]
 
 
-def _first_jump(equation, points):
+def _first_jump(equation: Extremum, points: Sequence[Point]) -> int:
     """Number of points up to a chord that the tangents at its ends do not explain."""
     for i in range(1, len(points)):
         a, b = points[i - 1 : i + 1]
@@ -203,15 +208,15 @@ def _length(p: float) -> float:
     return 0.1 * max(abs(p), 1e-300)
 
 
-def _vector(metric, dx, dp):
+def _vector(metric: Metric, dx: np.ndarray, dp: float) -> np.ndarray:
     return np.r_[metric.weights * dx / metric.size, dp / metric.length]
 
 
-def _unit(v):
+def _unit(v: np.ndarray) -> np.ndarray:
     return v / max(np.linalg.norm(v), 1e-300)
 
 
-def _why(case, branch, met, cut):
+def _why(case: Case, branch: Branch, met: bool, cut: bool) -> str:
     last = branch.points[-1]
     place = case.named(last.parameter)
     drifts = unrestrained(replace(last, detail=last.detail.found), case.problem)

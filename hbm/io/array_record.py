@@ -21,17 +21,17 @@ class ArrayRecord:
     written to; two records are equal where all compared fields are, NaN being equal to NaN; pickles
     keep all of this."""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for f in fields(self):
             if f.type is np.ndarray:
                 copy = np.array(vars(self)[f.name])
                 copy.setflags(write=False)
                 object.__setattr__(self, f.name, copy)
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple:
         return type(self), tuple(vars(self)[f.name] for f in fields(self))
 
-    def __eq__(self, other) -> bool:
+    def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
         return all(
@@ -39,7 +39,7 @@ class ArrayRecord:
         )
 
 
-def _equal(a, b) -> bool:
+def _equal(a: Any, b: Any) -> bool:
     a, b = np.asarray(a), np.asarray(b)
     return np.array_equal(a, b, equal_nan=a.dtype.kind in "fc" and b.dtype.kind in "fc")
 

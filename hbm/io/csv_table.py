@@ -10,13 +10,17 @@ import csv
 import io
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 from operator import and_
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tipdamp.hbm.errors import InputError, shown
+
+if TYPE_CHECKING:
+    pass
 
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+([eE][-+]?\d+)?")
@@ -86,7 +90,7 @@ def read_table(path: Path, kind: Kind) -> CsvTable:
     return CsvTable(path, header, tuple(line for line, _ in rows), tuple(row for _, row in rows))
 
 
-def _header(path, line, names):
+def _header(path: Path, line: int, names: Sequence[str]) -> tuple[str, ...]:
     while names and not names[-1]:  # a spreadsheet writes columns that are empty
         names = names[:-1]
     twice = [name for name, times in Counter(names).items() if times > 1]
@@ -98,7 +102,9 @@ def _header(path, line, names):
     return tuple(names)
 
 
-def _fitted(where, columns, row, kind):
+def _fitted(
+    where: str, columns: tuple[tuple[str, ...], int], row: Sequence[str], kind: Callable
+) -> tuple[str, ...]:
     """The row with as many fields as the header has; columns : the header, and its width with
     columns that are empty. An empty field too many moves the others as well, where the last column
     of the row is empty."""
@@ -122,7 +128,9 @@ def _fitted(where, columns, row, kind):
     return tuple(row[: len(header)])
 
 
-def _decimal_commas(header, row, kind) -> Iterator[tuple[str, str]]:
+def _decimal_commas(
+    header: Sequence[str], row: Sequence[str], kind: Callable
+) -> Iterator[tuple[str, str]]:
     """(column, value) of the decimal comma that a row with one field too many may have: every
     column can be read where two neighbouring fields are taken as one number."""
     if len(row) != len(header) + 1:
@@ -143,14 +151,16 @@ def _decimal_commas(header, row, kind) -> Iterator[tuple[str, str]]:
             yield name, joined
 
 
-def _readable(text, kind):
+def _readable(text: str, kind: Callable) -> bool:
     try:
         return not text or kind(text) is not None
     except ValueError:
         return False
 
 
-def _with_points(path, header, rows, kind):
+def _with_points(
+    path: Path, header: Sequence[str], rows: list[tuple[int, tuple[str, ...]]], kind: Callable
+) -> list[tuple[int, tuple[str, ...]]]:
     """Rows without decimal commas; InputError where some numbers have them and others points, which
     may part thousands."""
     seen: dict[bool, str] = {}

@@ -60,7 +60,7 @@ def read_dofs(path: str | Path, body: str = "body") -> dict:
     )
 
 
-def _kind(column):
+def _kind(column: str) -> type:
     return (
         int
         if column == "node"
@@ -113,7 +113,7 @@ def read_npz(path: str | Path) -> dict:
     }
 
 
-def _points(path, found):
+def _points(path: Path, found: dict[str, np.ndarray]) -> dict[str, ContactPoints]:
     columns: dict[str, Any] = {}
     for key in found:
         if key.startswith("points/"):
@@ -184,7 +184,7 @@ def saved_table(path: str | Path) -> dict:
     )
 
 
-def _ansys_mapping(path, body):
+def _ansys_mapping(path: Path, body: str) -> dict[str, list[int | str] | str]:
     found = [line.split() for line in Path(path).read_text(errors="replace").splitlines()]
     found = [f for f in found if len(f) >= 3 and f[0].isdigit() and f[1].isdigit()]
     for f in found:
@@ -204,5 +204,5 @@ def _ansys_mapping(path, body):
     )
 
 
-def _named(header, prefix):
+def _named(header: tuple[str, ...], prefix: str) -> list[tuple[str, str]]:
     return [(key.removeprefix(prefix), key) for key in header if key.startswith(prefix)]

@@ -113,7 +113,7 @@ def read_matrix(path: str | Path, name: str = "matrix") -> tuple[Any, Any]:
     return _both_triangles(matrix), labels
 
 
-def _stated_entries(path, kind):
+def _stated_entries(path: Path, kind: str) -> int:
     """Numbers that a file says it holds, before they are read; 0 where only reading tells."""
     if kind == ".mtx" and _is_matrix_market(path):
         rows, columns, entries = scipy.io.mminfo(path)[:3]
@@ -121,7 +121,7 @@ def _stated_entries(path, kind):
     return 0
 
 
-def _check_room(path, name, entries):
+def _check_room(path: Path, name: str, entries: int) -> None:
     """InputError where so many numbers, and what is made of them, do not fit into the memory."""
     need, there = 3 * 8 * entries, available_bytes()
     if need > there:
@@ -131,7 +131,7 @@ def _check_room(path, name, entries):
         )
 
 
-def _is_matrix_market(path):
+def _is_matrix_market(path: Path) -> bool:
     with path.open("rb") as file:
         return file.read(14).lower() == b"%%matrixmarket"
 
@@ -201,7 +201,9 @@ def abaqus_text(path: str | Path) -> tuple[Any, Any]:
     return K.tocsr(), tuple((int(a), int(b)) for a, b in labels)
 
 
-def _ansys(path):
+def _ansys(
+    path: Path,
+) -> tuple[sp.spmatrix, tuple[tuple, ...] | None]:
     """(matrix, None) of Harwell-Boeing in the fixed columns of Ansys, or as loosely as scipy writes
     and reads it; under the same ending also Abaqus' text, with its labels."""
     text = path.read_text(errors="replace")
@@ -218,7 +220,7 @@ def _ansys(path):
             raise ours from None
 
 
-def _nastran(path, name, kind):
+def _nastran(path: Path, name: str, kind: str) -> tuple[sp.spmatrix, tuple[tuple, ...] | None]:
     """The matrix of that name, or the one that Nastran calls so: KAAX, KAA, KGG, ... for K."""
     if kind == ".pch":
         found, labels = read_punch(path)
@@ -229,28 +231,28 @@ def _nastran(path, name, kind):
     return (_pick(path, name, found) if known is None else found[known]), labels
 
 
-def _op2(path):
+def _op2(path: Path) -> dict[str, Any]:
     pyNastran = library("pyNastran.op2.op2", "a matrix from .op2")
     reader = pyNastran.OP2(mode="msc", debug=None)
     reader.read_op2(str(path), build_dataframe=False)
     return {name: matrix.data for name, matrix in reader.matrices.items()}
 
 
-def _npz(path, name):
+def _npz(path: Path, name: str) -> np.ndarray:
     with open_npz(path, packed=True) as z:
         if "format" in z.files:
             return sp.load_npz(path)
         return _pick(path, name, {k: z[k] for k in z.files})
 
 
-def _matlab(path, name):
+def _matlab(path: Path, name: str) -> np.ndarray:
     content = open_matlab(path)
     return _pick(
         path, name, {k: v for k, v in content.items() if not k.startswith("__") and np.ndim(v) == 2}
     )
 
 
-def _pick(path, name, found):
+def _pick(path: Path, name: str, found: dict[str, sp.spmatrix | np.ndarray]) -> np.ndarray:
     if name in found:
         return found[name]
     other = next((k for k in found if k in ("M", "K", "C")), None)
@@ -261,7 +263,7 @@ def _pick(path, name, found):
     raise InputError(f"{path}: holds no '{name}'; {nearest(name, found)}")
 
 
-def _both_triangles(matrix):
+def _both_triangles(matrix: sp.spmatrix | np.ndarray) -> np.ndarray:
     """The symmetric matrix whose one triangle is given; others are returned as they are."""
     matrix = sp.csr_matrix(matrix)
     upper, lower = sp.triu(matrix, 1), sp.tril(matrix, -1)

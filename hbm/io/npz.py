@@ -44,7 +44,7 @@ def open_npz(path: str | Path, packed: bool = False) -> Any:
     return np.load(path, allow_pickle=False)
 
 
-def _declared(path, z, member) -> int:
+def _declared(path: Path, z: zipfile.ZipFile, member: zipfile.ZipInfo) -> int:
     """Bytes of a member when it is unpacked; InputError where its own header says something
     else."""
     if not member.filename.endswith(".npy"):

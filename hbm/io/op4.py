@@ -8,7 +8,7 @@ binary files fails: hence these lines.
 """
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -74,12 +74,12 @@ def write_op4(path: str | Path, matrices: Mapping[str, Any]) -> None:
     Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")
 
 
-def _written(values):
+def _written(values: Iterable[float]) -> list[str]:
     texts = [f"{value:{WIDTH}.16E}" for value in values]
     return ["".join(texts[k : k + PER_LINE]) for k in range(0, len(texts), PER_LINE)]
 
 
-def _matrix(reader, shape, kind):
+def _matrix(reader: "_Text", shape: tuple[int, int], kind: int) -> sp.spmatrix:
     """The matrix whose header was read: (columns, rows), rows negative where it is BIGMAT."""
     columns, rows = shape
     i, j, values = [], [], []
@@ -114,13 +114,13 @@ def _matrix(reader, shape, kind):
 class _Text:
     """A text file, read on line by line; numbers in fixed columns."""
 
-    def __init__(self, text):
+    def __init__(self, text: str) -> None:
         self.lines, self.at = text.splitlines(), 0
 
-    def finished(self):
+    def finished(self) -> bool:
         return not any(line.strip() for line in self.lines[self.at : self.at + 1])
 
-    def header(self):
+    def header(self) -> tuple[str, tuple[int, int], int]:
         line = self.lines[self.at]
         columns, rows, _, kind = (int(line[8 * k : 8 * k + 8]) for k in range(4))
         per_line, _, digits = line[40:].upper().partition(",")[2].partition("E")
@@ -128,22 +128,22 @@ class _Text:
         self.at += 1
         return line[32:40].strip().upper(), (columns, rows), kind
 
-    def column(self, words):
+    def column(self, words: int) -> tuple[int, int, int]:
         """Number, first row (0: strings), words; a dense column counts numbers."""
         line = self.lines[self.at]
         self.at += 1
         number, row, count = (int(line[8 * k : 8 * k + 8]) for k in range(3))
         return number, row, count * words if row else count
 
-    def end(self):
+    def end(self) -> None:
         """The mark of the end has a number, in a format of its own."""
         self.at += 1
 
-    def integers(self, _):
+    def integers(self, _: int) -> list[int]:
         self.at += 1
         return [int(text) for text in self.lines[self.at - 1].split()]
 
-    def reals(self, words, each):
+    def reals(self, words: int, each: int) -> np.ndarray:
         count = words // each
         end = self.at - (-count // self.per_line)
         texts = [
@@ -160,14 +160,14 @@ class _Text:
 class _Binary:
     """A file of Fortran records of 4-byte words, of either order of bytes."""
 
-    def __init__(self, content):
+    def __init__(self, content: Any) -> None:
         self.content, self.at = content, 0
         self.order: Any = "<" if content[:4] == struct.pack("<i", 24) else ">"
 
-    def finished(self):
+    def finished(self) -> bool:
         return self.at >= len(self.content)
 
-    def header(self):
+    def header(self) -> tuple[str, tuple[int, int], int]:
         (length,) = struct.unpack_from(f"{self.order}i", self.content, self.at)
         if length != 24:
             raise ValueError(
@@ -178,23 +178,23 @@ class _Binary:
         self.at += 12
         return name.strip().upper(), (int(columns), int(rows)), int(kind)
 
-    def column(self, _):
+    def column(self, _: int) -> tuple[int, int, int]:
         length, number, row, words = (int(k) for k in self._take("i4", 0, 4))
         self.until = self.at + length - 12
         return number, row, words
 
-    def end(self):
+    def end(self) -> None:
         self.at = self.until + 4
 
-    def integers(self, count):
+    def integers(self, count: int) -> list[int]:
         return [int(k) for k in self._take("i4", 0, count)]
 
-    def reals(self, words, each):
+    def reals(self, words: int, each: int) -> np.ndarray:
         found = self._take(f"f{4 * each}", 0, words // each).astype(float)
         self.at += 4 * (self.at == self.until)  # the length again, at the end of a record
         return found
 
-    def _take(self, kind, skipped, count):
+    def _take(self, kind: str, skipped: int, count: int) -> np.ndarray:
         """Numbers from here on, after so many words; read on behind them."""
         found = np.frombuffer(
             self.content, np.dtype(kind).newbyteorder(self.order), count, self.at + 4 * skipped

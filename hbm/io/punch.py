@@ -76,21 +76,23 @@ def write_punch(path: str | Path, matrices: Mapping[str, Any], labels: Sequence[
     Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")
 
 
-def _label(fields):
+def _label(fields: str) -> tuple[int, int]:
     return int(fields[:16]), int(fields[16:32] or 0)
 
 
-def _field(value):
+def _field(value: float) -> str:
     """16 columns."""
     text = f"{value:16.9E}"
     return (text if len(text) == 16 else f"{value:16.8E}").replace("E", "D")
 
 
-def _number(field):
+def _number(field: str) -> float:
     return float(EXPONENT.sub("E", field.strip()))
 
 
-def _matrix(rows, place, symmetric):
+def _matrix(
+    rows: Sequence[tuple[Any, ...]], place: dict[tuple[int, int], int], symmetric: bool
+) -> sp.spmatrix:
     i, j = (np.array([place[row[k]] for row in rows], dtype=int) for k in (0, 1))
     values = np.array([row[2] for row in rows], dtype=float)
     matrix = sp.coo_matrix((values, (i, j)), shape=(len(place),) * 2).tocsr()

@@ -146,7 +146,7 @@ def springs_by(problem: ContactProblem, setting: str) -> np.ndarray:
 class _AlongBranch:
     """Points of the branch on planes across it, at places z from a point of it."""
 
-    def __init__(self, at: "_At", point: Point, metric: arc.Metric):
+    def __init__(self, at: "_At", point: Point, metric: arc.Metric) -> None:
         self.at, evaluate = at, at.equation.evaluate
         here = evaluate(point.x, point.parameter)
         along = here.direction(*metric.border(np.zeros(len(point.x)), 1.0))[:2]
@@ -205,7 +205,7 @@ class _At:
         problem: AnyProblem,
         name: str,
         measure: tuple[str, int | None],
-    ):
+    ) -> None:
         problem, (kind, order) = contact_problem_of(problem), measure
         if problem.reducible:
             problem.receptance()  # modes that hold for every contact
@@ -294,7 +294,7 @@ def by_factor(
     return of
 
 
-def _by_contacts(here, name):
+def _by_contacts(here: Linearisation, name: str) -> Iterator[np.ndarray]:
     balance, P, nd = here.balance, len(here.balance.problem.contacts), here.balance.nd
     rates = ContactSetting(name).force_rate(balance, _terms(here), 1.0)
     springs = _springs(balance, name)
@@ -304,13 +304,13 @@ def _by_contacts(here, name):
         yield -here.factors * (push if further is None else push + further[c])
 
 
-def _terms(here):
+def _terms(here: Linearisation) -> Terms:
     balance, none = here.balance, np.zeros_like(here.modal)
     u = here.x.reshape(-1, balance.nd, balance.nh)
     return Terms(u, here.w, here.forces, none, here.factors, none)
 
 
-def _springs(balance, name):
+def _springs(balance: HarmonicBalance, name: str) -> np.ndarray:
     """(P, nd) N/m of the stuck springs by a factor on a setting, where damping ratios follow
     them."""
     problem = balance.problem
@@ -319,7 +319,7 @@ def _springs(balance, name):
     return springs_by(problem, name)
 
 
-def _normal_modes(balance):
+def _normal_modes(balance: HarmonicBalance) -> np.ndarray:
     """(nc, m) at the components, of modal mass 1."""
     of = balance.receptance
     w = np.sqrt(of.stiffness / np.maximum(of.mass, 1e-28 * of.mass.max()))

@@ -12,6 +12,7 @@ stuck frequency, and zeta: where everything sticks they do not depend on a.
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.linalg.lapack import dgetrf as getrf
@@ -214,10 +215,10 @@ class ModeLinearisation:
             by_w = by_w + self.of.modal(self.forces.by_omega)
         return by_w, by_zeta
 
-    def _derivative(self, du):
+    def _derivative(self, du: np.ndarray) -> np.ndarray:
         return applied(self.forces.D, self._places, self.forces.contacts, du)
 
-    def _factorised(self):
+    def _factorised(self) -> list[Any]:
         """LU of I + D G on the active rows, pivots, sign, and the response to w, zeta and a: motion
         of the contacts (nc nh, 3) and force on the mode (2, 3)."""
         if self.parts:
@@ -246,7 +247,7 @@ class ModeLinearisation:
         self.parts.extend((np.array([du for du, _ in found]).T, np.array([p for _, p in found])))
         return self.parts
 
-    def _receptance(self, to, at):
+    def _receptance(self, to: np.ndarray, at: np.ndarray) -> np.ndarray:
         """(len(to), len(at), H+1) complex between components, the amplitude kept."""
         of, A = self.of, self.flexibility
         left, right = of.modes.at_contacts[to], of.modes.at_contacts[at]
@@ -263,7 +264,7 @@ class ModeLinearisation:
         G[1] = left @ own
         return np.ascontiguousarray(G.transpose(1, 2, 0))
 
-    def _response(self, start, Q):
+    def _response(self, start: np.ndarray, Q: np.ndarray) -> tuple[np.ndarray, complex]:
         """(motion of the contacts (nc nh,), force on the mode) where forces follow a motion `start`
         (nc nh,), coordinates Q of which are given."""
         of = self.of
@@ -278,7 +279,9 @@ class ModeLinearisation:
         mode += of.of_mode(self.impedance, more) - force[1, of.mode]
         return start + of.at_contacts(more), mode
 
-    def _bordered(self, R, row, corner, value):
+    def _bordered(
+        self, R: np.ndarray, row: np.ndarray, corner: float, value: float
+    ) -> tuple[np.ndarray, float, float]:
         of, a, size = self.of, self.a, self.a * self.of.unit
         _, _, sign, columns, by_mode = self._factorised()
         if not sign:

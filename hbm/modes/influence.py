@@ -111,7 +111,7 @@ class Derivatives:
             raise InputError(f"{path}: is not what Derivatives.save writes ({error})") from None
 
 
-def _bar(i, v):
+def _bar(i: int, v: float) -> Band:
     """From 0 to v, beside the name that stands at i + 0.45."""
     low, high = np.full(2, i + 0.45 - BAR), np.full(2, i + 0.45 + BAR)
     return Band(np.array([0.0, v]), low, high, "", VERMILION if v > 0 else BLUE, 0.9)

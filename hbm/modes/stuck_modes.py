@@ -129,5 +129,5 @@ def seen_alone(modes: StuckModalSystem, index: int, row: np.ndarray) -> StuckMod
     return replace(modes, shapes=shapes, at_contacts=at_contacts, moves=apart)
 
 
-def _dense(A):
+def _dense(A: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(A)

@@ -10,7 +10,7 @@ for the next start.
 Solutions that differ in the mean position of sliders alone are one.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -95,7 +95,7 @@ class Beside:
         search: Search,
         settings: Settings,
         settings_here: SearchSettings = SETTINGS,
-    ):
+    ) -> None:
         self.balance, self.w, self.search, self.settings = balance, w, search, settings
         self.here, self.known = settings_here, list[np.ndarray]()
         self.tried, self.by_start = 0, 0
@@ -154,16 +154,16 @@ class Beside:
                 yield from self._added(found)
 
     @property
-    def _patience(self):
+    def _patience(self) -> int:
         return self.search.starts + self.here.for_each * (len(self.known) - 1)
 
-    def _added(self, x):
+    def _added(self, x: np.ndarray) -> Iterator[np.ndarray]:
         """What is new of it and its images, after it is known."""
         new = self._new(x)
         self.known += new
         yield from new
 
-    def _new(self, x):
+    def _new(self, x: np.ndarray) -> list[np.ndarray]:
         """It and what the symmetries make of it, as far as that is not known."""
         new = list[np.ndarray]()
         for one in (x, *(image(x) for image in self.symmetries)):
@@ -176,14 +176,16 @@ class Beside:
         weights = self.weights
         return size(weights * (x - other)) <= self.here.differs * size(weights * other)
 
-    def _among(self, x, known):
+    def _among(self, x: np.ndarray, known: Sequence[np.ndarray]) -> bool:
         return any(self.same(x, one) for one in known)
 
     @property
-    def _level(self):
+    def _level(self) -> Equation:
         return Equation(self.balance, Level(), self.w / (2 * np.pi))
 
-    def _over_level(self, x, follow=follow_both_ways, lowest=None):
+    def _over_level(
+        self, x: np.ndarray, follow: Callable = follow_both_ways, lowest: float | None = None
+    ) -> Iterator[np.ndarray]:
         """The solutions at level 1 on the branch over the level of the force through x."""
         evaluate, weights = self._level.evaluate, self._level.weights
         start = solve_fixed(evaluate, x, 1.0, weights, self.settings)
@@ -201,7 +203,9 @@ class Beside:
             if point.converged:
                 yield point.x
 
-    def _guess(self, random, mixed):
+    def _guess(
+        self, random: np.random.Generator, mixed: "_Mixtures"
+    ) -> tuple[np.ndarray, list[np.ndarray]]:
         """((n,) motion to start from, the solutions to keep away from)."""
         shape = len(self.balance.problem.contacts), self.balance.nd, self.balance.nh
         one = self.known[random.integers(len(self.known))]
@@ -229,7 +233,7 @@ class _Mixtures:
     """Motions in which each contact moves as it does in some known solution, none twice, and none
     that is the image of another one."""
 
-    def __init__(self, beside: Beside):
+    def __init__(self, beside: Beside) -> None:
         self.beside, self.here = beside, beside.here
         self.shape = len(beside.balance.problem.contacts), beside.balance.nd * beside.balance.nh
         self.motions = list[np.ndarray]()  # (nd nh,) of a contact
@@ -261,7 +265,7 @@ class _Mixtures:
                 return self._taken(one)
         return None
 
-    def _known(self):
+    def _known(self) -> tuple[list[list[int]], bool]:
         """([numbers of the motions known at each contact], whether there are several anywhere)."""
         for x in self.beside.known[len(self.solutions) :]:
             solution = tuple(self._number(u) for u in x.reshape(self.shape))
@@ -270,17 +274,17 @@ class _Mixtures:
         places = [sorted(set(own)) for own in zip(*self.solutions, strict=True)]
         return places, max(map(len, places)) > 1
 
-    def _number(self, u):
+    def _number(self, u: np.ndarray) -> int:
         for number, motion in enumerate(self.motions):
             if size(u - motion) <= self.here.other * max(size(u), size(motion)):
                 return number
         self.motions.append(u)
         return len(self.motions) - 1
 
-    def _least(self, mixture):
+    def _least(self, mixture: tuple[int, ...]) -> tuple[int, ...]:
         """Of its images under exchanges of contacts, the first."""
         return min([mixture, *(tuple(mixture[p] for p in order) for order in self.orders)])
 
-    def _taken(self, mixture):
+    def _taken(self, mixture: tuple[int, ...]) -> np.ndarray:
         self.made.add(self._least(mixture))
         return np.concatenate([self.motions[number] for number in mixture])

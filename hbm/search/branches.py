@@ -7,7 +7,7 @@ those of the curve. A step along it, and Newton's method on the plane across, le
 branch [Seydel, Practical Bifurcation and Stability Analysis, 3rd ed. 2010, sec. 5.6].
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -138,7 +138,9 @@ def branch_from(
     )
 
 
-def _check_place(point, equation, found, rows):
+def _check_place(
+    point: NamedPoint, equation: Equation, found: tuple[Point, ...], rows: np.ndarray
+) -> None:
     """InputError where a point is not where its index says; found : it and the points around it."""
     root, a, b = found
     known = root.detail is not None
@@ -146,8 +148,8 @@ def _check_place(point, equation, found, rows):
         metric = arc.metric_at(root, equation.weights)
         apart = SETTINGS.between * arc.distance(a, b, metric)
         known = max(arc.distance(end, root, metric) for end in (a, b)) <= apart
-        a = Outputs(rows).amplitudes([root])[0][0]
-        known &= np.abs(a - point.amplitudes).max() <= SETTINGS.place * np.abs(a).max()
+        there = Outputs(rows).amplitudes([root])[0][0]
+        known &= np.abs(there - point.amplitudes).max() <= SETTINGS.place * np.abs(there).max()
     if not known:
         value = equation.parameter.named(point.parameter)
         raise InputError(
@@ -163,7 +165,9 @@ class _Through:
     where that is all
     """
 
-    def __init__(self, equation: Equation, point: Point, ends: list[Point], keeps: Kept | None):
+    def __init__(
+        self, equation: Equation, point: Point, ends: list[Point], keeps: Kept | None
+    ) -> None:
         self.equation, self.point, self.weights = equation, point, equation.weights
         self.metric = arc.metric_at(point, self.weights)
         self.along = ends[1].x - ends[0].x, ends[1].parameter - ends[0].parameter
@@ -177,7 +181,7 @@ class _Through:
                 if found is not None:
                     yield found
 
-    def _directions(self):
+    def _directions(self) -> Iterator[np.ndarray]:
         """(n,) each, at right angles to the curve and of the size of the motion."""
         vectors = self._null_vectors()
         if vectors.shape[1] == 1:
@@ -186,7 +190,7 @@ class _Through:
         for angle in np.pi * np.arange(SETTINGS.directions) / SETTINGS.directions:
             yield self._across(vectors @ [np.cos(angle), np.sin(angle)])
 
-    def _null_vectors(self):
+    def _null_vectors(self) -> np.ndarray:
         """(n, 1 or 2) eigenvectors of the Jacobian to its smallest eigenvalues."""
         n, random = len(self.point.x), np.random.default_rng(0)
         v = np.linalg.qr(self._lost(random.normal(size=(n, 2))))[0]
@@ -203,18 +207,18 @@ class _Through:
             return v
         return (v @ mixed[:, order[:1]]).real
 
-    def _lost(self, vectors):
+    def _lost(self, vectors: np.ndarray) -> np.ndarray:
         """Of vectors (n, k), the part that the curve has not."""
         return vectors - np.array([self.keeps(one) for one in vectors.T]).T
 
-    def _across(self, vector):
+    def _across(self, vector: np.ndarray) -> np.ndarray:
         """The vector less what of it runs along the curve, of the size of the motion."""
         dx, dp = self.along
         share = self.metric.inner(vector, 0.0, dx, dp) / self.metric.inner(dx, dp, dx, dp)
         vector = vector - share * dx
         return vector * (size(self.point.x) / size(vector))
 
-    def _step(self, direction):
+    def _step(self, direction: np.ndarray) -> Point | None:
         """The solution a step along a direction away, or None."""
         x, p = self.point.x, self.point.parameter
         row, corner = self.metric.border(direction, 0.0)
@@ -233,7 +237,7 @@ def _kept_by_time(equation: Equation) -> Kept:
     return lambda x: np.where(even, x, 0.0)
 
 
-def _over_two_periods(equation, points):
+def _over_two_periods(equation: Equation, points: Sequence[Point]) -> tuple[Equation, list[Point]]:
     """(equation, points) of the same motions seen over twice the period, with twice the orders."""
     balance, parameter, periods = equation.balance, equation.parameter, 2 * equation.periods
     forces = {2 * k: F for k, F in balance.forces.items()}
@@ -248,7 +252,7 @@ def _over_two_periods(equation, points):
     return over, seen
 
 
-def _at(equation, ends, p):
+def _at(equation: Equation, ends: Sequence[Point], p: float) -> Point:
     """The point of the curve between two of its points, at a value of the parameter."""
     a, b = ends
     apart = b.parameter - a.parameter
@@ -258,7 +262,7 @@ def _at(equation, ends, p):
     return point if point.converged else Point(guess, p, True, 0)
 
 
-def _ends(curve):
+def _ends(curve: ForcedResponse) -> tuple[float, float]:
     return float(curve.parameter.min()), float(curve.parameter.max())
 
 
@@ -272,11 +276,13 @@ def _holds(equation: Equation, branch: Branch, start: Point) -> bool:
     return any(size(weights * (point.x - start.x)) <= near for point in there)
 
 
-def _followed(equation: Equation, ends: tuple[Point, Point], band: tuple, keeps) -> Branch:
+def _followed(
+    equation: Equation, ends: tuple[Point, Point], band: tuple, keeps: Kept | None
+) -> Branch:
     """The branch from the root over its first solution, up to where it meets the curve again: what
     the curve does not have of its motion changes its sign there."""
 
-    def meets(before, new):
+    def meets(before: Point, new: Point) -> Point | None:
         if keeps is None:
             return None
         lost, gained = (point.x - keeps(point.x) for point in (before, new))

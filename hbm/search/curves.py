@@ -124,7 +124,7 @@ class _Looked:
         search: Search,
         calls: int,
         progress: Callable | None,
-    ):
+    ) -> None:
         self.equation, self.search = equation, search
         self.branches, self.found, self.stopped = [branch], list[Branch](), ""
         self.most = max(search.effort * calls, search.least_calls)
@@ -166,7 +166,7 @@ class _Looked:
             f"{found} found{stopped}"
         )
 
-    def _beside(self, value):
+    def _beside(self, value: float) -> Beside:
         """The Beside of a value, which knows what the branches known hold there."""
         equation, p = self.equation, self.equation.parameter.scale * value
         if value not in self.besides:
@@ -182,7 +182,7 @@ class _Looked:
         equation.balance.on_call = None
         return beside
 
-    def _growth(self, value):
+    def _growth(self, value: float) -> float:
         """That of the smallest motion of the curve's points beside a value."""
         equation, p = self.equation, self.equation.parameter.scale * value
         points = self.branches[0].points
@@ -195,7 +195,7 @@ class _Looked:
         self._call()
         return growth(*equation.balance_at(least.parameter), least.x)
 
-    def _at(self, value, way, band):
+    def _at(self, value: float, way: Callable, band: tuple[float, float]) -> None:
         beside, p = self._beside(value), self.equation.parameter.scale * value
         known, balance = list(beside.known), beside.balance
         tried, by_start = beside.tried, beside.by_start
@@ -219,20 +219,20 @@ class _Looked:
             self.tried += beside.tried - tried
             self.by_start += beside.by_start - by_start
 
-    def _call(self):
+    def _call(self) -> None:
         self.calls += 1
         if self.calls > self.most:
             raise _LimitReached(f"{self.most:.0f} evaluations of the residual")
         if time.monotonic() > self.until:
             raise _LimitReached(f"{self.search.seconds:g} s")
 
-    def _crossing(self, branch, p):
+    def _crossing(self, branch: Branch, p: float) -> list[np.ndarray]:
         equation = self.equation
         found = crossings(equation.evaluate, branch.points, p, equation.weights, DEFAULT)
         there = [q.x for q in branch.points if q.converged and q.parameter == p]
         return there + [point.x for point, _, _ in found if point.converged]
 
-    def _follow(self, x, p, band):
+    def _follow(self, x: np.ndarray, p: float, band: tuple[float, float]) -> None:
         equation = self.equation
         start = solve_fixed(equation.evaluate, x, p, equation.weights, DEFAULT)
         if not start.converged:
@@ -244,7 +244,7 @@ class _Looked:
         self.found.append(branch)
 
 
-def _far_apart(count):
+def _far_apart(count: int) -> list[int]:
     """Places 0..count-1 in an order in which those that follow each other are far apart, from the
     middle on: by their binary digits reversed."""
     digits = max(count - 1, 1).bit_length()

@@ -49,7 +49,9 @@ def newton(
     return failed(len(x), p, calls)
 
 
-def _stretch(x, dx, weights, known):
+def _stretch(
+    x: np.ndarray, dx: np.ndarray, weights: np.ndarray, known: Sequence[np.ndarray]
+) -> float:
     """1 / (1 - grad m . dx / m), bounded."""
     slope = 0.0
     for one in known:
