@@ -166,7 +166,7 @@ def near(found: Linearisation, x: np.ndarray, w: float) -> bool:
     return metric.norm(found.x - x, found.w - w) < NEAR
 
 
-def _to_the_meeting(equation: Extremum, branch: Branch, sense: float, settings: Settings) -> None:
+def _to_the_meeting(equation: Extremum, branch: Branch, sense: float, settings: "Settings") -> None:
     """End the branch where the parameter turns back: there maximum and minimum are one."""
     a, b = branch.points[-2:]
     equation.near, equation.recent = 0.0, None

@@ -81,7 +81,7 @@ def _by_columns(derivative: Callable, counted: np.ndarray, n: int) -> np.ndarray
 
 
 def _by_arnoldi(
-    derivative: Callable, counted: np.ndarray, n: int, settings: IntegrationSettings
+    derivative: Callable, counted: np.ndarray, n: int, settings: "IntegrationSettings"
 ) -> np.ndarray:
     """Moduli of the leading multipliers; of all where Arnoldi's method does not converge."""
 

@@ -63,8 +63,8 @@ def factored_once(bodies: StaticBodies) -> StaticBodies:
         model: ReducedModel | SparseBodies,
         pairs: ContactTable,
         kn: np.ndarray,
-        held: Sequence[HeldMotion],
-        settings: RigidMotionSettings,
+        held: "Sequence[HeldMotion]",
+        settings: "RigidMotionSettings",
     ) -> Compliance:
         key = ((kn > 0).tobytes(), *(one.stiffness for one in held))
         if key not in made:
