@@ -6,7 +6,7 @@ peaks = follow_peak(problem, F, "level", (1, 300), outputs={"tip": row}, band=(9
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -16,11 +16,11 @@ from tipdamp.hbm.balance.parameter import Parameter, as_parameter
 from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
 from tipdamp.hbm.curve.options import given_options, options_named
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.following.case import Case
+from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.highest import Path, highest
 from tipdamp.hbm.following.options import FollowKeywords, FollowOptions
 from tipdamp.hbm.following.result import Followed
-from tipdamp.hbm.following.run import near, run_from
+from tipdamp.hbm.following.run import Run, near, run_from
 from tipdamp.hbm.response import Forcing
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,
@@ -32,6 +32,10 @@ from tipdamp.hbm.validation import (
     interval,
     one_of,
 )
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.balance.newton import Linearisation
+    from tipdamp.hbm.continuation.point import Point
 
 
 @options_named(FollowOptions)
@@ -111,7 +115,14 @@ def follow_fold(
     return _record(path, _wanted(case, given, between), began)
 
 
-def _checked(what, problem, forcing, parameter, between, options):
+def _checked(
+    what: str,
+    problem: AnyProblem,
+    forcing: Forcing,
+    parameter: str | Parameter,
+    between: Sequence[float],
+    options: Any,
+) -> tuple[Case, FollowOptions, tuple[float, float]]:
     """(case of the first output, options, values at both ends in units of the branch)."""
     given = given_options(FollowOptions, options, ("outputs", "band"))
     problem = contact_problem_of(problem)
@@ -142,7 +153,7 @@ def _checked(what, problem, forcing, parameter, between, options):
     return case, given, (parameter.scale * first, parameter.scale * last)
 
 
-def _columns(output, names):
+def _columns(output: Sequence[str] | None, names: list[str]) -> tuple[int, ...]:
     """Columns of the outputs whose largest peak is followed."""
     chosen = [output or names[0]] if output is None or isinstance(output, str) else list(output)
     for name in chosen:
@@ -153,11 +164,12 @@ def _columns(output, names):
     return tuple(names.index(name) for name in chosen)
 
 
-def _wanted(case, given, between):
-    return case.parameter.scale * check_values(given.at, "between", *between)
+def _wanted(case: Case, given: FollowOptions, between: Sequence[float]) -> np.ndarray:
+    first, last = between
+    return case.parameter.scale * check_values(given.at, "between", first, last)
 
 
-def _first(case, p, near):
+def _first(case: Case, p: float, near: float | None) -> Extreme:
     top = case.begin(p / case.parameter.scale, near)
     if top is None:
         raise InputError(
@@ -209,13 +221,13 @@ def _record(path: Path, at: np.ndarray, began: float) -> Followed:
     )
 
 
-def _power(found):
+def _power(found: "Linearisation") -> np.ndarray:
     """(P,) W that the contacts take."""
     u = found.x.reshape(found.forces.g.shape)
     return fourier.work(found.forces.g, u) * found.w / (2 * np.pi)
 
 
-def _jumps(runs):
+def _jumps(runs: Sequence[Run]) -> np.ndarray:
     """(n,) bool: the first place of a run that is not near the last one of the run before."""
     jumps = [np.zeros(len(run.points), dtype=bool) for run in runs]
     for k in range(1, len(runs)):
@@ -224,7 +236,7 @@ def _jumps(runs):
     return np.concatenate(jumps)
 
 
-def _unsolved(case, points, at):
+def _unsolved(case: Case, points: "Sequence[Point]", at: np.ndarray) -> str:
     """Which of the wanted values the branch passes without a solved point, in words."""
     found = np.array([p.parameter for p in points])
     passed = (found.min() <= at) & (at <= found.max()) & ~np.isin(at, found)

@@ -6,6 +6,7 @@ mode = backbone(problem, 1, (1e-6, 1e-3), outputs={"tip": row}, harmonics=5)
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,6 +33,9 @@ from tipdamp.hbm.validation import (
     check_whole,
     numbers,
 )
+
+if TYPE_CHECKING:
+    pass
 
 # of the stuck mode in the first output, beside what its largest dof would give: less is not seen
 UNSEEN = 1e-9
@@ -103,7 +107,7 @@ def backbone(
     return _record(equation, branch, (names, rows), missed, (mode, time.perf_counter() - began))
 
 
-def _check_amplitudes(amplitudes):
+def _check_amplitudes(amplitudes: Sequence[float]) -> np.ndarray:
     given = numbers("amplitudes", amplitudes, "must be numbers in m")
     good = given.ndim == 1 and len(given) > 1 and np.isfinite(given).all()
     if not good or given[0] <= LEAST or (np.diff(given) <= 0).any():
@@ -113,7 +117,9 @@ def _check_amplitudes(amplitudes):
     return given
 
 
-def _equation(problem, mode, outputs, H, samples):
+def _equation(
+    problem: AnyProblem, mode: int, outputs: Mapping[str, ArrayLike], H: int, samples: int | None
+) -> tuple[ModeEquation, np.ndarray, list[str]]:
     problem = contact_problem_of(problem)
     problem.check_plain("backbone")
     names, rows = check_outputs(outputs, len(problem.K))
@@ -137,7 +143,7 @@ def _equation(problem, mode, outputs, H, samples):
     return ModeEquation(balance, modes, index, row), rows, names
 
 
-def _first(equation, a, settings):
+def _first(equation: ModeEquation, a: float, settings: Settings) -> Point:
     """The motion at the first amplitude: from the stuck mode, where need be by way of lower
     amplitudes."""
     few = replace(settings, max_points=500)
@@ -161,7 +167,7 @@ def _cut(branch: Branch) -> None:
         branch.finish("no point", branch.points[-1].parameter)
 
 
-def _end_of_sticking(equation, branch: Branch, settings: Settings) -> None:
+def _end_of_sticking(equation: ModeEquation, branch: Branch, settings: Settings) -> None:
     """Insert places around the amplitude at which the first contact slips or lifts: between places
     far apart the kink there would be rounded off."""
     for _ in range(HALVINGS):
@@ -177,7 +183,13 @@ def _end_of_sticking(equation, branch: Branch, settings: Settings) -> None:
             return
 
 
-def _record(equation, branch, named, missed, made) -> Backbone:
+def _record(
+    equation: ModeEquation,
+    branch: Branch,
+    named: tuple[list[str], np.ndarray],
+    missed: Sequence[Any],
+    made: tuple[int, float],
+) -> Backbone:
     (names, rows), (mode, seconds) = named, made
     points = [p for p in branch.points if p.converged]
     Q = np.array([p.detail.modal for p in points])
@@ -210,7 +222,7 @@ def _record(equation, branch, named, missed, made) -> Backbone:
     )
 
 
-def _ended(branch, equation, relative, missed):
+def _ended(branch: Branch, equation: ModeEquation, relative: float, missed: Sequence[Any]) -> str:
     if branch.complete:
         ended = "reached the last amplitude"
         return ended + "".join(f"; {a:g} m could not be solved" for a in missed)
@@ -219,7 +231,7 @@ def _ended(branch, equation, relative, missed):
     return slides(equation.balance.problem) + branch.sentence(lambda a: f"{a:.6g} m")
 
 
-def _turns(points):
+def _turns(points: Sequence[Point]) -> str:
     """In words, how often the amplitude turns back on the way."""
     forward = np.diff([p.parameter for p in points]) > 0
     turns = int((forward[1:] != forward[:-1]).sum())

@@ -10,6 +10,7 @@ with two solutions below the peak, one at it and none above [Krack 2015; Schwarz
 contacts add: a hysteresis does the same work at any frequency.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,7 @@ from scipy.optimize import brentq
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.amplitude import amplitude
-from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
+from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord
@@ -159,7 +160,7 @@ class _OverAmplitude:
     known: dict
 
     @classmethod
-    def of(cls, mode, problem):
+    def of(cls, mode: Backbone, problem: ContactProblem) -> "_OverAmplitude":
         s, a = np.arange(len(mode.amplitude)), mode.amplitude
         structure = _ratios_of_structure(mode, problem)
         columns = {
@@ -174,24 +175,24 @@ class _OverAmplitude:
         places = np.linspace(0, s[-1], FINER * s[-1] + 1)
         return cls(places, {name: _through(s, part) for name, part in columns.items()})
 
-    def excitation(self, s, F):
+    def excitation(self, s: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, ...]:
         """(psi^H F / psi^H M psi, w0, zeta_s, zeta_c), each (k,), at places."""
         a = np.exp(self.known["amplitude"](s))
         shape, modal = self.known["shape"](s), self.known["modal"](s)
         own = (self.known[name](s) for name in ("w0", "structure", "contacts"))
         return shape.conj() @ F / (a * modal**2), *own
 
-    def reach(self, s, F):
+    def reach(self, s: np.ndarray, F: np.ndarray) -> np.ndarray:
         """(k,) positive where the force holds the amplitude of a place at two frequencies."""
         pull, w0, *zeta = self.excitation(s, F)
         return (np.abs(pull) / w0**2) ** 2 - _least(*zeta)[1]
 
-    def harmonics(self, s):
+    def harmonics(self, s: np.ndarray) -> np.ndarray:
         """(k, m, H+1) of the outputs."""
         return np.exp(self.known["amplitude"](s))[:, None, None] * self.known["harmonics"](s)
 
 
-def _least(structure, contacts):
+def _least(structure: np.ndarray, contacts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(v, |D|^2) each (k,): where D = 1 - v^2 + 2 i (zeta_s v + zeta_c), with v = W / w0, is least:
     the largest root of v^3 - c v + 2 zeta_s zeta_c, c = 1 - 2 zeta_s^2."""
     c = np.maximum(1 - 2 * structure**2, 1e-300)
@@ -200,7 +201,7 @@ def _least(structure, contacts):
     return v, (1 - v**2) ** 2 + 4 * (structure * v + contacts) ** 2
 
 
-def _excited_at(pull, zeta, side):
+def _excited_at(pull: np.ndarray, zeta: Sequence[np.ndarray], side: float) -> np.ndarray:
     """(k,) W / w0 below (side -1) or above where |D| is least, with |D| = pull; 0 where there is
     none.
 
@@ -218,7 +219,7 @@ def _excited_at(pull, zeta, side):
     return np.where(solved, v, 0.0)
 
 
-def _ratios_of_structure(mode, problem):
+def _ratios_of_structure(mode: Backbone, problem: ContactProblem) -> np.ndarray:
     """(n,) damping ratio of a backbone that is not the contacts': all of it where a law depends on
     the speed of the motion, as a dashpot does."""
     psi, w0 = mode.shape, 2 * np.pi * mode.frequency
@@ -234,7 +235,7 @@ def _ratios_of_structure(mode, problem):
     return work / (2 * w0 * mode.modal_amplitude**2)
 
 
-def _by_speed(problem, psi, w):
+def _by_speed(problem: ContactProblem, psi: np.ndarray, w: float) -> bool:
     """Whether contact forces depend on the speed of a motion of order 1."""
     balance = HarmonicBalance(problem, {}, 1)
     u = np.zeros((balance.n_components, 2), dtype=complex)
@@ -245,7 +246,7 @@ def _by_speed(problem, psi, w):
     )
 
 
-def _through(s, values):
+def _through(s: np.ndarray, values: np.ndarray) -> Callable:
     """Function of the place through values, real or complex."""
     parts = [PchipInterpolator(s, part, axis=0) for part in (values.real, values.imag)]
     if np.iscomplexobj(values):
@@ -253,7 +254,7 @@ def _through(s, values):
     return parts[0]
 
 
-def _check_same(mode, problem):
+def _check_same(mode: Backbone, problem: ContactProblem) -> None:
     """InputError where the stuck mode of a backbone is none of the problem."""
     fits = mode.shape.shape[1] == len(problem.K)
     if fits:
@@ -267,7 +268,9 @@ def _check_same(mode, problem):
         )
 
 
-def _other_modes(mode, problem, F, W):
+def _other_modes(
+    mode: Backbone, problem: ContactProblem, F: np.ndarray, W: np.ndarray
+) -> np.ndarray:
     """(n, m) harmonic 1 of the outputs in the stuck modes but for the one of the backbone."""
     modes = stuck_modes(problem)
     damping = modes.damping if modes.damping.ndim == 1 else modes.damping.diagonal()

@@ -116,7 +116,7 @@ def _full(study: Study) -> StaticBodies:
     meshes = read_meshes(study)
     bodies = with_loads(study, assemble_bodies(study, meshes, lambda *_: None), meshes)
 
-    def shapes(rest: stresses.Rest) -> Iterator[tuple[str, Mesh, np.ndarray]]:
+    def shapes(rest: whole_body.Rest) -> Iterator[tuple[str, Mesh, np.ndarray]]:
         start = 0
         for body in bodies:
             out = np.zeros((len(body.node), 3))
