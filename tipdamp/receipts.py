@@ -17,16 +17,14 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import tipdamp
+from tipdamp.engine.sources import packages, sources
 from tipdamp.hbm.memory import available_bytes
 from tipdamp.readers.includes import included_files
 from tipdamp.results import ON_REQUEST, STAGES
 from tipdamp.study.toml_file import read_toml
 
-SOURCES = (".py", ".csv", ".css", ".js", ".html")
 # what a study or a record raises that is damaged, or is none
 UNUSABLE = (OSError, ValueError, TypeError, LookupError, RuntimeError, AttributeError)
-PACKAGES = ("", "hbm", "modal", "static_contact")  # folders, most of them links
 
 
 class Asked(NamedTuple):
@@ -146,13 +144,10 @@ def _inside(folder: Path, name: str) -> Path:
 
 def _program() -> str:
     """Hash of the sources, pages included."""
-    root, digest = Path(tipdamp.__file__).parent, hashlib.sha256()
-    for package in PACKAGES:
-        for where, folders, files in os.walk(root / package):
-            folders[:] = sorted(f for f in folders if f != "__pycache__")
-            for name in sorted(f for f in files if f.endswith(SOURCES)):
-                digest.update(f"{where}/{name}".encode())
-                digest.update(Path(where, name).read_bytes())
+    digest = hashlib.sha256()
+    for path in sources(packages(), with_report=True):
+        digest.update(f"{path}".encode())
+        digest.update(path.read_bytes())
     return digest.hexdigest()
 
 

@@ -412,9 +412,7 @@ class ContactProblem(AnyProblem):
             other = replace(self, damping_ratio=factor * np.asarray(self.damping_ratio))
         known = self.receptance()
         if known.ratio.size:
-            other.__dict__["_receptance"] = replace(
-                known, ratio=factor * known.ratio, free_damping=factor * known.free_damping
-            )
+            other.__dict__["_receptance"] = known.with_damping(factor)
         return other
 
 

@@ -95,6 +95,10 @@ class Receptance:
         behind = self.free + len(self.constraint_forces) + self.still
         return self.shapes[:, : self.shapes.shape[1] - behind]
 
+    def with_damping(self, factor: float) -> "Receptance":
+        """The same modes and free motions with damping ratios and dashpots times a factor."""
+        return replace(self, ratio=factor * self.ratio, free_damping=factor * self.free_damping)
+
     @property
     def frequencies(self) -> np.ndarray:
         """Natural frequencies in Hz, lowest first (with poles: |s|/2 pi of each)."""

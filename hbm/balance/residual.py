@@ -9,7 +9,6 @@ forces from the stuck springs (`hbm.laws.records.ContactForces`). Newton's linea
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -233,7 +232,7 @@ class HarmonicBalance:
         if self.problem.reducible or floats or not known.ratio.size:
             return self.rebuilt(self.problem.with_damping(factor), self.forces)
         other, at = copy(self), self.contact_receptance
-        damped = replace(known, ratio=factor * known.ratio)
+        damped = known.with_damping(factor)
         vars(other).pop("damping", None)
         other.receptance = damped
         other.contact_receptance = ContactReceptance(damped, at.shapes, at.into)

@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+import tipdamp
 from tipdamp import cli, receipts
 from tipdamp.proposal.first_study import write_first_study
 
@@ -134,7 +135,7 @@ def test_every_source_is_in_its_hash(tmp_path, monkeypatch):
     for name in ("__init__.py", "hbm/law.py", "report/page.css"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
-        monkeypatch.setattr(receipts.tipdamp, "__file__", str(tmp_path / "__init__.py"))
+        monkeypatch.setattr(tipdamp, "__file__", str(tmp_path / "__init__.py"))
         for text in ("a = 1\n", "a = 2\n"):
             path.write_text(text)
             found.add(receipts._program())

@@ -1,16 +1,16 @@
 """How stages are run, one after the other; `run_stage` is where a stage is skipped."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import tipdamp
-from tipdamp import hbm, modal, results, static_contact
+from tipdamp import results
 from tipdamp.engine.progress import progress
+from tipdamp.engine.sources import packages, sources
 from tipdamp.engine.store import Store, fingerprint
 from tipdamp.engine.workers import Workers
 from tipdamp.hbm.errors import InputError
@@ -20,7 +20,6 @@ from tipdamp.study.view import Study, View
 
 STAGES: dict[str, Stage] = {name: load_stage(name) for name in results.STAGES}
 ON_REQUEST: dict[str, Stage] = {name: load_stage(name) for name in results.ON_REQUEST}
-PAGES = {"report", "comparison"}  # folders of the sources that show results, and decide about none
 FROM = ".stages/{}.from"  # of a finished stage: what it was made from
 # names and patterns of all that the program writes into a results folder
 WRITTEN = (
@@ -156,27 +155,7 @@ def applies(name: str, study: Study) -> bool:
 @cache
 def program_mark(with_report: bool) -> str:
     """Fingerprint of the program's own sources: another version computes anew."""
-    return fingerprint(
-        *sources(
-            [
-                Path(str(package.__file__)).parent
-                for package in (tipdamp, hbm, modal, static_contact)
-            ],
-            with_report,
-        )
-    )
-
-
-def sources(packages: Sequence[Path], with_report: bool) -> list[Path]:
-    """Files of packages that decide about results; those in their own folders of `PAGES` only
-    `with_report`."""
-    kinds = (".py", ".csv", ".css", ".js", ".html")
-    return sorted(
-        f
-        for package in packages
-        for f in package.rglob("*")
-        if f.suffix in kinds and (with_report or PAGES.isdisjoint(f.relative_to(package).parts))
-    )
+    return fingerprint(*sources(packages(), with_report))
 
 
 def check_current(name: str, study: Study, store: Store) -> None:

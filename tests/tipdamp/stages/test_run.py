@@ -13,7 +13,7 @@ from tests.tipdamp.rig_study import edit, files
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.stages.run import STAGES, results_folder, run_stage, sources
+from tipdamp.stages.run import STAGES, results_folder, run_stage
 from tipdamp.study.study import load_study
 
 HOLD = """
@@ -163,14 +163,3 @@ def test_an_interrupted_stage_is_run_again(variant, tmp_path, monkeypatch):
     assert main(["preload", str(tmp_path / "rig.toml"), "--quiet"]) == 0
     # 31 stations: one row left, two rows right
     assert len(ContactTable.load(folder / "preload.csv")) == 93
-
-
-def test_sources_in_a_folder_called_report(tmp_path):
-    """The program may be installed anywhere; only its own report is no part of the other stages'
-    key."""
-    package = tmp_path / "report" / "program"
-    for name in ("law.py", "report/page.py"):
-        (package / name).parent.mkdir(parents=True, exist_ok=True)
-        (package / name).touch()
-    assert sources([package], False) == [package / "law.py"]
-    assert sources([package], True) == [package / "law.py", package / "report" / "page.py"]
