@@ -11,7 +11,7 @@ together.
 import os
 import sys
 from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.2.0"
 
@@ -269,10 +269,10 @@ else:  # a module __getattr__ would let type checkers accept any name
     }
     __all__ = sorted(_HOME)
 
-    def __getattr__(name):
+    def __getattr__(name: str) -> Any:
         if name not in _HOME:
             raise AttributeError(f"module 'tipdamp' has no attribute '{name}'")
         return getattr(import_module(f"tipdamp.{_HOME[name]}"), name)
 
-    def __dir__():
+    def __dir__() -> list[str]:
         return [*__all__, "__version__"]

@@ -17,8 +17,9 @@ import sys
 import time
 import warnings
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import tipdamp
 from tipdamp import receipts
@@ -27,6 +28,12 @@ from tipdamp.engine.kernel_cache import choose_caches
 from tipdamp.hbm.errors import InputError, shown
 from tipdamp.report.libraries import MissingLibrary
 from tipdamp.results import STAGES
+
+if TYPE_CHECKING:
+    from tipdamp.engine.store import Store
+    from tipdamp.engine.workers import Workers
+    from tipdamp.study.view import Study
+    from tipdamp.sweep.estimate import SweepEstimate
 
 LEAST_ADDRESSES = 1_000_000_000  # bytes of address space, into which the libraries fit
 LONGEST_LINE = 4000  # letters of a message
@@ -87,11 +94,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         signal.signal(signal.SIGTERM, before)
 
 
-def _terminate(*_):
+def _terminate(*_: Any) -> NoReturn:
     raise Terminated
 
 
-def _main(argv):
+def _main(argv: Sequence[str] | None) -> int:
     if 0 <= (limit := resource.getrlimit(resource.RLIMIT_AS)[0]) < LEAST_ADDRESSES:
         return _complain(
             f"not enough memory: the address space of this shell is limited to {limit / 1e6:.0f} "
@@ -161,7 +168,7 @@ class _Said:
         self.again.append(now if again is None else again)
 
 
-def _asked(arguments) -> receipts.Asked | None:
+def _asked(arguments: argparse.Namespace) -> receipts.Asked | None:
     """What a receipt answers: a verb that makes results, where they are not asked for anew."""
     given = vars(arguments)
     study, jobs = given.get("study"), given.get("jobs")
@@ -173,12 +180,12 @@ def _asked(arguments) -> receipts.Asked | None:
     return receipts.Asked(arguments.verb, study, arguments.out, (*allowed, jobs))
 
 
-def _kept(arguments) -> receipts.Receipt | None:
+def _kept(arguments: argparse.Namespace) -> receipts.Receipt | None:
     asked = _asked(arguments)
     return receipts.find(asked) if asked and ranks.count() == 1 else None
 
 
-def _interruptible(arguments) -> int:
+def _interruptible(arguments: argparse.Namespace) -> int:
     """Run the verb. An interrupt in the midst of compiled code comes as an error of that code: it
     is made one again."""
     try:
@@ -193,7 +200,7 @@ def _interruptible(arguments) -> int:
         raise
 
 
-def _code_as_allowed(arguments):
+def _code_as_allowed(arguments: argparse.Namespace) -> AbstractContextManager:
     """Files of laws run only where the command line says so."""
     if not vars(arguments).get("allow_code"):
         return nullcontext()
@@ -227,7 +234,7 @@ def _limit() -> str:
     )
 
 
-def _alone(arguments) -> int:
+def _alone(arguments: argparse.Namespace) -> int:
     """Under mpirun, of a verb that is the work of one process."""
     if ranks.number():
         return 0
@@ -239,7 +246,7 @@ def _alone(arguments) -> int:
     )
 
 
-def _beside(arguments) -> int:
+def _beside(arguments: argparse.Namespace) -> int:
     """Under mpirun, every process but the first: errors that come to all are said by the first."""
     from tipdamp.stages.full import share
     from tipdamp.study.study import load_study
@@ -438,7 +445,7 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add_allow_code(parser):
+def _add_allow_code(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--allow-code",
         action="store_true",
@@ -446,7 +453,7 @@ def _add_allow_code(parser):
     )
 
 
-def _keys(arguments) -> int:
+def _keys(arguments: argparse.Namespace) -> int:
     import json
 
     from tipdamp.study.documentation import json_schema, reference
@@ -457,14 +464,14 @@ def _keys(arguments) -> int:
     return 0
 
 
-def _explain(arguments) -> int:
+def _explain(arguments: argparse.Namespace) -> int:
     from tipdamp.study.documentation import explain
 
     print(explain(arguments.key), end="")
     return 0
 
 
-def _completion(arguments) -> int:
+def _completion(arguments: argparse.Namespace) -> int:
     from tipdamp.completion import script
     from tipdamp.study.documentation import key_names
 
@@ -472,7 +479,7 @@ def _completion(arguments) -> int:
     return 0
 
 
-def _init(arguments) -> int:
+def _init(arguments: argparse.Namespace) -> int:
     from tipdamp.proposal.first_study import write_first_study
 
     study = write_first_study(Path(arguments.folder))
@@ -480,7 +487,7 @@ def _init(arguments) -> int:
     return 0
 
 
-def _export(arguments) -> int:
+def _export(arguments: argparse.Namespace) -> int:
     from tipdamp.hbm.matrices_out import write_model
     from tipdamp.hbm.model import ReducedModel
     from tipdamp.stages.universal_responses import write_responses
@@ -502,7 +509,7 @@ def _export(arguments) -> int:
     return 0
 
 
-def _compare(arguments) -> int:
+def _compare(arguments: argparse.Namespace) -> int:
     from tipdamp.comparison.page import is_drawn, write_comparison
     from tipdamp.comparison.read import folder_of, mark_of, read, refuse, source, studies_of
     from tipdamp.stages.run import results_folder
@@ -531,7 +538,7 @@ def _compare(arguments) -> int:
     return 0
 
 
-def _doctor(_) -> int:
+def _doctor(_: argparse.Namespace) -> int:
     from tipdamp.doctor import checks, report
 
     found = checks()
@@ -539,7 +546,7 @@ def _doctor(_) -> int:
     return 4 if any(c.status == "fail" for c in found) else 0
 
 
-def _opened(arguments):
+def _opened(arguments: argparse.Namespace) -> "tuple[Study, Store]":
     """(study, store) that the command line names."""
     from tipdamp.stages.run import results_folder
     from tipdamp.study.study import load_study
@@ -553,7 +560,7 @@ def _opened(arguments):
     return study, results_folder(study, arguments.out, arguments.allow_outside)
 
 
-def _inspect(arguments) -> int:
+def _inspect(arguments: argparse.Namespace) -> int:
     """Of a study; of meshes alone, the study that they propose."""
     paths = [Path(name) for name in arguments.study]
     if len(paths) == 1 and paths[0].suffix.lower() == ".toml":
@@ -567,7 +574,7 @@ def _inspect(arguments) -> int:
     return 0
 
 
-def _one_stage(arguments) -> int:
+def _one_stage(arguments: argparse.Namespace) -> int:
     from tipdamp.stages.full import release
 
     asked, said = _asked(arguments), _Said()
@@ -587,7 +594,7 @@ def _one_stage(arguments) -> int:
     return _ended(study, asked, before, said, partial)
 
 
-def _all_stages(arguments) -> int:
+def _all_stages(arguments: argparse.Namespace) -> int:
     asked, said = _asked(arguments), _Said()
     before = receipts.begin(asked)
     study, store = _opened(arguments)
@@ -600,7 +607,7 @@ def _all_stages(arguments) -> int:
     return _ended(study, asked, before, said, _partial(store))
 
 
-def _refuse_code(study):
+def _refuse_code(study: "Study") -> None:
     """Before anything is computed, where the law is a file that may not run."""
     if "respond" in study:
         try:
@@ -609,7 +616,13 @@ def _refuse_code(study):
             raise InputError(f"{study.path}: [respond] law: {error}") from None
 
 
-def _ended(study, asked, before, said, partial) -> int:
+def _ended(
+    study: "Study",
+    asked: receipts.Asked | None,
+    before: tuple[Path, str] | None,
+    said: _Said,
+    partial: str,
+) -> int:
     """Exit code of a verb; it leaves a receipt, except where it warned of files from outside."""
     code = 3 if partial else 0
     if all(study.holds(path) for path in study.inputs().values()):
@@ -617,7 +630,9 @@ def _ended(study, asked, before, said, partial) -> int:
     return _complain(partial, code) if partial else 0
 
 
-def _stages(arguments, said, study, store, workers):
+def _stages(
+    arguments: argparse.Namespace, said: _Said, study: "Study", store: "Store", workers: "Workers"
+) -> None:
     from tipdamp.stages import run
 
     with store.lock():
@@ -629,14 +644,14 @@ def _stages(arguments, said, study, store, workers):
                 _run(arguments, said, name, study, store, workers, locked=True)
 
 
-def _sweep(arguments) -> int:
+def _sweep(arguments: argparse.Namespace) -> int:
     from tipdamp.sweep.estimate import sweep_estimate
     from tipdamp.sweep.run import folder_of, planned, run_sweep
     from tipdamp.sweep.summary import status
 
     study, store = _opened(arguments)
 
-    def tell(found):
+    def tell(found: "SweepEstimate") -> None:
         print(f"estimate    {found.text}", flush=True)
         for warning in found.warnings:
             print(f"warning: {warning}", flush=True)
@@ -655,7 +670,7 @@ def _sweep(arguments) -> int:
     return 0 if whole else 3
 
 
-def _sweepers(arguments, folder):
+def _sweepers(arguments: argparse.Namespace, folder: Path) -> AbstractContextManager:
     """The processes for a sweep: here, or on a cluster."""
     if not arguments.scheduler:
         return _workers(arguments)
@@ -665,7 +680,7 @@ def _sweepers(arguments, folder):
     return cluster(arguments.scheduler, _workers(arguments).jobs, folder)
 
 
-def _workers(arguments):
+def _workers(arguments: argparse.Namespace) -> "Workers":
     """The processes that the command line allows."""
     from tipdamp.engine.workers import Workers, default_jobs
 
@@ -675,7 +690,7 @@ def _workers(arguments):
     return Workers(default_jobs() if jobs is None else jobs)
 
 
-def _compile_beside(workers, study, store):
+def _compile_beside(workers: "Workers", study: "Study", store: "Store") -> None:
     """Before the first forced response, its kernels are compiled or loaded while the work before it
     is done."""
     from tipdamp.engine.curves import compile_kernels
@@ -685,7 +700,16 @@ def _compile_beside(workers, study, store):
         workers.begin(compile_kernels, study.respond.law.make())
 
 
-def _run(arguments, said, name, study, store, workers, *, locked=False):
+def _run(
+    arguments: argparse.Namespace,
+    said: _Said,
+    name: str,
+    study: "Study",
+    store: "Store",
+    workers: "Workers",
+    *,
+    locked: bool = False,
+) -> None:
     """One stage with its line and warnings; locked: whether this process holds the folder."""
     from tipdamp.stages import run
 
@@ -714,7 +738,7 @@ def _run(arguments, said, name, study, store, workers, *, locked=False):
         _forecast(said, study, store, workers.jobs)
 
 
-def _expect(name, study, store, jobs):
+def _expect(name: str, study: "Study", store: "Store", jobs: int) -> None:
     """What a stage that takes more than a minute is estimated to cost, before it begins."""
     from tipdamp.checks.forecast import SETTINGS, estimate
     from tipdamp.results.static_results import InspectResult, TuneResult
@@ -726,7 +750,7 @@ def _expect(name, study, store, jobs):
             print(f"{name:8s}   estimate  {costs[name].text}", flush=True)
 
 
-def _forecast(said, study, store, jobs):
+def _forecast(said: _Said, study: "Study", store: "Store", jobs: int) -> None:
     """What all stages are estimated to cost, and what will be slow."""
     from tipdamp.checks.forecast import advice, estimate
     from tipdamp.results.static_results import InspectResult
@@ -741,7 +765,7 @@ def _forecast(said, study, store, jobs):
     )
 
 
-def _partial(store) -> str:
+def _partial(store: "Store") -> str:
     """What is incomplete of the curves of the forced response; '' where nothing is."""
     from tipdamp.results.response_results import RespondResult
     from tipdamp.stages.respond import incomplete, solved_nothing, without_peak

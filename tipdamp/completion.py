@@ -48,5 +48,5 @@ def script(verbs: Mapping[str, ArgumentParser], keys: list[str]) -> str:
     }
 
 
-def _options(parser):
+def _options(parser: "ArgumentParser") -> list[str]:
     return sorted(set(re.findall(r"(?<!\S)\[?(--[a-z-]+)", parser.format_help())))

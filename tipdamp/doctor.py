@@ -207,7 +207,7 @@ def _works_without(facts: Facts, name: str) -> str:
     """What is left; a module that is there and does not import is in the way of the meshes, an
     absent one is not."""
 
-    def absent(module):
+    def absent(module: str) -> bool:
         return facts.modules[module].error.startswith("ModuleNotFoundError")
 
     if name == "gmsh":

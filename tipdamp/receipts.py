@@ -103,7 +103,7 @@ def keep(asked: Asked | None, before: tuple[Path, str] | None, receipt: Receipt)
         os.replace(aside, folder / ".stages" / name)
 
 
-def _name(asked):
+def _name(asked: Asked) -> str:
     return f"{asked.verb}.receipt"
 
 

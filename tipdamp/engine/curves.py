@@ -95,7 +95,7 @@ class Curves:
             not case.search or self._kept(case.beside, self._search_key(case))
         )
 
-    def _kept(self, name, key):
+    def _kept(self, name: str, key: str) -> bool:
         record = self.store.record(name)
         if record is None or record.key != key or not record.outputs:
             return False
@@ -134,11 +134,11 @@ class Curves:
         program."""
         return fingerprint(self._equations, case.Fe_N, case.H, case.band)
 
-    def _search_key(self, case):
+    def _search_key(self, case: CurveCase) -> str:
         return fingerprint(self.key(case), case.search)
 
     @cached_property
-    def _equations(self):
+    def _equations(self) -> str:
         return fingerprint(
             _program(),
             *_leaves((self.problem, self.force, self.rows, self.start, self.samples, self.peaks)),
@@ -153,7 +153,7 @@ class Curves:
         if case.search and not self._kept(case.beside, self._search_key(case)):
             self._search(case, progress)
 
-    def _make_curve(self, case, progress):
+    def _make_curve(self, case: CurveCase, progress: Callable) -> None:
         try:
             curve = self._followed(case, progress, Journal(self._keep(case), self._journal(case)))
         except StaleJournal:
@@ -164,14 +164,14 @@ class Curves:
         self.store.finish(case.name, self.key(case), [case.file], curve.seconds)
         self._remove_journal(case)
 
-    def _search(self, case, progress):
+    def _search(self, case: CurveCase, progress: Callable) -> None:
         """Look for curves beside a complete one, and keep what was looked for and found."""
         began, curve = time.perf_counter(), ForcedResponse.load(self.store.path(case.file))
         words, found = f"{curve.searched}: the curve is incomplete", tuple[ForcedResponse, ...]()
         if curve.complete:
             search = Search(effort=case.search, least_calls=0, curves=MOST_BESIDE)
 
-            def tell(places, _):
+            def tell(places: int, _: int) -> None:
                 progress(case.band[1], 0.0, curve.residual_calls)
 
             beside = curves_beside(curve, self.problem, search, progress=tell)
@@ -186,7 +186,7 @@ class Curves:
         seconds = time.perf_counter() - began
         self.store.finish(case.beside, self._search_key(case), files, seconds, before)
 
-    def _followed(self, case, progress, journal):
+    def _followed(self, case: CurveCase, progress: Callable, journal: Journal) -> ForcedResponse:
         try:
             return follow_band(
                 self.problem,
@@ -205,12 +205,12 @@ class Curves:
             journal.flush()
             raise
 
-    def _blocks(self, case) -> list[Path]:
+    def _blocks(self, case: CurveCase) -> list[Path]:
         """Files of the journal of this very curve, in their order."""
         found = self.store.path(".stages").glob(f"{case.name}.{self.key(case)}.*.npz")
         return sorted(self.store.path(f".stages/{path.name}") for path in found)
 
-    def _journal(self, case) -> Iterator[JournalBlock]:
+    def _journal(self, case: CurveCase) -> Iterator[JournalBlock]:
         for path in self._blocks(case):
             try:
                 with open_npz(path) as z:
@@ -219,16 +219,16 @@ class Curves:
                 raise StaleJournal from None
             yield block
 
-    def _keep(self, case):
+    def _keep(self, case: CurveCase) -> Callable:
         name, number = f".stages/{case.name}.{self.key(case)}", count(len(self._blocks(case)))
 
-        def keep(block):
+        def keep(block: JournalBlock) -> None:
             with self.store.writing(f"{name}.{next(number):05d}.npz") as path:
                 np.savez(path, **block._asdict())
 
         return keep
 
-    def _remove_journal(self, case):
+    def _remove_journal(self, case: CurveCase) -> None:
         for path in self._blocks(case):
             path.unlink(missing_ok=True)
 

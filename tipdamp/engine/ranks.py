@@ -23,7 +23,7 @@ def number() -> int:
     return _told(1, 0)
 
 
-def _told(which, otherwise):
+def _told(which: int, otherwise: int) -> int:
     return next(
         (int(os.environ[names[which]]) for names in _TOLD if names[0] in os.environ), otherwise
     )

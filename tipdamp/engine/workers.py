@@ -115,7 +115,7 @@ class Workers:
             for pipe in connection.wait(list(self.busy)):
                 yield from self._heard(pipe, report, failed)
 
-    def _heard(self, pipe, report, failed):
+    def _heard(self, pipe: Any, report: Callable, failed: Failed | None) -> Iterator[int]:
         worker, i = self.busy[pipe]
         try:
             what, *content = worker.hear()
@@ -198,7 +198,7 @@ class _Worker:
 
 
 @contextmanager
-def _apart():
+def _apart() -> Iterator[None]:
     """For a process that is started now: one thread in its environment, and no main program that it
     would run again."""
     before = {name: os.environ.get(name) for name in THREADS}
@@ -226,7 +226,7 @@ class _Forwarded(logging.Handler):
         self.pipe.send(("said", record.name, record.levelno, record.getMessage()))
 
 
-def _unraisable(error):
+def _unraisable(error: Any) -> None:
     """A signal while compiled code calls back cannot be raised through it, and would be lost with
     a traceback: the process ends there."""
     if issubclass(error.exc_type, SystemExit):
@@ -234,7 +234,7 @@ def _unraisable(error):
     sys.__unraisablehook__(error)
 
 
-def _serve(pipe):
+def _serve(pipe: connection.Connection) -> None:
     """What a process does until its pipe is closed: one task after the other."""
     # of the terminal: the process that uses this one decides
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -262,18 +262,18 @@ def _serve(pipe):
         pass
 
 
-def _end_with(user):
+def _end_with(user: Any) -> None:
     """Terminate this process when the one that uses it has ended, however that ended: else one that
     is long at work would notice nothing before its next report."""
     connection.wait([user.sentinel])
     os.kill(os.getpid(), signal.SIGTERM)
 
 
-def _reporter(pipe):
+def _reporter(pipe: connection.Connection) -> Callable:
     """What tells the using process of progress, now and then."""
     told = [0.0]
 
-    def report(share, figures):
+    def report(share: float | None, figures: str) -> None:
         if time.monotonic() - told[0] >= BETWEEN:
             told[0] = time.monotonic()
             pipe.send(("report", share, figures))

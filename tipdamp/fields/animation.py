@@ -1,7 +1,8 @@
 """One period of the bodies at a peak, as a series of .vtu with its .pvd for ParaView: surfaces that
 move, and the contacts with what they do in colour."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -67,16 +68,18 @@ def states(cycle: ContactCycles) -> np.ndarray:
     return found
 
 
-def _at(X, share):
+def _at(X: np.ndarray, share: float) -> np.ndarray:
     tau = np.array([2 * np.pi * share])
     return (fourier.basis(tau, X.shape[1] - 1) @ fourier.to_real(X).T)[0]
 
 
-def _nearest(surface, places):
+def _nearest(surface: OuterSurface, places: np.ndarray) -> np.ndarray:
     return np.array([np.linalg.norm(surface.position - one, axis=1).argmin() for one in places])
 
 
-def _frame(store, name, surfaces, places, data):
+def _frame(
+    store: Store, name: str, surfaces: Mapping[str, OuterSurface], places: np.ndarray, data: dict
+) -> Any:
     start = np.cumsum([0, *(len(one.node) for one in surfaces.values())])
     triangles = [one.triangles + k for one, k in zip(surfaces.values(), start, strict=False)]
     points = np.concatenate([*(one.position for one in surfaces.values()), places])
@@ -85,7 +88,7 @@ def _frame(store, name, surfaces, places, data):
     return write_cells(store, name, points, cells, data)
 
 
-def _series(files, period) -> str:
+def _series(files: Sequence[str], period: float) -> str:
     frames = "\n".join(
         f'  <DataSet timestep="{period * k / len(files):.9g}" part="0" file={quoteattr(file)}/>'
         for k, file in enumerate(files)

@@ -86,5 +86,5 @@ def line_contacts(
     return found
 
 
-def _step(place):
+def _step(place: np.ndarray) -> float:
     return float(pdist(place).max()) / (len(place) - 1) if len(place) > 1 else np.inf

@@ -74,7 +74,7 @@ def patches(pairs: ContactTable, hard: bool = False) -> list[PressurePatch]:
     return [patch for patch in found if patch is not None]
 
 
-def _patch(pairs, side, hard):
+def _patch(pairs: ContactTable, side: str, hard: bool) -> PressurePatch | None:
     rows = np.flatnonzero(pairs.side == side)
     place = pairs.position[rows]
     plane = (place - place.mean(axis=0)) @ pairs.frame[rows, :2].mean(axis=0).T  # along, across
@@ -100,7 +100,7 @@ def _patch(pairs, side, hard):
     )
 
 
-def _nearest(corner):
+def _nearest(corner: np.ndarray) -> np.ndarray:
     """(c, 3) m2: areas of triangles, corners (c, 3, 3) m, that lie nearest to each corner, so that
     it does not matter along which diagonal a rectangle was cut; of obtuse ones half to the wide
     corner, a quarter to the others. [Meyer et al. 2003, Discrete differential-geometry operators
@@ -117,5 +117,5 @@ def _nearest(corner):
     return np.where(obtuse, np.where(cosine < 0, area / 2, area / 4), round_corner)
 
 
-def _direction(plane):
+def _direction(plane: np.ndarray) -> np.ndarray:
     return np.linalg.svd(plane, full_matrices=False)[2][0]

@@ -74,7 +74,7 @@ def skin(
     )
 
 
-def _thinned(position, triangles, max_nodes):
+def _thinned(position: np.ndarray, triangles: np.ndarray, max_nodes: int) -> np.ndarray:
     """Nodes that share a cell of a grid become one of them; triangles that collapse are gone."""
     used, inverse = np.unique(triangles, return_inverse=True)
     inverse, place = inverse.reshape(-1, 3), position[used]
@@ -98,7 +98,7 @@ def _thinned(position, triangles, max_nodes):
     return used[triangles[once]]
 
 
-def _sharp_edges(position, triangles):
+def _sharp_edges(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """(e, 2) - edges where the skin ends or turns by more than 30 degrees."""
     normal = np.cross(
         position[triangles[:, 1]] - position[triangles[:, 0]],
@@ -116,7 +116,7 @@ def _sharp_edges(position, triangles):
     return edges[first[(count != 2) | (turn < SHARP)]]
 
 
-def _recovery(reduction, index) -> np.ndarray:
+def _recovery(reduction: Reduction, index: np.ndarray) -> np.ndarray:
     """Rows of [1 0; Psi Phi] for the nodes at `index` of the body; 0 where a direction is
     clamped."""
     body, b = reduction.body, len(reduction.boundary)

@@ -79,7 +79,7 @@ def keep_bodies(
     return ["surface.npz", "free_modes.npz", *_free_vtu(store, meshes, reductions[0])]
 
 
-def _free_vtu(store, meshes, reduction):
+def _free_vtu(store: Store, meshes: Mapping[str, Mesh], reduction: Reduction) -> list[str]:
     """free_modes.vtu: the lowest modes of the blades without damper, on their mesh."""
     hz, q = free_shapes(reduction.model)
     shapes = {f"mode {i + 1}, {hz[i]:.1f} Hz": reduction.recover(q[:, i]) for i in range(len(hz))}
@@ -115,7 +115,7 @@ def keep_stuck(store: Store, model: ReducedModel, stuck: Mapping[str, StuckModes
     return ["stuck_modes.npz", *_stuck_vtu(store, model, shapes)]
 
 
-def _stuck_vtu(store, model, shapes: Shapes):
+def _stuck_vtu(store: Store, model: ReducedModel, shapes: Shapes) -> list[str]:
     """stuck_modes.vtu: the surfaces of all bodies with a vector for each mode."""
     if not store.path("surface.npz").is_file():
         return []

@@ -112,7 +112,7 @@ def circle_fit(hz: np.ndarray, response: np.ndarray) -> float:
     angle = np.unwrap(np.angle(z / np.abs(z).max() - centre))
     middle = int(np.abs(f - start.peak_hz).argmin())
 
-    def off(unknown):
+    def off(unknown: np.ndarray) -> np.ndarray:
         fr, zeta, theta = unknown
         return theta - 2 * np.arctan((f / fr - fr / f) / (2 * zeta)) - angle
 
@@ -126,7 +126,7 @@ def circle_fit(hz: np.ndarray, response: np.ndarray) -> float:
     return float(fit.x[1])
 
 
-def _circle(z):
+def _circle(z: np.ndarray) -> complex:
     """Centre of the circle through points, algebraic least squares (Kasa 1976)."""
     matrix = np.column_stack([2 * z.real, 2 * z.imag, np.ones(len(z))])
     (x, y, _), *_ = np.linalg.lstsq(matrix, np.abs(z) ** 2, rcond=None)

@@ -91,7 +91,7 @@ def average(repeats: Sequence[Frf]) -> MeasuredCurve:
     return MeasuredCurve(hz, amplitudes.mean(axis=0), deviation, tuple(repeats))
 
 
-def _on(hz, frf):
+def _on(hz: np.ndarray, frf: Frf) -> np.ndarray:
     exact = len(frf.hz) == len(hz) and np.allclose(frf.hz, hz, rtol=SAME_GRID, atol=0.0)
     return frf.amplitude if exact else np.interp(hz, frf.hz, frf.amplitude)
 

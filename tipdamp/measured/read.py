@@ -1,6 +1,7 @@
 """Measured curves as a study names them ([measured.NAME]): files to checked frequency response
 functions in m/N."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -58,7 +59,15 @@ def _read(path: Path, settings: Measured) -> list[tuple[Frf, list[str]]]:
     return [_from_columns(settings, columns) for columns in read(path, settings.columns)]
 
 
-def _from_universal(settings, stated, hz, response, source, label, to_si):
+def _from_universal(
+    settings: Measured,
+    stated: str,
+    hz: np.ndarray,
+    response: np.ndarray,
+    source: str,
+    label: str,
+    to_si: float,
+) -> tuple[Frf, list]:
     if stated and settings.quantity not in (FROM_FILE, stated):
         raise InputError(f"{source}: holds the {stated}, the study says {settings.quantity}")
     quantity = stated if settings.quantity == FROM_FILE else settings.quantity
@@ -82,7 +91,7 @@ def _from_universal(settings, stated, hz, response, source, label, to_si):
     return Frf(hz, receptance(quantity, hz, response), level, source, _clipped(hz, response)), said
 
 
-def _labelled(label, quantity, source):
+def _labelled(label: str, quantity: str, source: str) -> float:
     """Factor to SI by the label of the units in the file."""
     units = QUANTITIES[quantity][1]
     name = label.replace("^", "").replace("**", "").removesuffix(PER_NEWTON)
@@ -94,7 +103,7 @@ def _labelled(label, quantity, source):
     return units[name]
 
 
-def _clipped(hz, response):
+def _clipped(hz: np.ndarray, response: np.ndarray) -> str:
     """Why the signal, as it was measured, has no peak; empty where it has."""
     try:
         check_clipped(hz, np.abs(response))
@@ -132,7 +141,7 @@ def _from_columns(settings: Measured, columns: Columns) -> tuple[Frf, list[str]]
     return Frf(hz, receptance(settings.quantity, hz, response), level, source, clipped), said + more
 
 
-def _level(settings, source):
+def _level(settings: Measured, source: str) -> float:
     if settings.level is None:
         raise InputError(
             f"{source}: level is missing: the amplitude of the force in N is not in the file"
@@ -140,7 +149,7 @@ def _level(settings, source):
     return settings.level
 
 
-def _unit(settings, quantity):
+def _unit(settings: Measured, quantity: str) -> tuple[float, bool]:
     """Factor to SI, and whether the values are per newton."""
     units = QUANTITIES[quantity][1]
     name = settings.unit.removesuffix(PER_NEWTON)
@@ -152,7 +161,7 @@ def _unit(settings, quantity):
     return units[name], settings.unit.endswith(PER_NEWTON)
 
 
-def _response(values, source):
+def _response(values: dict[str, np.ndarray], source: str) -> tuple[np.ndarray, list]:
     """Complex, or real without a phase."""
     if "complex" in values:
         return values["complex"], []
@@ -183,7 +192,9 @@ def _response(values, source):
     return amplitude, []
 
 
-def _checked(hz, response, force, places, source):
+def _checked(
+    hz: np.ndarray, response: np.ndarray, force: np.ndarray, places: Sequence[str], source: str
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[str]]:
     """Rows that are no numbers are left out, unsorted ones sorted, with a warning each; all else is
     refused."""
     said = []

@@ -102,7 +102,7 @@ def from_universal(
     ]
 
 
-def _datasets(path) -> list[dict[str, Any]]:
+def _datasets(path: Path) -> list[dict[str, Any]]:
     import pyuff
 
     try:
@@ -126,20 +126,20 @@ def _datasets(path) -> list[dict[str, Any]]:
     return found
 
 
-def _place(d):
+def _place(d: dict[str, int | str]) -> str:
     return (
         f"node {d.get('rsp_node', '?')} direction {d.get('rsp_dir', '?')}, force at node "
         f"{d.get('ref_node', '?')}"
     )
 
 
-def _label(d):
+def _label(d: dict[str, int | str]) -> str:
     """As the file has it: NONE and blanks say nothing."""
     label = str(d.get("ordinate_axis_units_lab", "")).strip()
     return "" if label.upper() == "NONE" else label
 
 
-def _quantity(path, k, d):
+def _quantity(path: Path, k: int, d: Any) -> str:
     if d.get("func_type") != FRF_TYPE:
         raise InputError(
             f"{path}: dataset {k} is a function of type {d.get('func_type')}, not a frequency "

@@ -1,6 +1,7 @@
 """Contact candidates: where faces of the damper lie near faces of the blades that face them, patch
 by patch."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.spatial import cKDTree
 from tipdamp.hbm.ties import in_order
 from tipdamp.modal.faces import boundary_faces, face_corners, face_keys, group_faces
 from tipdamp.modal.mesh import Mesh
-from tipdamp.static_contact.surfaces.facets import Surface, facets
+from tipdamp.static_contact.surfaces.facets import Facets, Surface, facets
 from tipdamp.static_contact.surfaces.pick import FacePick
 
 
@@ -108,7 +109,7 @@ def in_one_piece(mesh: Mesh, group: str) -> bool:
     return bool(_Faces(mesh, group_faces(mesh, group)).pieces().max(initial=-1) == 0)
 
 
-def _patch(damper, mine, own, blades):
+def _patch(damper: Mesh, mine: "_Faces", own: np.ndarray, blades: np.ndarray) -> Patch:
     normal = mine.area[own] @ mine.normal[own]
     normal /= np.linalg.norm(normal)
     spread = np.degrees(np.arccos(np.clip(mine.normal[own] @ normal, -1, 1))).max()
@@ -124,7 +125,7 @@ def _patch(damper, mine, own, blades):
     )
 
 
-def _radius(mine, own, mean):
+def _radius(mine: "_Faces", own: np.ndarray, mean: np.ndarray) -> float:
     """Of the cylinder on which the faces lie: what their places differ by over what their normals
     do, along the direction in which these turn; inf where that is no proportion, and of a flat."""
     normal, weight = mine.normal[own] - mean, mine.area[own]
@@ -139,7 +140,7 @@ def _radius(mine, own, mean):
     return float(radius) if off <= SETTINGS.fan**2 * (weight @ place**2) else np.inf
 
 
-def _among(keys, wanted):
+def _among(keys: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return np.isin(
         keys.view([("", keys.dtype)] * 4)[:, 0],
         np.ascontiguousarray(wanted).view([("", keys.dtype)] * 4),
@@ -204,19 +205,19 @@ class _Faces:
         return sp.csgraph.connected_components(graph, directed=False)[1]
 
 
-def _sum(part, values):
+def _sum(part: Facets, values: Callable) -> np.ndarray:
     out = np.zeros((len(part.faces), values(part).shape[1]))
     np.add.at(out, part.face, part.area[:, None] * values(part))
     return out
 
 
-def _one(part):
+def _one(part: Facets) -> np.ndarray:
     return np.ones((len(part.area), 1))
 
 
-def _centre(part):
+def _centre(part: Facets) -> np.ndarray:
     return part.centre
 
 
-def _normal(part):
+def _normal(part: Facets) -> np.ndarray:
     return part.normal

@@ -1,6 +1,7 @@
 """Meshes without a study: which body is which, where they touch, how the damper lies."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -126,7 +127,9 @@ def propose(paths: list[Path]) -> Proposal:
     )
 
 
-def _bodies(paths, read):
+def _bodies(
+    paths: Sequence[Path], read: Sequence[Mesh]
+) -> tuple[dict[str, Mesh], dict[str, Path], str]:
     """Meshes and files by body, and the damper's group of cells in a common file: the damper is the
     piece with a group that sounds like a load, or the smallest."""
     if len(read) == 2:
@@ -168,7 +171,7 @@ def _bodies(paths, read):
     )
 
 
-def _volumes(mesh):
+def _volumes(mesh: Mesh) -> np.ndarray:
     """Volume of each connected piece."""
     count, label = parts(mesh)
     found = np.zeros(count)
@@ -179,7 +182,7 @@ def _volumes(mesh):
     return found
 
 
-def _directions(patches):
+def _directions(patches: Sequence[Patch]) -> tuple[np.ndarray, np.ndarray]:
     """Axis of the damper, across the normals of its two largest sides; pull, into both."""
     first = patches[0].normal
     other = patches[
@@ -198,13 +201,15 @@ def _directions(patches):
     return axis, pull if abs(pull @ axis) < 1e-6 else np.round(into, 6)
 
 
-def _snapped(direction, degrees):
+def _snapped(direction: np.ndarray, degrees: float) -> np.ndarray:
     i = first_largest(np.abs(direction))
     near = np.degrees(np.arccos(min(abs(direction[i]), 1.0))) < degrees
     return np.sign(direction[i]) * np.eye(3)[i] if near else np.round(direction, 6)
 
 
-def _sides(patches, meshes, axis, pull):
+def _sides(
+    patches: Sequence[Patch], meshes: dict[str, Mesh], axis: np.ndarray, pull: np.ndarray
+) -> tuple[ProposedSide, ...]:
     """Named by where they lie across axis and pull: left and right for two of them."""
     across = np.cross(axis, pull)
     order = sorted(
@@ -219,7 +224,7 @@ def _sides(patches, meshes, axis, pull):
     )
 
 
-def _grouped(patches, meshes):
+def _grouped(patches: Sequence[Patch], meshes: dict[str, Mesh]) -> list[tuple[Patch, str, str]]:
     """[(patch, blade group, damper group)]. Lands that a group of the damper joins are one side
     where they meet one flank of the blades; elsewhere no group, or their contact would count on
     each of them."""
@@ -240,7 +245,7 @@ def _grouped(patches, meshes):
     return found
 
 
-def _match(meshes, patch):
+def _match(meshes: dict[str, Mesh], patch: Patch) -> bool:
     """Whether every corner of the damper's faces lies on one of the blades'."""
     ends = [
         meshes[body].position[meshes[body].index(np.setdiff1d(keys, [-1]))]

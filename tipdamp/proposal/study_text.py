@@ -1,15 +1,21 @@
 """A proposal as a commented study file; what cannot be guessed stands in it as "?", which is
 refused."""
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.checks import only_friction
 from tipdamp.proposal.propose import Proposal
 from tipdamp.proposal.response_text import response_text
-from tipdamp.proposal.trial import SOFTEST, Trial
+from tipdamp.proposal.trial import SOFTEST, Stiffness, Trial
 from tipdamp.proposal.words import ASK, group_comment, group_names, vector
 from tipdamp.static_contact.bodies.rigid_motions import SETTINGS
+
+if TYPE_CHECKING:
+    from tipdamp.proposal.patches import Patch
 
 UNITS = {"m": ("Pa", "kg/m3"), "mm": ("MPa", "t/mm3")}
 STEEL = {"m": ("205e9", "7850"), "mm": ("205e3", "7.85e-9")}
@@ -49,7 +55,7 @@ def study_text(
     return "\n".join([*lines, *response_text(found, tried, pull), ""])
 
 
-def _blades(found, file):
+def _blades(found: Proposal, file: str) -> list[str]:
     groups = found.groups["clamp"]
     return [
         "[blades]",
@@ -60,7 +66,7 @@ def _blades(found, file):
     ]
 
 
-def _damper(found, file, tried, pull):
+def _damper(found: Proposal, file: str, tried: Trial | None, pull: float | None) -> list[str]:
     cells = [f'cells = "{found.cells}"'] if found.cells else []
     points, known = found.groups["load_points"], ASK if pull is None else f"{pull:g}"
     if found.together and not cells:
@@ -82,7 +88,7 @@ def _damper(found, file, tried, pull):
     ]
 
 
-def _hold(found, tried):
+def _hold(found: Proposal, tried: Trial | None) -> list[str]:
     """Of the motions that no contact normal faces; before they are computed, the slide along the
     axis where no side faces it."""
     if tried is not None:
@@ -93,11 +99,11 @@ def _hold(found, tried):
     return _unfaced(["slide along " + ("xyz"[axis[0]] if len(axis) else _words(found.axis))])
 
 
-def _words(direction):
+def _words(direction: np.ndarray) -> str:
     return "(" + vector(direction).strip("[]") + ")"
 
 
-def _unfaced(motions):
+def _unfaced(motions: Sequence[str]) -> list[str]:
     if not motions:
         return []
     return [
@@ -108,7 +114,7 @@ def _unfaced(motions):
     ]
 
 
-def _contact(found, tried):
+def _contact(found: Proposal, tried: Trial | None) -> list[str]:
     lines = [
         "[contact]",
         f"mu = {ASK}                    # friction coefficient; 0.6 in [Zucca 2016]",
@@ -137,7 +143,7 @@ def _contact(found, tried):
     return lines
 
 
-def _stiffness(side, length):
+def _stiffness(side: Stiffness, length: str) -> list[str]:
     """Of smooth half-spaces, and down to what machined faces are, in the units of the study."""
     per, what, unit = (
         (side.area, "_per_area", f"N/{length}3")
@@ -153,7 +159,7 @@ def _stiffness(side, length):
     ]
 
 
-def _size(found, patch):
+def _size(found: Proposal, patch: "Patch") -> str:
     """Width of a flat side, radius of a round one, from its area and what its normals turn by."""
     mesh = found.meshes[DAMPER]
     nodes = mesh.position[mesh.index(np.setdiff1d(patch.damper, [-1]))]
@@ -168,7 +174,7 @@ def _size(found, patch):
     return f"radius = {abs(patch.radius):.4g}              # by how the normals turn"
 
 
-def _faces(found, body: str, keys: np.ndarray, group: str) -> str:
+def _faces(found: Proposal, body: str, keys: np.ndarray, group: str) -> str:
     """The group, or the faces by geometry: a box around all of their nodes, which on the larger
     body lie beyond the contact."""
     if group:

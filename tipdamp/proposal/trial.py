@@ -89,7 +89,7 @@ def levels_of(pull: float) -> tuple[float, ...]:
     return tuple(float(f"{share * pull:.2g}") for share in LEVELS)
 
 
-def _tried(found, content, target, store, quiet) -> Trial:
+def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bool) -> Trial:
     _run(("inspect",), study_of(target, content), store, quiet)
     inspected = InspectResult.load(store)
     content["damper"]["hold"] = [

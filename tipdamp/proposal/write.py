@@ -47,7 +47,7 @@ def _computed(tried: Trial) -> Iterator[str]:
         yield f"the blades move most at {tried.moved}: {', '.join(tried.patches)}"
 
 
-def _lines(found: Proposal):
+def _lines(found: Proposal) -> Iterator[str]:
     for body, mesh in found.meshes.items():
         cells = ", ".join(f"{len(c)} {kind}" for kind, c in mesh.cells.items())
         yield f"{body}: {found.files[body].name}, {len(mesh.node)} nodes, {cells}"

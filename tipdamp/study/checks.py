@@ -175,7 +175,7 @@ def check_side(where: str, side: SideSection, contact: ContactSection) -> None:
             )
 
 
-def _check_given_stiffness(where, side, model):
+def _check_given_stiffness(where: str, side: SideSection, model: str) -> None:
     stated = dict(side)
     ways = [way for way in GIVEN[:-1] if any(stated[key] is not None for key in way)]
     if model == "given" and not any(None not in (stated[kn], stated[kt]) for kn, kt in GIVEN[:-1]):
@@ -394,7 +394,7 @@ def check_tune(where: str, tune: Tune, measured: Iterable[str] = ()) -> None:
         )
 
 
-def _refuse(where, section, keys, of):
+def _refuse(where: str, section: Tune, keys: tuple[str, ...], of: str) -> None:
     for key in keys:
         if key in section.model_fields_set:
             raise InputError(f"{where} {key}: leave it out, it belongs to {of}")

@@ -1,6 +1,7 @@
 """What a study file may hold, from its schema: as a text for readers, and as a JSON schema for
 editors."""
 
+from collections.abc import Sequence
 from difflib import get_close_matches
 
 import numpy as np
@@ -97,13 +98,13 @@ def explain(name: str) -> str:
     return "\n\n".join(said) + "\n"
 
 
-def _of_kind(section, title):
+def _of_kind(section: str, title: str) -> bool:
     """Whether a section such as 'contact.left' is of the kind 'contact.NAME'."""
     kind, dot, own = section.partition(".")
     return bool(dot and own) and title == f"{kind}.NAME"
 
 
-def _nearest_few(key, names):
+def _nearest_few(key: str, names: Sequence[str]) -> list[str]:
     """Of the dotted names those whose key is the nearest one, of any section."""
     last = {name: name.rpartition(".")[2] for name in names}
     close = get_close_matches(key, dict.fromkeys(last.values()), n=1)

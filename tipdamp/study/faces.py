@@ -55,24 +55,24 @@ def _read(value: Any, key: Key, factor: float) -> str | FacePick:
     return FacePick(**found)
 
 
-def _length(value, factor):
+def _length(value: float, factor: float) -> float:
     return number(value, LENGTH, factor)
 
 
-def _place(value, factor):
+def _place(value: Any, factor: float) -> tuple[float, ...]:
     if not isinstance(value, list) or len(value) != 3:
         raise ValueError("must be three numbers")
     return tuple(number(v, Key(NUMBER, ""), factor) for v in value)
 
 
-def _direction(value, _):
+def _direction(value: Any, _: float) -> tuple[float, ...]:
     found = _place(value, 1.0)
     if not any(found):
         raise ValueError("must not be zero")
     return found
 
 
-def _box(value, factor):
+def _box(value: Any, factor: float) -> tuple[tuple[float, ...], ...]:
     if not isinstance(value, list) or len(value) != 2:
         raise ValueError("must be two corners [[x, y, z], [x, y, z]]")
     return tuple(_place(corner, factor) for corner in value)

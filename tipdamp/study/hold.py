@@ -32,8 +32,8 @@ def _read(value: Any, _: Key, factor: float) -> tuple[HoldChoice, ...]:
     return tuple(_one(given, factor) for given in (value if several else [value]))
 
 
-def _one(given, factor):
-    table = given if isinstance(given, dict) else {"motion": given}
+def _one(given: dict[str, Any] | str, factor: float) -> HoldChoice:
+    table: dict[str, Any] = given if isinstance(given, dict) else {"motion": given}
     for key in table:
         if key not in KEYS:
             raise ValueError(f"unknown key '{key}'; {nearest(key, KEYS)}")

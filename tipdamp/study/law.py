@@ -108,7 +108,7 @@ def _read(value: Any, key: Key, _: float) -> LawChoice:
     return choice
 
 
-def _parameter(name, value, key):
+def _parameter(name: str, value: float, key: Key) -> float:
     try:
         return number(value, key)
     except ValueError as error:

@@ -5,9 +5,10 @@ a value out of range is answered with file, section, key, value and range.
 """
 
 import re
+from collections.abc import Collection, Sequence
 from copy import deepcopy
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -20,6 +21,7 @@ from tipdamp.study.schema import (
     LoadCase,
     Measured,
     OtherMaterial,
+    Respond,
     SideSection,
     StudySection,
     Top,
@@ -27,6 +29,9 @@ from tipdamp.study.schema import (
 from tipdamp.study.toml_file import read_toml
 from tipdamp.study.values import NUMBER, Key, in_toml, number
 from tipdamp.study.view import Study
+
+if TYPE_CHECKING:
+    pass
 
 S = TypeVar("S", bound=StudySection)
 # sections of tables with names of their own
@@ -106,7 +111,11 @@ def study_of(path: str | Path, content: dict) -> Study:
     return study
 
 
-def _refuse_unknown(path, raw, named):
+def _refuse_unknown(
+    path: Path,
+    raw: dict[str, dict[str, Any] | str],
+    named: dict[str, tuple[type[StudySection], dict[str, dict[str, Any]]]],
+) -> None:
     """All unknown keys of a file in one InputError; named {section: (schema, tables with names of
     their own)}."""
     tables = [
@@ -131,7 +140,7 @@ def _refuse_unknown(path, raw, named):
         raise InputError(f"{path}: {'; '.join(found)}")
 
 
-def _in_words(unknown, allowed):
+def _in_words(unknown: Sequence[str], allowed: Collection[str]) -> str:
     if len(unknown) == 1:
         return f"unknown key '{shown(unknown[0])}'; {nearest(unknown[0], allowed)}"
     hints = [(shown(key), nearest(key, allowed).partition("valid: ")[0].strip()) for key in unknown]
@@ -139,7 +148,7 @@ def _in_words(unknown, allowed):
     return f"unknown keys {listed}; valid: {', '.join(allowed)}"
 
 
-def _units(path, given):
+def _units(path: Path, given: dict[str, str]) -> dict[str, float]:
     """{unit: factor to SI}"""
     if not isinstance(given, dict):
         raise InputError(f"{path}: [units] must be a section, got {in_toml(given)}")
@@ -158,7 +167,7 @@ def _units(path, given):
     }
 
 
-def _named(raw, section):
+def _named(raw: dict[str, dict[str, Any] | str], section: str) -> dict[str, dict[str, float | str]]:
     """Tables inside a section, such as [contact.left] or [material.tip], taken out of it; a table
     in the place of one of its keys stays, to be refused as a value of that key."""
     table, keys = raw.get(section), SECTIONS[section].model_fields
@@ -167,7 +176,9 @@ def _named(raw, section):
     return {k: table.pop(k) for k in list(table) if isinstance(table[k], dict) and k not in keys}
 
 
-def _named_tables(path, raw, section):
+def _named_tables(
+    path: Path, raw: dict[str, dict[str, Any] | str], section: str
+) -> dict[str, dict[str, list[list[int | str]] | int]]:
     tables = raw.get(section, {})
     if not isinstance(tables, dict) or not all(isinstance(v, dict) for v in tables.values()):
         raise InputError(f"{path}: [{section}] must hold tables such as {TABLES[section]}")
@@ -180,7 +191,7 @@ def _named_tables(path, raw, section):
     return tables
 
 
-def _reference(path, given):
+def _reference(path: Path, given: dict[str, int]) -> dict[str, int]:
     if not isinstance(given, dict):
         raise InputError(f"{path}: [reference] must be a section, got {in_toml(given)}")
     for key, value in given.items():
@@ -191,7 +202,7 @@ def _reference(path, given):
     return given
 
 
-def _with_law(path, respond):
+def _with_law(path: Path, respond: Respond) -> Respond:
     """[respond] with the content of the file of a law of one's own."""
     try:
         return respond.model_copy(update={"law": respond.law.beside(path)})

@@ -2,13 +2,16 @@
 values."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from tipdamp.hbm.errors import nearest
 from tipdamp.study.values import COUNT, LONGEST, NUMBER, Key, Kind, number, whole
+
+if TYPE_CHECKING:
+    pass
 
 RANGE = ("start", "stop", "count", "spacing")
 SPACINGS = ("lin", "log")
@@ -93,7 +96,7 @@ def _values(key: str, given: Any) -> tuple[Any, ...]:
     return tuple(values.tolist())
 
 
-def _interval(key, table):
+def _interval(key: str, table: dict) -> SampledKey:
     for unknown in (name for name in table if name not in RANGE):
         raise ValueError(f"{key}: unknown key '{unknown}'; {nearest(unknown, RANGE)}")
     ends = []

@@ -34,7 +34,7 @@ def read_toml(path: Path) -> dict:
     return raw
 
 
-def _text(path):
+def _text(path: Path) -> str:
     """Text of a study file of sensible size."""
     size = path.stat().st_size
     if size > LARGEST:
@@ -58,7 +58,7 @@ def _text(path):
     return text.replace("\r\n", "\n")
 
 
-def _decimal_comma(path, error):
+def _decimal_comma(path: Path, error: str) -> str:
     """The remedy where the line that the error names has a number such as 0,3."""
     found = re.search(r"line (\d+)", error)
     line = _text(path).splitlines()[int(found[1]) - 1] if found else ""

@@ -82,7 +82,7 @@ def in_toml(value: Any) -> str:
     return shown(" ".join(_toml(value).split()))
 
 
-def _toml(value):
+def _toml(value: Any) -> str:
     if isinstance(value, dict):
         inside = ", ".join(f"{key} = {_toml(one)}" for key, one in value.items())
         return f"{{ {inside} }}" if inside else "{}"

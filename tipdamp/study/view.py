@@ -1,7 +1,7 @@
 """A checked study, and the view of it that a stage gets: what it has declared, so that its key
 follows from that."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, NoReturn
@@ -201,7 +201,7 @@ def every_key(section: str, but: Iterable[str]) -> list[str]:
     return [f"{section}.{key}" for key in schema.SECTIONS[section].model_fields if key not in but]
 
 
-def _cut(owner, part, keys):
+def _cut(owner: str, part: str, keys: Sequence[str]) -> Any:
     if "" in keys:
         return part
     if isinstance(part, dict):
@@ -209,7 +209,7 @@ def _cut(owner, part, keys):
     return _Keys(owner, part, keys)
 
 
-def _plain(part):
+def _plain(part: str) -> dict[str, Any] | list[Any] | float | str | None:
     if isinstance(part, dict):
         return [[name, _plain(value)] for name, value in part.items()]  # their order counts
     if isinstance(part, BaseModel):
