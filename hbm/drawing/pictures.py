@@ -174,7 +174,9 @@ def over_frequency(hz: np.ndarray, amplitude: np.ndarray, name: str, unit: str, 
 
 
 def preload_map(pairs: ContactTable, side: str, ax: Any) -> Any:
-    """Normal preload of one side along its longest extent."""
+    """Normal preload of one side along its longest extent; several sides can share axes."""
+    rows = {name: 1 + int(pairs.row[pairs.side == name].max()) for name in pairs.sides}
+    before = sum(rows[name] for name in pairs.sides[: pairs.sides.index(side)])
     mine = pairs.select(pairs.side == side)
     span = np.ptp(pairs.position, axis=0)
     along = int(span.argmax())
@@ -182,9 +184,9 @@ def preload_map(pairs: ContactTable, side: str, ax: Any) -> Any:
     items: list[Item] = [Line("y", 0.0, color=GREY, dash="solid")]
     for row in np.unique(mine.row):
         of_row = mine.row == row
-        items += row_items(
-            1e3 * mine.position[of_row, along], mine.preload[of_row], f"row {row}", int(row), low
-        )
+        name = f"{side}, row {row}" if len(pairs.sides) > 1 else f"row {row}"
+        place = 1e3 * mine.position[of_row, along]
+        items += row_items(place, mine.preload[of_row], name, int(row), low, before)
     at = f"{'xyz'[along]} (mm)"
     return on_axes(Panel(f"side '{side}'", at, "normal preload (N)", tuple(items)), ax)
 

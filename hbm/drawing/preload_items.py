@@ -12,11 +12,14 @@ ROWS = (BLUE, ORANGE, GREEN, VERMILION)
 SYMBOLS = ("circle", "square", "diamond")
 
 
-def row_items(x: np.ndarray, load: np.ndarray, name: str, row: int, low: float) -> Iterator[Item]:
-    """Preloads (n,) of a row of pairs along x; low : end of the axis."""
+def row_items(
+    x: np.ndarray, load: np.ndarray, name: str, row: int, low: float, before: int = 0
+) -> Iterator[Item]:
+    """Preloads (n,) of a row of pairs along x; low : end of the axis; before : rows of other sides
+    on the same axes, whose colours it does not take."""
     order = np.argsort(x)
     x, y = x[order], load[order]
-    color, symbol = ROWS[row % len(ROWS)], SYMBOLS[row % len(SYMBOLS)]
+    color, symbol = ROWS[(row + before) % len(ROWS)], SYMBOLS[row % len(SYMBOLS)]
     closed, opened = y > 0, (y <= 0) & (y >= low)
     yield Curve(x, np.maximum(y, low), "", color, width=1.0)
     yield Marks(x[closed], y[closed], name, color, symbol)

@@ -241,7 +241,8 @@ class ContactLaw:
 
     def check(self, contacts: Contacts) -> None:
         """InputError where components are none of the motion or in another order, parameters do not
-        fit the contacts, or methods return arrays of the wrong shape."""
+        fit the contacts, or methods return arrays of the wrong shape or, at rest, of numbers that
+        are not finite."""
         order = [c for c in ContactLaw.components if c in self.components]
         own = not order and 0 < len(self.components) == len(set(self.components))
         if not own and (not order or list(self.components) != order):
@@ -267,7 +268,8 @@ class ContactLaw:
             ("initial_state", rest[1], (P, self.states), "(P, states)"),
         ]
         if np.shape(rest[1]) == (P, self.states):
-            force, state = self.step(*rest)
+            with np.errstate(all="ignore"):  # what is not finite is told below
+                force, state = self.step(*rest)
             found += [
                 ("force of step", force, (P, nd), "(P, components)"),
                 ("state of step", state, (P, self.states), "(P, states)"),
@@ -278,6 +280,15 @@ class ContactLaw:
                     f"law {self.name}: {what} has the shape {np.shape(value)}, must be {meaning} = "
                     f"{shape}"
                 )
+            if not np.isfinite(value).all():
+                raise InputError(
+                    f"law {self.name}: {what} at rest is not finite{self._stated()}; what it "
+                    "divides by must not be 0"
+                )
+
+    def _stated(self):
+        values = {name: v for name, v in vars(self).items() if isinstance(v, int | float)}
+        return " with " * bool(values) + ", ".join(f"{n} = {brief(v)}" for n, v in values.items())
 
     def check_range(
         self, name: str, low: float = -np.inf, high: float = np.inf, above: bool = False

@@ -44,6 +44,10 @@ class ForecastSettings:
     points: int = 80  # of a curve, one way [the two-blade rig: 50]
     steps: int = 4  # of Newton's method a point
     contact: float = 8e-6  # s a pair and step for its force of one harmonic
+    # of a law by its step alone: s an instant, and s an instant and pair more [Dahl, creeping]
+    instant: float = 1e-4
+    instant_and_pair: float = 3e-6
+    instants: int = 256  # of a period, where the study does not say
     slipping: float = 0.25  # of the pairs; all of them is the upper bound
     kept: float = 0.3  # of the pairs, where they are detached to a frequency: 9 of 31 [Zucca 2016]
     tried: tuple[int, ...] = (3, 8, 11)  # H of harmonics = "auto" [the two-blade rig]
@@ -67,6 +71,7 @@ class Size:
     curves - H of each, each way counted; followed - pairs that a reduced interface follows, which
     most often hold those that slip, 0 where it is none; jobs - curves that are made side by side;
     kept - share of pairs that stay
+    instants - of a period at which a law by its step alone is evaluated, 0 of compiled ones
     unreduced - whether the preload is solved on all dofs; sets - of stations of which `tune` seeks
     the frequency fewer - what makes of many columns fewer."""
 
@@ -79,6 +84,7 @@ class Size:
     sets: int = 0
     fewer: str = "coarsen the meshes"
     jobs: int = 1
+    instants: int = 0
 
     @property
     def reduced(self) -> int:
@@ -128,7 +134,12 @@ def size_of(study: Study, found: InspectResult, jobs: int = 1, kept: int | None 
         _sets(study, found) if detached else 0,
         _fewer(study, found, pairs),
         jobs,
+        _instants(study.respond) if curves else 0,
     )
+
+
+def _instants(settings: Respond) -> int:
+    return (settings.samples or SETTINGS.instants) if settings.law.file else 0
 
 
 def _orders(settings: Respond) -> tuple[int, ...]:
@@ -203,7 +214,8 @@ def _of_curves(size: Size, model: Cost, machine: Machine, settings: ForecastSett
     kept = max(int(size.kept * size.pairs), 1)
     slip = max(int(settings.slipping * min(size.followed or kept, kept)), 1)
     some, worst = (
-        model.seconds + sum(_curve(kept, H, n, machine, settings) for H in size.curves)
+        model.seconds
+        + sum(_curve(kept, H, n, size.instants, machine, settings) for H in size.curves)
         for n in (slip, kept)
     )
     together = sorted(size.curves)[-size.jobs :]
@@ -237,12 +249,18 @@ def _of_meshes(
     return found
 
 
-def _curve(pairs: int, H: int, slip: int, machine: Machine, settings: ForecastSettings) -> float:
+def _curve(
+    pairs: int, H: int, slip: int, instants: int, machine: Machine, settings: ForecastSettings
+) -> float:
     """s of one curve, one way, on which so many of the pairs slip: factors of their Jacobian, and
     the forces."""
     unknowns = 3 * (2 * H + 1) * slip
-    step = 2 / 3 * unknowns**3 / machine.flops + settings.contact * pairs * (2 * H + 1)
-    return settings.points * settings.steps * step
+    forces = (
+        instants * (settings.instant + settings.instant_and_pair * pairs)
+        if instants
+        else settings.contact * pairs * (2 * H + 1)
+    )
+    return settings.points * settings.steps * (2 / 3 * unknowns**3 / machine.flops + forces)
 
 
 def advice(

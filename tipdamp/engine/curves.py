@@ -39,6 +39,12 @@ MOST_BESIDE = 4  # further curves of one curve that are followed
 DAMAGED = (OSError, ValueError, KeyError, EOFError, RuntimeError, BadZipFile)
 
 
+@cache
+def _tell_damaged(path: Path, _key: str) -> None:
+    """Once a process for a curve and its key, however often it is asked for."""
+    logging.getLogger("tipdamp").warning("%s is damaged, changed or gone; it is made anew", path)
+
+
 @dataclass(frozen=True)
 class CurveCase:
     """One curve: force level in N, harmonics, and the band in Hz as it is followed; search : the
@@ -104,9 +110,7 @@ class Curves:
         for file, mark in record.outputs.items():
             path = self.store.path(file)
             if not path.is_file() or fingerprint(path) != mark:
-                logging.getLogger("tipdamp").warning(
-                    "%s is damaged, changed or gone; it is made anew", path
-                )
+                _tell_damaged(path, record.key)
                 return False
         return True
 

@@ -34,13 +34,17 @@ class LawChoice(BaseModel):
         return self.name.rpartition(":")[0]
 
     def beside(self, study: Path) -> "LawChoice":
-        """The same for the study of this path; InputError where it has no such file."""
+        """The same for the study of this path; InputError where it has no such file, and where the
+        file may run and holds no such law."""
         if not self.file:
             return self
-        from tipdamp.study.own_law import content_of
+        from tipdamp.study.own_law import ALLOWED, content_of
 
         content = content_of(study.parent / self.file)
-        return self.model_copy(update={"content": content, "folder": study.parent.absolute()})
+        found = self.model_copy(update={"content": content, "folder": study.parent.absolute()})
+        if ALLOWED.get():
+            found._by_file()
+        return found
 
     def refuse_code(self) -> None:
         """InputError where the law is a file that may not run."""
@@ -66,14 +70,18 @@ class LawChoice(BaseModel):
         from tipdamp.hbm.laws import SHIPPED
 
         if self.file and self.folder is not None:
-            from tipdamp.study.own_law import own_law
-
-            path, name = self.folder / self.file, self.name.rpartition(":")[2]
             try:
-                return own_law(path, self.content, name, self.parameters)
+                return self._by_file()
             except InputError as error:
                 raise InputError(f"[respond] law = '{self.name}': {error}") from None
         return SHIPPED[self.name](**self.parameters)
+
+    def _by_file(self) -> "ContactLaw":
+        from tipdamp.study.own_law import own_law
+
+        assert self.folder is not None
+        name = self.name.rpartition(":")[2]
+        return own_law(self.folder / self.file, self.content, name, self.parameters)
 
 
 def laws_with_sliders() -> list[str]:
@@ -99,6 +107,8 @@ def _read(value: Any, key: Key, _: float) -> LawChoice:
             raise ValueError("a law of your own is named by file and class: dahl.py:Dahl")
         stated = {k: _parameter(k, v, key) for k, v in given.items() if k != "name"}
         return LawChoice(name=name, parameters=stated)
+    if name.endswith(".py"):
+        raise ValueError(f"names a file, not a law in it: write '{name}:NAME', NAME of its class")
     if name not in SHIPPED:
         raise ValueError(f"no law '{name}'; {nearest(name, list(SHIPPED))}")
     stated = {k: v for k, v in given.items() if k != "name"}

@@ -16,8 +16,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+
 from tipdamp.hbm.errors import InputError, nearest, shown
-from tipdamp.hbm.laws import ContactLaw, PlainForce
+from tipdamp.hbm.laws import ContactLaw, Contacts, PlainForce
 from tipdamp.hbm.testing import check_force, check_law
 from tipdamp.study.values import check_parameters, parameters_of
 
@@ -62,6 +64,7 @@ def own_law(path: Path, content: str, name: str, parameters: dict[str, float]) -
     check_parameters(law, parameters)
     made = law(**parameters)
     _keep_contract(path, content, name)
+    made.check(Contacts(*np.array([[1.0], [1.0], [0.5], [1.0]])))  # with parameters of the study
     return made
 
 

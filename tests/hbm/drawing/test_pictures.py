@@ -179,6 +179,17 @@ def test_statics_draw_their_maps():
     assert "sets tried" in labels(ax) and "chosen" in labels(ax)
 
 
+def test_sides_on_the_same_axes_are_told_apart():
+    _, pairs = two_blades(stations=3)
+    three = pairs.replace(side=np.array(["a", "a", "b", "b", "c", "c"]))
+    ax = three.plot("a")
+    for side in "bc":
+        three.plot(side, ax=ax)
+    marks = [line for line in ax.lines if line.get_marker() not in ("", "None", None)]
+    looks = {(line.get_color(), line.get_marker()) for line in marks}
+    assert len(looks) == len(three.sides) == 3
+
+
 def test_points_of_a_curve(folded):
     assert len(folded) == len(list(folded)) == len(folded.frequency)
     assert folded[-1].frequency == folded.frequency[-1]

@@ -2,6 +2,9 @@
 advice."""
 
 import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +27,7 @@ from tipdamp.engine.store import Store
 from tipdamp.results.static_results import InspectResult
 from tipdamp.study.study import load_study
 
+DAHL = Path(__file__).parents[3] / "docs" / "studies" / "own_law" / "dahl.py"
 # the wedge under platforms, 51 pairs a side: 4 s for reduce were measured; and the same with 518
 # pairs
 SMALL = Size({"blades": (9513, 360, 40), "damper": (2604, 306, 20)}, 102, (1,) * 6)
@@ -228,3 +232,23 @@ def test_inspect_says_it(tmp_path, capsys):
         and set(costs) == {"reduce", "preload", "tune", "respond"}
     )
     assert np.isfinite([cost.seconds for cost in costs.values()]).all() and size.reduced == 99 + 8
+
+
+def test_a_law_by_its_step_alone_takes_its_time():
+    """At each instant of a period, however few the harmonics; compiled laws need a hundredth."""
+    size = Size({"blades": (30, 0, 30)}, 10, (3,))
+    own = [replace(size, instants=n) for n in (256, 512)]
+    compiled, one, two = (forecast(k, COMMON)["respond"].seconds for k in (size, *own))
+    assert one > 10 * compiled and two == pytest.approx(2 * one, rel=0.1)
+
+
+@pytest.mark.parametrize("more, instants", [("", 256), ("\nsamples = 512", 512)])
+def test_instants_of_a_law_by_its_file(tmp_path, more, instants):
+    assert size_of(*inspected(tmp_path, "")).instants == 0
+    assert size_of(*inspected(tmp_path, f"\nlaw = 'dahl.py:Dahl'{more}")).instants == instants
+
+
+def inspected(folder, more):
+    shutil.copy(DAHL, folder)
+    path = corner_study.write(folder, change=[("[respond]", f"[respond]{more}")])
+    return load_study(path), InspectResult(bodies={}, pairs={"one": 9}, columns={})

@@ -330,7 +330,7 @@ def test_damage_is_noticed_and_made_good(study, made, what, caplog):
     made.clear()
     assert main(["respond", str(study), "--quiet"]) == 0
     assert made == ["Fe_40N_H1"] and results(study) == whole
-    assert ("is damaged, changed or gone; it is made anew" in caplog.text) == ("curve" in what)
+    assert caplog.text.count("is damaged, changed or gone; it is made anew") == ("curve" in what)
 
 
 def alive(mark):

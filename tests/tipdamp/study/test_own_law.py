@@ -46,6 +46,24 @@ class Broken(ContactLaw):
         return np.abs(motion.u), state
 """
 
+SMOOTH = """
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from tipdamp.hbm.laws import ContactLaw
+
+
+@dataclass(frozen=True)
+class Smooth(ContactLaw):
+    components: ClassVar[tuple] = ("t1",)
+    v0: float
+
+    def step(self, motion, state, contacts):
+        return (contacts.mu * contacts.preload)[:, None] * np.tanh(motion.v / self.v0), state
+"""
+
 
 def study_with(folder, law, text=LINEAR):
     if text is not None:
@@ -119,12 +137,33 @@ def test_a_file_that_does_not_run(tmp_path, text, words):
     [
         ('"my_law.py:Spring"', "file not found: .*my_law.py"),
         ('"my_law:Spring"', "dahl.py:Dahl"),
+        ('"my_law.py"', "names a file, not a law in it: write 'my_law.py:NAME'"),
         ('{ name = "my_law.py:Spring", stiffness = "soft" }', "stiffness must be a number"),
     ],
 )
 def test_refused_when_the_study_is_read(tmp_path, law, words):
     with pytest.raises(InputError, match=words):
         load_study(study_with(tmp_path, law, None))
+
+
+@pytest.mark.parametrize(
+    "law, text, words",
+    [
+        ('"my_law.py:Sprng"', LINEAR, "has no law 'Sprng'"),
+        ('"my_law.py:Broken"', LINEAR, "does not keep the contract"),
+        ('"my_law.py:Spring"', "class A(:", "does not run: SyntaxError"),
+        ('{ name = "my_law.py:Smooth", v0 = 0 }', SMOOTH, "not finite with v0 = 0"),
+    ],
+)
+def test_told_at_the_door_where_the_file_may_run(tmp_path, law, text, words, recwarn):
+    """Not by `respond`, after all that comes before it; of numpy's warnings no line is left."""
+    path = study_with(tmp_path, law, text)
+    load_study(path)
+    with code_allowed(), pytest.raises(InputError, match=words) as error:
+        load_study(path)
+    said = str(error.value)
+    assert said.startswith(f"{path}: [respond] law = 'my_law.py:") and said.count("[respond]") == 1
+    assert not recwarn.list
 
 
 @pytest.fixture(scope="module")

@@ -2,12 +2,16 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from tipdamp.hbm.drawing.figure import DASHES, Curve, Figure, Item, Marks, Panel, level_colors
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects.amplitudes import levels_of, orders_of
 from tipdamp.report.text import MICRO, NOTHING, amount, hertz, listing, number
 from tipdamp.results.response_results import CurveResult, HeldForce
+
+NO_FORCE = 1e-9  # of the excitation: less is rounding
 
 
 def table(results: Results) -> Iterator[Table]:
@@ -29,7 +33,7 @@ def table(results: Results) -> Iterator[Table]:
             "force at rest. With a spring ten times as stiff: largest relative change of peak "
             "and mean force, the latter beside the excitation, and change of a mean force that "
             "follows the stiffness, as sticking contacts carry it, beside itself. Displaced: "
-            f"mean of the spring.{at_rest}",
+            f"mean of the spring.{at_rest}{_without(results)}",
             rows,
         )
 
@@ -41,7 +45,7 @@ def _row(name: str, facts: CurveResult, one: HeldForce) -> dict[str, str]:
         "H": f"{facts.H}",
         "Fe (N)": f"{facts.Fe_N:g}",
         "at (Hz)": hertz(one.hz),
-        "mean": f"{number(one.mean)} {one.unit}",
+        "mean": f"{number(_above_rounding(one.mean, facts.Fe_N))} {one.unit}",
         "vibration": f"{number(one.amplitude)} {one.unit}",
         "ten times": number(facts.held_change, 2) if one.spring else NOTHING,
         "of the mean force": number(facts.held_reaction_change, 2) if one.spring else NOTHING,
@@ -49,15 +53,22 @@ def _row(name: str, facts: CurveResult, one: HeldForce) -> dict[str, str]:
     }
 
 
+def _above_rounding(force: float | None, Fe: float) -> float | None:
+    return force if force is None or abs(force) > NO_FORCE * Fe else 0.0
+
+
 def figure(results: Results) -> Iterator[Figure]:
-    """Mean force over the band at every level, one panel for each motion, at the largest H."""
+    """Mean force over the band at every level, one panel for each motion that has any, at the
+    largest H."""
     cases = results.solved
-    if not cases or not cases[0].facts.held:
+    loaded = {name: k for name, (k, some) in _motions(results).items() if some}
+    if not loaded:
         return
     at = [
         f"{number(one.mean, 3)} {one.unit} ({name}, {case.Fe:g} N, {hertz(one.hz)} Hz)"
         for case in cases
         for name, one in case.facts.held.items()
+        if name in loaded
     ]
     yield Figure(
         "held",
@@ -66,10 +77,31 @@ def figure(results: Results) -> Iterator[Figure]:
         "positive along the motion, beside the one at rest: what a stop there would have to "
         f"take. Circles mark the highest amplitude of blade 1: {listing(at)}.",
         [
-            _panel(results, cases, k, name, one.unit)
-            for k, (name, one) in enumerate(cases[0].facts.held.items())
+            _panel(results, cases, k, name, cases[0].facts.held[name].unit)
+            for name, k in loaded.items()
         ],
     )
+
+
+def _motions(results: Results) -> dict[str, tuple[int, bool]]:
+    """{motion: (its place, whether there is a mean force at any level)}, at the largest H."""
+    cases = results.solved
+    return {
+        name: (
+            k,
+            any(
+                np.nanmax(np.abs(case.curve.reaction[:, k, 0]), initial=0.0) > NO_FORCE * case.Fe
+                for case in cases
+            ),
+        )
+        for k, name in enumerate(cases[0].facts.held if cases else ())
+    }
+
+
+def _without(results: Results) -> str:
+    """Of the motions that the figure leaves out."""
+    none = [name for name, (_, some) in _motions(results).items() if not some]
+    return f" No mean force at any level, so no figure: {listing(none)}." if none else ""
 
 
 def _panel(results: Results, cases: list[ReportedCurve], k: int, name: str, unit: str) -> Panel:
