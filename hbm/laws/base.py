@@ -286,7 +286,7 @@ class ContactLaw:
                     "divides by must not be 0"
                 )
 
-    def _stated(self):
+    def _stated(self) -> str:
         values = {name: v for name, v in vars(self).items() if isinstance(v, int | float)}
         return " with " * bool(values) + ", ".join(f"{n} = {brief(v)}" for n, v in values.items())
 
