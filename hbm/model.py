@@ -113,8 +113,8 @@ class ReducedModel:
         twice, or a group names a node without a dof. Warns where K is indefinite: then only contact
         can restrain that motion.
         """
-        M, K = symmetric("M", M), symmetric("K", K)
-        C = None if C is None else symmetric("C", C)
+        M, K = symmetric("M", M), symmetric("K", K, NOT_HERE)
+        C = None if C is None else symmetric("C", C, NOT_HERE)
         r = K.shape[0]
         _check_sizes({"M": M, "C": C, "K": K}, {"body": body} | table)
         groups, loads, rigid = (
@@ -316,6 +316,10 @@ def square(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
             f"{name}[{i}, {j}] is {matrix[i, j]:.3g}: entries up to {LARGEST:g} can be carried"
         )
     return matrix
+
+
+# circulatory and gyroscopic forces, which no study has
+NOT_HERE = "; what is meant otherwise is solved in Python: ContactProblem(..., general=True)"
 
 
 def symmetric(name: str, matrix: np.ndarray | sp.spmatrix, otherwise: str = "") -> np.ndarray:

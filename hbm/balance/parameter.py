@@ -350,8 +350,8 @@ class ContactSetting(Parameter):
 
 
 class Rebuilt(Parameter):
-    """A parameter that changes the linear system: the problem is made anew at each value, the
-    derivative by central differences."""
+    """A parameter that changes the linear system: the problem is made anew at each new value and at
+    two beside it, for the derivative by central differences."""
 
     def evaluate(
         self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float
@@ -419,7 +419,9 @@ class ModelParameter(Rebuilt):
     """Any parameter of the problem, for example a stiffness K(p) or a setting of the law.
 
     of_value : function (problem, value) -> problem; it must be defined a little beyond the ends of
-    the branch too
+        the branch too. It is called three times at each new value, and the modes of the stuck
+        system are found each time: on large models a setting of contacts, the damping or the level
+        is cheaper
 
         ModelParameter("spring", lambda problem, k: replace(problem, K=K0 + k * K1))
 

@@ -17,6 +17,7 @@ from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
 from tipdamp.hbm.continuation.point import Metric, Point, size
 from tipdamp.hbm.curve.trace import slides, unrestrained
 from tipdamp.hbm.following.case import Case, Extreme
+from tipdamp.hbm.following.extremum import NEAR as NEAR_DERIVATIVES
 from tipdamp.hbm.following.extremum import Extremum, ExtremumLinearisation
 
 if TYPE_CHECKING:
@@ -156,6 +157,10 @@ def begin_at(case: Case, top: Extreme, p: float) -> tuple[Extremum, Point | None
     equation = equation_of(case, top)
     y = equation.unknowns(top.x, top.w)
     begin = solve_fixed(equation.evaluate, y, p, equation.weights, case.settings)
+    if not begin.converged:  # once more with derivatives of every place, where they change fast
+        equation.near, equation.recent = 0.0, None
+        begin = solve_fixed(equation.evaluate, y, p, equation.weights, case.settings)
+        equation.near = NEAR_DERIVATIVES
     near_top = case.what == "fold" or equation.near_top(begin, y)
     return equation, begin if begin.converged and near_top else None
 

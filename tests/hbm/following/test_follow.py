@@ -138,6 +138,61 @@ def test_duffing_peaks_in_closed_form():
         assert 2 * np.pi * hz == pytest.approx(w, rel=1e-6)
 
 
+def duffing_with_friction(d):
+    """(problem, F(A, w)) with a friction element that slips from A = d on, H = 1, in closed form:
+    F = A |Z| with the equivalent stiffness k and damping s of the element, which have a kink
+    there."""
+    c, kt = 0.05, 0.3
+
+    def force(A, w):
+        turn = np.arccos(1 - 2 * np.minimum(d / A, 1.0))
+        k = np.where(A > d, kt / np.pi * (turn - np.sin(turn) * np.cos(turn)), kt)
+        s = np.where(A > d, 4 * kt * d * (A - d) / (np.pi * A**2), 0.0)
+        return A * np.hypot(1 + k + 0.75 * A**2 - w**2, c * w + s)
+
+    made = Problem([[1.0]], [[c]], [[1.0]]).add(CubicSpring(1.0), 0)
+    return made.add(Jenkins1D(), 0, kt=kt, mu=1.0, preload=kt * d).contact_problem, force
+
+
+def by_amplitude(force, A, w, h=1e-4):
+    """First and second derivative of F by A, by differences."""
+    low, here, high = (force(A + s * h, w) for s in (-1, 0, 1))
+    return (high - low) / (2 * h), (high - 2 * here + low) / h**2
+
+
+WITH_FOLDS = dict(outputs={"x": [1.0]}, band=(0.1, 0.9), harmonics=1)
+
+
+@pytest.mark.slow
+def test_a_fold_ends_beside_the_kink_where_it_meets_another():
+    """At a fold F has an extremum over A at its frequency; a kink at d = 0.8 makes a second one
+    close above it, and both meet where the second derivative is zero."""
+    problem, force = duffing_with_friction(0.8)
+    fold = follow_fold(problem, np.ones(1), "level", (1.0, 0.2), near=0.2, **WITH_FOLDS)
+    w, A = 2 * np.pi * fold.frequency, fold.height
+    assert np.allclose(force(A, w), fold.parameter, rtol=1e-7)
+    assert np.abs(by_amplitude(force, A, w)[0] / fold.parameter).max() < 1e-3
+    assert not fold.complete and "two folds meet" in fold.ended
+    A, w = fsolve(lambda v: by_amplitude(force, *v), [A[-1], w[-1]], xtol=1e-10)
+    assert 0.8 < A < 0.83
+    assert fold.parameter[-1] == pytest.approx(force(A, w), rel=1e-4)
+
+
+@pytest.mark.slow
+def test_a_fold_ends_at_a_kink_by_name():
+    """Where the amplitude falls to d = 1.5 the element stops slipping: the fold follows the closed
+    form up to there."""
+    problem, force = duffing_with_friction(1.5)
+    fold = follow_fold(problem, np.ones(1), "level", (1.0, 0.1), near=0.6, **WITH_FOLDS)
+    w, A = 2 * np.pi * fold.frequency, fold.height
+    assert not fold.complete and "a kink of the curve ends the branch of folds" in fold.ended
+    assert A[0] > 3 and 0 <= A[-1] / 1.5 - 1 < 1e-3
+    assert np.allclose(force(A, w), fold.parameter, rtol=1e-7)
+    slips = A > 1.501
+    slope = by_amplitude(force, A[slips], w[slips])[0]
+    assert np.abs(slope / fold.parameter[slips]).max() < 1e-3
+
+
 @pytest.mark.slow
 def test_folds_of_duffing_until_they_meet():
     """F^2 = s ((1 - w^2 + 3/4 s)^2 + c^2 w^2), s = A^2: a fold where its derivative by s is zero,
