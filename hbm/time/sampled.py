@@ -3,18 +3,23 @@ laws, a user's own.
 
 The poles of the stuck system are propagated exactly, as in `exact`. A law without state is
 integrated to fourth order where it is smooth; one with a state to second order through its events,
-which it locates inside its own step if at all."""
+which it locates inside its own step if at all.
+
+Newton's method solves many steps together: a law of Python is asked for all of them in one call,
+and what follows between two calls is compiled (`equal_steps`). Where it does not converge they are
+fewer, down to one by one."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tipdamp.hbm import fourier
+from tipdamp.hbm import compiled, fourier
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.laws.records import Motion
 from tipdamp.hbm.time import events
 from tipdamp.hbm.time.base import IntegratedCycle
+from tipdamp.hbm.time.equal_steps import EqualSteps, Lines, Path, follow_lines
 from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.time.stuck_system import OnStuckSystem, stuck_system
 
@@ -55,6 +60,7 @@ class SampledIntegrator(OnStuckSystem):
     def __init__(
         self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None
     ) -> None:
+        compiled.announce(follow_lines)
         self.settings = settings = settings or IntegrationSettings()
         self.stuck = stuck_system(balance, w, settings)
         law = self.stuck.law
@@ -77,7 +83,9 @@ class SampledIntegrator(OnStuckSystem):
             events.direct_flexibility(system, 1 + system.s * self.W[3])
             + (self.slope - 1) * system.static
         )
+        self.steps = EqualSteps(self.h, self.W, self.D, self.Dv, self.slope, self.smooth)
         self.known = self.stuck.known(self.h * np.arange(n + 1))
+        self._laws: dict[int, tuple] = {}  # of so many samples, and their contacts
         self.waves = np.exp(
             -1j * self.stuck.w * self.h * np.outer(np.arange(1, n + 1), np.arange(balance.H + 1))
         )
@@ -137,9 +145,15 @@ class SampledIntegrator(OnStuckSystem):
             u = np.empty((samples + 1, len(state.u)))
             g = np.empty((samples + 1, len(state.u)))
             u[0], g[0] = state.u, state.g
-            for i in range(1, samples + 1):
-                state = self._step(i, state)
-                u[i], g[i] = state.u, state.g
+            i, together = 0, self.settings.together
+            while i < samples:
+                together = min(together, samples - i)
+                solved = self._steps(i + 1, together, state)
+                if solved is None:
+                    together //= 2
+                    continue
+                state, u[i + 1 : i + 1 + together], g[i + 1 : i + 1 + together] = solved
+                i, together = i + together, min(2 * together, self.settings.together)
             self.size = max(self.size, np.abs(u).max())
         force = (2 / samples) * g[1:].T @ self.waves
         force[:, 0] /= 2
@@ -147,6 +161,72 @@ class SampledIntegrator(OnStuckSystem):
         return IntegratedCycle(
             state, force, work.reshape(self.stuck.shape).sum(axis=1), True, n * samples, 0
         )
+
+    def _steps(
+        self, first: int, k: int, begin: SampledState
+    ) -> tuple[SampledState, np.ndarray, np.ndarray] | None:
+        """(state, u, g (k, P nd)) of the k steps that end at samples from `first` on; None where
+        Newton's method does not find them."""
+        if k == 1:
+            state = self._step(first, begin)
+            return state, state.u, state.g
+        (P, nd), ns = self.stuck.shape, begin.memory.shape[1]
+        memory = np.tile(begin.memory.ravel(), (k, 1))
+        u, v, g = np.zeros((3, k, P * nd))
+        path = Path(u, v, g, np.zeros_like(memory))
+        start = (begin.z, begin.g, begin.rate, begin.memory.ravel())
+        flat = [np.zeros((k, P, i, j)) for i in (nd, ns) for j in (nd, nd, ns)]
+        lines = Lines(path.u, path.v, memory, np.tile(begin.g, (k, 1)), memory, *flat)
+        for trial in range(self.settings.newton_together + 1):
+            try:
+                z, rate = follow_lines(
+                    self.stuck.system, self.steps, self.known, first, lines, start, path
+                )
+            except np.linalg.LinAlgError:
+                return None
+            if not np.isfinite(z).all():
+                return None
+            before = np.vstack([memory[:1], path.memory[:-1]])
+            if trial and self._close(lines, path, before):
+                end = SampledState(z, path.memory[-1].reshape(P, ns), path.u[-1], path.g[-1], rate)
+                return end, path.u, path.g
+            lines = self._lines(path.u, path.v, before)
+            if not all(np.isfinite(one).all() for one in lines):
+                return None
+        return None
+
+    def _close(self, lines: Lines, path: Path, before: np.ndarray) -> bool:
+        """Whether a path is that about which the lines are: motion, and memory before each step."""
+        settings, shape = self.settings, (len(before), self.stuck.shape[0], self.stuck.law.states)
+        moved = np.abs(path.u - lines.u).max()
+        changed = np.abs(before - lines.memory).reshape(shape).max(axis=(0, 1))
+        size = np.abs(before).reshape(shape).max(axis=(0, 1))
+        return moved <= settings.newton_residual * max(np.abs(path.u).max(), self.size) and bool(
+            np.all(changed <= settings.same_memory * size)
+        )
+
+    def _lines(self, u: np.ndarray, v: np.ndarray, memory: np.ndarray) -> Lines:
+        """The law about the motion u, v (k, P nd) with the memory (k, P ns) before each step."""
+        (P, nd), k = self.stuck.shape, len(u)
+        if k not in self._laws:
+            every = np.tile(np.arange(P), k)
+            self._laws[k] = self.stuck.law.select(every), self.stuck.contacts.select(every)
+        law, contacts = self._laws[k]
+        motion = Motion(u.reshape(-1, nd), v.reshape(-1, nd), self.h)
+        with np.errstate(over="ignore", invalid="ignore"):  # a trial may lie far away
+            force, state, t = law.tangents(motion, memory.reshape(k * P, law.states), contacts)
+        t = t.reshaped(k, P)
+        g = np.reshape(force, (k, P, nd)) - self.constant - self.stiffness * u.reshape(k, P, nd)
+        by = (
+            t.force_u - self.stiffness[:, :, None] * np.eye(nd),
+            t.force_v,
+            t.force_state,
+            t.state_u,
+            t.state_v,
+            t.state_state,
+        )
+        values = (u.copy(), v.copy(), memory, g.reshape(k, -1), np.reshape(state, (k, -1)), *by)
+        return Lines(*(np.ascontiguousarray(one, dtype=float) for one in values))
 
     def _step(self, i: int, begin: SampledState) -> SampledState:
         """The step that ends at sample i."""

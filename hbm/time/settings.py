@@ -25,6 +25,11 @@ class IntegrationSettings:
     (pi/512)^2/2 of it
     Sampled integrator
     samples : steps per period; second order, 1024 hold friction to 1e-4
+    together : steps that Newton's method solves at once; more ask a law less often, but may lie
+        further from where they begin than it converges
+    newton_together : of its steps for them; more seldom converge, and fewer steps at once do
+    same_memory : change of the memory at which that ends, relative to it, for each entry; above the
+        rounding of a slider, which is a small difference
     newton_steps : of the force at the end of a step; more than 40 never converge
     newton_residual : change of the motion at which that ends, relative to it; near rounding
     short : step in which the force at the begin of a period is found, relative to the others; no
@@ -93,6 +98,9 @@ class IntegrationSettings:
     max_steps: int = 200000
     orbit_samples: int = 512
     samples: int = 1024
+    together: int = 64
+    newton_together: int = 8
+    same_memory: float = 1e-10
     newton_steps: int = 40
     newton_residual: float = 1e-13
     short: float = 1e-6

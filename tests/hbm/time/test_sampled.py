@@ -9,6 +9,7 @@ import pytest
 
 from tests.hbm.cases import jenkins, load, solve
 from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.laws import ContactLaw, Contacts, CubicSpring, IsotropicFriction
 from tipdamp.hbm.time import shooting
 from tipdamp.hbm.time.exact import ExactIntegrator
@@ -77,6 +78,34 @@ def test_own_law_is_the_built_in_one():
     integrator = ExactIntegrator(solve(built, force, 1.05, 9)[2], 1.05)
     exact_steady = shooting.shoot(integrator, integrator.at_rest(), [[1.0]])
     assert own.dissipated == pytest.approx(exact_steady.dissipated, rel=3e-3)
+
+
+@pytest.mark.parametrize("law", [CubicSpring(0.6), OwnSlider(), IsotropicFriction()])
+@pytest.mark.parametrize("newton", [8, 1])
+def test_steps_together_are_those_one_by_one(law, newton):
+    """Hard springs, and sliders that slip; after one step of Newton's method nothing has converged,
+    and steps that do not are taken one by one."""
+    nd = len(law.components)
+    contacts = Contacts([3.0], [2.0], [0.5], [0.4])
+    one = np.eye(nd)
+    problem = ContactProblem(one, 0.05 * one, one, one, law, contacts)
+    balance = HarmonicBalance(problem, {1: np.array([1.0, 1.0j, 0.3])[:nd]}, 3)
+
+    def two_periods(together):
+        integrator = SampledIntegrator(
+            balance,
+            0.9,
+            IntegrationSettings(samples=100, together=together, newton_together=newton),
+        )
+        return integrator.periods(integrator.at_rest(), 2)
+
+    found, expected = two_periods(64), two_periods(1)
+    size = np.abs(expected.force).max()
+    assert np.abs(expected.force[0, 1:]).max() > 0.05 * size  # more than the stuck springs
+    assert np.abs(found.force - expected.force).max() < 1e-11 * size
+    assert found.state.z == pytest.approx(expected.state.z, abs=1e-11 * np.abs(found.state.z).max())
+    assert found.state.memory == pytest.approx(expected.state.memory, abs=1e-11)
+    assert found.dissipated == pytest.approx(expected.dissipated, abs=1e-10 * size)
 
 
 @pytest.mark.slow
