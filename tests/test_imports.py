@@ -59,6 +59,7 @@ ROOMS = {
         "search",
         "comparison",
         "response",
+        "compile_ahead",
         "fitting",
         "self_excited",
         "following",

@@ -52,6 +52,8 @@ class ContactLaw:
         positions in m, from which slip is told; a law without sliders slips where it dissipates
     tested : whether tests hold its derivatives, as `class MyLaw(ContactLaw, tested=True)` states of
         this class alone; those of other laws are compared with differences before each curve
+    steps_together : of time integration, of which `step` is asked at once; 1 where many cost it as
+        much as one after the other
 
     >>> class Dashpot(ContactLaw):
     ...     components = ("t1",)
@@ -65,6 +67,7 @@ class ContactLaw:
     states: ClassVar[int] = 0
     sliders: ClassVar[int] = 0
     tested: ClassVar[bool] = False
+    steps_together: ClassVar[int] = 64
 
     def __init_subclass__(cls, tested: bool = False, **more: Any) -> None:
         super().__init_subclass__(**more)

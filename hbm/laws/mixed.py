@@ -66,6 +66,11 @@ class MixedLaw(ContactLaw):
         """Of the law that has most."""
         return max(law.sliders for law in self.laws)
 
+    @property
+    def steps_together(self) -> int:  # type: ignore[override]
+        """Of the law that takes fewest."""
+        return min(law.steps_together for law in self.laws)
+
     def stuck_stiffness(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N/m of each law."""
         return self._joined(

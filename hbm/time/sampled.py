@@ -145,7 +145,8 @@ class SampledIntegrator(OnStuckSystem):
             u = np.empty((samples + 1, len(state.u)))
             g = np.empty((samples + 1, len(state.u)))
             u[0], g[0] = state.u, state.g
-            i, together = 0, self.settings.together
+            most = min(self.settings.together, self.stuck.law.steps_together)
+            i, together = 0, most
             while i < samples:
                 together = min(together, samples - i)
                 solved = self._steps(i + 1, together, state)
@@ -153,7 +154,7 @@ class SampledIntegrator(OnStuckSystem):
                     together //= 2
                     continue
                 state, u[i + 1 : i + 1 + together], g[i + 1 : i + 1 + together] = solved
-                i, together = i + together, min(2 * together, self.settings.together)
+                i, together = i + together, min(2 * together, most)
             self.size = max(self.size, np.abs(u).max())
         force = (2 / samples) * g[1:].T @ self.waves
         force[:, 0] /= 2

@@ -36,6 +36,7 @@ class IsotropicFriction(CoulombFriction, tested=True):
 
     components: ClassVar[tuple] = ("t1", "t2", "n")
     sliders: ClassVar[int] = 2
+    steps_together: ClassVar[int] = 1
 
     def friction(self, trial: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The resultant of the tangents has the limit."""
