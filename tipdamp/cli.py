@@ -62,14 +62,22 @@ def command() -> None:
 class _Lossy(io.TextIOWrapper):
     """Text that cannot be written is lost, and the work goes on."""
 
+    losses: type[OSError] = OSError
+
     def write(self, text: str) -> int:
-        with suppress(OSError):
+        with suppress(self.losses):
             super().write(text)
         return len(text)
 
     def flush(self) -> None:
-        with suppress(OSError):
+        with suppress(self.losses):
             super().flush()
+
+
+class _Unread(_Lossy):
+    """Text into a pipe whose reader has left, as `head` does, is lost; a full disk is not."""
+
+    losses = BrokenPipeError
 
 
 def _open_streams() -> None:
@@ -80,7 +88,9 @@ def _open_streams() -> None:
             os.fstat(number)
         except OSError:
             os.open(os.devnull, os.O_RDWR)  # takes the lowest free number: this one
-    sys.stdout = sys.stdout or open(1, "w", closefd=False)
+    out = sys.stdout.buffer if sys.stdout else open(1, "wb", closefd=False)
+    encoding = sys.stdout.encoding if sys.stdout else None
+    sys.stdout = _Unread(out, encoding, line_buffering=os.isatty(1))
     there = sys.stderr.buffer if sys.stderr else open(2, "wb", closefd=False)
     sys.stderr = _Lossy(there, errors="backslashreplace", line_buffering=True)
 

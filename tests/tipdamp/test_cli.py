@@ -228,6 +228,20 @@ def test_a_signal_while_the_interpreter_is_taken_down(late):
     assert (ended.returncode, ended.stderr) == (0, "")
 
 
+def test_a_reader_that_leaves_costs_nothing():
+    """As `head` does: `tipdamp keys` writes more than a pipe holds."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    with open(writer, "wb") as pipe:
+        ended = subprocess.run(
+            [sys.executable, "-c", "from tipdamp.cli import command; command()", "keys"],
+            stdout=pipe,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert (ended.returncode, ended.stderr) == (0, "")
+
+
 def test_inputs_from_outside_are_named(matrices_study, tmp_path, caplog):
     (tmp_path / "theirs").mkdir()
     study = matrices_study.rename(tmp_path / "theirs" / "study.toml")
