@@ -93,28 +93,28 @@ def places(comparison: ComparedStudies) -> Iterator[Figure]:
     )
 
 
-def _heights(comparison, phase, blade) -> Iterator[Item]:
+def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[Item]:
     for k, name in enumerate(comparison.names):
         mine = comparison.of(name, phase, blade)
         color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
         for run in runs(mine):
-            yield Curve(*_points(run, lambda p: MICRO * p.m_per_N), "", color)
+            yield Curve(*_points(run, "m_per_N", MICRO), "", color)
         solved = [peak for peak in mine if peak.m_per_N is not None]
         aside = BESIDE ** (k - (len(comparison.names) - 1) / 2)
         yield from _bars([(aside * p.ratio, *comparison.spread(p)) for p in solved], color)
-        yield Marks(*_points(solved, lambda p: MICRO * p.m_per_N), name, color, symbol)
+        yield Marks(*_points(solved, "m_per_N", MICRO), name, color, symbol)
     optima = comparison.optima(phase)
     for k, name in enumerate(comparison.names):
         mine, color = comparison.of(name, phase, blade), COLORS[k % len(COLORS)]
         for drifts, said in AT_LEAST.items():
             bounds = [peak for peak in mine if peak.at_least and bool(peak.motion) == drifts]
-            x, y = _points(bounds, lambda p: MICRO * p.at_least)
+            x, y = _points(bounds, "at_least", MICRO)
             symbol = "triangle-down" if drifts else "triangle-up"
             if bounds:
                 yield Marks(x, y, said, color, symbol, filled=False, size=10)
         if name in optima:
             best = [peak for peak in mine if peak.ratio == optima[name].ratio]
-            yield Marks(*_points(best, lambda p: MICRO * p.m_per_N), BEST, color, "star", size=12)
+            yield Marks(*_points(best, "m_per_N", MICRO), BEST, color, "star", size=12)
 
 
 def _bars(spreads: Sequence[tuple[float, float, float]], color: str) -> Iterator[Curve]:
@@ -126,17 +126,17 @@ def _bars(spreads: Sequence[tuple[float, float, float]], color: str) -> Iterator
         yield Curve(x, y, "scatter", color, width=1.2)
 
 
-def _frequencies(comparison, phase) -> Iterator[Item]:
+def _frequencies(comparison: ComparedStudies, phase: Phase) -> Iterator[Item]:
     for k, name in enumerate(comparison.names):
         mine = comparison.of(name, phase, 1)
         color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
         for run in runs(mine):
-            yield Curve(*_points(run, lambda p: p.hz), "", color)
+            yield Curve(*_points(run, "hz"), "", color)
         solved = [peak for peak in mine if peak.hz is not None]
-        yield Marks(*_points(solved, lambda p: p.hz), name, color, symbol)
+        yield Marks(*_points(solved, "hz"), name, color, symbol)
 
 
-def _span(comparison, phase, blade) -> tuple[float, float] | None:
+def _span(comparison: ComparedStudies, phase: Phase, blade: int) -> tuple[float, float] | None:
     """With room about peaks, their scatter and bounds."""
     every = [p for name in comparison.names for p in comparison.of(name, phase, blade)]
     values = [MICRO * y for p in every if p.m_per_N is not None for y in comparison.spread(p)]
@@ -156,8 +156,12 @@ def runs(peaks: Sequence[ComparedPeak]) -> list[list[ComparedPeak]]:
     return [run for run in found if run]
 
 
-def _points(peaks, value) -> tuple[np.ndarray, np.ndarray]:
-    return np.array([p.ratio for p in peaks]), np.array([value(p) for p in peaks])
+def _points(
+    peaks: Sequence[ComparedPeak], fact: str, factor: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Fc/Fe, and a fact of the peaks in another unit."""
+    values = np.array([vars(p)[fact] for p in peaks], dtype=float)
+    return np.array([p.ratio for p in peaks]), factor * values
 
 
 def preloads(comparison: ComparedStudies) -> Iterator[Figure]:

@@ -53,7 +53,7 @@ def is_drawn(folder: Path, mark: str) -> bool:
     return Store(folder).is_current(STAGE, mark)
 
 
-def _write(comparison, store) -> list[str]:
+def _write(comparison: ComparedStudies, store: Store) -> list[str]:
     """The files."""
     sections: list[Section[Block]] = [
         Section(name, title, [block for part in parts for block in part(comparison)])

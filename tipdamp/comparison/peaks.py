@@ -14,6 +14,7 @@ from tipdamp.hbm.result import ForcedResponse
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.results.response_results import SAME_MODE
 from tipdamp.statics.model_inputs import in_patch
+from tipdamp.study.schema import Respond
 
 Phase = Literal["in_phase", "out_of_phase"]
 PHASES: tuple[Phase, ...] = ("in_phase", "out_of_phase")
@@ -133,9 +134,11 @@ def why_missing(results: Results, phase: Phase) -> str:
     return f"no curve from {low:g} to {high:g} Hz has a motion of this phase"
 
 
-def _ranges(results) -> Iterator[tuple[Phase, tuple[float, float]]]:
-    tune, free = results.tune, results.reduce.free_hz
-    stuck = {results.study.tune.follow: tune.stuck_hz.tuned}
+def _ranges(results: Results) -> Iterator[tuple[Phase, tuple[float, float]]]:
+    tune, reduced = results.tune, results.reduce
+    assert tune is not None and reduced is not None  # of a study with curves
+    free = reduced.free_hz
+    stuck: dict[str, float] = {results.study.tune.follow: tune.stuck_hz.tuned}
     stuck |= {name: mode.hz for name, mode in tune.other_modes.items()}
     for phase in PHASES:
         if phase in free and phase in stuck:
@@ -143,7 +146,14 @@ def _ranges(results) -> Iterator[tuple[Phase, tuple[float, float]]]:
             yield phase, ((1 - MARGIN) * min(ends), (1 + MARGIN) * max(ends))
 
 
-def _peak(results, case: ReportedCurve, phase, window, blade, before):
+def _peak(
+    results: Results,
+    case: ReportedCurve,
+    phase: Phase,
+    window: tuple[float, float],
+    blade: int,
+    before: np.ndarray | None,
+) -> tuple[ComparedPeak, np.ndarray | None]:
     """The peak, and the outputs there, None without one; of the curve, or followed the other way
     where only that covers the window. before - outputs at the peak of the next lower level."""
     respond = results.study.respond
@@ -194,12 +204,14 @@ def _peak(results, case: ReportedCurve, phase, window, blade, before):
     return found, outputs
 
 
-def _inside(curve, respond, phase, window):
+def _inside(
+    curve: ForcedResponse, respond: Respond, phase: Phase, window: tuple[float, float]
+) -> np.ndarray:
     hz = curve.frequency
     return (hz >= window[0]) & (hz <= window[1]) & of_phase(curve, respond.patches, phase)
 
 
-def _largest(curve, inside, mine) -> float:
+def _largest(curve: ForcedResponse, inside: np.ndarray, mine: np.ndarray) -> float:
     return float(curve.amplitude()[inside][:, mine].max(initial=0.0))
 
 
@@ -238,7 +250,7 @@ def slipping(curve: ForcedResponse, at: int) -> float:
     return float(((curve.share_slip + curve.share_open)[at] > 1e-6).mean())
 
 
-def _top(curve, a, i):
+def _top(curve: ForcedResponse, a: np.ndarray, i: int) -> tuple[float, float]:
     """(Hz, m) of the maximum at point i: the point where it is solved, else the parabola."""
     f = curve.frequency[i - 1 : i + 2]
     if (curve.peak_points.size and curve.peak_points[i].any()) or len(set(f)) < 3:
@@ -246,5 +258,5 @@ def _top(curve, a, i):
     return parabola_top(f, a[i - 1 : i + 2])
 
 
-def _mac(a, b) -> float:
+def _mac(a: np.ndarray, b: np.ndarray) -> float:
     return float(abs(np.vdot(a, b)) ** 2 / (np.vdot(a, a).real * np.vdot(b, b).real))

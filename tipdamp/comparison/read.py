@@ -48,7 +48,7 @@ def source(study: Study, store: Store) -> Source:
         )
     check_current("report", study, store)
 
-    def load():
+    def load() -> list[Computed]:
         return [Computed(study.name, load_results(study, store, said(study, store)))]
 
     return Source(fingerprint(study.path.name, stage_key("report", study, store)), load, [])

@@ -1,12 +1,15 @@
 """Tables of a comparison: what was set side by side, the best pull, what happens along the curves,
 every case."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+
+import numpy as np
 
 from tipdamp.comparison.figures import in_words, runs
 from tipdamp.comparison.optimum import Optimum, envelope, lowest_at
 from tipdamp.comparison.peaks import ComparedPeak, Phase
 from tipdamp.comparison.record import ComparedStudies
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.amplitudes import orders_of
@@ -30,8 +33,10 @@ def studies(comparison: ComparedStudies) -> Iterator[Table]:
     )
 
 
-def _column(one) -> Row:
-    tune, free, respond = one.tune, one.reduce.free_hz, one.study.respond
+def _column(one: Results) -> Row:
+    tune, reduced, preload, respond = one.tune, one.reduce, one.preload, one.study.respond
+    assert tune is not None and reduced is not None and preload is not None  # it has curves
+    free = reduced.free_hz
     return {
         "pull Fc (N)": number(one.study.driver.pull),
         "without damper, out of phase (Hz)": hertz(free.get("out_of_phase")),
@@ -45,21 +50,21 @@ def _column(one) -> Row:
         "kn (N/µm per pair)": _stiffness(one.kept, "kn"),
         "kt (N/µm per pair)": _stiffness(one.kept, "kt"),
         "friction coefficient": _friction(one.kept),
-        "largest preload (N)": listing(number(s.max_N, 3) for s in one.preload.sides.values()),
+        "largest preload (N)": listing(number(s.max_N, 3) for s in preload.sides.values()),
         "damping ratio": listing(f"{zeta:g}" for zeta in respond.damping_ratio),
         "band (Hz)": f"{respond.band[0]:g} to {respond.band[1]:g}",
         "harmonics": orders_of(one.finest),
     }
 
 
-def _friction(kept) -> str:
+def _friction(kept: ContactTable | None) -> str:
     """Least and largest of the pairs that carry."""
     if kept is None or not kept.carrying.any():
         return NOTHING
     return _from_to(kept.mu[kept.carrying])
 
 
-def _stiffness(kept, column: str) -> str:
+def _stiffness(kept: ContactTable | None, column: str) -> str:
     """Of the pairs that carry, side by side."""
     if kept is None:
         return NOTHING
@@ -68,7 +73,7 @@ def _stiffness(kept, column: str) -> str:
     return listing(f"{side} {_from_to(values)}" for side, values in each.items()) or NOTHING
 
 
-def _from_to(values) -> str:
+def _from_to(values: np.ndarray) -> str:
     return " to ".join(dict.fromkeys(f"{value:.3g}" for value in (values.min(), values.max())))
 
 
@@ -86,7 +91,7 @@ def best(comparison: ComparedStudies) -> Iterator[Table]:
     )
 
 
-def _best(comparison, phase: Phase) -> Iterator[Row]:
+def _best(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
     optima = comparison.optima(phase)
     rank = comparison.ranks(phase)
     lowest = lowest_at({name: envelope(comparison.of(name, phase)) for name in comparison.names})
@@ -136,7 +141,7 @@ def differences(comparison: ComparedStudies) -> Iterator[Table]:
         )
 
 
-def _differences(comparison, phase: Phase) -> Iterator[Row]:
+def _differences(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
     rank = comparison.ranks(phase)
     for name, results in comparison.studies.items():
         stated = results.study.reference.get(f"{phase}_rank")
@@ -224,7 +229,7 @@ def cases(comparison: ComparedStudies) -> Iterator[Table]:
     )
 
 
-def _case(name, phase, peaks) -> Row:
+def _case(name: str, phase: Phase, peaks: Sequence[ComparedPeak]) -> Row:
     first = peaks[0]
     return {
         "study": name,

@@ -33,7 +33,7 @@ def figures(comparison: ComparedStudies) -> Iterator[Figure]:
         )
 
 
-def _panels(comparison, phase: Phase) -> Iterator[Panel]:
+def _panels(comparison: ComparedStudies, phase: Phase) -> Iterator[Panel]:
     """One for each side, on the same scales."""
     unit = "mm²" if has_areas(comparison) else "mm"
     found = {side: list(_marks(comparison, phase, side)) for side in _sides(comparison)}
@@ -52,12 +52,12 @@ def _panels(comparison, phase: Phase) -> Iterator[Panel]:
             )
 
 
-def _sides(comparison) -> list[str]:
-    found = (side for one in comparison.studies.values() for side in one.whole.sides)
-    return list(dict.fromkeys(found))
+def _sides(comparison: ComparedStudies) -> list[str]:
+    tables = [one.whole for one in comparison.studies.values() if one.whole is not None]
+    return list(dict.fromkeys(side for table in tables for side in table.sides))
 
 
-def _marks(comparison, phase: Phase, side: str) -> Iterator[Item]:
+def _marks(comparison: ComparedStudies, phase: Phase, side: str) -> Iterator[Item]:
     optima, per_area = comparison.optima(phase), has_areas(comparison)
     for k, (name, one) in enumerate(comparison.studies.items()):
         at = [

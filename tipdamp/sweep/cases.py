@@ -64,7 +64,7 @@ def cases_of(study: Study) -> list[Case]:
     return [{k: v for one in chosen for k, v in one.items()} for chosen in product(*parts)]
 
 
-def _check_key(where, key, study):
+def _check_key(where: str, key: str, study: Study) -> None:
     section, _, inside = key.partition(".")
     if "model" in study and section in OF_MESHES:
         there = f": model.{inside}" * (inside in SECTIONS["model"].model_fields)
@@ -144,7 +144,7 @@ def content_of(content: dict, case: Case) -> dict:
     return found
 
 
-def _listed(key, value):
+def _listed(key: str, value: Any) -> Any:
     """A single value of a key that takes a list is a list of one."""
     known = sheet(key)
     if known is None or isinstance(value, list):
@@ -167,7 +167,7 @@ def study_of_case(path: Path, content: dict, number: int, case: Case) -> Study:
         ) from None
 
 
-def _check_files(study):
+def _check_files(study: Study) -> None:
     for key, file in study.inputs().items():
         if not file.is_file():
             raise InputError(f"{study.path}: {key}: file not found: {file}")

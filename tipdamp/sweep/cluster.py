@@ -64,7 +64,7 @@ class Cluster:
             submit()
 
 
-def _one(work, common, task, wanted):
+def _one(work: Work, common: Any, task: Any, wanted: dict[str, str]) -> None:
     """A task, in a process of the cluster, which may have joined only now."""
     if versions() != wanted:
         raise InputError(f"a process of the cluster has {_difference(versions(), wanted)}")
@@ -80,7 +80,7 @@ def versions() -> dict[str, str]:
     }
 
 
-def _difference(theirs, ours):
+def _difference(theirs: dict[str, str], ours: dict[str, str]) -> str:
     return ", ".join(
         f"{k} {theirs.get(k)}, here {v}" for k, v in ours.items() if theirs.get(k) != v
     )
@@ -115,7 +115,7 @@ def cluster(address: str, jobs: int, folder: Path) -> Iterator[Cluster]:
             yield Cluster(client, _checked(client, address, folder))
 
 
-def _check_address(address):
+def _check_address(address: str) -> None:
     """Before a client is made: one that fails at its address says so in a traceback of its own."""
     from distributed.comm import get_address_host_port
 
@@ -128,7 +128,7 @@ def _check_address(address):
         ) from None
 
 
-def _checked(client, address, folder):
+def _checked(client: Any, address: str, folder: Path) -> int:
     """Number of the processes, after all of them were asked."""
     try:
         found = client.run(_look, str(folder.absolute()))
@@ -156,5 +156,5 @@ def _checked(client, address, folder):
     return len(found)
 
 
-def _look(folder):
+def _look(folder: str) -> tuple[dict[str, str], bool]:
     return versions(), Path(folder).is_dir()

@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -91,7 +91,7 @@ def dataset(folder: Path) -> "xarray.Dataset":
     return xarray.Dataset(data, coords)
 
 
-def _warned(said, one: CaseState) -> str:
+def _warned(said: Mapping[int, Sequence[str]], one: CaseState) -> str:
     """What the stages of a case warned of, a line each."""
     return "\n".join(said.get(one.number, ()))
 
@@ -100,11 +100,11 @@ def _keys(states: Sequence[CaseState]) -> list[str]:
     return list(dict.fromkeys(key for one in states for key in one.case))
 
 
-def _empty(name, shape):
+def _empty(name: str, shape: tuple[int, ...]) -> np.ndarray:
     return np.full(shape, "", object) if name == "ended" else np.full(shape, np.nan)
 
 
-def _plain(values):
+def _plain(values: np.ndarray) -> np.ndarray:
     return values.astype(str) if values.dtype == object else values
 
 

@@ -113,7 +113,7 @@ def sweep_estimate(whole: Plan, study: Study, store: Store, jobs: int) -> SweepE
     )
 
 
-def _forecast(study, store) -> tuple[dict[str, Cost], float]:
+def _forecast(study: Study, store: Store) -> tuple[dict[str, Cost], float]:
     """{stage: cost of the study as it stands}, of one job, and bytes on disk of the reduced bodies;
     ({}, 0) where it cannot be looked at."""
     with suppress(InputError, OSError):

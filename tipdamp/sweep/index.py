@@ -103,7 +103,7 @@ class Index:
                 "steps"
             ) from None
 
-    def _write(self, sql, rows):
+    def _write(self, sql: str, rows: Iterable[tuple]) -> None:
         self.base.executemany(sql, rows)
 
     def begin(

@@ -5,7 +5,7 @@ import json
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 from zipfile import BadZipFile
@@ -183,14 +183,14 @@ class _Running:
         self._give_up(broken)
         self.index.failed(broken.items(), _reason(error))
 
-    def _give_up(self, keys):
+    def _give_up(self, keys: Iterable[str]) -> None:
         """Cases whose last step is among these have failed."""
         self.cases_failed += sum(self.cases_left.pop(key, 0) for key in keys)
 
-    def _is_made(self, step):
+    def _is_made(self, step: SweepStep) -> bool:
         return product(self.common.folder, step.key).is_file()
 
-    def _show(self, tick):
+    def _show(self, tick: Ticker) -> None:
         cases, left = len(self.whole.cases), self.clock.seconds_left
         through, failed = cases - self.cases_left.total(), self.cases_failed
         said = f"{through - failed} of {cases} cases" + f", {failed} failed" * bool(failed)

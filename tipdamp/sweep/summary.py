@@ -3,7 +3,9 @@
 import re
 import time
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from tipdamp.engine.progress import duration
 from tipdamp.engine.store import Store
@@ -61,11 +63,11 @@ def _warnings(said: dict[int, list[str]]) -> list[str]:
     ]
 
 
-def _and_others(count):
+def _and_others(count: int) -> str:
     return f" and {count} more" * bool(count)
 
 
-def _with_range(why, every):
+def _with_range(why: str, every: Sequence[str]) -> str:
     """The reason with the first frequency of all of them, from to."""
     hz = [float(found[1]) for one in every if (found := FREQUENCY.search(one))]
     if not hz or min(hz) == max(hz):
@@ -73,7 +75,7 @@ def _with_range(why, every):
     return why.replace("... Hz", f"{min(hz):g} to {max(hz):g} Hz", 1)
 
 
-def _left(folder, facts, to_do):
+def _left(folder: Path, facts: Mapping[str, Any], to_do: int) -> str:
     if not to_do:
         return ""
     if not Store(folder).in_use:

@@ -73,7 +73,9 @@ def work(common: SweepWork, task: Task, report: Callable[[float, str], None]) ->
         raise
 
 
-def _make(common, task, store, report):
+def _make(
+    common: SweepWork, task: Task, store: Store, report: Callable[[float, str], None]
+) -> None:
     """The steps of a task in a results folder of its own."""
     study = study_of(common.path, content_of(common.content, task.case))
     for step in task.before:
