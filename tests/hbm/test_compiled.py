@@ -36,9 +36,11 @@ print(kernels.by_order(rates, push).tolist())
 
 
 @pytest.fixture
-def kernels(tmp_path):
+def kernels(tmp_path, monkeypatch):
     """load() -> (module of two kernels as a new process finds it), its files in
-    tmp_path/__pycache__."""
+    tmp_path/__pycache__; without Python's own code there, which is told from another of the same
+    second and size by nothing."""
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
     source = tmp_path / "kernels.py"
     source.write_text(SOURCE)
 

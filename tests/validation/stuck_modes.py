@@ -1,7 +1,7 @@
 """Stuck frequencies of a lumped two-blade rig for every set of kept pairs, and the tuning to a
 target."""
 
-from tests.static_contact.tuning.test_detachment import (
+from tests.static_contact.tuning.test_station_detachment import (
     H1,
     P,
     lumped_rig,
