@@ -16,7 +16,7 @@ statics.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -32,9 +32,6 @@ from tipdamp.hbm.laws.records import Contacts, SliderStart
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.points import ContactPoints
 from tipdamp.hbm.ties import levels
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)

@@ -15,12 +15,8 @@ from dataclasses import dataclass
 from itertools import accumulate
 from operator import and_
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tipdamp.hbm.errors import InputError, shown
-
-if TYPE_CHECKING:
-    pass
 
 DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 DECIMAL_POINT = re.compile(r"[-+]?\d*\.\d+([eE][-+]?\d+)?")

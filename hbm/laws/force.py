@@ -70,35 +70,23 @@ class PlainForce(ContactLaw):
         _, E, E_rate = grid
         n, weights = len(E), sampled.projector(E)
         u, rate = (np.moveaxis(x @ basis.T, 2, 0).reshape(n * P, nd) for basis in (E, E_rate))
-        every = self.select(np.tile(np.arange(P), n))
-        force = every.force(u, omega * rate)
-        by_u, by_v = every.slopes(u, omega * rate)
-        bases = ((by_u, E),) if by_v is None else ((by_u, E), (by_v, omega * E_rate))
+        every = np.tile(np.arange(P), n)
+        law, motion = self.select(every), Motion(u, omega * rate, 2 * np.pi / (omega * n))
+        force, _, t = law.tangents(motion, np.zeros((n * P, 0)), contacts.select(every))
+        bases = ((t.force_u, E), (t.force_v, omega * E_rate))[: 1 + t.of_rate]
         D: Any = sum(
             _harmonics_of_slopes(by.reshape(n, P, nd, nd), one, weights) for by, one in bases
         )
         f = np.tensordot(force.reshape(n, P, nd), weights, (0, 0))
         by_omega = None
-        if by_v is not None:
-            change = np.einsum("aij,aj->ai", by_v, rate).reshape(n, P, nd)
+        if t.of_rate:
+            change = np.einsum("aij,aj->ai", t.force_v, rate).reshape(n, P, nd)
             by_omega = np.tensordot(change, weights, (0, 0))
         slope = max(np.abs(by * one.max()).max(initial=1e-300) for by, one in bases)
         active = np.abs(D).max(axis=(2, 3, 4)) > sampled.SETTINGS.rounding * slope
         D[~active] = 0.0
         shares, work = np.zeros((P, 3)), fourier.work(f, x)
         return ContactForces(f, active, D[active.any(axis=1)], None, by_omega, shares, work)
-
-    def slopes(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """Derivatives (P, nd, nd) of `force` by u and by v, the latter None where it does not
-        depend on v; by complex steps, exact to rounding."""
-        step = sampled.SETTINGS.step
-        nd = u.shape[1]
-        ways = 1j * step * np.eye(nd)
-        by_u = np.stack([np.imag(self.force(u + way, v)) for way in ways], axis=2) / step
-        along = step * np.sqrt(np.arange(2, 2 + nd))
-        if not np.imag(self.force(u, v + 1j * along)).any():
-            return by_u, None
-        return by_u, np.stack([np.imag(self.force(u, v + way)) for way in ways], axis=2) / step
 
 
 def _harmonics_of_slopes(by: np.ndarray, basis: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ mode = backbone(problem, 1, (1e-6, 1e-3), outputs={"tip": row}, harmonics=5)
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -33,9 +33,6 @@ from tipdamp.hbm.validation import (
     check_whole,
     numbers,
 )
-
-if TYPE_CHECKING:
-    pass
 
 # of the stuck mode in the first output, beside what its largest dof would give: less is not seen
 UNSEEN = 1e-9

@@ -8,15 +8,12 @@ Krylov space.
 
 import inspect
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from tipdamp.hbm.time.base import IntegratedCycle, Integrator
-
-if TYPE_CHECKING:
-    pass
 
 # the relative tolerance of GMRES was called tol up to SciPy 1.13
 GMRES_TOLERANCE = "rtol" if "rtol" in inspect.signature(gmres).parameters else "tol"

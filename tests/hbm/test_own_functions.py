@@ -5,6 +5,7 @@ import pytest
 
 from tipdamp import (
     ContactLaw,
+    Contacts,
     ForceParameter,
     InputError,
     Jenkins1D,
@@ -17,6 +18,7 @@ from tipdamp import (
     check_law,
     follow_parameter,
 )
+from tipdamp.hbm.testing import forces
 
 ROW = {"tip": [1.0]}
 
@@ -104,3 +106,18 @@ def test_a_part_of_a_curve_is_a_list_of_its_points():
     curve = sliding().follow_band((600, 900), outputs=ROW, harmonics=1)
     assert [one.frequency for one in curve[1:4]] == [curve[k].frequency for k in (1, 2, 3)]
     assert curve[5:5] == [] and len(curve[-2:]) == 2
+
+
+@pytest.mark.parametrize("samples", [64, 256])
+def test_a_given_derivative_is_the_one_that_counts(samples):
+    """Of |u| u the complex step finds |u|, half of the slope."""
+    law = OwnForce(
+        lambda u, v: np.abs(u) * u,
+        derivative=lambda u, v: (2 * np.abs(u)[:, :, None], np.zeros((*u.shape, 1))),
+    )
+    x = np.array([[[0.0, 1.0, 0.0]]])
+    none = Contacts(kn=[0], kt=[0], mu=[0], preload=[0])
+    found = forces(law, none, x, samples=samples)
+    # of |cos| cos: 8 / (3 pi) at order 1; its derivative by the amplitude is twice that
+    assert found.g[0, 0, 1] == pytest.approx(8 / (3 * np.pi), rel=1e-3)
+    assert found.D[0, 0, 1, 0, 1] == pytest.approx(16 / (3 * np.pi), rel=1e-3)

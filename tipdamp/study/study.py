@@ -8,7 +8,7 @@ import re
 from collections.abc import Collection, Sequence
 from copy import deepcopy
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -29,9 +29,6 @@ from tipdamp.study.schema import (
 from tipdamp.study.toml_file import read_toml
 from tipdamp.study.values import NUMBER, Key, in_toml, number
 from tipdamp.study.view import Study
-
-if TYPE_CHECKING:
-    pass
 
 S = TypeVar("S", bound=StudySection)
 # sections of tables with names of their own

@@ -2,16 +2,13 @@
 values."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from tipdamp.hbm.errors import nearest
 from tipdamp.study.values import COUNT, LONGEST, NUMBER, Key, Kind, number, whole
-
-if TYPE_CHECKING:
-    pass
 
 RANGE = ("start", "stop", "count", "spacing")
 SPACINGS = ("lin", "log")
