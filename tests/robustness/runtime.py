@@ -18,6 +18,8 @@ from tipdamp.hbm.result import ForcedResponse
 
 ROOT = Path(__file__).parents[2]
 LONG = (("levels = [5]", "levels = [5, 8, 11]"), ("harmonics = [1]", "harmonics = [3]"))
+# A run that no machine finishes between its first curve and the signal
+ENDLESS = (("levels = [5]", f"levels = {[5 + 0.01 * k for k in range(400)]}"), LONG[1])
 EVERY = "inspect", "reduce", "preload", "tune", "respond"
 
 
@@ -123,7 +125,7 @@ def ended(folder):
     for number, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143)):
         place = folder / str(code)
         place.mkdir()
-        study = chain(place, *LONG, ("[900, 1400]", "[300, 2400]"))
+        study = chain(place, *ENDLESS, ("[900, 1400]", "[300, 2400]"))
         process = started(
             study,
             "run",
@@ -135,9 +137,11 @@ def ended(folder):
         came = until(lambda p=place: list(p.glob("results/study/responses/[!.]*.npz")), process)
         process.send_signal(number)
         said = process.communicate(timeout=60)[1]
-        assert (
-            not came or process.returncode == code and said.count("\n") == 1 and "continue" in said
-        ), (process, said)
+        assert came, (process, said)
+        assert process.returncode == code and said.count("\n") == 1 and "continue" in said, (
+            process,
+            said,
+        )
         yield said.strip().removeprefix("tipdamp: ")
 
 
