@@ -1,7 +1,7 @@
 """Checks of contact pairs before anything is computed: normals, distances, nodes without a
 partner."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +44,57 @@ def one_row_warnings(pairs: ContactTable) -> Iterator[str]:
                 "stuck frequency may by percents: refine the damper across the side, or let by = "
                 "'area' in [tune] meet a measured frequency"
             )
+
+
+@dataclass(frozen=True)
+class Slide:
+    """Farthest slide on a side, half peak to peak, beside the length that it is to be small to: m
+    both; the half-width of contact, or the distance of neighbouring pairs where none is known."""
+
+    side: str
+    reach: float
+    length: float
+    of: str
+
+    @property
+    def share(self) -> float:
+        """Of the length."""
+        return self.reach / self.length
+
+    @property
+    def said(self) -> str:
+        """As part of a sentence."""
+        return (
+            f"the contact points of side '{self.side}' slide by up to {1e6 * self.reach:.3g} um "
+            f"(half peak to peak), more than {self.of}, {1e6 * self.length:.3g} um"
+        )
+
+
+def slides(
+    pairs: ContactTable,
+    motion: np.ndarray,
+    components: Sequence[str],
+    half_widths: Mapping[str, float | None],
+) -> Iterator[Slide]:
+    """One of each side whose length is known. motion (n, P, nd) m, relative, its components among
+    't1', 't2', 'n'; half_widths {side: m}, None or no entry where the contact has none."""
+    along = [k for k, name in enumerate(components) if name in ("t1", "t2")]
+    reach = 0.5 * np.ptp(motion[:, :, along], axis=0).max(axis=1, initial=0.0)
+    for side in pairs.sides:
+        mine = np.flatnonzero(pairs.side == side)
+        spacing = _spacing(pairs.position[mine])
+        half_width = half_widths.get(side)
+        length = half_width or spacing
+        of = "the half-width of the contact" if half_width else "the distance of its pairs"
+        if length > 0:
+            yield Slide(side, float(reach[mine].max(initial=0.0)), length, of)
+
+
+def _spacing(place: np.ndarray) -> float:
+    """m, median distance of the nearest neighbours; 0 where there is none, or places are unknown"""
+    if len(place) < 2 or not np.isfinite(place).all():
+        return 0.0
+    return float(np.median(cKDTree(place).query(place, k=2)[0][:, 1]))
 
 
 def places_in(model: ReducedModel | None, pairs: ContactTable) -> dict:

@@ -1,12 +1,12 @@
 """Stage cycles: inside of the contacts at the peak of every curve, hysteresis loops, friction work,
 energy balance; on demand the peaks beside time integration."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.checks.pairs import pair_names
+from tipdamp.checks.pairs import Slide, pair_names, slides
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.fields import surface
@@ -27,6 +27,7 @@ from tipdamp.results.response_results import (
     RespondResult,
     families,
 )
+from tipdamp.results.static_results import PreloadResult
 from tipdamp.stages.respond import READS, assembled
 from tipdamp.stages.stage import Stage
 from tipdamp.study.view import Study
@@ -39,7 +40,11 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
     assembly = assembled(study, store, responded=True)
     respond = RespondResult.load(store)
     names = pair_names(assembly.kept, slice(None))
+    half_widths = {
+        name: one.half_width_m for name, one in PreloadResult.load(store).stiffness.items()
+    }
     found, said = [], []
+    slid: list[tuple[Slide, CurveResult]] = []
     files: list[str] = []
     finest = families(respond.responses)[-1] if study.respond.compare else []
     for k, case in enumerate(respond.responses):
@@ -53,6 +58,8 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
         except InputError as error:
             said.append(f"no hysteresis loops at Fe = {case.Fe_N:g} N, H = {case.H}: {error}")
             continue
+        on_sides = slides(assembly.kept, cycle.motion, cycle.components, half_widths)
+        slid += [(one, case) for one in on_sides]
         beside = _integrated(curve, assembly.curves.problem, point) if case in finest else None
         if beside and not (beside.agrees and beside.stable):
             said.append(f"Fe = {case.Fe_N:g} N, H = {case.H}: {beside.said}")
@@ -63,8 +70,20 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
         if study.respond.animate and case in families(respond.responses)[-1]:
             motion = whole_motion(curve, assembly.curves.problem, point)
             files += _animated(store, assembly, case, motion, cycle)
+    said += _too_far(slid)
     CyclesResult(curves=tuple(found), pairs=tuple(names), warnings=tuple(said)).save(store)
     return [*(one.file for one in found), *files]
+
+
+def _too_far(slid: list[tuple[Slide, CurveResult]]) -> Iterator[str]:
+    """The slide that is the largest share of its contact, where it leaves it."""
+    farthest, case = max(slid, key=lambda one: one[0].share, default=(None, None))
+    if farthest is not None and case is not None and farthest.share > 1:
+        yield (
+            f"Fe = {case.Fe_N:g} N, H = {case.H}: {farthest.said}: the model keeps the partners "
+            "and the stiffness of the place at rest, so the figures hold less and less from "
+            "there on; check the level, its unit and the damping"
+        )
 
 
 def _animated(store, assembly, case, motion, cycle) -> list[str]:
@@ -139,7 +158,7 @@ STAGE = Stage(
     warnings=warnings,
     outputs=("cycles.json",),
     may_write=("cycles/*.npz", "motion_*.pvd", "motion_*.vtu"),
-    needs=("reduce", "tune", "respond"),
+    needs=("reduce", "preload", "tune", "respond"),
     requires=("tune", "respond", "respond.levels"),
     reads=(*READS, "respond.animate", "respond.compare"),
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.contact_tables import contact_table
-from tipdamp.checks.pairs import jamming, one_row_warnings
+from tipdamp.checks.pairs import jamming, one_row_warnings, slides
 from tipdamp.hbm.contact import ContactTable
 
 
@@ -23,6 +23,28 @@ def test_a_closed_part_of_one_row_is_said():
     assert "side 'left': the closed part is one row" in said and "by = 'area'" in said
     assert not list(one_row_warnings(one.replace(area=np.zeros(24))))
     assert not list(one_row_warnings(table.replace(preload=np.where(row < 2, 1.0, -1.0))))
+
+
+def test_how_far_contact_points_slide():
+    """Half of the range along t1, against the half-width or the distance of neighbours; what a pair
+    moves along its normal is no slide."""
+    table = contact_table(
+        np.tile(np.eye(3), (4, 1, 1)),
+        side=["left", "left", "left", "right"],
+        position=[[0, 0, 0], [2e-3, 0, 0], [4e-3, 0, 0], [0, 1, 0]],
+    )
+    turn = np.linspace(0, 2 * np.pi, 9)
+    motion = np.zeros((9, 4, 3))
+    motion[:, 1, 0] = 1e-3 + 3e-3 * np.cos(turn)
+    motion[:, :, 2] = 5e-3 * np.cos(turn)[:, None]
+    motion[:, 3, 1] = 40e-6 * np.cos(turn)
+    found = {
+        one.side: one
+        for one in slides(table, motion, ("t1", "t2", "n"), {"left": None, "right": 33e-6})
+    }
+    assert found["left"].share == pytest.approx(1.5) and "2e+03 um" in found["left"].said
+    assert found["right"].share == pytest.approx(40 / 33) and "half-width" in found["right"].said
+    assert [one.side for one in slides(table, motion, ("t1", "t2", "n"), {})] == ["left"]
 
 
 @pytest.mark.parametrize(

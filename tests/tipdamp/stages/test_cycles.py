@@ -1,4 +1,4 @@
-"""[respond] compare: the peaks of the largest H beside time integration."""
+"""Stage cycles: peaks beside time integration, and slides that leave the contact."""
 
 import pytest
 
@@ -40,3 +40,13 @@ def test_peaks_beside_time_integration(matrices_study):
     shown = [row[table.columns.index("integration")] for row in table.rows]
     assert shown[0] == NOTHING
     assert shown[1] == f"{number(own.difference, 1, 100)} %"
+
+
+def test_a_slide_farther_than_the_contact_is_said(matrices_study):
+    """The pairs of the chain lie 20 mm apart; a force a thousand times the pull moves them more."""
+    matrices_study.write_text(CHAIN.replace("levels = [5]", "levels = [5, 20000]"))
+    assert main(["run", str(matrices_study), "--quiet"]) == 0
+    (said,) = Store(matrices_study.parent / "results" / "study").read_json("cycles.json")[
+        "warnings"
+    ]
+    assert "Fe = 20000 N" in said and "slide by up to" in said and "distance of its pairs" in said
