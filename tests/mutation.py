@@ -43,6 +43,7 @@ KNOWN = (  # lived once: file, what it says, the fault
         "zero_weight: float = 1.0",
     ),
 )
+ROOMS = ("hbm", "meshes", "modal", "static_contact")
 WRONG_USE, NO_TESTS = 4, 5  # exit codes of pytest
 
 OPERATORS = {
@@ -120,8 +121,15 @@ class Candidates(ast.NodeVisitor):
         line = left.end_lineno + self.text[first : first + sign.start()].count("\n")
         self.add(line, first + sign.start(), first + sign.end(), new)
 
+    def swap(self, one, two):
+        (first, end), (begin, last) = self.span(one), self.span(two)
+        new = self.text[begin:last] + self.text[end:begin] + self.text[first:end]
+        self.add(one.lineno, first, last, new)
+
     def visit_BinOp(self, node):
         self.operator(node.left, node.right, node.op)
+        if isinstance(node.op, ast.Add | ast.Sub):  # a term left out
+            self.change(node, self.text[slice(*self.span(node.left))])
         self.generic_visit(node)
 
     def visit_Compare(self, node):
@@ -160,6 +168,9 @@ class Candidates(ast.NodeVisitor):
             if name == "abs":
                 self.found.pop()
                 self.add(node.lineno, first, last, "")
+        names = [arg for arg in node.args if not isinstance(arg, ast.Constant)]
+        for one, two in zip(names, names[1:] * (name not in NAMES), strict=False):
+            self.swap(one, two)
         self.generic_visit(node)
 
     def visit_If(self, node):
@@ -251,13 +262,23 @@ def tests_of(path: Path, root: Path = ROOT):
 
 def importers(tree: Path, path: Path):
     """A module and all that stand on it: their compiled kernels contain its own."""
-    sources = {p.relative_to(tree): p.read_text() for p in tree.glob("[hmst]*/**/*.py")}
+    modules = {p.relative_to(tree) for room in ROOMS for p in (tree / room).glob("**/*.py")}
+    sources = {p: imports(tree / p) for p in modules}
     found, front = {path}, [path]
     while front:
-        stem = re.compile(rf"import.*\b{front.pop().stem}\b|\.{path.stem} import")
-        new = {p for p, text in sources.items() if p not in found and stem.search(text)}
+        name = front.pop().with_suffix("").as_posix()
+        new = {p for p, names in sources.items() if p not in found and name in names}
         found, front = found | new, front + sorted(new)
     return found
+
+
+def imports(path):
+    """What a file imports, as paths in the tree: of `from a.b import c` both a/b and a/b/c."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            found |= {node.module, *(f"{node.module}.{a.name}" for a in node.names)}
+    return {name.removeprefix("tipdamp.").replace(".", "/") for name in found}
 
 
 def seen_by(fault: Fault, whole: Path, marked: str, seconds: float):
