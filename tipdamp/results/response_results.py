@@ -37,6 +37,11 @@ class Peak(Record):
         """Whether the curve has no solved point at all."""
         return self.peak_m is None and self.at_least_m is None
 
+    @property
+    def largest_m(self) -> float:
+        """The peak, without one the largest amplitude that was solved, 0 where none was."""
+        return self.peak_m or self.at_least_m or 0.0
+
 
 class HeldForce(Record):
     """Force on what holds a rigid motion, at the highest amplitude of the curve on the first patch,

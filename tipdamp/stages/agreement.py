@@ -23,6 +23,7 @@ from tipdamp.results.response_results import (
 from tipdamp.results.static_results import TuneResult
 from tipdamp.stages.curve_facts import peak_of
 from tipdamp.stages.stage import Stage
+from tipdamp.study.schema import Measured
 from tipdamp.study.view import Study
 
 SAME_LEVEL = 0.02  # relative difference of two forces that count as one level
@@ -60,7 +61,13 @@ def agreement(study: Study, store: Store, tick: Tick) -> list[str]:
 
 
 def _agreement(
-    name, settings, patch, facts: MeasuredFacts, case: CurveResult, curve, band
+    name: str,
+    settings: Measured,
+    patch: str,
+    facts: MeasuredFacts,
+    case: CurveResult,
+    curve: ForcedResponse,
+    band: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
 ) -> Agreement:
     hz, _, low, high = band
     amplitude = computed_amplitude(curve, settings, patch) / case.Fe_N
@@ -84,14 +91,14 @@ def _agreement(
     )
 
 
-def _highest(hz, amplitude):
+def _highest(hz: np.ndarray, amplitude: np.ndarray) -> tuple[float, float]:
     """(Hz, m/N) of the highest point of the drawn curve: that of the fundamental is not among the
     solved peaks."""
     k = int(np.nanargmax(amplitude))
     return float(hz[k]), float(amplitude[k])
 
 
-def _half_power(hz, path_hz, path) -> MeasuredDamping:
+def _half_power(hz: np.ndarray, path_hz: np.ndarray, path: np.ndarray) -> MeasuredDamping:
     """As for a measured curve: on the computed curve at the measured frequencies."""
     values = values_at(hz, *drawn(path_hz, path))
     if any(len(v) > 1 and np.ptp(v) > 1e-9 * v.max() for v in values):
@@ -105,7 +112,7 @@ def _half_power(hz, path_hz, path) -> MeasuredDamping:
         return MeasuredDamping(refused=str(error))
 
 
-def _zeta(study, store):
+def _zeta(study: Study, store: Store) -> float:
     """MeasuredDamping ratio of the stuck mode nearest to the tracked frequency."""
     zeta, tune = study.respond.damping_ratio, TuneResult.load(store)
     mode = int(np.abs(np.array(tune.stuck_modes_hz.tuned) - tune.stuck_hz.tuned).argmin())

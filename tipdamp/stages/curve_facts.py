@@ -16,6 +16,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.continuation.branch import ENDS
 from tipdamp.hbm.curve.hold_check import hold_in_words
 from tipdamp.hbm.hold.spring import HeldMotion
+from tipdamp.hbm.named_point import NamedPoint
 from tipdamp.hbm.result import SOLVED, ForcedResponse
 from tipdamp.hbm.ties import first_largest
 from tipdamp.results.record import Number
@@ -100,7 +101,7 @@ def curve_result(
     )
 
 
-def _beside(file, curve, outputs):
+def _beside(file: str, curve: ForcedResponse, outputs: np.ndarray) -> BesideCurve:
     i = _largest(curve, outputs)
     return BesideCurve(
         file=file,
@@ -117,24 +118,24 @@ def _beside(file, curve, outputs):
     )
 
 
-def _unstable_points(curve):
+def _unstable_points(curve: ForcedResponse) -> int | None:
     known = (curve.stable | curve.unstable).any()
     return int(curve.unstable.sum()) if known else None
 
 
-def _named(one, kept, outputs):
-    known = one.multiplier is not None
+def _named(one: NamedPoint, kept: ContactTable, outputs: np.ndarray) -> NamedPlace:
+    passing = one.multiplier
     return NamedPlace(
         kind=one.kind,
         hz=one.frequency,
         within_hz=one.within,
         pair="" if one.contact < 0 else pair_names(kept, [one.contact])[0],
-        multiplier=(one.multiplier.real, one.multiplier.imag) if known else (None, None),
+        multiplier=(None, None) if passing is None else (passing.real, passing.imag),
         largest_m=np.array(one.amplitudes)[outputs].max(),
     )
 
 
-def _largest(curve, outputs):
+def _largest(curve: ForcedResponse, outputs: np.ndarray) -> int:
     """Index of the point at which the outputs, a mask (m,), move most."""
     a = curve.amplitude()[:, outputs].max(axis=1)
     return int(np.argmax(np.where(np.isfinite(a), a, -np.inf)))

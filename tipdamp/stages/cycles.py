@@ -13,7 +13,7 @@ from tipdamp.fields import surface
 from tipdamp.fields.animation import keep_motion
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.comparison import compare_point
-from tipdamp.hbm.curve.cycles import contact_cycles, whole_motion
+from tipdamp.hbm.curve.cycles import ContactCycles, contact_cycles, whole_motion
 from tipdamp.hbm.curve.energy import EnergyBalance
 from tipdamp.hbm.curve.solutions import points_at
 from tipdamp.hbm.errors import InputError
@@ -28,7 +28,7 @@ from tipdamp.results.response_results import (
     families,
 )
 from tipdamp.results.static_results import PreloadResult
-from tipdamp.stages.respond import READS, assembled
+from tipdamp.stages.respond import READS, Assembly, assembled
 from tipdamp.stages.stage import Stage
 from tipdamp.study.view import Study
 
@@ -86,7 +86,9 @@ def _too_far(slid: list[tuple[Slide, CurveResult]]) -> Iterator[str]:
         )
 
 
-def _animated(store, assembly, case, motion, cycle) -> list[str]:
+def _animated(
+    store: Store, assembly: Assembly, case: CurveResult, motion: np.ndarray, cycle: ContactCycles
+) -> list[str]:
     """The period of the bodies whose surfaces are known."""
     if not store.path("surface.npz").is_file():
         return []
@@ -120,7 +122,11 @@ def _integrated(curve: ForcedResponse, problem: ContactProblem, point: int) -> I
 
 
 def _facts(
-    case: CurveResult, curve: ForcedResponse, point: int, energy: EnergyBalance, names
+    case: CurveResult,
+    curve: ForcedResponse,
+    point: int,
+    energy: EnergyBalance,
+    names: Sequence[str],
 ) -> PeakCycle:
     return PeakCycle(
         file=f"cycles/{case.file.rpartition('/')[2]}",

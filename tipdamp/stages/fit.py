@@ -2,7 +2,7 @@
 computed response is as the measured one."""
 
 import warnings as python_warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -87,7 +87,7 @@ def result(found: DampingFit, names: Sequence[str], facts: Sequence[MeasuredFact
     )
 
 
-def _rows(study, name, rows) -> np.ndarray:
+def _rows(study: Study, name: str, rows: Mapping[str, np.ndarray]) -> np.ndarray:
     """(m, r) outputs at the place that was measured."""
     place, names = study.measured[name].response or study.respond.patches[0], list(rows)
     mine = in_patch(names, place) | (np.array(names) == place)

@@ -19,6 +19,8 @@ from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
+from tipdamp.modal.body import Body
+from tipdamp.modal.mesh import Mesh
 from tipdamp.results.static_results import FullResult, FullSide
 from tipdamp.stages.stage import Stage
 from tipdamp.static_contact.full.newton import FullPreload, full_preload
@@ -107,7 +109,7 @@ def _solved(study: Study, pairs: ContactTable, comm: Any, tick: Tick) -> tuple[F
     ), dofs
 
 
-def _distributed(study, meshes, comm, extra):
+def _distributed(study: Study, meshes: dict[str, Mesh], comm: Any, extra: int) -> list[Body]:
     """The bodies with the rows of this rank."""
     if "rotation" in study and study.rotation.speed:
         raise InputError(

@@ -1,12 +1,15 @@
 """Stage inspect: what is in the meshes or matrices, before anything is computed, and the page to
 look at it."""
 
+from collections.abc import Mapping
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER, loads
 from tipdamp.bodies.assemble import (
+    ShapeCount,
     assemble_bodies,
     check_size,
     clamped_nodes,
@@ -20,7 +23,7 @@ from tipdamp.bodies.pair import matched, own_pairs, places_on
 from tipdamp.bodies.pieces import check_pieces
 from tipdamp.bodies.read import BODY_FILES, BODY_READS, read_meshes
 from tipdamp.bodies.stiffness import side_materials
-from tipdamp.bodies.surfaces import damper_areas
+from tipdamp.bodies.surfaces import SurfaceContact, damper_areas
 from tipdamp.bodies.table_checks import surface_angles, unknown_places
 from tipdamp.checks import only_friction
 from tipdamp.checks import pairs as pair_checks
@@ -33,14 +36,15 @@ from tipdamp.checks.plausibility import (
 )
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError, shown
-from tipdamp.modal.mesh import DIMENSION
+from tipdamp.modal.mesh import DIMENSION, Mesh
 from tipdamp.modal.mesh_checks import parts
 from tipdamp.modal.mesh_support import all_held, moving_mass
 from tipdamp.report.inspection_page import Inspected, inspection_page
 from tipdamp.report.libraries import missing
 from tipdamp.report.subjects.pairs import covered
-from tipdamp.results.static_results import InspectedBody, InspectResult
+from tipdamp.results.static_results import InspectedBody, InspectResult, SideCheck
 from tipdamp.stages.stage import Stage
 from tipdamp.study.view import Study
 
@@ -52,7 +56,7 @@ def inspect(study: Study, store: Store, tick: Tick) -> list[str]:
     return list(result.pictures)
 
 
-def _matrices(study, store):
+def _matrices(study: Study, store: Store) -> InspectResult:
     model, pairs = given_model(study)
     check_gaps(study, pairs, model.position[(model.body == DAMPER) & model.moves])
     shown = Inspected({}, pairs, pair_checks.places_in(model, pairs))
@@ -62,7 +66,7 @@ def _matrices(study, store):
     return _with_page(study, store, InspectResult(bodies=bodies, warnings=tuple(warnings)), shown)
 
 
-def _meshes(study, store, tick):
+def _meshes(study: Study, store: Store, tick: Tick) -> InspectResult:
     """Load cases and pairs are checked before anything is assembled; the page is also there without
     pairs."""
     meshes = read_meshes(study)
@@ -75,7 +79,7 @@ def _meshes(study, store, tick):
         update={"first_hz": first_frequency(study, meshes[BLADES])}
     )
     try:
-        pairs, points = matched(study, meshes)
+        contact = matched(study, meshes)
     except InputError as error:
         warnings = [w for name, mesh in meshes.items() for w in mesh_warnings(study, name, mesh)]
         found = _with_page(
@@ -87,8 +91,10 @@ def _meshes(study, store, tick):
         for name in found.pictures:
             raise InputError(f"{error} (look at {store.path(name)})") from None
         raise
+    pairs = contact.pairs
     check_gaps(study, pairs, meshes[DAMPER].position)
-    bodies, warnings = _weighed(study, meshes, (pairs, points), bodies, tick)
+    counts = shape_counts(study, pairs, master_nodes(study, meshes, pairs))
+    bodies, warnings = _weighed(study, meshes, contact, counts, bodies, tick)
     angles = surface_angles(pairs, meshes)
     if not study.contact.pairs:
         warnings += distance_warnings(study, pairs, meshes)
@@ -101,14 +107,15 @@ def _meshes(study, store, tick):
             bodies=bodies,
             warnings=tuple(warnings),
             side_moduli=moduli,
-            **_counted(study, meshes, pairs),
+            columns={name: count.columns for name, count in counts.items()},
+            tractions={name: count.cells for name, count in counts.items() if count.cells},
         ),
         Inspected(meshes, pairs, places_on(meshes, pairs), angles),
         damper_areas(study, meshes),
     )
 
 
-def _of_pairs(study, pairs, angles=None):
+def _of_pairs(study: Study, pairs: ContactTable, angles: np.ndarray | None = None) -> list[str]:
     """What the pairs alone tell; angles (P,) of `surface_angles`."""
     pull = study.driver.pull_direction
     edges = [name for name, side in study.sides.items() if side.rows == "edge"]
@@ -121,7 +128,7 @@ def _of_pairs(study, pairs, angles=None):
     ]
 
 
-def _refused(study, meshes, trouble):
+def _refused(study: Study, meshes: dict[str, Mesh], trouble: str) -> Inspected:
     """What the page shows of pairs that are refused: those of the user's own table, where it can be
     read."""
     if not study.contact.pairs:
@@ -135,7 +142,7 @@ def _refused(study, meshes, trouble):
         return Inspected(meshes, trouble=trouble)
 
 
-def _of_mesh(mesh, file):
+def _of_mesh(mesh: Mesh, file: str) -> InspectedBody:
     """What a mesh alone tells."""
     return InspectedBody(
         file=file,
@@ -151,10 +158,16 @@ def _of_mesh(mesh, file):
     )
 
 
-def _weighed(study, meshes, contact, bodies, tick):
-    """The bodies with dofs, mass and rigid modes; the warnings about each. contact : pairs, and
-    points of surfaces."""
-    counts = shape_counts(study, contact[0], master_nodes(study, meshes, contact[0]))
+def _weighed(
+    study: Study,
+    meshes: dict[str, Mesh],
+    contact: SurfaceContact,
+    counts: dict[str, ShapeCount],
+    bodies: dict[str, InspectedBody],
+    tick: Tick,
+) -> tuple[dict[str, InspectedBody], list[str]]:
+    """The bodies with dofs, mass and rigid modes; the warnings about each. counts : {body: what it
+    will be reduced to}."""
     figures = _by_meshes(study, meshes, counts) or _by_matrices(
         study, meshes, contact, counts, tick
     )
@@ -165,7 +178,9 @@ def _weighed(study, meshes, contact, bodies, tick):
     return found, warnings
 
 
-def _by_meshes(study, meshes, counts):
+def _by_meshes(
+    study: Study, meshes: dict[str, Mesh], counts: dict[str, ShapeCount]
+) -> dict[str, dict[str, Any]] | None:
     """{body: its figures} without matrices; None where only these tell: of loads, at speed, of a
     damper in pieces, and where the support is not plainly as it should be."""
     fixed = clamped_nodes(study, meshes[BLADES])
@@ -186,7 +201,13 @@ def _by_meshes(study, meshes, counts):
     }
 
 
-def _by_matrices(study, meshes, contact, counts, tick):
+def _by_matrices(
+    study: Study,
+    meshes: dict[str, Mesh],
+    contact: SurfaceContact,
+    counts: dict[str, ShapeCount],
+    tick: Tick,
+) -> dict[str, dict[str, Any]]:
     """{body: its figures}, and whether the support is as declared."""
     from tipdamp.modal.body import check_support
 
@@ -205,20 +226,17 @@ def _by_matrices(study, meshes, contact, counts, tick):
     }
 
 
-def _counted(study, meshes, pairs):
-    """What the bodies will be reduced to."""
-    counts = shape_counts(study, pairs, master_nodes(study, meshes, pairs))
-    return {
-        "columns": {name: count.columns for name, count in counts.items()},
-        "tractions": {name: count.cells for name, count in counts.items() if count.cells},
-    }
-
-
-def _with_page(study, store, result, shown, areas=MappingProxyType({})):
+def _with_page(
+    study: Study,
+    store: Store,
+    result: InspectResult,
+    shown: Inspected,
+    areas: Mapping[str, float] = MappingProxyType({}),
+) -> InspectResult:
     """The result with its pairs and the areas {side: m2} of the damper's faces where they meet as
     surfaces, and inspect.html beside it; a warning instead where a library is missing."""
     found = dict(result)
-    if shown.pairs is not None:
+    if shown.pairs is not None and shown.places is not None:
         direction = np.array(study.driver.pull_direction)
         found["pairs"] = {s: int((shown.pairs.side == s).sum()) for s in shown.pairs.sides}
         found["pair_checks"] = pair_checks.side_checks(
@@ -277,7 +295,7 @@ def line(store: Store) -> str:
     return "\n".join([lines[0], *(" " * 21 + text for text in lines[1:])])
 
 
-def _covered(check):
+def _covered(check: SideCheck | None) -> str:
     return f" ({covered(check)} mm2 covered)" if check and check.area_m2 is not None else ""
 
 

@@ -4,12 +4,12 @@ result."""
 import numpy as np
 
 from tipdamp.engine.progress import Tick
-from tipdamp.fields.pressure import patches
+from tipdamp.fields.pressure import PressurePatch, patches
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.results import static_results as results
 from tipdamp.static_contact.contact.contact_cells import cells_in, fade_of, plane_of
 from tipdamp.static_contact.contact.mirror import mirrors_of
-from tipdamp.static_contact.tuning.area_detachment import detach_area, keep_area
+from tipdamp.static_contact.tuning.area_detachment import AreaStep, detach_area, keep_area
 from tipdamp.static_contact.tuning.kept_stations import halves
 from tipdamp.static_contact.tuning.station_detachment import DetachmentOptions
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
@@ -30,7 +30,7 @@ def keep(
     """The pairs of the line with what is kept of them, by the target or the share that the study
     gives; and the fields of TuneResult on it."""
 
-    def report(step, share):
+    def report(step: AreaStep, share: float) -> None:
         tick(0.8 * share, f"{step.share:.0%} of the area  {step.hz:.0f} Hz")
 
     tune = study.tune
@@ -66,7 +66,14 @@ def keep(
     }
 
 
-def _side(patch, closed, area, line, kept, size) -> results.KeptSide:
+def _side(
+    patch: PressurePatch,
+    closed: np.ndarray,
+    area: np.ndarray,
+    line: ContactTable,
+    kept: ContactTable,
+    size: float | None,
+) -> results.KeptSide:
     unit, factor = UNITS[patch.is_area]
     mine = patch.rows[closed[patch.rows]]
     left = kept.weight[mine] / line.weight[mine]

@@ -16,6 +16,7 @@ from tipdamp.static_contact.contact.equilibrium import beside
 from tipdamp.static_contact.contact.preload import StaticContact
 from tipdamp.static_contact.tuning.redistribution import (
     MOMENT,
+    Redistribution,
     balancing_forces,
     contact_length,
     redistribute,
@@ -38,7 +39,7 @@ class KeptPreload:
     pairs: ContactTable
     facts: results.RedistributionFacts
     forces: dict[str, float]
-    balance: float
+    balance: float | None
     tangential: np.ndarray | None = None
 
 
@@ -84,11 +85,10 @@ def kept_preload(
         if study.tune.preload == "resolved"
         else _scaled(study, model, whole, line, tangential)
     )
-    facts = kept.facts.model_copy(
-        update={"moment_share": _moment_share(study, model, whole, kept.facts)}
-    )
-    _check_moment(study, facts)
-    if facts.scale and facts.moment_share > MOMENT.compared:
+    share = _moment_share(study, model, whole, kept.facts)
+    _check_moment(study, kept.facts, share)
+    facts = kept.facts.model_copy(update={"moment_share": share})
+    if facts.scale and share > MOMENT.compared:
         facts = facts.model_copy(update={"resolved": _solved_again(study, contact, whole)})
     return replace(kept, facts=facts)
 
@@ -112,7 +112,9 @@ def moment_within(
     return _moment_share(study, model, whole, facts) <= MOMENT.refused
 
 
-def _moment_share(study, model, whole, facts):
+def _moment_share(
+    study: Study, model: ReducedModel, whole: ContactTable, facts: results.RedistributionFacts
+) -> float:
     """Of the load at rest times the length of the contact: the moment left, beside what the study
     holds."""
     rolls = np.array([value for name, value in facts.reactions.items() if name.startswith("roll")])
@@ -126,10 +128,10 @@ def _moment_share(study, model, whole, facts):
     return float(np.linalg.norm(moment) / (load * contact_length(whole, study.driver.axis)))
 
 
-def _check_moment(study, facts):
+def _check_moment(study: Study, facts: results.RedistributionFacts, share: float) -> None:
     """InputError where what is kept leaves more than a small moment: the damper would stand
     otherwise."""
-    if facts.moment_share <= MOMENT.refused:
+    if share <= MOMENT.refused:
         return
     amount = {
         name: value for name, value in facts.reactions.items() if name.startswith("roll")
@@ -144,12 +146,12 @@ def _check_moment(study, facts):
     other = ' or preload = "resolved"' * bool(facts.scale)
     raise InputError(
         f"{study.path}: [tune] what is kept of the contact leaves a moment of {said}: "
-        f"{facts.moment_share:.1%} of the load at rest times the length of the contact, allowed "
+        f"{share:.1%} of the load at rest times the length of the contact, allowed "
         f"are {MOMENT.refused:.0%}; keep {rows}{even}more of it{other}"
     )
 
 
-def _solved_again(study, contact, whole):
+def _solved_again(study: Study, contact: KeptContact, whole: ContactTable) -> results.KeptCase:
     """Static contact solved again on what is kept, to stand beside the scaled map."""
     try:
         found = _resolved(study, contact, whole)
@@ -175,7 +177,9 @@ def side_loads(pairs: ContactTable, force: np.ndarray) -> dict[str, results.Side
     }
 
 
-def _of_table(study, model, whole, line):
+def _of_table(
+    study: Study, model: ReducedModel, whole: ContactTable, line: ContactTable
+) -> KeptPreload:
     """As the user's own table states it, balanced or not."""
     if study.preload.friction:
         raise InputError(
@@ -192,7 +196,7 @@ def _of_table(study, model, whole, line):
     )
 
 
-def _check_held(study, kept, load):
+def _check_held(study: Study, kept: ContactTable, load: np.ndarray) -> None:
     """InputError where no friction within its limit balances the preload of a table and the
     load."""
     loose, held = inputs.imbalance(study, kept, load)
@@ -204,7 +208,7 @@ def _check_held(study, kept, load):
         )
 
 
-def _resolved(study, contact, whole):
+def _resolved(study: Study, contact: KeptContact, whole: ContactTable) -> KeptPreload:
     """Static contact solved again on the kept pairs alone."""
     bodies, line = contact.bodies, contact.pairs
     if not study.preload.friction:
@@ -228,11 +232,17 @@ def _resolved(study, contact, whole):
     return KeptPreload(kept, facts, inputs.side_sums(state.pairs), balance, state.tangential)
 
 
-def _scaled(study, model, whole, line, tangential):
+def _scaled(
+    study: Study,
+    model: ReducedModel,
+    whole: ContactTable,
+    line: ContactTable,
+    tangential: np.ndarray | None,
+) -> KeptPreload:
     """The whole map's part on the kept stations, scaled to the side forces of equilibrium."""
     carrying = np.flatnonzero(line.carrying)
     load = loads.force_at_rest(study, model)
-    axis = study.driver.axis
+    axis = np.array(study.driver.axis)
     kept = line.select(carrying)
     if tangential is None:
         forces = inputs.equilibrium(study, model, whole)
@@ -260,9 +270,11 @@ def _scaled(study, model, whole, line, tangential):
     )
 
 
-def _scaled_facts(done, moment, axis):
+def _scaled_facts(
+    done: Redistribution, moment: np.ndarray, axis: np.ndarray
+) -> results.RedistributionFacts:
     return results.RedistributionFacts(
-        scale=done.scale, moment_Nm=float(moment @ axis), moments_Nm=moment
+        scale=done.scale, moment_Nm=float(moment @ axis), moments_Nm=tuple(moment)
     )
 
 

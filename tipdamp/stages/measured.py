@@ -1,6 +1,6 @@
 """Stage measured: measured response curves to receptances, mean and band, peak and damping."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -35,7 +35,7 @@ def measured(study: Study, store: Store, tick: Tick) -> list[str]:
     return [one.file for one in facts.values()]
 
 
-def _check_overlap(curve, band):
+def _check_overlap(curve: MeasuredCurve, band: tuple[float, float]) -> None:
     if curve.hz[-1] < band[0] or curve.hz[0] > band[1]:
         raise InputError(
             f"no overlap: measured {curve.hz[0]:g}..{curve.hz[-1]:g} Hz, computed {band[0]:g}.."
@@ -63,7 +63,7 @@ def _facts(name: str, files: Sequence[str], curve: MeasuredCurve) -> MeasuredFac
     )
 
 
-def _peak(frf):
+def _peak(frf: Frf) -> tuple[float, float]:
     try:
         return highest_peak(frf.hz, _whole(frf).amplitude)
     except InputError:
@@ -90,7 +90,7 @@ def identified(method: Callable[[Frf], float], repeats: Sequence[Frf]) -> Measur
     return MeasuredDamping(zeta=zeta.mean(), deviation=float(_deviation(zeta)))
 
 
-def _refusals(facts: MeasuredFacts):
+def _refusals(facts: MeasuredFacts) -> Iterator[str]:
     if facts.half_power.refused:
         yield f"no damping by half-power: {facts.half_power.refused}"
     if (

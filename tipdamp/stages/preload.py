@@ -1,5 +1,6 @@
 """Stage preload: static contact of the whole patch under the pull and in further load cases."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,6 +10,7 @@ from tipdamp.bodies import DAMPER, loads, stiffness
 from tipdamp.bodies.gaps import check_gaps
 from tipdamp.bodies.pieces import check_loaded
 from tipdamp.bodies.read import BODY_READS
+from tipdamp.bodies.stiffness import Moduli
 from tipdamp.checks import only_friction
 from tipdamp.checks.pairs import jamming
 from tipdamp.engine.progress import Tick
@@ -26,10 +28,13 @@ from tipdamp.results.static_results import (
     ReduceResult,
     SideForces,
     SideLoad,
+    SideStiffness,
 )
 from tipdamp.stages import fitted_stiffness
 from tipdamp.stages.fitted_stiffness import fit_factor
 from tipdamp.stages.stage import Stage
+from tipdamp.static_contact.contact.contact_forces import Preload
+from tipdamp.static_contact.contact.friction import FrictionState
 from tipdamp.static_contact.contact.preload import StaticContact
 from tipdamp.statics import cases as statics
 from tipdamp.statics import friction_history, whole_body
@@ -42,10 +47,10 @@ class PatchAtRest:
     """State of the whole patch at rest: the static solution, with or without friction; forces
     {side: N} that balance the load; facts - of PreloadResult."""
 
-    solution: Any
+    solution: Preload | FrictionState
     forces: dict[str, float]
-    balance: float
-    facts: dict
+    balance: float | None
+    facts: dict[str, Any]
 
 
 def preload(study: Study, store: Store, tick: Tick) -> list[str]:
@@ -95,11 +100,11 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     files = ["preload_friction.csv"] if study.preload.friction else []
     files += [case.file for case in cases.values()]
     if study.preload.stress:
-        tangential = found.tangential if study.preload.friction else np.zeros((len(pairs), 2))
-        rest = whole_body.Rest(
-            found.displacement, pairs, np.column_stack([tangential, found.force])
-        )
-        files += whole_body.keep_stress(study, store, bodies.shapes(rest), tick)
+        none = np.zeros((len(pairs), 2))
+        tangential = found.tangential if isinstance(found, FrictionState) else none
+        force = np.column_stack([tangential, found.force])
+        shapes = bodies.shapes(whole_body.Rest(found.displacement, pairs, force))
+        files += whole_body.keep_stress(study, store, shapes, tick)
     tables = {name: ContactTable.load(store.path(case.file)) for name, case in cases.items()}
     return [
         *files,
@@ -107,7 +112,13 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     ]
 
 
-def _with_stiffness(study, store, model, bodies, materials):
+def _with_stiffness(
+    study: Study,
+    store: Store,
+    model: ReducedModel,
+    bodies: statics.StaticBodies,
+    materials: dict[str, Moduli],
+) -> tuple[ContactTable, dict[str, SideStiffness], list[str]]:
     """The pairs with kn, kt, mu and gap, what the stiffness of each side was made from, and
     warnings of a fit."""
     pairs = ContactTable.load(store.path("pairs.csv"))
@@ -125,7 +136,7 @@ def _with_stiffness(study, store, model, bodies, materials):
     return pairs, made, said
 
 
-def _closure(study, pulled, made):
+def _closure(study: Study, pulled: ContactTable, made: Mapping[str, SideStiffness]) -> list[str]:
     """Warnings of springs that are far too soft for the preload, or for one another."""
     if study.contact.normal == "hard":
         return []
@@ -139,7 +150,7 @@ def _closure(study, pulled, made):
     return [*closure_doubts(pulled, smooth), *doubts]
 
 
-def _frictionless(study, contact):
+def _frictionless(study: Study, contact: StaticContact) -> PatchAtRest:
     result = contact.solve(loads.at_rest(study, contact.model))
     motions = [
         FreeMotion(name=name, unit=m.unit, load=m.load)
@@ -158,7 +169,13 @@ def _frictionless(study, contact):
     )
 
 
-def _with_friction(study, store, bodies, contact, pairs):
+def _with_friction(
+    study: Study,
+    store: Store,
+    bodies: statics.StaticBodies,
+    contact: StaticContact,
+    pairs: ContactTable,
+) -> PatchAtRest:
     """The state at the end of the history; writes preload_friction.csv."""
     state = friction_history.solve(
         study, bodies, contact.pairs, friction_history.history(study, bodies.model)
@@ -191,12 +208,14 @@ def load_case(
 ) -> LoadCasePreload:
     """Preload map of one further load case, in a file of its own."""
     load = loads.total(study, name, bodies.model)
+    result: Preload | FrictionState
+    balance: float | None
+    reactions: dict[str, float] = {}
     try:
         if study.preload.friction:
-            result: Any = friction_history.solve(study, bodies, contact.pairs, [load])
+            result = friction_history.solve(study, bodies, contact.pairs, [load])
             resultant = loads.resultant(bodies.model, load)
             balance = balance_error(study, result.pairs, resultant, result.tangential)
-            reactions = {}
         else:
             result = contact.solve(load)
             balance, reactions = result.balance, result.reactions
@@ -236,7 +255,7 @@ def reaction_warnings(cases: dict[str, dict[str, float]]) -> list[str]:
 
 
 def side_forces(
-    pairs: ContactTable, forces: dict[str, float], balance: float
+    pairs: ContactTable, forces: dict[str, float], balance: float | None
 ) -> dict[str, SideForces]:
     """{side: figures of its preload} beside the forces {side: N} of equilibrium."""
     figures = {}
@@ -272,7 +291,7 @@ def warnings(_: Study, store: Store) -> tuple[str, ...]:
     return PreloadResult.load(store).warnings
 
 
-def _reads_more(study):
+def _reads_more(study: Study) -> tuple[str, ...]:
     return (
         BODY_READS * study.preload.stress
         + statics.reads(study)

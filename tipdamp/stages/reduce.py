@@ -56,7 +56,7 @@ def reduce(study: Study, store: Store, tick: Tick) -> list[str]:
     return files
 
 
-def _free(study, blades):
+def _free(study: Study, blades: ReducedModel) -> dict[str, Any]:
     """Modes and response without damper, by shape where the study says where to look."""
     if "respond" not in study:
         return {"free_modes_hz": lowest_modes(blades)[0][:10]}
@@ -114,7 +114,7 @@ def line(store: Store) -> str:
     )
 
 
-def _unnamed(found):
+def _unnamed(found: ReduceResult) -> str:
     """Without patches nothing tells modes by their shape."""
     if found.free_response is not None:
         return ""
@@ -126,7 +126,7 @@ def warnings(_: Study, store: Store) -> tuple[str, ...]:
     return ReduceResult.load(store).warnings
 
 
-def _for_error(study):
+def _for_error(study: Study) -> tuple[str, ...]:
     """The contact springs, where a body's modes are chosen by the error of the stuck
     frequencies."""
     return ("driver", "sides", "contact") if wants_error(study) else ()

@@ -32,10 +32,11 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.curve.enough_harmonics import not_met
 from tipdamp.hbm.curve.trace import SLIDES
 from tipdamp.hbm.hold import spring
+from tipdamp.hbm.hold.spring import HeldMotion
 from tipdamp.hbm.interface import InterfaceReduction
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.results.response_results import CurveResult, Peak, RespondResult, families
+from tipdamp.results.response_results import BackCurve, CurveResult, Peak, RespondResult, families
 from tipdamp.results.static_results import PreloadResult, ReduceResult, TuneResult
 from tipdamp.stages.adrift import adrift, held_in
 from tipdamp.stages.curve_facts import curve_result, peak_shape, with_macs
@@ -111,7 +112,16 @@ class Assembly:
         hz = np.linspace(*settings.band, LIMITS.points)
         return linear_response_with_peaks(*self._stuck(settings, hz, 1.0))
 
-    def _stuck(self, settings, hz, level):
+    def _stuck(
+        self, settings: Respond, hz: np.ndarray, level: float
+    ) -> tuple[
+        ReducedModel,
+        ContactTable,
+        np.ndarray,
+        np.ndarray,
+        float | np.ndarray,
+        dict[str, np.ndarray],
+    ]:
         closed = self.kept.select(self.kept.preload > 0)
         force, zeta = level * self.curves.force, ratio(settings.damping_ratio)
         return self.vibrating, closed, force, hz, zeta, self.curves.rows
@@ -173,7 +183,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     return [*own, *keep_shapes(store, assembly.interface)]
 
 
-def _size(model):
+def _size(model: ReducedModel) -> float | None:
     """Largest extent of its nodes, m; None where it has no places."""
     placed = model.position[np.isfinite(model.position).all(axis=1)]
     return float(np.ptp(placed, axis=0).max()) if len(placed) else None
@@ -291,7 +301,7 @@ def assembled(study: Study, store: Store, responded: bool = False) -> Assembly:
     return Assembly(_on_springs(model, held), kept, rest, curves, shapes)
 
 
-def _on_springs(model, held):
+def _on_springs(model: ReducedModel, held: Sequence[HeldMotion]) -> ReducedModel:
     return model.with_stiffness(spring.with_springs(model.K, [one for one in held if not one.mean]))
 
 
@@ -321,7 +331,7 @@ def solved_nothing(found: RespondResult) -> int:
     return sum(c.solved_nothing for c in _both_ways(found))
 
 
-def _both_ways(found):
+def _both_ways(found: RespondResult) -> list[CurveResult | BackCurve]:
     return [*found.responses, *(c.back for c in found.responses if c.back)]
 
 
@@ -367,7 +377,7 @@ def warnings(study: Study, store: Store) -> list[str]:
     ]
 
 
-def _to_hold(study, store):
+def _to_hold(study: Study, store: Store) -> str:
     """What to try first where not even a first point was found, '' where no motion is free."""
     free = [motion.name for motion in PreloadResult.load(store).free_motions]
     return (
@@ -422,7 +432,7 @@ def _truncated(found: Sequence[CurveResult], tolerance: float) -> Iterator[str]:
         )
 
 
-def _unstable(case):
+def _unstable(case: CurveResult) -> Iterator[str]:
     if case.unstable:
         yield (
             f"the largest amplitude at Fe = {case.Fe_N:g} N, H = {case.H} is that of an unstable "
@@ -430,7 +440,7 @@ def _unstable(case):
         )
 
 
-def _beside(case):
+def _beside(case: CurveResult) -> Iterator[str]:
     highest = max(case.beside, key=lambda one: one.highest_m, default=None)
     if highest is None:
         return
@@ -438,25 +448,25 @@ def _beside(case):
     curves = (
         f"a further curve, {highest.ends}" if n == 1 else f"{n} further curves, one {highest.ends}"
     )
-    own = case.peak_m or case.at_least_m
+    times = highest.highest_m / case.largest_m
     yield (
         f"beside the curve Fe = {case.Fe_N:g} N, H = {case.H} lies {curves}, with up to "
-        f"{_micro(highest.highest_m, highest.highest_hz)}, {highest.highest_m / own:.3g} times the "
+        f"{_micro(highest.highest_m, highest.highest_hz)}, {times:.3g} times the "
         f"largest amplitude of the curve{', unstable there' * highest.unstable}: which of the "
         "motions is met depends on how the blades come there"
     )
 
 
-def _at_an_end(case):
+def _at_an_end(case: CurveResult) -> bool:
     return case.complete and not case.failed_points and case.peak_m is None
 
 
-def _without_resonance(case, stuck_hz):
-    if not _at_an_end(case):
+def _without_resonance(case: CurveResult, stuck_hz: Sequence[float]) -> Iterator[str]:
+    end = case.at_least_hz
+    if not _at_an_end(case) or end is None:
         return
     nearest = (
-        "; the nearest stuck mode has "
-        f"{min(stuck_hz, key=lambda f: abs(f - case.at_least_hz)):.1f} Hz"
+        f"; the nearest stuck mode has {min(stuck_hz, key=lambda f: abs(f - end)):.1f} Hz"
         if stuck_hz
         else ""
     )
@@ -471,14 +481,14 @@ def _without_resonance(case, stuck_hz):
     )
 
 
-def _further(case):
+def _further(case: CurveResult) -> Iterator[str]:
     """Not where the curve from the other end is complete, and knows of no further solution."""
     back = case.back
     if case.further and not (back is not None and back.complete and not back.further):
         yield f"the curve Fe = {case.Fe_N:g} N, H = {case.H}: {case.further}"
 
 
-def _unsolved(case):
+def _unsolved(case: CurveResult) -> Iterator[str]:
     for way, one in (("", case), (" followed from the other end", case.back)):
         if one is not None and one.unsolved:
             yield (
@@ -487,7 +497,7 @@ def _unsolved(case):
             )
 
 
-def _another_mode(found):
+def _another_mode(found: Sequence[CurveResult]) -> Iterator[str]:
     for family in families(found):
         for below, one in pairwise(family):
             if one.of_another_mode:
@@ -500,7 +510,7 @@ def _another_mode(found):
                 )
 
 
-def _not_the_tracked(found, store):
+def _not_the_tracked(found: Sequence[CurveResult], store: Store) -> Iterator[str]:
     """Where the largest peak lies beyond the frequencies between which the tracked mode moves, free
     to stuck: the level at which that is first so."""
     if store.record("tune") is None or store.record("reduce") is None:
@@ -520,10 +530,10 @@ def _not_the_tracked(found, store):
         )
 
 
-def _too_far(found, size):
+def _too_far(found: Sequence[CurveResult], size: float | None) -> Iterator[str]:
     """The largest motion of all, beside the bodies that make it."""
-    moved = [(one.peak_m or one.at_least_m or 0.0, one) for one in found]
-    most, one = max(moved, key=lambda m: m[0])
+    one = max(found, key=lambda one: one.largest_m)
+    most = one.largest_m
     if size and most > LIMITS.small * size:
         yield (
             f"the largest amplitude, {1e3 * most:.3g} mm at Fe = {one.Fe_N:g} N, H = {one.H}, is "
@@ -533,7 +543,7 @@ def _too_far(found, size):
         )
 
 
-def _hold(case):
+def _hold(case: CurveResult) -> Iterator[str]:
     for doubt in case.hold_doubts:
         yield f"the curve Fe = {case.Fe_N:g} N, H = {case.H}: {doubt}"
 
@@ -559,18 +569,16 @@ def _incomplete(case: CurveResult, hold: str) -> Iterator[str]:
 
 def at_least(peak: Peak) -> str:
     """What is known of a peak that was not reached: 'at least 926.5 um at 809.4 Hz'."""
-    return (
-        "no point solved"
-        if peak.at_least_m is None
-        else f"at least {_micro(peak.at_least_m, peak.at_least_hz)}"
-    )
+    reached = _micro(peak.at_least_m, peak.at_least_hz)
+    return f"at least {reached}" if reached else "no point solved"
 
 
-def _micro(m, hz):
-    return f"{1e6 * m:.4g} um at {hz:.1f} Hz"
+def _micro(m: float | None, hz: float | None) -> str:
+    """'926.5 um at 809.4 Hz', '' of what is not known."""
+    return "" if m is None or hz is None else f"{1e6 * m:.4g} um at {hz:.1f} Hz"
 
 
-def _reads_more(study):
+def _reads_more(study: Study) -> tuple[str, ...]:
     """Measured curves only where one names a node, whose peak is then solved too."""
     at_nodes = "measured" in study and any(":" in one.response for one in study.measured.values())
     return ("measured.response",) if at_nodes else ()

@@ -1,7 +1,7 @@
 """How stages are run, one after the other; `run_stage` is where a stage is skipped."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from fnmatch import fnmatchcase
 from functools import cache
@@ -131,7 +131,7 @@ def stages_needed(stage: Stage, study: Study) -> list[str]:
     return [need for need in (*stage.needs, *stage.needs_more(study)) if applies(need, study)]
 
 
-def _view(name, study):
+def _view(name: str, study: Study) -> View:
     """What the stage sees of the study: what it has declared."""
     return View(study, name, (*stage_of(name).reads, *stage_of(name).reads_more(study)))
 
@@ -190,7 +190,7 @@ def all_needed(stage: Stage, study: Study) -> list[str]:
     return [name for name in STAGES if name in found]
 
 
-def _listed(stages, one="has", several="have"):
+def _listed(stages: Sequence[str], one: str = "has", several: str = "have") -> str:
     *others, last = (f"'{stage}'" for stage in stages)
     return (
         f"the stages {', '.join(others)} and {last}, which {several}"
@@ -199,7 +199,7 @@ def _listed(stages, one="has", several="have"):
     )
 
 
-def _check_untouched(name, study, store, overwrite):
+def _check_untouched(name: str, study: Study, store: Store, overwrite: bool) -> None:
     """A table that a person has edited is neither used unseen nor overwritten."""
     edited = store.edited(name)
     if edited and not overwrite:

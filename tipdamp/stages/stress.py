@@ -32,6 +32,7 @@ from tipdamp.statics.whole_body import (
     contact_forces,
     whole_bodies,
 )
+from tipdamp.study.schema import MaterialSection, OtherMaterial
 from tipdamp.study.view import Study
 
 LARGEST = 5  # places of each body that are named
@@ -139,7 +140,7 @@ def limits(study: Study, mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
     return found[0], found[1]
 
 
-def _lower(found, cells, material):
+def _lower(found: np.ndarray, cells: np.ndarray, material: MaterialSection | OtherMaterial) -> None:
     if material.fatigue_limit is not None:
         nodes = np.unique(cells)
         values = material.fatigue_limit, material.tensile_strength
@@ -166,7 +167,9 @@ def _tops(mesh: Mesh, fields: VibrationStress) -> np.ndarray:
     return tops[in_order(-value[tops])][:LARGEST]
 
 
-def _place(body: str, mesh: Mesh, fields: VibrationStress, safety: np.ndarray, i: int):
+def _place(
+    body: str, mesh: Mesh, fields: VibrationStress, safety: np.ndarray, i: int
+) -> StressPlace:
     return StressPlace(
         body=body,
         node=mesh.node[i],

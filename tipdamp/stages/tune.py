@@ -1,6 +1,7 @@
 """Stage tune: stations detached until the stuck frequency meets its target; the preload of the kept
 pairs."""
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +25,13 @@ from tipdamp.modal.truncation import Truncation
 from tipdamp.results import static_results as results
 from tipdamp.results.response_results import MeasuredResult
 from tipdamp.stages import kept_area
-from tipdamp.stages.kept_preload import KeptContact, kept_case, kept_preload, moment_within
+from tipdamp.stages.kept_preload import (
+    KeptContact,
+    KeptPreload,
+    kept_case,
+    kept_preload,
+    moment_within,
+)
 from tipdamp.stages.preload import side_forces
 from tipdamp.stages.reduce import free_modes
 from tipdamp.stages.stage import Stage
@@ -35,6 +42,7 @@ from tipdamp.static_contact.tuning.station_detachment import (
     Detachment,
     DetachmentOptions,
     NotReachable,
+    Step,
     detach_until,
     keep_stations,
     keep_weights,
@@ -133,7 +141,7 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     return [*files, *keep_stuck(store, model, shown)]
 
 
-def _passed_over(sets):
+def _passed_over(sets: Sequence[Step]) -> Iterator[str]:
     """A sentence on sets that fit the target better than the one that is kept."""
     if sets:
         first = sets[0]
@@ -144,7 +152,7 @@ def _passed_over(sets):
         )
 
 
-def _of_blades(model, shape):
+def _of_blades(model: ReducedModel, shape: np.ndarray) -> np.ndarray:
     """(r,) a free shape of the blades, the damper at rest."""
     whole = np.zeros(model.size)
     whole[model.body == BLADES] = shape
@@ -174,11 +182,19 @@ def target(study: Study, store: Store) -> Target | None:
 
 # hundreds of small factors, in which threads wait for each other: 9.4 s for 0.1 s beside other work
 @threadpool_limits.wrap(limits=1, user_api="blas")
-def _keep(study, assembly, line, follow, goal, options, tick) -> tuple[ContactTable, dict]:
+def _keep(
+    study: Study,
+    assembly: StuckAssembly,
+    line: ContactTable,
+    follow: np.ndarray,
+    goal: Target | None,
+    options: DetachmentOptions,
+    tick: Tick,
+) -> tuple[ContactTable, dict]:
     """The pairs of the line that are kept, those of a table, those that the study gives, or by the
     target; and the fields of TuneResult on how they were found."""
 
-    def report(step, share):
+    def report(step: Step, share: float) -> None:
         tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
 
     along = line.position @ study.driver.axis
@@ -224,7 +240,9 @@ def _by_station(found: Detachment, along: np.ndarray) -> tuple[ContactTable, dic
     }
 
 
-def _without_detached(study, whole, line, kept):
+def _without_detached(
+    study: Study, whole: ContactTable, line: ContactTable, kept: ContactTable
+) -> ContactTable:
     """The map without what tuning by area took off, whose force is not moved to its neighbours; the
     rows for which a line stands are still there."""
     if study.tune.by == "station":
@@ -232,7 +250,12 @@ def _without_detached(study, whole, line, kept):
     return whole.replace(weight=np.where(line.carrying & ~kept.carrying, 0.0, whole.weight))
 
 
-def _stuck_sets(study, assembly, follow, sets) -> Sets:
+def _stuck_sets(
+    study: Study,
+    assembly: StuckAssembly,
+    follow: np.ndarray,
+    sets: Mapping[str, tuple[ContactTable, np.ndarray]],
+) -> Sets:
     """sets {name: (pairs, (P,) bool: those in contact at rest)}"""
     stuck = {
         name: pairs.replace(weight=np.where(closed, pairs.weight, 0.0))
@@ -255,7 +278,9 @@ def _stuck_sets(study, assembly, follow, sets) -> Sets:
     )
 
 
-def _full_model_check(study, store, model, sets, tick) -> dict[str, results.FullModelCheck]:
+def _full_model_check(
+    study: Study, store: Store, model: ReducedModel, sets: Sets, tick: Tick
+) -> dict[str, results.FullModelCheck]:
     """Nothing where matrices were given."""
     if "model" in study:
         return {}
@@ -274,7 +299,9 @@ def _full_model_check(study, store, model, sets, tick) -> dict[str, results.Full
     )
 
 
-def _lowest(model, pairs, springs, modes) -> StuckSet:
+def _lowest(
+    model: ReducedModel, pairs: ContactTable, springs: Sequence[RollSpring], modes: StuckModes
+) -> StuckSet:
     hz = _below(CHECK_BELOW_HZ, modes)
     motion = relative_motion(model, pairs) @ modes.shapes[:, : len(hz)]
     return StuckSet(pairs, springs, hz, motion)
@@ -302,7 +329,7 @@ def stuck_figures(sets: Sets) -> dict:
     }
 
 
-def _write_kept(store, kept):
+def _write_kept(store: Store, kept: KeptPreload) -> list[str]:
     """kept.csv, and with friction kept_friction.csv; the names of what is not always written."""
     with store.writing("kept.csv") as path:
         kept.pairs.save(path)
@@ -342,7 +369,7 @@ def warnings(study: Study, store: Store) -> list[str]:
     ]
 
 
-def _table_warnings(study, store, found):
+def _table_warnings(study: Study, store: Store, found: results.TuneResult) -> Iterator[str]:
     """Friction beyond that of metals; preload that is balanced by friction alone, which the
     response does not know."""
     if not study.tune.kept:
@@ -352,7 +379,7 @@ def _table_warnings(study, store, found):
     yield from closure_doubts(kept)
     yield from tangential_doubts(kept)
     yield from uneven_doubts(kept)
-    left = max(side.balance_error for side in found.preload_kept.values())
+    left = max(side.balance_error or 0.0 for side in found.preload_kept.values())
     if study.tune.preload == "table" and left > UNBALANCED:
         yield (
             f"[tune] kept = '{study.tune.kept}': {left:.0%} of the pull is not balanced by the "
@@ -361,11 +388,11 @@ def _table_warnings(study, store, found):
         )
 
 
-def _reads_more(study):
+def _reads_more(study: Study) -> tuple[str, ...]:
     return friction_history.READS if study.preload.friction else ()
 
 
-def _needs_more(study):
+def _needs_more(study: Study) -> tuple[str, ...]:
     return ("measured",) if study.tune.target_from else ()
 
 

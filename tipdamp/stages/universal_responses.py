@@ -1,6 +1,7 @@
 """The computed responses of a study as universal file, for programs of modal analysis:
 `tipdamp export study.toml --format unv`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -44,14 +45,14 @@ def write_responses(study: Study, store: Store) -> Path:
     return write_universal(store.path(FILE), functions)
 
 
-def _axis(direction):
+def _axis(direction: Sequence[float]) -> int:
     """1, 2, 3 along x, y, z, negative against it, and 0 of a direction between them."""
     unit = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
     k = int(np.abs(unit).argmax())
     return int(np.sign(unit[k])) * (k + 1) if abs(unit[k]) > 1 - 1e-9 else 0
 
 
-def _driven_node(study, model):
+def _driven_node(study: Study, model: ReducedModel) -> int:
     """Its number, or 0 where several nodes share the force."""
     nodes = [n for name in study.respond.excitation for n in group(model, study, name)]
     return int(nodes[0]) if len(nodes) == 1 else 0
