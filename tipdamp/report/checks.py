@@ -6,9 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from tipdamp.checks.pairs import pair_names
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import NEGLIGIBLE, force_along, moment, names_of_pairs, number, sentence
-from tipdamp.results.static_results import SideForces, TuneStep
+from tipdamp.results.static_results import SideForces, TuneResult, TuneStep
+from tipdamp.study.view import Study
 
 
 @dataclass(frozen=True)
@@ -46,24 +48,27 @@ def _nothing(_: Results) -> Iterator[str]:
     yield from ()
 
 
-def _not_read(results):
-    for name, body in results.inspect.bodies.items():
+def _not_read(results: Results) -> Iterator[str]:
+    for name, body in (results.inspect.bodies if results.inspect else {}).items():
         if body.not_read:
             yield f"Not taken over from the mesh of the {name}: {', '.join(body.not_read)}."
 
 
-def _free(results):
+def _free(results: Results) -> Iterator[str]:
     reference = results.study.reference
-    for name, hz in results.reduce.free_hz.items():
+    for name, hz in (results.reduce.free_hz if results.reduce else {}).items():
         yield from _off_reference(
             f"The free {name.replace('_', '-')} frequency", hz, reference.get(f"{name}_hz")
         )
 
 
-def _preload(results):
-    yield from _balance("the preload of the whole patch", results.preload.sides)
-    if results.preload.residual > LIMITS.balance:
-        yield f"The static contact is solved only to a residual of {results.preload.residual:.1e}."
+def _preload(results: Results) -> Iterator[str]:
+    found = results.preload
+    if found is None:
+        return
+    yield from _balance("the preload of the whole patch", found.sides)
+    if found.residual > LIMITS.balance:
+        yield f"The static contact is solved only to a residual of {found.residual:.1e}."
     if results.full is not None and results.full.difference > LIMITS.full_model:
         yield (
             "The preload on the full model differs from preload.csv by "
@@ -71,20 +76,24 @@ def _preload(results):
         )
 
 
-def _stuck(results):
-    stuck, reference = results.tune.stuck_hz, results.study.reference
+def _stuck(results: Results) -> Iterator[str]:
+    tune, reference = results.tune, results.study.reference
+    if tune is None:
+        return
+    stuck = tune.stuck_hz
     for key, hz, where in (
         ("full_area_hz", stuck.full_area, "on the whole area"),
         ("full_line_hz", stuck.full_line, "on the whole line"),
-        ("tuned_hz", stuck.tuned, f"on the {results.tune.kept_name}"),
+        ("tuned_hz", stuck.tuned, f"on the {tune.kept_name}"),
     ):
         yield from _off_reference(f"The stuck frequency {where}", hz, reference.get(key))
 
 
-def _tune(results):
-    tune = results.tune
-    reference = results.study.reference
-    kept = results.tune.tuned_pairs
+def _tune(results: Results) -> Iterator[str]:
+    tune, reference = results.tune, results.study.reference
+    if tune is None or results.reduce is None or results.kept is None:
+        return
+    kept = tune.tuned_pairs
     given = tuple(reference.get(end) for end in ("front", "back"))
     if not tune.area and None not in given and (kept.front, kept.back) != given:
         yield (
@@ -98,13 +107,12 @@ def _tune(results):
         )
     yield from _monotone(tune.history)
     more = "raise [contact] tractions" if results.reduce.reduction.tractions else "keep more modes"
-    yield from _reduced(results, more)
-    yield from _redistributed(results)
+    yield from _reduced(results.study, tune, more)
+    yield from _redistributed(results, tune, results.kept.select(results.kept.carrying))
 
 
-def _reduced(results, more):
+def _reduced(study: Study, tune: TuneResult, more: str) -> Iterator[str]:
     """Modes that the band sees: those inside it and not far above, or around the tracked one."""
-    tune, study = results.tune, results.study
     band = study.respond.band[1] if "respond" in study else 0.0
     band = band or tune.stuck_hz.tuned
     errors = [
@@ -122,7 +130,7 @@ def _reduced(results, more):
         )
 
 
-def _monotone(history: tuple[TuneStep, ...]):
+def _monotone(history: tuple[TuneStep, ...]) -> Iterator[str]:
     """From the middle outwards, with even ends: very uneven ones may meet other modes."""
     steps = sorted(
         (s for s in history if s.front - s.back in (0, 1)), key=lambda s: s.front + s.back
@@ -135,13 +143,13 @@ def _monotone(history: tuple[TuneStep, ...]):
         )
 
 
-def _redistributed(results):
-    done, kept = results.tune.redistribution, results.kept.select(results.kept.carrying)
-    yield from _balance(f"the preload of the {results.tune.kept_name}", results.tune.preload_kept)
+def _redistributed(results: Results, tune: TuneResult, kept: ContactTable) -> Iterator[str]:
+    done = tune.redistribution
+    yield from _balance(f"the preload of the {tune.kept_name}", tune.preload_kept)
     if np.abs([done.moment_Nm or 0.0, *(done.moments_Nm or ())]).max() > LIMITS.moment_Nm:
         why = (
             "What is detached"
-            if results.tune.area or results.tune.line_is_whole
+            if tune.area or tune.line_is_whole
             else "Moving the force of each station to its kept row"
         )
         yield (
@@ -159,7 +167,7 @@ def _redistributed(results):
         yield f"{len(opened)} of {len(kept)} kept pairs are open at rest: {names_of_pairs(opened)}."
 
 
-def _balance(what: str, sides: Mapping[str, SideForces]):
+def _balance(what: str, sides: Mapping[str, SideForces]) -> Iterator[str]:
     largest = max((abs(s.equilibrium_N) for s in sides.values()), default=0.0)
     for side, s in sides.items():
         if abs(s.sum_N - s.equilibrium_N) > LIMITS.balance * largest:
@@ -172,7 +180,7 @@ def _balance(what: str, sides: Mapping[str, SideForces]):
         yield f"Loads and {what} are not in equilibrium: {worst:.1e} of the load is unbalanced."
 
 
-def _respond(results):
+def _respond(results: Results) -> Iterator[str]:
     for case in results.cases:
         yield from _both_ways(case)
         yield from _no_slip(results, case)
@@ -189,7 +197,7 @@ def _name(case: ReportedCurve) -> str:
     return f"Fe = {case.Fe:g} N, H = {case.H}"
 
 
-def _both_ways(case: ReportedCurve):
+def _both_ways(case: ReportedCurve) -> Iterator[str]:
     facts, back = case.facts, case.facts.back
     if back is None:
         return
@@ -207,10 +215,11 @@ def _off(value: float | None, other: float | None) -> float:
     return 0.0 if value is None or other is None else value / other - 1
 
 
-def _no_slip(results, case: ReportedCurve):
+def _no_slip(results: Results, case: ReportedCurve) -> Iterator[str]:
     if case.facts.slipping_pairs:
         return
-    difference = results.respond.stuck_difference.get(case.facts.file)
+    differences = results.respond.stuck_difference if results.respond is not None else {}
+    difference = differences.get(case.facts.file)
     if difference is not None and difference > LIMITS.stuck_curve:
         yield (
             f"No pair slips at {_name(case)}, yet the curve differs from the linear response by "
@@ -225,7 +234,7 @@ def _no_slip(results, case: ReportedCurve):
             )
 
 
-def _off_reference(what, hz, reference):
+def _off_reference(what: str, hz: float, reference: float | None) -> Iterator[str]:
     if reference and abs(hz / reference - 1) > LIMITS.reference:
         yield (
             f"{what} is {hz:.0f} Hz, {100 * (hz / reference - 1):+.1f} % from the reference "

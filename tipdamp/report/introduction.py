@@ -2,18 +2,20 @@
 
 from collections.abc import Iterator
 
-from tipdamp.report.results import Results
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects.amplitudes import reason
 from tipdamp.report.text import hertz, listing, micro, number
+from tipdamp.results.static_results import ReduceResult
 
 
 def introduction(results: Results) -> list[str]:
     """One paragraph on model, preload and kept stations, one on the response."""
-    return [" ".join([*_model(results), *_preload(results), *_kept(results)]), *_response(results)]
+    model = _model(results.reduce) if results.reduce is not None else ()
+    return [" ".join([*model, *_preload(results), *_kept(results)]), *_response(results)]
 
 
-def _model(results) -> Iterator[str]:
-    size, free = results.reduce.reduction, results.reduce.free_hz
+def _model(found: ReduceResult) -> Iterator[str]:
+    size, free = found.reduction, found.free_hz
     yield (
         f"Two blades with a friction damper pressed between them: a model of {size.dofs} dofs, "
         f"reduced to {size.in_words}."
@@ -25,7 +27,7 @@ def _model(results) -> Iterator[str]:
         )
 
 
-def _preload(results) -> Iterator[str]:
+def _preload(results: Results) -> Iterator[str]:
     if results.preload is not None:
         case = results.study.preload.case
         load = f"The load case '{case}'" if case else f"The pull of {results.study.driver.pull:g} N"
@@ -35,7 +37,7 @@ def _preload(results) -> Iterator[str]:
         yield f"{load} presses the damper against the blades with {forces}."
 
 
-def _kept(results) -> Iterator[str]:
+def _kept(results: Results) -> Iterator[str]:
     tune = results.tune
     if tune is not None:
         how = (
@@ -55,7 +57,7 @@ def _kept(results) -> Iterator[str]:
         )
 
 
-def _response(results) -> Iterator[str]:
+def _response(results: Results) -> Iterator[str]:
     cases = [c for c in results.finest if c.has_peak]
     if cases:
         yield _peaks(cases[0], cases[-1])
@@ -69,7 +71,7 @@ def _response(results) -> Iterator[str]:
             )
 
 
-def _peaks(low, high) -> str:
+def _peaks(low: ReportedCurve, high: ReportedCurve) -> str:
     text = (
         f"At {low.Fe:g} N the peak of blade 1 is {micro(low.peak_per_newton)} µm/N at "
         f"{hertz(low.facts.peak_hz)} Hz (H = {low.H})"

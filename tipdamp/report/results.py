@@ -274,23 +274,23 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
     )
 
 
-def _back(store, facts: CurveResult) -> ForcedResponse | None:
+def _back(store: Store, facts: CurveResult) -> ForcedResponse | None:
     file = store.path(CurveCase(facts.Fe_N, facts.H, (1.0, 0.0)).file)  # downwards
     return ForcedResponse.load(file) if facts.back is not None and file.is_file() else None
 
 
-def _mode(store) -> Backbone | None:
+def _mode(store: Store) -> Backbone | None:
     file = store.path("backbone.npz")
     return Backbone.load(file) if file.is_file() else None
 
 
-def _full(store) -> FullResult | None:
+def _full(store: Store) -> FullResult | None:
     """The preload on the full model, where it was made for the preload that is there."""
     found = FullResult.load(store) if store.path(FullResult.file).is_file() else None
     return found if found and found.of == store.outputs("preload").get("preload.csv") else None
 
 
-def _stuck(study, store) -> StuckResponse | None:
+def _stuck(study: Study, store: Store) -> StuckResponse | None:
     path = store.path("stuck.npz")
     if not path.is_file():
         return None

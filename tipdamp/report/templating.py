@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from tipdamp.report.libraries import need
 
 if TYPE_CHECKING:
+    from jinja2 import Environment
     from markupsafe import Markup
 
 FOLDER = Path(__file__).with_name("templates")
@@ -37,7 +38,7 @@ def source(name: str) -> Markup:
 
 
 @cache
-def _environment():
+def _environment() -> Environment:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     return Environment(

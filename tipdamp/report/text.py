@@ -1,7 +1,7 @@
 """How numbers, names and lists are written."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -110,7 +110,7 @@ def names_of_pairs(names: Iterable[str]) -> str:
     )
 
 
-def _ranges(whole) -> str:
+def _ranges(whole: Sequence[int]) -> str:
     runs: list[list[int]] = []
     for k in whole:
         if runs and k == runs[-1][1] + 1:

@@ -1,5 +1,9 @@
 """The same figures drawn with matplotlib, as PNG."""
 
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 
 from tipdamp.hbm.drawing.axes import SETTINGS, draw_panel, plain_text
@@ -10,7 +14,7 @@ DPI, PANEL_WIDTH, PIXELS_PER_INCH = 150, {1: 7.5, 2: 5.2, 3: 4.0}, 100
 LEGEND_ROW, TITLE, PAD = 0.25, 0.32, 0.08  # inch: of a name, of the title, around a panel
 
 
-def draw(figure: Figure, path) -> None:
+def draw(figure: Figure, path: Path) -> None:
     """Write the figure to a PNG file."""
     backend, base, rc_context = _matplotlib()
     columns = min(figure.columns, len(figure.panels))
@@ -38,7 +42,7 @@ def draw(figure: Figure, path) -> None:
         out.savefig(path, format="png")
 
 
-def _set_margins(out, renderer, legend) -> None:
+def _set_margins(out: Any, renderer: Any, legend: float) -> None:
     """As much between the panels as the widest of their labels take, measured once: a layout engine
     of matplotlib takes longer for this than the picture itself.
 
@@ -62,13 +66,13 @@ def _set_margins(out, renderer, legend) -> None:
     out.subplots_adjust(left, bottom, right, top, wspace, hspace)
 
 
-def _legend_columns(names, wide) -> int:
+def _legend_columns(names: Sequence[str], wide: float) -> int:
     """As many columns as the longest name leaves room for."""
     longest = max((len(n) for n in names), default=0) + 7
     return max(1, min(len(names), int(wide * 13 / longest)))
 
 
-def _matplotlib():
+def _matplotlib() -> tuple[Any, Any, Any]:
     """The canvas without a screen, the figure class and the context of settings: pyplot is not
     needed."""
     need("matplotlib")

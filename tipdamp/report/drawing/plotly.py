@@ -1,8 +1,10 @@
 """Figures drawn with plotly, as pieces of the HTML page."""
 
 import html
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tipdamp.hbm.drawing.figure import (
     INK,
@@ -11,6 +13,8 @@ from tipdamp.hbm.drawing.figure import (
     Curve,
     Figure,
     Line,
+    Marks,
+    Panel,
     Tiles,
     edges,
     fine_ticks,
@@ -89,7 +93,7 @@ def draw(figure: Figure) -> str:
     )
 
 
-def _domains(figure, inner) -> list[tuple[list[float], list[float]]]:
+def _domains(figure: Figure, inner: int) -> list[tuple[list[float], list[float]]]:
     """Part of the width and of the height that each panel takes, row after row from above."""
     rows, columns = figure.rows, min(figure.columns, len(figure.panels))
     gaps = 0.24 / max(columns, 2), min(84 / inner, 0.4)
@@ -100,7 +104,7 @@ def _domains(figure, inner) -> list[tuple[list[float], list[float]]]:
     return [(one, row) for row in reversed(up) for one in across][: len(figure.panels)]
 
 
-def _panel(panel, axes, seen) -> list[dict]:
+def _panel(panel: Panel, axes: dict[str, str], seen: set[str]) -> list[dict]:
     """The traces of a panel; names that stand in the legend are added to `seen`."""
     traces: list[dict] = []
     for item in panel.items:
@@ -122,14 +126,14 @@ def _panel(panel, axes, seen) -> list[dict]:
     return traces
 
 
-def _axes(panel) -> tuple[dict, dict]:
+def _axes(panel: Panel) -> tuple[dict, dict]:
     """Layout of the axes x and y."""
-    x = {
+    x: dict = {
         "title": _axis_title(panel.x_label),
         "range": panel.x_range,
         "exponentformat": "none",
     }
-    y = {
+    y: dict = {
         "title": _axis_title(panel.y_label),
         "range": panel.y_range,
         "exponentformat": "power",
@@ -160,22 +164,22 @@ def _axes(panel) -> tuple[dict, dict]:
     return x, y
 
 
-def _axis_title(label) -> dict:
+def _axis_title(label: str) -> dict:
     return {"text": plain_text(label), "standoff": 6, "font": {"size": 12.5}}
 
 
-def _whole_ticks(panel, of_x):
+def _whole_ticks(panel: Panel, of_x: bool) -> dict:
     """Distance of the ticks, 1 where there are few."""
     values = [
         v
         for item in panel.items
-        if not isinstance(item, Line)
+        if isinstance(item, Curve | Marks | Tiles)
         for v in np.asarray(item.x if of_x else item.y)
     ]
     return {"dtick": max(1, int(np.ptp(values)) // 10)} if values else {}
 
 
-def _tiles(item, with_bar) -> dict:
+def _tiles(item: Tiles, with_bar: bool) -> dict:
     colors = [[k / (len(SEQUENCE) - 1), color] for k, color in enumerate(SEQUENCE)]
     bar = {
         "title": {"text": plain_text(item.label), "side": "right", "font": {"size": 11.5}},
@@ -200,7 +204,7 @@ def _tiles(item, with_bar) -> dict:
     }
 
 
-def _traces(item) -> list[dict]:
+def _traces(item: Curve | Band | Marks) -> list[dict]:
     hover = "%{x:.5~g}, %{y:.4~g}<extra>" + plain_text(item.name) + "</extra>"
     if isinstance(item, Band):
         polygons = outlines(item)
@@ -257,10 +261,11 @@ def _traces(item) -> list[dict]:
     ]
 
 
-def _line(item, axes) -> tuple[dict, list[dict]]:
+def _line(item: Line, axes: dict[str, str]) -> tuple[dict, list[dict]]:
     """A line across the panel, and its label where it has one."""
     x, y = axes["xaxis"], axes["yaxis"]
     high = item.end == "high"
+    where: tuple[tuple, tuple]
     if item.axis == "x":
         shape = {"x0": item.value, "x1": item.value, "y0": 0, "y1": 1}
         refs = x, f"{y} domain"
@@ -285,7 +290,7 @@ def _line(item, axes) -> tuple[dict, list[dict]]:
     return {**shape, **look}, [_text(item.label, *where, color=item.color)] if item.label else []
 
 
-def _text(text, across, up, **font) -> dict:
+def _text(text: str, across: tuple, up: tuple, **font: str) -> dict:
     """An annotation; across, up - place, what it refers to, and the edge of the text there."""
     places = {
         f"{k}{part}": value
@@ -295,21 +300,21 @@ def _text(text, across, up, **font) -> dict:
     return {**places, "text": plain_text(text), "showarrow": False, "font": {"size": 13, **font}}
 
 
-def small(values):
+def small(values: ArrayLike) -> np.ndarray:
     """Seven digits: enough for the eye."""
     return np.asarray(values, dtype=np.float32)
 
 
-def _rgba(color, opacity):
+def _rgba(color: str, opacity: float) -> str:
     return "rgba({},{},{},{:g})".format(*(int(color[k : k + 2], 16) for k in (1, 3, 5)), opacity)
 
 
-def plain_text(text) -> str:
+def plain_text(text: str) -> str:
     """Plain text for plotly, which reads a few HTML tags, and templates between %{ and }."""
     return html.escape(str(text), quote=False).replace("%{", "% {")
 
 
-def library():
+def library() -> Any:
     """plotly with the parts that are used here; InputError where it is missing."""
     need("plotly")
     import plotly

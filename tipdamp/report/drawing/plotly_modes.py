@@ -4,6 +4,7 @@ import base64
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from tipdamp.report.drawing import plotly, plotly_scene
 from tipdamp.report.drawing.modes import ModeShapes
@@ -103,5 +104,5 @@ def data_of(picture: ModeShapes) -> dict:
     }
 
 
-def _packed(values) -> str:
+def _packed(values: ArrayLike) -> str:
     return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode("ascii")

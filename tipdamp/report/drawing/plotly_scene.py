@@ -1,10 +1,13 @@
 """Pictures in three dimensions drawn with plotly, as pieces of the HTML page."""
 
+from collections.abc import Callable, Iterable
+from typing import Any
+
 import numpy as np
 
 from tipdamp.hbm.drawing.figure import INK
 from tipdamp.report.drawing.plotly import CONFIG, FONT, library, plain_text, small
-from tipdamp.report.drawing.scene import Points, Scene, Segments, Solid
+from tipdamp.report.drawing.scene import Points, Scale, Scene, Segments, Solid
 
 CONFIG_3D = {
     **CONFIG,
@@ -32,7 +35,7 @@ def draw(scene: Scene) -> str:
     )
 
 
-def figure_of(scene: Scene):
+def figure_of(scene: Scene) -> Any:
     """The plotly figure."""
     out = library().graph_objects.Figure()
     seen: set[tuple[str, str]] = set()
@@ -92,21 +95,20 @@ def space(box: np.ndarray, eye: tuple, up: tuple) -> dict:
     }
 
 
-def _fitted(size, eye, up) -> np.ndarray:
+def _fitted(size: np.ndarray, eye: tuple, up: tuple) -> np.ndarray:
     """(3,) edges of the box so that its outline takes 0.8 of the height and 1.15 heights of the
     width: the labels stand outside it, and a printed page is 1.4 times as wide as high."""
-    eye = np.asarray(eye, dtype=float)
     across = np.cross(up, eye)
     high = np.cross(eye, across)
     wide, tall = (np.abs(size * v).sum() / np.linalg.norm(v) for v in (across, high))
     return size * np.linalg.norm(eye) / PER_HEIGHT * min(0.8 / tall, 1.15 / wide)
 
 
-def _xyz(vector) -> dict:
+def _xyz(vector: Iterable[float]) -> dict:
     return dict(zip("xyz", map(float, vector), strict=True))
 
 
-def solid(position, triangles, **more) -> dict:
+def solid(position: np.ndarray, triangles: np.ndarray, **more: Any) -> dict:
     """A mesh3d trace."""
     x, y, z = small(position).T
     i, j, k = np.asarray(triangles, dtype=np.int32).T
@@ -124,20 +126,20 @@ def solid(position, triangles, **more) -> dict:
     }
 
 
-def lines(start, end) -> dict:
+def lines(start: np.ndarray, end: np.ndarray) -> dict:
     """x, y, z of a scatter3d trace of separate pieces."""
     gap = np.full_like(small(start), np.nan)
     x, y, z = np.stack([small(start), small(end), gap], axis=1).reshape(-1, 3).T
     return {"x": x, "y": y, "z": z}
 
 
-def _solid(item, bars):
+def _solid(item: Solid, bars: dict[str, set[str]]) -> dict:
     look = {"color": item.color, "opacity": item.opacity, "hoverinfo": "skip"}
-    if item.values is not None:
+    if item.values is not None and item.scale is not None:
         look = {
             "intensity": small(item.values),
             "opacity": item.opacity,
-            **_colors(item, bars),
+            **_colors(item.scale, item.case, bars),
             "hoverinfo": "skip",
         }
     if item.hover:
@@ -149,12 +151,12 @@ def _solid(item, bars):
     return solid(item.position, item.triangles, **look)
 
 
-def _points(item, bars):
+def _points(item: Points, bars: dict[str, set[str]]) -> dict:
     x, y, z = small(item.position).T
     color = (
         {"color": item.color}
-        if item.values is None
-        else {"color": small(item.values), **_colors(item, bars)}
+        if item.values is None or item.scale is None
+        else {"color": small(item.values), **_colors(item.scale, item.case, bars)}
     )
     hover = (
         {"text": [_lines(t) for t in item.hover], "hovertemplate": "%{text}<extra></extra>"}
@@ -178,7 +180,7 @@ def _points(item, bars):
     }
 
 
-def _segments(item, _):
+def _segments(item: Segments, _: dict[str, set[str]]) -> dict:
     return {
         "type": "scatter3d",
         "mode": "lines",
@@ -188,12 +190,11 @@ def _segments(item, _):
     }
 
 
-def _colors(item, bars) -> dict:
+def _colors(scale: Scale, case: str, bars: dict[str, set[str]]) -> dict:
     """One bar above the picture for each title, side by side; `bars` {title: cases in which it
     stands}."""
-    scale = item.scale
-    new = item.case not in bars.setdefault(scale.title, set())
-    bars[scale.title].add(item.case)
+    new = case not in bars.setdefault(scale.title, set())
+    bars[scale.title].add(case)
     place = list(bars).index(scale.title)
     bar = {
         "title": {"text": plain_text(scale.title), "side": "top", "font": {"size": 11.5}},
@@ -218,10 +219,10 @@ def _colors(item, bars) -> dict:
     }
 
 
-def _menu(scene):
+def _menu(scene: Scene) -> dict:
     """A choice of the load case; what belongs to none stays as it is."""
 
-    def visible(case):
+    def visible(case: str) -> list[bool | str]:
         return [
             ("legendonly" if i.name in scene.hidden else True) if i.case in ("", case) else False
             for i in scene.items
@@ -244,9 +245,9 @@ def _menu(scene):
     }
 
 
-def _lines(text) -> str:
+def _lines(text: str) -> str:
     """Escaped, with the line breaks that plotly knows."""
     return plain_text(text).replace("\n", "<br>")
 
 
-_DRAW = {Solid: _solid, Points: _points, Segments: _segments}
+_DRAW: dict[type, Callable[..., dict]] = {Solid: _solid, Points: _points, Segments: _segments}

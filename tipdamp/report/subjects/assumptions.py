@@ -4,12 +4,14 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.hold.rigid_motion import parse_motion
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import amount, force_along, listing, micro, moment, number
-from tipdamp.results.static_results import SideStiffness
-from tipdamp.study.schema import named_orders
+from tipdamp.results.static_results import PreloadResult, SideStiffness, TuneResult
+from tipdamp.study.schema import SideSection, named_orders
+from tipdamp.study.view import Study
 
 MANY = 12  # load points beyond which a table names their ends alone
 PER_MM3 = 1e9  # N/m3 in a N/mm3
@@ -32,10 +34,10 @@ START = {
 def assumptions(results: Results) -> Iterator[Table]:
     """One table of names and values."""
     rows = [*_load(results)]
-    if results.preload is not None:
-        rows += _contact(results)
+    if results.preload is not None and results.reduce is not None and results.whole is not None:
+        rows += _contact(results.study, results.preload, results.reduce.rows, results.whole)
     if results.tune is not None:
-        rows += _kept(results)
+        rows += _kept(results, results.tune)
     if "respond" in results.study:
         rows += _response(results)
     yield Table(
@@ -45,15 +47,16 @@ def assumptions(results: Results) -> Iterator[Table]:
     )
 
 
-def _load(results):
+def _load(results: Results) -> Iterator[tuple[str, str]]:
     study, drive = results.study, results.study.driver
     yield "pull Fc", f"{drive.pull:g} N along ({', '.join(f'{v:g}' for v in drive.pull_direction)})"
     places = results.reduce.pull_positions_m if results.reduce is not None else ()
     if places:
-        shares = ", ".join(f"{s:g}" for s in drive.shares) if drive.shares else "in equal parts"
+        given = study.damper.shares
+        shares = ", ".join(f"{s:g}" for s in given) if given else "in equal parts"
         yield (
             "pull acts at",
-            f"{load_points(1e3 * np.array(places), drive.shares)} mm along the axis, {shares}",
+            f"{load_points(1e3 * np.array(places), given)} mm along the axis, {shares}",
         )
     for hold in drive.hold:
         name, unit, _ = parse_motion(hold.motion)
@@ -91,15 +94,17 @@ def load_points(along: np.ndarray, shares: Sequence[float] | None) -> str:
     )
 
 
-def _contact(results):
-    mu = np.unique(results.whole.mu)
+def _contact(
+    study: Study, preload: PreloadResult, rows_of: dict[str, int], whole: ContactTable
+) -> Iterator[tuple[str, str]]:
+    mu = np.unique(whole.mu)
     yield "friction coefficient mu", f"{mu[0]:g}" if len(mu) == 1 else f"{mu[0]:g} to {mu[-1]:g}"
-    lines = any(side.rows == "edge" for side in results.study.sides.values())
-    for name, (kn, kt) in results.preload.kn_kt_N_per_m.items():
-        side, rows = results.study.sides.get(name), results.reduce.rows[name]
-        made = results.preload.stiffness.get(name)
-        where = _stiffness(made) if made else f"from {results.study.contact.pairs}"
-        mine = results.whole.select(results.whole.side == name)
+    lines = any(side.rows == "edge" for side in study.sides.values())
+    for name, (kn, kt) in preload.kn_kt_N_per_m.items():
+        side, rows = study.sides.get(name), rows_of[name]
+        made = preload.stiffness.get(name)
+        where = _stiffness(made) if made else f"from {study.contact.pairs}"
+        mine = whole.select(whole.side == name)
         yield (
             f"side '{name}'",
             f"{side.shape if side else 'given pairs'}; {_amounts(side, mine, kn, kt)}, {where}; "
@@ -109,19 +114,19 @@ def _contact(results):
         )
 
 
-def _amounts(side, mine, kn, kt) -> str:
+def _amounts(side: SideSection | None, mine: ContactTable, kn: float, kt: float) -> str:
     """kn and kt as the side has them: per area on surfaces and where it is given so, else per
     node."""
     if mine.on_surface.all():
         kn, kt = mine.kn.sum() / mine.area.sum(), mine.kt.sum() / mine.area.sum()
-    elif side is not None and side.kn_per_area:
+    elif side is not None and side.kn_per_area and side.kt_per_area:
         kn, kt = side.kn_per_area, side.kt_per_area
     else:
         return f"kn = {kn / 1e6:.3g}, kt = {kt / 1e6:.3g} N/µm per node"
     return f"kn = {kn / PER_MM3:.4g}, kt = {kt / PER_MM3:.4g} N/mm³ per area"
 
 
-def _places(mine, rows) -> str:
+def _places(mine: ContactTable, rows: int) -> str:
     if mine.on_surface.all():
         return (
             f"surfaces of unlike meshes, {len(mine)} contact points on "
@@ -153,8 +158,7 @@ def _stiffness(made: SideStiffness) -> str:
     return ", ".join(parts)
 
 
-def _kept(results):
-    tune = results.tune
+def _kept(results: Results, tune: TuneResult) -> Iterator[tuple[str, str]]:
     if tune.roll_stiffness_Nm_per_rad or not tune.line_is_whole:
         yield (
             "roll stiffness of the kept edge lines",
@@ -193,7 +197,7 @@ def _kept(results):
         yield "load balanced by a constraint in the static solution", force_along(motion, load)
 
 
-def _response(results):
+def _response(results: Results) -> Iterator[tuple[str, str]]:
     settings, free = results.study.respond, results.study.free
     zetas = settings.damping_ratio
     yield (

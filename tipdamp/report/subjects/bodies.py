@@ -1,7 +1,7 @@
 """What was read and where the results come from: the meshes with their node groups and the contact
 nodes without a partner; tables of bodies, stages and versions."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 
 from tipdamp.bodies.read import named_groups
 from tipdamp.checks import pairs as pair_checks
@@ -71,14 +71,16 @@ def mesh_groups(
     )
 
 
-def _bodies(surfaces) -> Iterator[Solid | Segments]:
+def _bodies(surfaces: Mapping[str, OuterSurface]) -> Iterator[Solid | Segments]:
     for name, skin in surfaces.items():
         place, near = MM * skin.position, name == "damper"
         yield Solid(place, skin.triangles, name, BODY if near else BLADE, 0.9 if near else 0.3)
         yield Segments(place[skin.edges[:, 0]], place[skin.edges[:, 1]], name, "#6b7680", 1.5)
 
 
-def _groups(meshes, named) -> Iterator[tuple[Points, bool]]:
+def _groups(
+    meshes: Mapping[str, Mesh], named: Collection[tuple[str, str]]
+) -> Iterator[tuple[Points, bool]]:
     """(points of a group, whether the study names it); named groups first, groups of cells left
     out."""
     found = [

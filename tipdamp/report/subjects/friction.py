@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.drawing.branches import failures
 from tipdamp.hbm.drawing.figure import (
     COMPONENTS,
@@ -112,6 +113,8 @@ def friction_work(results: Results) -> Iterator[Figure]:
     largest H."""
     if results.cycles is None or results.kept is None or not results.periods:
         return
+    names, sides = results.cycles.pairs, results.kept.sides
+    kept = results.kept.select(results.kept.carrying)
     if any(one.friction_share > 0 for one in results.cycles.curves):
         yield Figure(
             "friction_work",
@@ -119,18 +122,17 @@ def friction_work(results: Results) -> Iterator[Figure]:
             "Energy that friction takes in each period at the peak, "
             f"{orders_of(results.periods)}: sum over the rows of each station, one line for each "
             "level.",
-            [_work(results, side) for side in results.kept.sides],
+            [_work(results, names, kept, side) for side in sides],
             row_height=310,
         )
-        yield _map(results)
-        if len(results.cycles.pairs) <= MOST_PAIRS:
-            yield _states(results, results.solved[-1])
+        yield _map(results, names, kept, sides)
+        if len(names) <= MOST_PAIRS:
+            yield _states(results.solved[-1], names, tuple(results.study.respond.band))
 
 
-def _work(results, side: str) -> Panel:
-    kept = results.kept.select(results.kept.carrying)
+def _work(results: Results, pairs: Sequence[str], kept: ContactTable, side: str) -> Panel:
     mine = of_side(kept, side)
-    names = np.array(results.cycles.pairs)[kept.side == side].tolist()
+    names = np.array(pairs)[kept.side == side].tolist()
     stations = np.unique(mine.station)
     x = np.array([results.along(mine)[mine.station == s].mean() for s in stations])
     order = np.argsort(x)
@@ -145,23 +147,24 @@ def _work(results, side: str) -> Panel:
     return Panel(side_title(results, side), AXIAL, "friction work (µJ per period)", items)
 
 
-def _map(results) -> Figure:
+def _map(
+    results: Results, names: Sequence[str], kept: ContactTable, sides: Sequence[str]
+) -> Figure:
     """A panel for each side, at the largest level."""
     one = results.periods[-1]
-    work = MICRO * np.array([one.friction_J[name] for name in results.cycles.pairs])
+    work = MICRO * np.array([one.friction_J[name] for name in names])
     return Figure(
         "friction_map",
         "Friction work over the contact sides",
         f"Energy that friction takes in each pair in one period at the peak, Fe = {one.Fe_N:g} N, "
         f"H = {one.H}: stations along the axis, rows across the side (0 is the lower edge). Blank: "
         "no kept pair.",
-        [_tiles(results, side, work) for side in results.kept.sides],
+        [_tiles(results, kept, side, work) for side in sides],
         row_height=240,
     )
 
 
-def _tiles(results, side: str, work: np.ndarray) -> Panel:
-    kept = results.kept.select(results.kept.carrying)
+def _tiles(results: Results, kept: ContactTable, side: str, work: np.ndarray) -> Panel:
     mine = of_side(results.whole if results.whole is not None else kept, side)
     known = kept.side == side
     stations, rows = np.unique(mine.station), np.unique(mine.row)
@@ -174,8 +177,8 @@ def _tiles(results, side: str, work: np.ndarray) -> Panel:
     return Panel(side_title(results, side), AXIAL, "row across the side", [tiles], whole_y=True)
 
 
-def _states(results, case: ReportedCurve) -> Figure:
-    curve, names = case.curve, results.cycles.pairs
+def _states(case: ReportedCurve, names: Sequence[str], band: tuple) -> Figure:
+    curve = case.curve
     hz, items = curve.frequency, list[Item]()
     for row in range(len(names)):
         floor = np.full(len(hz), float(row))
@@ -190,7 +193,7 @@ def _states(results, case: ReportedCurve) -> Figure:
         "frequency (Hz)",
         "kept pair",
         items,
-        x_range=tuple(results.study.respond.band),
+        x_range=band,
         y_range=(-0.3, len(names) + 0.3),
         y_names=names,
     )

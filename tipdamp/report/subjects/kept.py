@@ -44,8 +44,10 @@ def figure(results: Results) -> Iterator[Figure]:
     table, whole = results.kept, results.whole
     if results.tune is None or table is None or whole is None:
         return
-    sums_of_whole = [station_sums(results, of_side(whole, side))[1] for side in table.sides]
-    values = np.r_[table.preload[table.carrying], whole.preload, np.concatenate(sums_of_whole)]
+    sums_of = {side: station_sums(results, of_side(whole, side)) for side in table.sides}
+    off = "detached station" if results.tune.area is None else "detached"
+    heights = [total for _, total in sums_of.values()]
+    values = np.r_[table.preload[table.carrying], whole.preload, np.concatenate(heights)]
     low = lowest_shown(values)
     span = (1.1 * low - 0.04 * float(values.max()), 1.12 * float(values.max()))
     panels = [
@@ -53,7 +55,11 @@ def figure(results: Results) -> Iterator[Figure]:
             side_title(results, side),
             AXIAL,
             nodal(table),
-            list(_items(results, of_side(table, side), side, low)),
+            [
+                Line("y", 0.0, dash="solid"),
+                Curve(*sums_of[side], "whole patch, sum over the rows", GREY, "dash", 1.2),
+                *_items(results, of_side(table, side), off, low),
+            ],
             y_range=span,
         )
         for side in table.sides
@@ -77,16 +83,11 @@ def figure(results: Results) -> Iterator[Figure]:
     )
 
 
-def _items(results, mine: ContactTable, side: str, low: float) -> Iterator[Item]:
+def _items(results: Results, mine: ContactTable, off: str, low: float) -> Iterator[Item]:
     carrying = mine.select(mine.carrying)
-    x, whole = station_sums(results, of_side(results.whole, side))
-    yield Line("y", 0.0, dash="solid")
-    yield Curve(x, whole, "whole patch, sum over the rows", GREY, "dash", 1.2)
-    detached = mine.select(~mine.carrying)
-    detached = results.along(detached)[~np.isin(detached.station, carrying.station)]
+    detached = results.along(mine)[~mine.carrying & ~np.isin(mine.station, carrying.station)]
     if len(detached):
-        what = "detached station" if results.tune.area is None else "detached"
-        yield Marks(detached, np.zeros(len(detached)), what, GREY, "x", size=6)
+        yield Marks(detached, np.zeros(len(detached)), off, GREY, "x", size=6)
     at, force = results.along(carrying), carrying.preload
     gap = np.full(len(at), np.nan)
     stems = np.column_stack([0 * force, np.maximum(force, low), gap]).ravel()

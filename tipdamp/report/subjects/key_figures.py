@@ -1,14 +1,15 @@
 """Tables: key figures beside the reference values that the study states; stuck frequencies of the
 reduced model beside those of the full one."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.text import NOTHING, deviation, hertz, listing, number, percent
-from tipdamp.results.static_results import FullModelCheck, TuneResult
+from tipdamp.results.static_results import FullModelCheck, KeptArea, ReduceResult, TuneResult
 
 Row = dict[str, str]
 
@@ -17,7 +18,9 @@ def key_figures(results: Results) -> Iterator[Table]:
     """One table; columns of reference and deviation only where the study has reference values."""
     if results.reduce is None:
         return
-    rows = [*_free(results), *_stuck(results)]
+    rows = [*_free(results, results.reduce)]
+    if results.tune is not None and results.whole is not None:
+        rows += _stuck(results, results.reduce, results.tune, results.whole)
     if results.study.reference:
         yield Table("Key figures beside the reference values of the study.", rows)
     else:
@@ -33,27 +36,27 @@ def _frequency(results: Results, what: str, hz: float, key: str) -> Row:
     return _figure(f"{what} (Hz)", hertz(hz), hertz(given), deviation(hz, given))
 
 
-def _free(results) -> Iterator[Row]:
-    free = results.reduce.free_hz
+def _free(results: Results, reduce: ReduceResult) -> Iterator[Row]:
+    free = reduce.free_hz
     for name, hz in free.items():
         what = f"without damper, {name.replace('_', ' ')}"
         yield _frequency(results, what, hz, f"{name}_hz")
     if not free:
-        lowest = results.reduce.free_modes_hz[0]
+        lowest = reduce.free_modes_hz[0]
         yield _frequency(results, "without damper, lowest mode", lowest, "")
 
 
-def _stuck(results) -> Iterator[Row]:
-    tune, reference = results.tune, results.study.reference
-    if tune is None:
-        return
+def _stuck(
+    results: Results, reduce: ReduceResult, tune: TuneResult, whole: ContactTable
+) -> Iterator[Row]:
+    reference = results.study.reference
     opened = {
         name: f", {n} pair{'s' * (n > 1)} open at rest" if n else "" for name, n in tune.open_pairs
     }
     kept = _kept(tune)
     stuck, sets = dict(tune.stuck_hz), dict[tuple, list[tuple[str, str]]]()
     for key, name in (
-        ("full_area", f"whole area: {_whole(results.whole)}"),
+        ("full_area", f"whole area: {_whole(whole)}"),
         ("full_line", "whole line"),
         ("tuned", kept),
     ):
@@ -64,13 +67,13 @@ def _stuck(results) -> Iterator[Row]:
         key, names = same[0][0], ", ".join(name for _, name in same)
         yield _frequency(results, f"stuck, {names}{opened[key]}", stuck[key], f"{key}_hz")
     for name, mode in tune.other_modes.items():
-        free = results.reduce.free_hz.get(name)
+        free = reduce.free_hz.get(name)
         without = f"; without: {hertz(free)}" if free else ""
         yield _figure(f"{name.replace('_', ' ')} with damper, {kept}{without} (Hz)", hertz(mode.hz))
-    yield from _area(tune) if tune.area else _stations(tune, reference)
+    yield from _area(tune.area) if tune.area else _stations(tune, reference)
 
 
-def _whole(table) -> str:
+def _whole(table: ContactTable) -> str:
     """What the whole patch holds, in words."""
     if table.on_surface.all():
         return f"{len(table)} contact points"
@@ -86,8 +89,8 @@ def _kept(tune: TuneResult) -> str:
     return "given share of the area" if tune.area else "given stations"
 
 
-def _area(tune) -> Iterator[Row]:
-    for name, side in tune.area.sides.items():
+def _area(area: KeptArea) -> Iterator[Row]:
+    for name, side in area.sides.items():
         what = "area" if side.unit == "mm2" else "length"
         yield _figure(
             f"kept part of the closed {what}, side '{name}' ({side.unit.replace('2', '²')})",
@@ -95,11 +98,11 @@ def _area(tune) -> Iterator[Row]:
         )
     yield _figure(
         "stuck frequency for a percent of the closed area (Hz)",
-        number(tune.area.hz_per_percent, 3),
+        number(area.hz_per_percent, 3),
     )
 
 
-def _stations(tune, reference) -> Iterator[Row]:
+def _stations(tune: TuneResult, reference: Mapping[str, float]) -> Iterator[Row]:
     for end, count in (("front", tune.tuned_pairs.front), ("back", tune.tuned_pairs.back)):
         given = reference.get(end)
         beside = () if given is None else (f"{given:g}", _change(count - given))
@@ -109,7 +112,7 @@ def _stations(tune, reference) -> Iterator[Row]:
         yield _figure(what, f"{tune.graded.part:.4g}")
 
 
-def _change(count) -> str:
+def _change(count: float) -> str:
     return f"{count:+g}".replace("-", "\N{MINUS SIGN}") if count else "0"
 
 

@@ -1,11 +1,12 @@
 """Modes: the linear response of both blades without damper; the shapes of the bodies alone and of
 the stuck assembly, animated on their surfaces."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from tipdamp.hbm.drawing.figure import BLUE, GREY, INK, VERMILION, Curve, Figure, Line, Panel
+from tipdamp.hbm.model import ReducedModel
 from tipdamp.report.drawing.modes import Mode, ModeShapes
 from tipdamp.report.drawing.scene import view
 from tipdamp.report.results import Results
@@ -66,7 +67,7 @@ def free_response(results: Results) -> Iterator[Figure]:
     )
 
 
-def _lines(free, reference) -> Iterator[Line]:
+def _lines(free: Mapping[str, float], reference: Mapping[str, float]) -> Iterator[Line]:
     """The named modes, and their reference values."""
     for name, hz in free.items():
         left = hz == min(free.values())
@@ -80,7 +81,7 @@ def shapes(results: Results) -> Iterator[ModeShapes]:
     """One picture with a choice of modes; none where the study has no meshes."""
     if not results.surfaces or results.model is None:
         return
-    modes = list(_modes(results))
+    modes = list(_modes(results, results.model))
     if modes:
         seen = (
             view_of(results.whole, results.axis)
@@ -100,9 +101,9 @@ def shapes(results: Results) -> Iterator[ModeShapes]:
         )
 
 
-def _modes(results) -> Iterator[Mode]:
+def _modes(results: Results, model: ReducedModel) -> Iterator[Mode]:
     """The modes in the order of the list, recovered on the surfaces."""
-    dofs = {body: results.model.body == body for body in results.surfaces}
+    dofs = {body: model.body == body for body in results.surfaces}
     for some in results.shapes:
         for kind, label, hz, q in zip(
             some.kind.tolist(), some.label.tolist(), some.hz.tolist(), some.q.T, strict=True

@@ -114,7 +114,9 @@ def contact_pairs(
     )
 
 
-def _texts(pairs: ContactTable, places, angles) -> Iterator[str]:
+def _texts(
+    pairs: ContactTable, places: Mapping[str, np.ndarray], angles: np.ndarray | None
+) -> Iterator[str]:
     u = np.einsum("pij,pj->pi", pairs.frame, places["blades"] - places["damper"])
     for i in range(len(pairs)):
         n = ", ".join(f"{v:+.3f}" for v in pairs.frame[i, 2])

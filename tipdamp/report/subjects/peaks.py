@@ -78,7 +78,7 @@ def trust(results: Results) -> Iterator[Table]:
         )
 
 
-def _of_the_model(results) -> str:
+def _of_the_model(results: Results) -> str:
     """What the reduction changes in the stuck frequencies."""
     checks = results.tune.full_model_check.values() if results.tune else ()
     errors = [check.largest_error for check in checks]
@@ -90,7 +90,7 @@ def _of_the_model(results) -> str:
     )
 
 
-def _trusted(results, case: ReportedCurve) -> Row:
+def _trusted(results: Results, case: ReportedCurve) -> Row:
     facts = case.facts
     return _of(case.H, case.Fe) | {
         "curve": _state(case),
@@ -109,7 +109,7 @@ def _share(value: float | None) -> str:
     return NOTHING if value is None else f"{number(value, 1, 100)} %"
 
 
-def _integration(results, case: ReportedCurve) -> str:
+def _integration(results: Results, case: ReportedCurve) -> str:
     cycles = results.cycles.curves if results.cycles else ()
     mine = [one.integration for one in cycles if (one.Fe_N, one.H) == (case.Fe, case.H)]
     if not mine or mine[0] is None:
@@ -119,11 +119,11 @@ def _integration(results, case: ReportedCurve) -> str:
     return _share(mine[0].difference) + ", unstable" * (mine[0].stable is False)
 
 
-def _from_fewer(results, case: ReportedCurve) -> str:
-    fewer = [one for one in results.cases if one.Fe == case.Fe and one.H < case.H]
-    if not fewer or not fewer[-1].has_peak or not case.has_peak:
+def _from_fewer(results: Results, case: ReportedCurve) -> str:
+    fewer = [one.facts.peak_m for one in results.cases if one.Fe == case.Fe and one.H < case.H]
+    if not fewer or not fewer[-1] or not case.facts.peak_m:
         return NOTHING
-    return percent(case.facts.peak_m / fewer[-1].facts.peak_m - 1, 2)
+    return percent(case.facts.peak_m / fewer[-1] - 1, 2)
 
 
 def _state(case: ReportedCurve) -> str:

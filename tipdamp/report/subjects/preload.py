@@ -51,7 +51,7 @@ def at_rest(results: Results) -> Iterator[Figure]:
         "axis of the damper. Filled marks are closed pairs, hollow ones open (negative: kn times "
         "the remaining gap; crosses at the lower end of the axis lie below it). The sum is "
         f"{sums}; contact forces and load balance to {number(worst, 1)} of the load. "
-        f"{_ends(results)}" + results.beside_paper("Corresponds to figure 9")
+        f"{_ends(results, results.whole)}" + results.beside_paper("Corresponds to figure 9")
     )
     yield Figure("preload", "Preload of the whole patch", caption, panels(results, results.whole))
 
@@ -102,7 +102,9 @@ def panels(results: Results, table: ContactTable) -> list[Panel]:
     return panels
 
 
-def _points(results, pairs: ContactTable, pressure: np.ndarray, low: float) -> Iterator[Item]:
+def _points(
+    results: Results, pairs: ContactTable, pressure: np.ndarray, low: float
+) -> Iterator[Item]:
     """Contact points of an unlike mesh lie in no rows: from the lower third of the side to the
     upper one."""
     height = pairs.position @ np.array(results.study.driver.pull_direction)
@@ -124,16 +126,16 @@ def _points(results, pairs: ContactTable, pressure: np.ndarray, low: float) -> I
     yield from cut_marks(results.along(pairs), pressure, low)
 
 
-def _row(results, pairs: ContactTable, row: int, low: float) -> Iterator[Item]:
+def _row(results: Results, pairs: ContactTable, row: int, low: float) -> Iterator[Item]:
     name = f"row {row}" + " (lower edge line)" * (row == 0)
     return row_items(results.along(pairs), pairs.preload, name, row, low)
 
 
-def _ends(results) -> str:
+def _ends(results: Results, whole: ContactTable) -> str:
     """Ratio of the station sums at the ends to the lowest in the middle third."""
     parts = []
-    for side in results.whole.sides:
-        _, total = station_sums(results, of_side(results.whole, side))
+    for side in whole.sides:
+        _, total = station_sums(results, of_side(whole, side))
         third = max(len(total) // 3, 1)
         middle = total[third : len(total) - third].min(initial=np.inf)
         if np.isfinite(middle) and middle > 0:

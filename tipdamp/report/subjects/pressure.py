@@ -86,7 +86,7 @@ def pressure_map(
     )
 
 
-def _scales(sides, tables) -> dict[str, Scale]:
+def _scales(sides: Sequence[PressurePatch], tables: Mapping[str, ContactTable]) -> dict[str, Scale]:
     """One scale for each unit, common to all sides and load cases."""
     high = {
         unit: max(
@@ -146,7 +146,7 @@ def _meaning(patch: PressurePatch) -> str:
     return f"side '{patch.side}' {patch.unit} ({what}, {by})"
 
 
-def _totals(sides, tables) -> str:
+def _totals(sides: Sequence[PressurePatch], tables: Mapping[str, ContactTable]) -> str:
     parts = []
     for case, table in tables.items():
         sums = listing(

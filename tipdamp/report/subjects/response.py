@@ -93,7 +93,9 @@ def _stuck(results: Results, factor: float, color: str, width: float = 1.6) -> I
         yield Curve(results.stuck.hz, amplitude, "linear, stuck", color, "dot", width)
 
 
-def _family_curve(results, case: ReportedCurve, color, factor) -> Iterator[Item]:
+def _family_curve(
+    results: Results, case: ReportedCurve, color: str, factor: float
+) -> Iterator[Item]:
     amplitude = factor * case.patch(results.first_patch)
     top, low = amplitude.max(axis=1), amplitude.min(axis=1)
     hz, facts = case.curve.frequency, case.facts
@@ -117,7 +119,7 @@ def _family_curve(results, case: ReportedCurve, color, factor) -> Iterator[Item]
     yield from failures(case.curve, top, case.facts.complete)
 
 
-def _truncated(cases) -> str:
+def _truncated(cases: Sequence[ReportedCurve]) -> str:
     """What the harmonics left out would change at the peaks, in words."""
     known = [c.facts.truncation for c in cases if c.facts.truncation is not None]
     if not known:
@@ -128,14 +130,14 @@ def _truncated(cases) -> str:
     )
 
 
-def _beside(cases) -> str:
+def _beside(cases: Sequence[ReportedCurve]) -> str:
     """Of how many curves further ones were found."""
     n = sum(len(c.beside) for c in cases)
     curves = "a further curve that was" if n == 1 else f"{n} further curves that were"
     return f"Thin: {curves} found beside them. " if n else ""
 
 
-def _trend(cases) -> str:
+def _trend(cases: Sequence[ReportedCurve]) -> str:
     """Of each run of levels whose largest peaks are of one mode."""
     said = []
     for i, run in enumerate(of_one_mode([c for c in cases if c.has_peak])):
@@ -188,7 +190,7 @@ def levels(results: Results) -> Iterator[Figure]:
     )
 
 
-def _level_items(results, case: ReportedCurve) -> Iterator[Item]:
+def _level_items(results: Results, case: ReportedCurve) -> Iterator[Item]:
     amplitude = MICRO * case.patch(results.first_patch)
     hz, top, low = case.curve.frequency, amplitude.max(axis=1), amplitude.min(axis=1)
     yield Band(hz, low, top, f"H = {case.H}, patch of blade 1", VERMILION, 0.28)
@@ -210,7 +212,7 @@ def _level_items(results, case: ReportedCurve) -> Iterator[Item]:
     yield from failures(case.curve, top, case.facts.complete)
 
 
-def _marked(cases) -> str:
+def _marked(cases: Sequence[ReportedCurve]) -> str:
     """What the marks of contacts are."""
     if not any(outermost(places(case, MICRO)) for case in cases):
         return ""
@@ -220,25 +222,28 @@ def _marked(cases) -> str:
     )
 
 
-def _orders_apart(coarse, fine) -> str:
+def _orders_apart(coarse: Sequence[ReportedCurve], fine: Sequence[ReportedCurve]) -> str:
     """Where the smallest H misses the peak of the largest most."""
-    peaks = [(a, b) for a, b in zip(coarse, fine, strict=True) if a.has_peak and b.has_peak]
-    if not peaks:
+    found = [
+        (few.facts.peak_m / many.facts.peak_m - 1, few.H, many)
+        for few, many in zip(coarse, fine, strict=True)
+        if few.facts.peak_m and many.facts.peak_m
+    ]
+    if not found:
         return ""
-    a, b = max(peaks, key=lambda p: abs(p[0].facts.peak_m / p[1].facts.peak_m - 1))
-    off = percent(a.facts.peak_m / b.facts.peak_m - 1, 1)
-    return f"The peaks at H = {a.H} and H = {b.H} differ most at {a.Fe:g} N, by {off}. "
+    off, H, at = max(found, key=lambda one: abs(one[0]))
+    return f"The peaks at H = {H} and H = {at.H} differ most at {at.Fe:g} N, by {percent(off, 1)}. "
 
 
-def _estimated(cases) -> str:
+def _estimated(cases: Sequence[ReportedCurve]) -> str:
     """The largest error of a peak."""
-    known = [c for c in cases if c.facts.truncation is not None]
+    known = [(c.facts.truncation, c.Fe) for c in cases if c.facts.truncation is not None]
     if not known:
         return ""
-    worst = max(known, key=lambda c: c.facts.truncation)
+    worst, Fe = max(known, key=lambda one: one[0])
     return (
         "Blue, where it is wider than the line: the estimated error by the harmonics above H, at "
-        f"the peaks {number(worst.facts.truncation, 2, 100)} % at most (Fe = {worst.Fe:g} N). "
+        f"the peaks {number(worst, 2, 100)} % at most (Fe = {Fe:g} N). "
     )
 
 

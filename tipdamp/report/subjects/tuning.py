@@ -1,10 +1,11 @@
 """Tuning by detachment: the stuck frequency and the MAC over what is kept, stations or area; what
 each station is worth, the kept part of every side, and sets that fit equally well."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.drawing.figure import (
     BLUE,
     GREY,
@@ -56,8 +57,8 @@ def histories(results: Results) -> Iterator[Figure]:
         yield _worth(tune)
     if tune.area is not None:
         yield _of_area(results, tune, tune.area)
-        if results.kept is not None:
-            yield _map(results)
+        if results.kept is not None and results.whole is not None:
+            yield _map(results, tune.area, results.kept, results.whole)
 
 
 def _of_stations(results: Results, tune: TuneResult) -> Figure:
@@ -167,7 +168,7 @@ def _history(
     )
 
 
-def _sets(count, values, even) -> Iterator[Item]:
+def _sets(count: np.ndarray, values: np.ndarray, even: np.ndarray) -> Iterator[Item]:
     """The sets off the line first, under it."""
     if not even.all():
         yield Marks(count[~even], values[~even], "other ends", GREY, size=3)
@@ -192,7 +193,7 @@ def _chosen(tune: TuneResult, at: float, name: str) -> Marks:
     return Marks([at], [hz], f"{name}, {hertz(hz)} Hz", VERMILION, "diamond", size=11)
 
 
-def _reference(reference, most) -> np.ndarray:
+def _reference(reference: Mapping[str, float], most: float) -> np.ndarray:
     """(n, 2): stations and Hz of the whole line and of the kept stations, as far as the study
     states them."""
     stations = sum(reference.get(k, 0) for k in ("front", "back"))
@@ -219,24 +220,28 @@ def _worth(tune: TuneResult) -> Figure:
     )
 
 
-def _map(results) -> Figure:
+def _map(results: Results, area: KeptArea, kept: ContactTable, whole: ContactTable) -> Figure:
     """The contact points of every side, seen along the normal."""
     amounts = listing(
         f"{s.kept:.4g} of {s.closed:.4g} {s.unit.replace('2', '²')} on side '{name}'"
-        for name, s in results.tune.area.sides.items()
+        for name, s in area.sides.items()
     )
     return Figure(
         "kept_area",
         "What is kept of the contact area",
         f"Every contact point on its side, seen along the normal: what is kept, {amounts}. In "
         "part: at the edge of the kept area, with that part of kn and kt.",
-        [_seen_along_the_normal(results, side) for side in results.kept.sides],
+        [
+            _seen_along_the_normal(results, side, of_side(kept, side), of_side(whole, side))
+            for side in kept.sides
+        ],
         row_height=300,
     )
 
 
-def _seen_along_the_normal(results, side: str) -> Panel:
-    mine, before = of_side(results.kept, side), of_side(results.whole, side)
+def _seen_along_the_normal(
+    results: Results, side: str, mine: ContactTable, before: ContactTable
+) -> Panel:
     t2 = mine.frame[:, 1].mean(axis=0)
     # up is to where the pull is
     t2 *= 1 if t2 @ np.array(results.study.driver.pull_direction) >= 0 else -1
