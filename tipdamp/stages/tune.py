@@ -287,9 +287,12 @@ def _full_model_check(
     tick(0.8, "full model")
     exact = not results.ReduceResult.load(store).reduction.tractions
     truncation = Truncation.load(store.path("truncation.npz")) if exact else None
+    reduction = store.record("reduce")
+    assert reduction is not None  # the model was loaded
     return full_model_check(
         study,
         model,
+        reduction.key,
         truncation,
         {
             name: _lowest(model, pairs, sets.springs[name], sets.modes[name])
