@@ -2,7 +2,7 @@
 damper, and contact faces that do not match. Same geometry as meshes/two_blade_rig.py, whose section
 is extruded.
 
-    python -m tipdamp.meshes.tetrahedra --damper wedge --edge 0.004 --size 0.5 --out FOLDER
+    python -m tipdamp.meshes.tetrahedra --damper wedge --edge 0.004 --out FOLDER
 
 writes FOLDER/tet_blades.msh and FOLDER/tet_damper.msh, and both bodies as FOLDER/tet_rig.inp
 (Abaqus), metres."""

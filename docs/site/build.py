@@ -24,6 +24,7 @@ LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([^)#\s]+)(#[^)\s]*)?\)")
 CONTENTS = {
     "Start": [
         "Start <README>",
+        "docs/first_hour",
         "gallery/index",
         "docs/python",
         "docs/own_model",
@@ -41,6 +42,7 @@ CONTENTS = {
     "Reference": ["docs/study_files", "api/index", "docs/glossary", "CHANGELOG"],
     "Theory": ["docs/theory/*"],
     "How far to trust it": [
+        "docs/limits",
         "docs/warnings",
         "docs/validation",
         "docs/reliability",
@@ -80,10 +82,10 @@ each number.
 
 ![Forced response of two blades with a damper](docs/images/forced_response.png)
 
-- **From meshes, with a study file**: [start](README.md), then [your own model](docs/own_model.md)
-- **From matrices, in Python**: [the gallery](gallery/index.md), then [from Python](docs/python.md)
+- **From meshes, from matrices, from equations**: [the first hour](docs/first_hour.md)
+- **A picture of what you want**: [the gallery](gallery/index.md)
 - **A law of your own**: [how to write one](docs/studies/own_law/README.md)
-- **What it cannot do, and how right it is**: [validation](docs/validation.md),
+- **Whether to trust it**: [what it cannot do](docs/limits.md), [validation](docs/validation.md),
   [reliability](docs/reliability.md)
 """
 

@@ -25,6 +25,18 @@ def test_the_examples_run(page, examples):
         exec(compile(block, page, "exec"), names)
 
 
+def test_the_first_hour_from_equations():
+    """The chain of docs/first_hour.md: its curve is complete, has a fold, and integration stays on
+    it."""
+    text = (ROOT / "docs" / "first_hour.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", text.partition("## From equations")[2], re.DOTALL)
+    names = {}
+    exec(compile(block, "first_hour.md", "exec"), names)
+    curve = names["curve"]
+    assert curve.complete and "fold" in {at.kind for at in curve.named_points}
+    assert names["compare"](curve, names["driven"].contact_problem, 34.0).difference < 1e-6
+
+
 def test_the_whole_route_from_python(tmp_path, monkeypatch):
     """docs/python.md, block by block: the energies balance, integration finds the orbit again, the
     file is there."""
