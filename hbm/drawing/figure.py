@@ -161,10 +161,25 @@ def edges(places: np.ndarray) -> np.ndarray:
     return np.r_[2 * places[0] - middle[0], middle, 2 * places[-1] - middle[-1]]
 
 
+TICKS = (  # in each decade, from wide to short ranges
+    (1, 2, 5),
+    (1, 1.5, 2, 3, 4, 5, 7),
+    (1, 1.2, 1.4, 1.6, 1.8, 2, 2.2, 2.5, 3, 3.5, 4, 4.5, 5, 5.5, 6, 7, 8, 9),
+)
+FEWEST_TICKS = 4
+
+
 def fine_ticks(limits: tuple | None) -> tuple[float, ...]:
-    """Where in each decade a logarithmic axis has ticks: more of them where its limits are near."""
-    near = limits is not None and limits[1] < 5 * limits[0]
-    return (1, 1.5, 2, 2.5, 3, 4, 5, 6, 8) if near else (1, 2, 5)
+    """Where in each decade a logarithmic axis has ticks: more of them where its limits are near, so
+    that it has four if these are a factor of two apart."""
+    if limits is None:
+        return TICKS[0]
+    decade = 10.0 ** np.arange(np.floor(np.log10(limits[0])), np.log10(limits[1]) + 1)
+    for ticks in TICKS:
+        places = np.outer(decade, ticks)
+        if ((places >= limits[0]) & (places <= limits[1])).sum() >= FEWEST_TICKS:
+            return ticks
+    return TICKS[-1]
 
 
 def level_colors(n: int) -> list[str]:

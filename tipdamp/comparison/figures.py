@@ -34,6 +34,7 @@ SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross
 RATIO = "pull over excitation, Fc/Fe"
 AT_LEAST = {False: "at least: curve incomplete", True: "at least: the damper rolls or slides"}
 BEST = "least of the curve"
+ROOM = 1.2  # beside the first and the last mark of a logarithmic axis
 BESIDE = 1.025  # of Fc/Fe, from one study to the next: bars of their scatter do not hide each other
 
 
@@ -52,6 +53,7 @@ def optimisation(comparison: ComparedStudies) -> Iterator[Figure]:
             tuple(_heights(comparison, phase, blade)),
             log_x=True,
             log_y=True,
+            x_range=_ratios(comparison),
             y_range=_span(comparison, phase, blade),
         )
         for blade in comparison.blades
@@ -64,6 +66,8 @@ def optimisation(comparison: ComparedStudies) -> Iterator[Figure]:
         "motions in which both blades move in phase and of those out of phase. Lines join levels "
         "whose peaks are of one mode; stars mark the least of both blades. Hollow triangles: the "
         "curve does not cover the range of the phase, and its peak is at least that high. "
+        "Several pulls of a study draw one curve where the response per newton depends on Fc/Fe "
+        "alone: its preload is in proportion to the pull. "
         "Corresponds to figure 3 of Zucca, Berruti and Cosi (2016).",
         panels,
         columns=len(comparison.phases),
@@ -80,6 +84,7 @@ def places(comparison: ComparedStudies) -> Iterator[Figure]:
             "frequency of the peak (Hz)",
             tuple(_frequencies(comparison, phase)),
             log_x=True,
+            x_range=_ratios(comparison),
         )
         for phase in comparison.phases
     )
@@ -96,7 +101,7 @@ def places(comparison: ComparedStudies) -> Iterator[Figure]:
 def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[Item]:
     for k, name in enumerate(comparison.names):
         mine = comparison.of(name, phase, blade)
-        color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
+        color, symbol = style_of(comparison, name)
         for run in runs(mine):
             yield Curve(*_points(run, "m_per_N", MICRO), "", color)
         solved = [peak for peak in mine if peak.m_per_N is not None]
@@ -104,8 +109,8 @@ def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[
         yield from _bars([(aside * p.ratio, *comparison.spread(p)) for p in solved], color)
         yield Marks(*_points(solved, "m_per_N", MICRO), name, color, symbol)
     optima = comparison.optima(phase)
-    for k, name in enumerate(comparison.names):
-        mine, color = comparison.of(name, phase, blade), COLORS[k % len(COLORS)]
+    for name in comparison.names:
+        mine, (color, _) = comparison.of(name, phase, blade), style_of(comparison, name)
         for drifts, said in AT_LEAST.items():
             bounds = [peak for peak in mine if peak.at_least and bool(peak.motion) == drifts]
             x, y = _points(bounds, "at_least", MICRO)
@@ -127,13 +132,28 @@ def _bars(spreads: Sequence[tuple[float, float, float]], color: str) -> Iterator
 
 
 def _frequencies(comparison: ComparedStudies, phase: Phase) -> Iterator[Item]:
-    for k, name in enumerate(comparison.names):
-        mine = comparison.of(name, phase, 1)
-        color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
+    for name in comparison.names:
+        mine, (color, symbol) = comparison.of(name, phase, 1), style_of(comparison, name)
         for run in runs(mine):
             yield Curve(*_points(run, "hz"), "", color)
         solved = [peak for peak in mine if peak.hz is not None]
         yield Marks(*_points(solved, "hz"), name, color, symbol)
+
+
+def style_of(comparison: ComparedStudies, name: str) -> tuple[str, str]:
+    """(color, symbol): curves of one study with several pulls have its color."""
+    studies = {one: found.study.name for one, found in comparison.studies.items()}
+    every = list(dict.fromkeys(studies.values()))
+    k = every.index(studies[name])
+    mine = [one for one in comparison.names if studies[one] == studies[name]]
+    symbol = k if len(mine) == 1 else mine.index(name)
+    return COLORS[k % len(COLORS)], SYMBOLS[symbol % len(SYMBOLS)]
+
+
+def _ratios(comparison: ComparedStudies) -> tuple[float, float]:
+    """Of Fc/Fe, with room."""
+    every = [peak.ratio for peak in comparison.peaks]
+    return min(every) / ROOM, max(every) * ROOM
 
 
 def _span(comparison: ComparedStudies, phase: Phase, blade: int) -> tuple[float, float] | None:
@@ -141,14 +161,14 @@ def _span(comparison: ComparedStudies, phase: Phase, blade: int) -> tuple[float,
     every = [p for name in comparison.names for p in comparison.of(name, phase, blade)]
     values = [MICRO * y for p in every if p.m_per_N is not None for y in comparison.spread(p)]
     values += [MICRO * p.at_least for p in every if p.at_least]
-    return (min(values) / 1.3, max(values) * 1.3) if values else None
+    return (min(values) / ROOM, max(values) * ROOM) if values else None
 
 
 def runs(peaks: Sequence[ComparedPeak]) -> list[list[ComparedPeak]]:
     """Neighbouring levels whose peaks are of one mode, of the peaks of one study, phase and blade;
     a level without a peak parts them."""
     found: list[list[ComparedPeak]] = [[]]
-    for peak in sorted(peaks, key=lambda p: p.Fe):
+    for peak in sorted(peaks, key=lambda p: -p.ratio):
         if peak.m_per_N is None or peak.of_another_mode:
             found.append([])
         if peak.m_per_N is not None:
@@ -175,8 +195,8 @@ def preloads(comparison: ComparedStudies) -> Iterator[Figure]:
     yield Figure(
         "preloads",
         "Preload maps",
-        "Of the whole patch at rest, one row for each study. Filled marks are closed pairs, hollow "
-        "ones open.",
+        "Of the whole patch at rest, one row for each study, at the first of its pulls. Filled "
+        "marks are closed pairs, hollow ones open.",
         panels,
         row_height=260,
     )
@@ -188,9 +208,11 @@ def responses(comparison: ComparedStudies) -> Iterator[Figure]:
     for k, (name, one) in enumerate((each.name, each.results) for each in comparison.nominal):
         patches, (low, high) = one.study.respond.patches, one.study.respond.band
         again = names[:k].count(name)
+        pulls = {o.results.study.driver.pull for o in comparison.nominal if o.name == name}
+        pull = f", Fc = {one.study.driver.pull:g} N" * (len(pulls) > 1)
         yield Figure(
             f"responses_{name}" + f"_{again + 1}" * bool(again),
-            f"{name}: forced response, {low:g} to {high:g} Hz",
+            f"{name}{pull}: forced response, {low:g} to {high:g} Hz",
             f"Largest amplitude over the patch of each blade, per newton of force, "
             f"{orders_of(one.finest)}; dashed parts are unstable.",
             tuple(_response(one, patch, k) for k, patch in enumerate(patches, 1)),

@@ -59,9 +59,10 @@ def _write(comparison: ComparedStudies, store: Store) -> list[str]:
         Section(name, title, [block for part in parts for block in part(comparison)])
         for name, title, parts in SECTIONS
     ]
+    studies = dict.fromkeys(one.results.study.name for one in comparison.computed)
     text = page(
         "comparison.html",
-        f"Compared: {listing(comparison.names)}",
+        f"Compared: {listing(studies)}",
         ", ".join(dict.fromkeys(one.results.study.path.name for one in comparison.computed)),
         [section for section in sections if section.blocks],
         introduction=list(introduction(comparison)),

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tipdamp.comparison.record import Computed
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
@@ -20,6 +22,9 @@ from tipdamp.sweep.work import products, unpack
 
 # keys by which cases stand at different places of a comparison; others make its scatter
 PLACES = ("damper.pull", "model.pull", "respond.levels", "respond.band")
+# laws whose forces double with all motions and preloads
+DOUBLE = ("Jenkins1D", "DryFriction1T", "DryFriction2T", "UnilateralSpring", "IsotropicFriction")
+ALIKE = 1e-6  # of the largest preload
 
 
 @dataclass(frozen=True)
@@ -113,10 +118,28 @@ def _at(content: Any, key: str) -> list:
 
 
 def _with_pulls(found: list[Computed]) -> list[Computed]:
-    """Named with their pulls, where these are several."""
-    if len({one.results.study.driver.pull for one in found}) == 1:
+    """Named with their pulls, where these are several and draw curves of their own."""
+    if len({one.results.study.driver.pull for one in found}) == 1 or follows_ratio(found):
         return found
     return [
         Computed(f"{one.name}, {one.results.study.driver.pull:g} N", one.results, one.scatter)
         for one in found
     ]
+
+
+def follows_ratio(found: Sequence[Computed]) -> bool:
+    """Whether the response per newton depends on Fc/Fe alone, so that all pulls of a study draw one
+    curve: the law doubles its forces with the motion, and the preload is in proportion to the pull,
+    which gaps prevent."""
+    first: dict[str, np.ndarray] = {}
+    for one in found:
+        kept = one.results.kept
+        if one.results.study.respond.law.name not in DOUBLE or kept is None:
+            return False
+        each = kept.preload / one.results.study.driver.pull
+        before = first.setdefault(one.scatter, each)
+        if len(each) != len(before) or not np.allclose(
+            each, before, rtol=0.0, atol=ALIKE * np.abs(before).max(initial=0.0)
+        ):
+            return False
+    return True

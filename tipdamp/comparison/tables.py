@@ -22,7 +22,7 @@ DRIFT = 0.02  # of the frequency: what a peak must have moved to be told
 def studies(comparison: ComparedStudies) -> Iterator[Table]:
     """One column for each study: frequencies free and stuck, kept stations, friction,
     settings."""
-    rows = [_column(one) for one in comparison.studies.values()]
+    rows = [_column(comparison, name) for name in comparison.studies]
     yield Table(
         "The studies: pull, frequencies without damper and with all kept pairs stuck, and what the "
         "response was computed with.",
@@ -33,12 +33,15 @@ def studies(comparison: ComparedStudies) -> Iterator[Table]:
     )
 
 
-def _column(one: Results) -> Row:
+def _column(comparison: ComparedStudies, name: str) -> Row:
+    mine = [each.results.study for each in comparison.nominal if each.name == name]
+    bands = dict.fromkeys("{:g} to {:g}".format(*study.respond.band) for study in mine)
+    one = comparison.studies[name]
     tune, reduced, preload, respond = one.tune, one.reduce, one.preload, one.study.respond
     assert tune is not None and reduced is not None and preload is not None  # it has curves
     free = reduced.free_hz
     return {
-        "pull Fc (N)": number(one.study.driver.pull),
+        "pull Fc (N)": listing(dict.fromkeys(f"{study.driver.pull:g}" for study in mine)),
         "without damper, out of phase (Hz)": hertz(free.get("out_of_phase")),
         "without damper, in phase (Hz)": hertz(free.get("in_phase")),
         "kept": tune.kept_in_words.replace("mm2", "mm²"),
@@ -50,9 +53,11 @@ def _column(one: Results) -> Row:
         "kn (N/µm per pair)": _stiffness(one.kept, "kn"),
         "kt (N/µm per pair)": _stiffness(one.kept, "kt"),
         "friction coefficient": _friction(one.kept),
-        "largest preload (N)": listing(number(s.max_N, 3) for s in preload.sides.values()),
+        "largest preload at the first pull (N)": listing(
+            number(s.max_N, 3) for s in preload.sides.values()
+        ),
         "damping ratio": listing(f"{zeta:g}" for zeta in respond.damping_ratio),
-        "band (Hz)": f"{respond.band[0]:g} to {respond.band[1]:g}",
+        "band (Hz)": listing(bands),
         "harmonics": orders_of(one.finest),
     }
 
@@ -135,7 +140,7 @@ def differences(comparison: ComparedStudies) -> Iterator[Table]:
             "Why studies rank behind their reference, with those before them: the least response "
             "is that at the largest Fc/Fe, where little slips, times the part that is left of it "
             "at the best pull. The former is a matter of stiffness and mode, the latter of "
-            "friction.",
+            "friction. Lower by: each of the two, over that of the study behind.",
             rows,
             left=(0, 1),
         )
@@ -148,6 +153,7 @@ def _differences(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
         if stated is None or rank.get(name, 0) <= stated:
             continue
         ahead = [other for other in rank if rank[other] < rank[name]]
+        _, mine = envelope(comparison.of(name, phase))
         for other in (name, *ahead):
             ratio, height = envelope(comparison.of(other, phase))
             yield {
@@ -158,7 +164,17 @@ def _differences(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
                 "largest Fc/Fe": number(ratio[-1], 3),
                 "there (µm/N)": micro(height[-1]),
                 "left of it at the best": number(height.min() / height[-1], 3),
+                "lower by": NOTHING if other == name else _cause(mine, height),
             }
+
+
+def _cause(mine: np.ndarray, its: np.ndarray) -> str:
+    """Of a lower curve: 'stiffness (× 0.46), not friction (× 1.69)'."""
+    stiffness = its[-1] / mine[-1]
+    factors = {"stiffness": stiffness, "friction": its.min() / mine.min() / stiffness}
+    lower = [f"{name} (× {one:.2f})" for name, one in factors.items() if one < 1]
+    not_lower = [f"not {name} (× {one:.2f})" for name, one in factors.items() if one >= 1]
+    return ", ".join([" and ".join(lower), *not_lower])
 
 
 def stuck_hz(one: Results, phase: Phase) -> float | None:
@@ -200,7 +216,7 @@ def told(peaks: list[ComparedPeak]) -> Iterator[str]:
                 f"drifts from {hertz(first.hz)} to {hertz(last.hz)} Hz between Fc/Fe = "
                 f"{number(first.ratio, 3)} and {number(last.ratio, 3)}"
             )
-    for peak in sorted(peaks, key=lambda p: p.Fe):
+    for peak in sorted(peaks, key=lambda p: -p.ratio):
         at = f"at Fc/Fe = {number(peak.ratio, 3)}"
         if peak.of_another_mode:
             yield f"{at} the largest peak is that of another mode, at {hertz(peak.hz)} Hz"

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tipdamp.comparison.figures import COLORS, SYMBOLS, in_words
+from tipdamp.comparison.figures import in_words, style_of
 from tipdamp.comparison.peaks import ComparedPeak, Phase
 from tipdamp.comparison.record import ComparedStudies
 from tipdamp.hbm.drawing.figure import Figure, Item, Marks, Panel
@@ -26,8 +26,8 @@ def figures(comparison: ComparedStudies) -> Iterator[Figure]:
             "Work of friction per hour and length of the damper, or area of the contact where all "
             "studies know it, at the kept stations, while "
             "the blades vibrate at the peak of blade 1 at the level with the best Fc/Fe of each "
-            "study. Wear grows with it (Archard), and it grows with the square of pull and force "
-            "at one Fc/Fe.",
+            "study, at the first of its pulls. Wear grows with it (Archard), and it grows with the "
+            "square of pull and force at one Fc/Fe.",
             panels,
             row_height=280,
         )
@@ -59,16 +59,17 @@ def _sides(comparison: ComparedStudies) -> list[str]:
 
 def _marks(comparison: ComparedStudies, phase: Phase, side: str) -> Iterator[Item]:
     optima, per_area = comparison.optima(phase), has_areas(comparison)
-    for k, (name, one) in enumerate(comparison.studies.items()):
+    for name, one in comparison.studies.items():
+        style = style_of(comparison, name)
         at = [
             peak
             for peak in comparison.of(name, phase, 1)
             if name in optima and peak.ratio == optima[name].ratio
         ]
-        for x, work in (wear(one, peak, side, per_area) for peak in at):
+        for peak in at[:1]:
+            x, work = wear(one, peak, side, per_area)
             if len(x):
-                color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
-                yield Marks(x, work, name, color, symbol)
+                yield Marks(x, (one.study.driver.pull / peak.pull) ** 2 * work, name, *style)
 
 
 def wear(

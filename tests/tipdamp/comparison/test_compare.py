@@ -151,8 +151,8 @@ def test_studies_that_were_not_run_are_run_first(tmp_path, capsys):
 
 
 def test_sweep_of_a_study_gives_its_pulls_and_its_scatter(tmp_path, capsys):
-    """Two pulls, and zeta about that of the study: a linear peak is as 1/zeta; `--run` makes what
-    is missing."""
+    """Two pulls, which draw one curve over Fc/Fe, and zeta about that of the study: a linear peak
+    is as 1/zeta; `--run` makes what is missing."""
     write_chain(tmp_path)
     path = Path(study(tmp_path, "swept", levels=[1.0, 2.0]))
     path.write_text(path.read_text() + SWEEP)
@@ -161,18 +161,23 @@ def test_sweep_of_a_study_gives_its_pulls_and_its_scatter(tmp_path, capsys):
     assert main(["compare", str(path), "--run", "--quiet", "--out", str(tmp_path / "page")]) == 0
     assert main(["compare", str(path), "--out", str(tmp_path / "page")]) == 0  # nothing is missing
     found = rows(tmp_path / "page")
-    assert {r["study"] for r in found} == {"swept, 60 N", "swept, 120 N"}
+    assert {r["study"] for r in found} == {"swept"}
+    assert {r["pull"] for r in found} == {"60.0", "120.0"}
+    at_60 = {"ratio": "60.0", "scatter": "", "blade": "1"}
+    same = [r for r in found if at_60.items() <= r.items()]
+    assert [r["Fe"] for r in same] == ["1.0", "2.0"]
+    assert float(same[0]["m_per_N"]) == pytest.approx(float(same[1]["m_per_N"]), rel=1e-6)
     assert {r["scatter"] for r in found} == {
         "",
         "respond.damping_ratio = 0.009",
         "respond.damping_ratio = 0.0125",
     }
-    stuck = [r for r in found if (r["study"], r["Fe"], r["blade"]) == ("swept, 60 N", "1.0", "1")]
+    stuck = [r for r in found if (r["pull"], r["Fe"], r["blade"]) == ("60.0", "1.0", "1")]
     height = {r["scatter"][-5:]: float(r["m_per_N"]) for r in stuck}
     assert height["0.009"] == pytest.approx(height[""] * 0.01 / 0.009, rel=0.02)
     assert height[".0125"] == pytest.approx(height[""] * 0.01 / 0.0125, rel=0.02)
     page = (tmp_path / "page" / "comparison.html").read_text(encoding="utf-8")
-    assert "scatter" in page
+    assert "scatter" in page and "Compared: swept" in page and "swept, Fc = 120 N" in page
     (tmp_path / "scatter.csv").write_text("respond.damping_ratio\n0.009\n")
     assert main(["sweep", str(path), "--quiet"]) == 0
     capsys.readouterr()

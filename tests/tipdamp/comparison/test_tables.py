@@ -1,5 +1,6 @@
 """What the tables of a comparison say: of curves made up so that the cause is known."""
 
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,10 @@ from tipdamp.comparison import tables
 from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
 from tipdamp.comparison.record import ComparedStudies, Computed
-from tipdamp.comparison.wear import has_areas, wear
+from tipdamp.comparison.swept import follows_ratio
+from tipdamp.comparison.wear import figures, has_areas, wear
+from tipdamp.report.text import NOTHING
+from tipdamp.study.law import LawChoice
 
 
 def level(name, Fe, height, **other):
@@ -121,6 +125,59 @@ def test_what_happens_along_a_curve():
     assert said[0].startswith("drifts from 2800.0 to 2600.0 Hz")
     assert "another mode, at 1700.0 Hz" in said[1] and "Fc/Fe = 33.3" in said[1]
     assert "merged" in said[2] and "stopped at 20 Hz" in said[3]
+
+
+def test_cause_of_a_lower_curve(tmp_path):
+    """`stiff` is 3/8 of `soft` where nothing slips; friction leaves half of `soft` and all of
+    `stiff`."""
+    (table,) = tables.differences(comparison(tmp_path))
+    assert [row["lower by"] for row in table.records] == [
+        NOTHING,
+        "stiffness (× 0.38), not friction (× 2.00)",
+    ]
+
+
+def test_pulls_draw_one_curve_where_the_preload_follows_them(tmp_path):
+    """Not with a gap, whose force does not follow the pull, nor with a law that knows a length."""
+    (tmp_path / "a").mkdir()
+    one = results(tmp_path / "a")
+    pull = one.study.driver.pull
+    two = at_pull(one, 2 * pull, 2 * one.kept.preload)
+    pulls = [Computed("a", one), Computed("a", two)]
+    assert follows_ratio(pulls)
+    stations = Computed("a", replace(one, kept=one.kept.select(one.kept.station > 0)), "fewer")
+    assert follows_ratio([*pulls, stations])  # its scatter has pairs of its own
+    open_pair = 2 * one.kept.preload
+    open_pair[0] -= 1.0
+    assert not follows_ratio([pulls[0], Computed("a", at_pull(one, 2 * pull, open_pair))])
+    vars(two.study)["respond"] = two.study.respond.model_copy(
+        update={"law": LawChoice(name="CubicSpring")}
+    )
+    assert not follows_ratio(pulls)
+
+
+def at_pull(one, pull, preload):
+    """Results with another pull and preload."""
+    study = copy(one.study)
+    vars(study)["driver"] = study.driver.model_copy(update={"pull": pull})
+    vars(study)["respond"] = study.respond
+    return replace(one, study=study, kept=one.kept.replace(preload=preload))
+
+
+def test_wear_of_several_pulls_is_that_at_the_first(tmp_path):
+    """The best of the levels is one of twice the pull: a quarter of its friction."""
+    (tmp_path / "a").mkdir()
+    one = results(tmp_path / "a")
+    pull, power = one.study.driver.pull, np.arange(one.kept.carrying.sum(), dtype=float)
+    peaks = tuple(
+        replace(level("a", Fe, h), pull=fc, friction_W=tuple(power))
+        for fc, Fe, h in ((pull, 1.0, 3e-6), (2 * pull, 20.0, 1e-6))
+    )
+    given = ComparedStudies((Computed("a", one),), peaks)
+    (figure,) = figures(given)
+    drawn = np.concatenate([marks.y for panel in figure.panels for marks in panel.items])
+    every = np.concatenate([wear(one, peaks[1], side)[1] for side in one.whole.sides])
+    assert drawn == pytest.approx(every / 4)
 
 
 def test_wear_per_area(tmp_path):
