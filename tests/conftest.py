@@ -1,4 +1,4 @@
-"""Meshes of the two-blade rig at a small size, made once per test session."""
+"""Meshes of the two-blade rig at a small size, made once for all workers of a session."""
 
 import os
 
@@ -60,30 +60,53 @@ def changed(text, *changes):
     return text
 
 
-@pytest.fixture(scope="session")
-def rig(tmp_path_factory):
-    """Folder with the meshes of the asymmetric rig at size 0.5 and a study file."""
-    pytest.importorskip("dolfinx")
-    pytest.importorskip("gmsh")
-    from tipdamp.meshes.two_blade_rig import main
+def made_once(tmp_path_factory, name, make):
+    """Folder of this name that make(folder) has filled; of all workers the first makes it, and the
+    others wait."""
+    from filelock import FileLock
 
-    folder = tmp_path_factory.mktemp("rig")
-    main(["--damper", "asymmetric", "--size", "0.5", "--out", str(folder)])
-    (folder / "rig.toml").write_text(STUDY)
+    base = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:  # each has a folder of its own in that of the session
+        base = base.parent
+    folder, made = base / name, base / f"{name}.made"
+    with FileLock(base / f"{name}.lock"):
+        if not made.exists():
+            folder.mkdir(exist_ok=True)
+            make(folder)
+            made.touch()
     return folder
 
 
 @pytest.fixture(scope="session")
-def rig_results(rig):
+def rig(tmp_path_factory):
+    """Folder with the meshes of the asymmetric rig at size 0.5 and a study file; nothing else is
+    written there, as the workers share it."""
+    pytest.importorskip("dolfinx")
+    pytest.importorskip("gmsh")
+    from tipdamp.meshes.two_blade_rig import main
+
+    def make(folder):
+        main(["--damper", "asymmetric", "--size", "0.5", "--out", str(folder)])
+        (folder / "rig.toml").write_text(STUDY)
+
+    return made_once(tmp_path_factory, "rig", make)
+
+
+@pytest.fixture(scope="session")
+def rig_results(rig, tmp_path_factory):
     """Store of the rig's study, run up to `respond`; the tests only read it."""
     from tipdamp.stages.run import STAGES, applies, results_folder, run_stage
     from tipdamp.study.study import load_study
 
     study = load_study(rig / "rig.toml")
     store = results_folder(study, None)
-    for name in (stage for stage in STAGES if applies(stage, study)):
-        if name != "report":
-            run_stage(name, study, store, quiet=True)
+
+    def make(_):
+        for name in (stage for stage in STAGES if applies(stage, study)):
+            if name != "report":
+                run_stage(name, study, store, quiet=True)
+
+    made_once(tmp_path_factory, "rig_results", make)
     return store
 
 

@@ -113,7 +113,7 @@ def history(
     law: ContactLaw,
     contacts: Contacts,
     x: np.ndarray,
-    omega: float = 1.0,
+    omega: float,
     start: Any = "zero_slider",
     samples: int = 512,
     periods: int = 1,

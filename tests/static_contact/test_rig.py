@@ -1,8 +1,11 @@
 """The statics of the two-blade rig with the asymmetric damper, on a small mesh."""
 
+import shutil
+
 import numpy as np
 import pytest
 
+from tests.conftest import STUDY, changed
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
@@ -169,14 +172,12 @@ def test_modes_by_frequency_and_by_error(rig, tmp_path):
     from tipdamp.stages.run import run_stage
     from tipdamp.study.study import load_study
 
-    text = (
-        (rig / "rig.toml")
-        .read_text()
-        .replace("modes = 30", "error = 1e-4")
-        .replace("modes = 10", "modes_below_hz = 60e3")
-    )
-    (rig / "by_error.toml").write_text(text)
-    study, store = load_study(rig / "by_error.toml"), Store(tmp_path)
+    for mesh in rig.glob("*.msh"):
+        shutil.copy(mesh, tmp_path)
+    text = changed(STUDY, ("modes = 30", "error = 1e-4"), ("modes = 10", "modes_below_hz = 60e3"))
+    (tmp_path / "by_error.toml").write_text(text)
+    study = load_study(tmp_path / "by_error.toml")
+    store = Store(study.results)
     for stage in ("reduce", "preload"):
         run_stage(stage, study, store, quiet=True)
     model = ReducedModel.load(store.path("model.npz"))

@@ -40,7 +40,8 @@ def test_held_along_its_axis(tmp_path):
     assert code == 0 and up["complete"] and up["alike_backwards"] and up["held_change"] < 1e-4
     assert up["peak_m"] / 3 == pytest.approx(1042.6e-6, rel=1e-3)
     assert up["peak_hz"] == pytest.approx(823.6, rel=1e-3)
-    down, peak, held = followed_back(load_study(tmp_path / "coarse.toml"), store, up)
+    study = load_study(tmp_path / "coarse.toml")
+    [(down, peak, held)] = followed_back(study, store, [up])
     assert down.complete and peak.peak_m == pytest.approx(up["peak_m"], rel=1e-6)
     force, back = (forces["damper: slide along y"] for forces in (up["held"], held))
     assert (

@@ -107,8 +107,7 @@ def test_peaks_fall_with_the_force(twin):
         )
         assert (np.diff([c["peak_m"] / c["Fe_N"] for c in curves]) < 0).all()
         assert (np.diff([c["peak_hz"] for c in curves]) < 0).all()
-        for c in curves:
-            _, peak, _ = followed_back(*twin, c)
+        for c, (_, peak, _) in zip(curves, followed_back(*twin, curves), strict=True):
             assert peak.peak_m == pytest.approx(c["peak_m"], rel=1e-8)
 
 

@@ -79,10 +79,10 @@ def test_curves_are_complete_from_both_ends(asymmetric):
         (Fe, H) for Fe in (1, 6, 10, 12, 20) for H in (1, 5)
     }
     study = load_study(asymmetric.folder.parent.parent / "asymmetric.toml")
-    for r in responses:
+    backwards = followed_back(study, asymmetric, responses)
+    for r, (down, peak, _) in zip(responses, backwards, strict=True):
         assert r["complete"] and r["failed_points"] == 0, r["ended"]
         assert r["alike_backwards"]
-        down, peak, _ = followed_back(study, asymmetric, r)
         assert down.complete and down.converged.all()
         assert peak.peak_m == pytest.approx(r["peak_m"], rel=1e-6)
         assert peak.peak_hz == pytest.approx(r["peak_hz"], rel=1e-6)

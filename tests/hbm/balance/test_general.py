@@ -33,13 +33,17 @@ def direct(M, C, K, w, D=0.0):
 
 @pytest.mark.parametrize("structural", [False, True])
 def test_receptance_is_the_inverse_of_the_dynamic_stiffness(structural):
+    """And its derivative by the frequency, that of an inverse."""
     M, C, K = random_matrices(7)
     D = 0.03 * (K + K.T) / 2 if structural else None
     found = general_receptance(M, C, K, D)
     for w in (0.0, 0.7, 9.0, 300.0):
-        q = (found.shapes * found.factors(w)[0][:, 0]) @ found.into.T
+        q, rate = ((found.shapes * d[:, 0]) @ found.into.T for d in found.factors(w))
         expected = direct(M, C, K, w, D if structural else 0.0)
         assert q == pytest.approx(expected, rel=0, abs=1e-11 * np.abs(expected).max())
+        if w:  # where structural damping sets in
+            expected = -expected @ (1j * C - 2 * w * M) @ expected
+            assert rate == pytest.approx(expected, rel=0, abs=1e-11 * np.abs(expected).max())
 
 
 def test_gyroscopic_response_is_the_direct_solution_while_contacts_stick():

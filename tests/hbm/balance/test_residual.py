@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from tests.hbm.cases import coupled, jenkins, load, with_damping_matrix
+from tests.hbm.cases import coupled, load, with_damping_matrix
 from tests.hbm.conformance import SteppedFriction
 from tests.hbm.small_rig import small_rig
 from tipdamp import Jenkins1D, Problem
@@ -20,7 +20,7 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.settings import BalanceSettings
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.laws import DryFriction2T, IsotropicFriction, MixedLaw, UnilateralSpring
-from tipdamp.hbm.response import follow_band, forced_response
+from tipdamp.hbm.response import forced_response
 
 
 def pencil_case():
@@ -342,19 +342,3 @@ def test_a_mean_that_moves_far_costs_few_points():
     )
     assert drifting.peak("x")[1] == pytest.approx(still.peak("x")[1], rel=1e-6)
     assert len(drifting) < 1.6 * len(still)
-
-
-@pytest.mark.parametrize("static", [10.0, 30.0])
-def test_a_constant_force_changes_nothing_of_the_vibration(static):
-    """Beside a slider that slips through, it moves the middle by force over stiffness, and a curve
-    is followed no coarser for that: the mean positions count little in its length."""
-    given = load("A1")["parameters"]
-    problem, force = jenkins(given)
-    plain, moved = (
-        follow_band(p, force, (0.05, 0.4), harmonics=3, outputs={"x": [1.0]}, start="zero_slider")
-        for p in (problem, replace(problem, static=static * force))
-    )
-    top = np.abs(moved.harmonics[:, 0, 1]).argmax()
-    assert moved.harmonics[top, 0, 0] == pytest.approx(static * force[0] / given["k"], rel=1e-9)
-    assert moved.peak("x")[1] == pytest.approx(plain.peak("x")[1], rel=1e-8)
-    assert len(moved) == pytest.approx(len(plain), rel=0.06)

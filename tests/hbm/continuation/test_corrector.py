@@ -58,3 +58,19 @@ def test_steps_that_are_not_yet_small_are_taken_while_they_may_be(nearly):
     steps = nearly + 2 if nearly < last else DEFAULT.max_polish
     assert found.x == pytest.approx(x * share**steps, rel=1e-6)
     assert found.iterations == 1 + steps - found.converged
+
+
+def test_the_plane_through_a_point_is_normal_to_its_direction():
+    """In the metric, whose unknowns count unequally: the length belongs to the inner product, and
+    a step in the plane is at right angles to its normal, which is of unit length."""
+    rng = np.random.default_rng(0)
+    metric = Metric(np.r_[0.01, rng.uniform(0.5, 2.0, 4)], 3.0, 0.7)
+    normal, step = ((rng.normal(size=5), rng.normal()) for _ in range(2))
+    assert metric.norm(*step) ** 2 == pytest.approx(metric.inner(*step, *step), rel=1e-12)
+    row, corner = metric.border(*normal)
+    along = metric.inner(*normal, *step) / metric.norm(*normal)
+    assert row @ step[0] + corner * step[1] == pytest.approx(along, rel=1e-12)
+    plane = metric.plane(np.ones(5), 2.0, *normal)
+    share = (plane.row @ step[0] + plane.corner * step[1]) / metric.norm(*normal)
+    inside = step[0] - share * normal[0], step[1] - share * normal[1]
+    assert metric.inner(*normal, *inside) == pytest.approx(0.0, abs=1e-12)

@@ -9,7 +9,7 @@ from tests.hbm.continuation.equations import Dense
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.corrector import heading
 from tipdamp.hbm.continuation.point import Metric, Point
-from tipdamp.hbm.continuation.ripples import TooManyRipples, _crest, resolve
+from tipdamp.hbm.continuation.ripples import TooManyRipples, _concave, _crest, resolve
 from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 METRIC = Metric(np.ones(1), 1.0, 1.0)
@@ -77,3 +77,24 @@ def test_crest_bounds_the_cubic_and_no_more():
         assert top <= crest + 1e-12
         if values[0] == values[1]:
             assert top == pytest.approx(crest, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "places, concave",
+    [
+        ((0.2, 0.5, 0.9), True),  # rising, over the top, falling
+        ((0.9, 1.6, 2.9), True),
+        ((1.8, 2.4, 3.0), True),
+        ((3.4, 3.9, 4.4), False),  # the same of the other half wave
+        ((3.4, 4.5, 6.0), False),
+        ((5.0, 5.5, 6.1), False),
+        ((2.2, 2.6, 3.9), False),  # the middle on one side of the inflection, the end beyond it
+        ((2.6, 3.6, 4.0), False),
+    ],
+)
+def test_a_sine_is_concave_where_it_is_positive(places, concave):
+    ends = [
+        arc.MeasuredPoint(Point(np.zeros(1), p, True, 1, None), np.sin(p), np.cos(p))
+        for p in places
+    ]
+    assert _concave(*ends, METRIC) is concave

@@ -275,7 +275,7 @@ def test_order_of_convergence_in_samples(case):
 def test_friction_cone_pressure_and_lift_off(case):
     law = case.law
     x, contacts, _ = random_case(law, P=50)
-    force, state, _ = history(law, contacts, x, samples=400, periods=2)
+    force, state, _ = history(law, contacts, x, 1.0, samples=400, periods=2)
     u = (x @ fourier.basis(np.arange(400) * 2 * np.pi / 400, H).T).transpose(2, 0, 1)
     N, T = np.broadcast_to(np.maximum(contacts.preload, 0), force.shape[:2]), force
     if case.normal == "variable":

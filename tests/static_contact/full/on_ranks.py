@@ -2,6 +2,7 @@
 model."""
 
 import sys
+from functools import cache
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[3]))
@@ -20,6 +21,7 @@ from tipdamp.static_contact.full.stuck_modes import full_stuck_hz  # noqa: E402
 from tipdamp.study.study import load_study  # noqa: E402
 
 
+@cache
 def rig(path, assembled=True):
     """Bodies (None where they are not to be assembled here), meshes, pairs and study of the
     two-blade rig."""

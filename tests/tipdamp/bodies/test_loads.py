@@ -1,5 +1,7 @@
 """Load cases and hard contact of a study, on the small rig: figures that hand calculation gives."""
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -29,9 +31,15 @@ forces = [["damper", "load_points", 0, 0, 40]]
 """
 
 
+def with_meshes(rig, folder):
+    for mesh in rig.glob("*.msh"):
+        shutil.copy(mesh, folder)
+    return folder
+
+
 @pytest.fixture(scope="module")
 def store(rig, tmp_path_factory):
-    path = rig / "cases.toml"
+    path = with_meshes(rig, tmp_path_factory.mktemp("cases")) / "cases.toml"
     path.write_text(STUDY.replace("[contact]", '[contact]\nnormal = "hard"', 1) + CASES)
     study = load_study(path)
     store = results_folder(study, None)
@@ -102,8 +110,8 @@ def test_blades_at_speed(store, rig_results):
         ),
     ],
 )
-def test_bad_cases(rig, line, message):
-    path = rig / "bad_case.toml"
+def test_bad_cases(rig, tmp_path, line, message):
+    path = with_meshes(rig, tmp_path) / "bad_case.toml"
     path.write_text(STUDY + line)
     with pytest.raises(InputError, match=message):
         study = load_study(path)

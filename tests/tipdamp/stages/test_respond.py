@@ -203,15 +203,16 @@ def test_stuck_curve_by_a_second_route(rig_results, rig):
 
 
 def test_friction_damps_and_both_ways_agree(rig_results, rig):
-    for r in rig_results.read_json("respond.json")["responses"]:
+    responses = rig_results.read_json("respond.json")["responses"]
+    backwards = followed_back(load_study(rig / "rig.toml"), rig_results, responses)
+    for r, (down, peak, _) in zip(responses, backwards, strict=True):
         assert r["complete"] and r["failed_points"] == 0
         assert r["alike_backwards"] and r["back"] is None
-        down, peak, _ = followed_back(load_study(rig / "rig.toml"), rig_results, r)
         assert down.complete and peak.peak_m == pytest.approx(r["peak_m"], rel=1e-7)
         curve = ForcedResponse.load(rig_results.path(r["file"]))
         shares = curve.share_stick + curve.share_slip + curve.share_open
         assert np.allclose(shares[curve.converged], 1.0, atol=1e-9)
-    strong = rig_results.read_json("respond.json")["responses"][-1]
+    strong = responses[-1]
     assert strong["Fe_N"] == 20 and len(strong["slipping_pairs"]) > 0
 
 
