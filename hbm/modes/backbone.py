@@ -35,6 +35,7 @@ from tipdamp.hbm.validation import (
 )
 
 # of the stuck mode in the first output, beside what its largest dof would give: less is not seen
+REACHED = "reached the last amplitude"
 UNSEEN = 1e-9
 LOWER = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6)  # times the first amplitude: where everything sticks
 # times the amplitude: steps of a tenth of it at most, so that slip does not begin in a wide one
@@ -221,8 +222,9 @@ def _record(
 
 def _ended(branch: Branch, equation: ModeEquation, relative: float, missed: Sequence[Any]) -> str:
     if branch.complete:
-        ended = "reached the last amplitude"
-        return ended + "".join(f"; {a:g} m could not be solved" for a in missed)
+        failed = [f"{p.parameter:.6g} m" for p in branch.points if not p.converged]
+        failed += [f"{a:g} m" for a in missed]
+        return REACHED + "".join(f"; {where} could not be solved" for where in failed)
     if relative < 10 * SLOWEST:
         return f"stopped at {branch.at:.6g} m: the frequency falls to zero, beyond it no vibration"
     return slides(equation.balance.problem) + branch.sentence(lambda a: f"{a:.6g} m")

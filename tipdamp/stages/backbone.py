@@ -14,7 +14,7 @@ from tipdamp.engine.store import Store
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.modes.backbone import UNSEEN
+from tipdamp.hbm.modes.backbone import REACHED, UNSEEN
 from tipdamp.hbm.modes.backbone import backbone as nonlinear_mode
 from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.modes.stuck_modes import StuckModalSystem, stuck_modes
@@ -191,8 +191,8 @@ def warnings(_: Study, store: Store) -> list[str]:
     """Where the mode ends before the last amplitude, or turns back on the way."""
     found = BackboneResult.load(store)
     mode = f"the backbone of mode {found.mode}"
-    if not found.complete:
-        return [f"{mode} reaches {found.reached_m:.4g} m of {found.last_m:.4g} m: {found.ended}"]
+    if not found.complete and not found.ended.startswith(REACHED):
+        return [f"{mode} reaches {found.reached_m:.6g} m of {found.last_m:.6g} m: {found.ended}"]
     return [f"{mode} {found.ended}"] if ";" in found.ended else []
 
 

@@ -16,6 +16,7 @@ from tipdamp.sweep.plan import SweepStep
 
 FILE = "index.sqlite"
 BUSY = 30.0  # s that a reader waits for the writer
+OTHER_TABLES = ("no such table", "no such column", "has no column", " columns but ")
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,11 @@ class Index:
         except sqlite3.DatabaseError as error:
             if "full" in str(error):
                 raise OSError(errno.ENOSPC, "no space left on device", str(self.path)) from None
+            if any(words in str(error) for words in OTHER_TABLES):
+                raise InputError(
+                    f"{self.path} was written by another version of tipdamp ({error}); remove it: "
+                    "the sweep makes it anew from the finished steps"
+                ) from None
             if isinstance(error, sqlite3.OperationalError):
                 raise OSError(errno.EIO, str(error), str(self.path)) from None
             raise InputError(

@@ -2,14 +2,19 @@
 
 import csv
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.tipdamp.rig_study import CHAIN, CHAIN_OF_STAGES, read
 from tipdamp.cli import main
+from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.modes.backbone import _ended
 from tipdamp.hbm.modes.result import Backbone
+from tipdamp.results.response_results import BackboneResult
+from tipdamp.stages.backbone import warnings
 from tipdamp.study.study import load_study
 
 SLIPS = CHAIN.replace("levels = [5]", "levels = [5, 30]").replace("[1]\nband", "[3]\nband")
@@ -96,6 +101,57 @@ def test_what_is_not_there_is_one_line(results, capsys):
         assert with_section(f"[backbone]\n{section}\n") == 2
         error = capsys.readouterr().err.strip().splitlines()
         assert len(error) == 1 and said in error[0], error
+
+
+@pytest.mark.parametrize(
+    "complete, ended, said",
+    [
+        (True, "reached the last amplitude", []),
+        (
+            False,
+            "reached the last amplitude; 2e-06 m could not be solved",
+            ["the backbone of mode 1 reached the last amplitude; 2e-06 m could not be solved"],
+        ),
+        (
+            False,
+            "stopped at 1.2e-06 m",
+            ["the backbone of mode 1 reaches 1.2e-06 m of 3e-06 m: stopped at 1.2e-06 m"],
+        ),
+    ],
+)
+def test_the_warning_says_where_it_stopped_or_what_is_missing(tmp_path, complete, ended, said):
+    """Of a backbone with a gap that goes on behind it: not that it reaches its last amplitude of
+    its last amplitude."""
+    store = Store(tmp_path)
+    BackboneResult(
+        mode=1,
+        stuck_hz=100.0,
+        stuck_zeta=0.01,
+        response="patch_1",
+        output="patch_1: node 1",
+        H=3,
+        first_m=1e-7,
+        last_m=3e-6,
+        reached_m=3e-6 if ended.startswith("reached") else 1.2e-6,
+        low_hz=90.0,
+        high_hz=100.0,
+        zeta=0.02,
+        zeta_at_m=1e-6,
+        points=20,
+        complete=complete,
+        ended=ended,
+        peaks=(),
+    ).save(store)
+    assert warnings(None, store) == said
+
+
+def test_points_that_failed_are_named():
+    """The branch goes on behind them and reaches its end."""
+    points = [SimpleNamespace(converged=one != 2, parameter=1e-6 * one) for one in (1, 2, 3)]
+    branch = SimpleNamespace(complete=True, points=points)
+    assert _ended(branch, None, 1.0, [2.5e-6]) == (
+        "reached the last amplitude; 2e-06 m could not be solved; 2.5e-06 m could not be solved"
+    )
 
 
 def test_needs_forced_peaks(matrices_study, capsys):

@@ -12,6 +12,7 @@ from tests.robustness.rows import corner
 from tests.tipdamp.rig_study import CHAIN
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
+from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.memory import own_bytes
 from tipdamp.stages.run import run_stage
 from tipdamp.study.study import load_study
@@ -296,6 +297,22 @@ def test_an_index_without_room(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    "before",
+    ["drop table warnings", "drop table curves", "alter table curves drop column stuck_hz"],
+)
+def test_an_index_of_another_version_is_one_line(tmp_path, before):
+    """Whatever it lacks: no words of the data base alone."""
+    with Index(tmp_path, write=True) as index:
+        index.begin([{"model.pull": 60}], ["key"])
+        index.base.execute(before)
+        index.base.commit()
+    with pytest.raises(InputError, match="by another version of tipdamp.*remove it"):
+        with Index(tmp_path) as index:
+            index.curves()
+            index.warnings()
+
+
 def test_the_disk_of_reduced_bodies_is_estimated(tmp_path):
     """To a factor of three beside what `reduce` leaves of the corner's meshes."""
     study = load_study(corner(tmp_path))
