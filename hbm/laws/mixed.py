@@ -198,7 +198,7 @@ class MixedLaw(ContactLaw):
         def between(instants: np.ndarray) -> CycleTangents:
             found = CycleTangents.none(len(instants) - 1, P, nd)
             for variation, at, columns in parts:
-                found.put(at, columns, variation.between(instants))
+                found = found.put(at, columns, variation.between(instants))
             return found
 
         steps = max(one.steps for one, *_ in parts)

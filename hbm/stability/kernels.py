@@ -17,10 +17,15 @@ Poles = namedtuple("Poles", "s out into static")
 Poles.__doc__ = """As in `hbm.time.events.System`, at the components that act: s (n,), out (nc, 2n),
 into (2n, nc), static (nc, nc)."""
 
-Segments = namedtuple("Segments", "place length gamma rate memory captured capture")
+Segments = namedtuple("Segments", "place length gamma rate memory captured capture turning")
 Segments.__doc__ = """K intervals of the contacts that act: place (a, nd) of a component among the
 nc that do, -1 of others; length (K,) s; and as in `hbm.laws.variation.CycleTangents`, gamma less
-the stuck springs, rate by time."""
+the stuck springs, rate by time; turning : Carried."""
+
+Carried = namedtuple("Carried", "of memory rate kept follows")
+Carried.__doc__ = (
+    """As `hbm.laws.variation.Turning`, of (q,) among the contacts that act, by time."""
+)
 
 
 @njit(cache=True)
@@ -140,6 +145,28 @@ def at(
 
 
 @njit(cache=True)
+def with_sliders(gamma: np.ndarray, carried: Carried, k: int) -> np.ndarray:
+    """gamma at the end of interval k, with the force of sliders that follow the motion there."""
+    if not len(carried.of):
+        return gamma
+    whole = gamma.copy()
+    for q in range(len(carried.of)):
+        whole[carried.of[q]] += np.dot(carried.memory[1, k, q], carried.follows[2, k, q])
+    return whole
+
+
+@njit(cache=True)
+def replaced(place: np.ndarray, w: np.ndarray, by: np.ndarray) -> np.ndarray:
+    """w with the rows of some contacts, place (q, nd), of another."""
+    new = w.copy()
+    for p in range(len(place)):
+        for i in range(place.shape[1]):
+            if place[p, i] >= 0:
+                new[place[p, i]] = by[place[p, i]]
+    return new
+
+
+@njit(cache=True)
 def seen(poles: Poles) -> np.ndarray:
     """(2 nc, 2n): the motion of the components and its rate, both without their force, of z."""
     nc = len(poles.out)
@@ -154,7 +181,8 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
     """(2n + k, 2n + k) derivative of [z, w] after a period by those before; begins (k,) :
     components whose sliders rest at t = 0."""
     n2, nc = poles.into.shape
-    place, static = segments.place, poles.static
+    place, static, carried = segments.place, poles.static, segments.turning
+    turns = place[carried.of]
     m = n2 + len(begins)
     z, w = np.zeros((n2, m)), np.zeros((nc, m))
     for j in range(n2):
@@ -176,24 +204,41 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
         free = np.dot(rows, z)
         if segments.captured[k].any():
             # by the motion before: what comes to rest now has had the forces of before
-            sliders = held(place, segments.memory[max(k - 1, 0)], w)
+            last = max(k - 1, 0)
+            sliders = held(place, segments.memory[last], w)
+            sliders += acting(turns, carried.memory[1, last], w)
             u = solved(place, static, inverse, gamma, sliders, free[:nc])[0]
             rest = acting(place, segments.capture[k], u)
             for p in range(len(place)):
                 for d in range(place.shape[1]):
                     if segments.captured[k, p, d]:
                         w[place[p, d]] = rest[place[p, d]]
-        force = held(place, segments.memory[k], w)
+        force = held(place, segments.memory[k], w) + acting(turns, carried.memory[0, k], w)
         gamma, inverse = at(place, static, segments.gamma[0, k], gamma, inverse)
         u, g = solved(place, static, inverse, gamma, force, free[:nc])
-        turning = acting(place, segments.rate[0, k], u)
-        rising = solved(place, static, inverse, gamma, turning, free[nc:] - np.dot(across, g))[1]
+        turning = acting(place, segments.rate[0, k], u) + acting(turns, carried.rate[0, k], w)
+        moving, rising = solved(
+            place, static, inverse, gamma, turning, free[nc:] - np.dot(across, g)
+        )
+        if len(turns):
+            led = acting(turns, carried.kept[k], w) + acting(turns, carried.follows[0, k], u)
+            led += acting(turns, carried.follows[1, k], moving)
+            w = replaced(turns, w, led)
+            force = held(place, segments.memory[k], w) + acting(turns, carried.memory[1, k], w)
+        before = u
         z = times(W[0], z) - np.dot(begin, g) - np.dot(rise, rising)
         free = np.dot(rows, z)
         gamma, inverse = at(place, static, segments.gamma[1, k], gamma, inverse)
-        u, g1 = solved(place, D, closing(place, D, gamma), gamma, force, free[:nc])
+        whole = with_sliders(gamma, carried, k)
+        u, g1 = solved(place, D, closing(place, D, whole), whole, force, free[:nc])
         turning = acting(place, segments.rate[1, k], u)
-        ends = solved(place, static, inverse, gamma, turning, free[nc:] - np.dot(onward, g1))[1]
+        if len(turns):
+            w = replaced(turns, w, led + acting(turns, carried.follows[2, k], u))
+            turning += acting(turns, carried.rate[1, k], w)
+        moved, ends = solved(place, static, inverse, gamma, turning, free[nc:] - np.dot(onward, g1))
+        if len(turns):
+            beyond = moved - (2 / h * (u - before) - moving)
+            w += acting(turns, carried.follows[3, k], beyond)
         z -= np.dot(end, g1) + np.dot(defect, ends - (2 / h * (g1 - g) - rising))
     found = np.empty((m, m))
     found[:n2] = z

@@ -20,7 +20,7 @@ from tipdamp.hbm.balance.aft import sample_grid
 from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.laws.records import Contacts
-from tipdamp.hbm.stability.kernels import Poles, Segments, monodromy
+from tipdamp.hbm.stability.kernels import Carried, Poles, Segments, monodromy
 from tipdamp.hbm.time.poles import poles, split
 
 if TYPE_CHECKING:
@@ -153,6 +153,9 @@ class Stability:
         gamma, diagonal = tangents.gamma[:, :, of], np.arange(balance.nd)
         gamma[..., diagonal, diagonal] -= balance.springs[of]
         rests = tangents.captured.any(axis=0) & (tangents.memory[0] != 0)
+        turning = tangents.turning
+        rests[turning.of] = turning.memory[0, 0].any(axis=2)
+        by_time = np.array([1, 1 / w, 1, 1 / w])[:, None, None, None, None]
         segments = Segments(
             place[of],
             np.diff(times),
@@ -161,6 +164,13 @@ class Stability:
             tangents.memory[:, of] * acts[of],
             tangents.captured[:, of],
             tangents.capture[:, of],
+            Carried(
+                np.searchsorted(of, turning.of),
+                turning.memory,
+                w * turning.rate,
+                turning.kept,
+                by_time * turning.follows,
+            ),
         )
         matrix = monodromy(slow, segments, place[rests])
         return eigvals(matrix) if np.isfinite(matrix).all() else np.empty(0)
@@ -212,7 +222,9 @@ def _acting(tangents: "CycleTangents", springs: np.ndarray) -> np.ndarray:
     """(P, nd) components that are disturbed otherwise than the stuck springs."""
     gamma, nd = tangents.gamma.copy(), springs.shape[1]
     gamma[..., np.arange(nd), np.arange(nd)] -= springs
-    return gamma.any(axis=(0, 1, 3)) | gamma.any(axis=(0, 1, 4)) | tangents.captured.any(axis=0)
+    acts = gamma.any(axis=(0, 1, 3)) | gamma.any(axis=(0, 1, 4)) | tangents.captured.any(axis=0)
+    acts[tangents.turning.of] |= tangents.turning.memory.any(axis=(0, 1, 4))
+    return acts
 
 
 def _joined(even: np.ndarray, events: np.ndarray) -> np.ndarray:

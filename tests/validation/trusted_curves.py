@@ -21,6 +21,7 @@ from tests.hbm.search.test_curves_beside import (
     amplitudes_in_closed_form,
 )
 from tests.hbm.search.test_curves_beside import FORCE as ABSORBED
+from tests.hbm.stability import random_points
 from tests.hbm.stability.test_multipliers import by_integration, solved
 from tests.validation import Row, Subject, row
 from tipdamp import CubicSpring, IsotropicFriction, Problem, Search, curves_beside, named_points
@@ -115,15 +116,33 @@ def rows():
     yield from _estimates(cases(), (3, 5, 9))
     yield from _folds()
     yield from _multipliers()
+    yield from _own_orbits(2)
     yield from _absorber()
     yield from _ring()
     yield from _subharmonic()
 
 
 def long():
-    """With further cases of the estimate."""
+    """With further cases of the estimate, and 203 orbits of random systems."""
     yield from rows()
     yield from _estimates(further_cases(), (3, 5))
+    yield from _own_orbits(29)
+
+
+def _own_orbits(count):
+    """Random systems of every kind beside an integration that shares nothing with ours."""
+    compared = {kind: list(random_points.several(kind, count)) for kind in random_points.LAWS}
+    for kind, every in compared.items():
+        regular = [one for one in every if not one.marked]
+        wrong = sum(one.clear and not one.agrees for one in regular)
+        worst = max(regular, key=lambda one: one.error)
+        name = f"{kind}, worst of {len(regular)} random systems"
+        ours, own = abs(worst.ours[0]), abs(worst.own[0])
+        yield Row(name, ours, own, worst.error, "leading multiplier of an own orbit")
+        yield Row(f"{kind}, {len(regular)} random systems", wrong, 0, wrong, "verdicts that differ")
+    marked = [one.marked for every in compared.values() for one in every]
+    name, share = f"{len(marked)} random systems", float(np.mean(marked))
+    yield Row(name, sum(marked), 0, share, "marked: another order of events is near (asked 5 %)")
 
 
 def _estimates(of, harmonics):
@@ -294,6 +313,8 @@ SUBJECT = Subject(
         "multipliers by a disturbed orbit": 1e-4,
         "solutions that are missing": 0.0,
         "subharmonic": 1e-8,
+        "leading multiplier of an own orbit": 1e-4,
+        "verdicts that differ": 0.0,
     },
     long=long,
 )

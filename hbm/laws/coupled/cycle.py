@@ -11,9 +11,16 @@ import numpy as np
 
 from tipdamp.hbm.compiled import njit
 from tipdamp.hbm.laws.coupled.motion import LIMIT, SETTINGS, Contact, motion
-from tipdamp.hbm.laws.coupled.period import begin, carry, fixed_point, from_start, settle
+from tipdamp.hbm.laws.coupled.period import (
+    begin,
+    carry,
+    fixed_point,
+    from_start,
+    one_period,
+    settle,
+)
 from tipdamp.hbm.laws.coupled.resting_place import resting_place
-from tipdamp.hbm.laws.coupled.slip import STAGES, Panel, Sums
+from tipdamp.hbm.laws.coupled.slip import PIECE, STAGES, Panel, Sums
 from tipdamp.hbm.laws.uncoupled.breaks import TWO_PI
 
 if TYPE_CHECKING:
@@ -33,7 +40,8 @@ def at_rest(
 @njit(cache=True)
 def one_contact(
     contact: Contact,
-    given: tuple[float, float, bool, bool],
+    r: np.ndarray,
+    given: tuple[bool, bool],
     panel: Panel,
     light: Sums,
     sums: Sums,
@@ -42,15 +50,16 @@ def one_contact(
     """(slipped, work times kt, whether D is not zero) of the periodic cycle of a contact; sums.g is
     filled, and D (nh, 2, 3 nh) with the integrals of the derivatives of r.
 
+    r (2,) : the slider at the start, then at the begin of the cycle; given : from_position and
+    nearest of the SliderStart
     The derivative is that of a fixed point of the map of a period. Where a contact has come to
     rest, and where it creeps to a rest that Newton would miss, the derivative is carried through
     all periods from the start. With `nearest` whether it rests at all is decided by whether there
     is a place, and not by the slip of a period, which may be rounding.
     """
     nh = sums.g.shape[1]
-    r = np.array([given[0], given[1]])
     start = np.zeros((2, 3 * nh))
-    from_position, nearest = given[2], given[3] and not given[2] and not len(contact.opened)
+    from_position, nearest = given[0], given[1] and not given[0] and not len(contact.opened)
     if nearest and resting_place(contact, r, 0.0, start, sums.e):
         return at_rest(r, start, sums, D)
     if from_position:
@@ -105,7 +114,8 @@ def largest_limit(
 
 @njit(cache=True)
 def room_for(nh: int) -> tuple[Panel, Sums, Sums]:
-    """Panel, Sums, and Sums without derivatives by the series of nh coefficients."""
+    """Panel, Sums, and Sums without derivatives by the series of nh coefficients; no path is
+    kept."""
     s = STAGES
     square, inverse = np.empty((s, s)), np.empty((s, s))
     panel = Panel(
@@ -113,8 +123,21 @@ def room_for(nh: int) -> tuple[Panel, Sums, Sums]:
     )
     columns = 2 + 3 * nh
     g, D, e = np.empty((2, nh)), np.empty((nh, 2, columns)), np.empty(nh)
-    sums = Sums(g, D, np.empty((2, columns)), np.empty(columns), e)
-    return panel, sums, Sums(g, D, np.empty((2, 2)), np.empty(2), e)
+    path, count = np.empty((0, PIECE)), np.zeros(1, np.int64)
+    sums = Sums(g, D, np.empty((2, columns)), np.empty(columns), e, path, count)
+    return panel, sums, Sums(g, D, np.empty((2, 2)), np.empty(2), e, path, count)
+
+
+@njit(cache=True)
+def contact_at(
+    p: int, c: np.ndarray, waves: tuple, opened: tuple[np.ndarray, np.ndarray], e: np.ndarray
+) -> Contact:
+    """Contact p of those that `cycle` is given; its scale is not positive where it never
+    closes."""
+    (wave, rate, tau), apart = waves, opened[0][p, : opened[1][p], 1:3]
+    scale = largest_limit(c[p], wave[p, 2], apart, e)
+    size = np.abs(wave[p, :2]).max() + 1e-300
+    return Contact(c[p], wave[p], rate[p], tau, apart, size, scale)
 
 
 @njit(cache=True)
@@ -134,20 +157,16 @@ def cycle(
     found : filled with the harmonics of -r (P, 2, nh) and of their derivatives by c (P, 2, nh, 3,
         nh), work (P,); in active (P, 3) and shares (P, 3) slip is added
     """
-    (wave, rate, tau), (g, D, active, shares, works) = waves, found
+    g, D, active, shares, works = found
     P, _, nh = c.shape
     panel, sums, light = room_for(nh)
     raw = np.empty((nh, 2, 3 * nh))
     for p in range(P):
-        apart = opened[0][p, : opened[1][p], 1:3]
-        scale = largest_limit(c[p], wave[p, 2], apart, sums.e)
-        if kt[p] == 0 or scale <= 0:
+        contact = contact_at(p, c, waves, opened, sums.e)
+        if kt[p] == 0 or contact.scale <= 0:
             continue
-        size = np.abs(wave[p, :2]).max() + 1e-300
-        contact = Contact(c[p], wave[p], rate[p], tau, apart, size, scale)
-        place = start.positions[p]
-        given = place[0], place[1], start.from_position, start.nearest
-        slid, work, moves = one_contact(contact, given, panel, light, sums, raw)
+        r, given = start.positions[p].copy(), (start.from_position, start.nearest)
+        slid, work, moves = one_contact(contact, r, given, panel, light, sums, raw)
         shares[p, 1], works[p] = slid / TWO_PI, work / kt[p]
         shares[p, 0] = max(0.0, 1 - shares[p, 1] - shares[p, 2])
         active[p, 0], active[p, 1] = active[p, 0] or moves, active[p, 1] or moves
@@ -157,3 +176,29 @@ def cycle(
                 g[p, d, j] = project * sums.g[d, j]
                 for m in range(3 * nh if moves else 0):
                     D[p, d, j, m // nh, m % nh] = project * raw[j, d, m]
+
+
+@njit(cache=True)
+def paths(
+    c: np.ndarray,
+    waves: tuple[np.ndarray, np.ndarray, np.ndarray],
+    kt: np.ndarray,
+    start: "SliderStart",
+    opened: tuple[np.ndarray, np.ndarray],
+    found: tuple[np.ndarray, np.ndarray],
+) -> None:
+    """Fill path (P, m, PIECE) and counts (P,) with the pieces of the periodic cycle, as in `Sums`;
+    none of a contact that carries no tangential force. The others are as in `cycle`."""
+    (path, counts), (P, _, nh) = found, c.shape
+    panel, sums, light = room_for(nh)
+    raw = np.empty((nh, 2, 3 * nh))
+    for p in range(P):
+        counts[p] = 0
+        contact = contact_at(p, c, waves, opened, sums.e)
+        if kt[p] == 0 or contact.scale <= 0:
+            continue
+        r, given = start.positions[p].copy(), (start.from_position, start.nearest)
+        one_contact(contact, r, given, panel, light, sums, raw)
+        kept = Sums(light.g, light.D, light.dr, light.turn, light.e, path[p], light.count)
+        one_period(contact, r, panel, kept, False)
+        counts[p] = light.count[0]

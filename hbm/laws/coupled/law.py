@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from tipdamp.hbm import compiled
-from tipdamp.hbm.laws.coupled.cycle import cycle
+from tipdamp.hbm.laws.coupled.cycle import cycle, paths
 from tipdamp.hbm.laws.coupled.motion import SETTINGS
+from tipdamp.hbm.laws.coupled.slip import PIECE
+from tipdamp.hbm.laws.coupled.tangents import fill
 from tipdamp.hbm.laws.friction import resultant_limited
-from tipdamp.hbm.laws.uncoupled.breaks import OPEN, TWO_PI, Sliders
+from tipdamp.hbm.laws.uncoupled.breaks import BEGIN, END, OPEN, STICK, TWO_PI, Sliders
 from tipdamp.hbm.laws.uncoupled.law import CoulombFriction, integrated, located
+from tipdamp.hbm.laws.uncoupled.tangents import fill as fill_uncoupled
+from tipdamp.hbm.laws.variation import CycleTangents, Turning, Variation
 
 if TYPE_CHECKING:
     from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart
-    from tipdamp.hbm.laws.variation import Variation
 
 
 @dataclass(frozen=True)
@@ -67,8 +70,44 @@ class IsotropicFriction(CoulombFriction, tested=True):
     def variation(
         self, contacts: "Contacts", x: np.ndarray, start: "SliderStart", grid: Any, omega: float
     ) -> "Variation | None":
-        """None: the direction of slip turns with the disturbance, and the slider remembers it."""
-        return None
+        """From the pieces of the cycle: the direction of slip turns with the disturbance, and the
+        slider remembers it."""
+        compiled.announce(paths)
+        law = _sliders_of(contacts)
+        normal = law._replace(count=0)
+        found = located(normal, x[:, 2:].copy(), start, grid)
+        given, (P, nd, nh) = _in_forces(law, x, start, grid, found), x.shape
+        c, opened, most = given[0], given[-1], SETTINGS.pieces + SETTINGS.panels * nh
+        path, counts = np.empty((P, most, PIECE)), np.empty(P, np.int64)
+        paths(*given, (path, counts))
+        if (counts == most).any():
+            return None
+        moving = np.array(
+            [p for p in range(P) if (path[p, : counts[p], 0] != STICK).any()], dtype=int
+        )
+        changes = [_changes(path[p, : counts[p]]) for p in moving]
+        edges = [opened[0][p, : opened[1][p], (BEGIN, END)].ravel() for p in range(P)]
+        happens = np.concatenate([np.empty(0), *changes, *edges])
+        least = SETTINGS.on_limit * np.abs(c[:, 2]).sum(axis=1)
+
+        def between(instants: np.ndarray) -> CycleTangents:
+            along = CycleTangents.none(len(instants) - 1, P, 1)
+            along.gamma[..., 0, 0] = contacts.kn
+            own = along.gamma, along.memory, along.captured, along.capture
+            every = np.arange(P)
+            fill_uncoupled(normal, every, found[0], found[1], instants, *own)
+            tangents = CycleTangents.none(len(instants) - 1, P, nd).put(every, [2], along)
+            for d in range(2):
+                tangents.gamma[..., d, d] = np.where(counts > 0, contacts.kt, 0.0)
+            turning = Turning.none(moving, len(instants) - 1, nd)
+            for q, p in enumerate(moving):
+                blocks = tangents.gamma[:, :, p], tangents.rate[:, :, p]
+                settings = contacts.kt[p], contacts.mu[p] * contacts.kn[p], least[p]
+                into = *blocks, *(one[..., q, :, :] for one in turning[1:])
+                fill(c[p], path[p, : counts[p]], instants, settings, into)
+            return tangents._replace(turning=turning)
+
+        return Variation(2 * (nh - 1), happens[(happens > 0) & (happens < TWO_PI)], between)
 
     def harmonics(
         self,
@@ -81,33 +120,44 @@ class IsotropicFriction(CoulombFriction, tested=True):
         """Forces of the event-driven cycle: in closed form, and in slip to 1e-8 of the limit
         force."""
         compiled.announce(cycle)
-        x, (P, nd, nh), (tau, E, E_rate) = np.ascontiguousarray(x), x.shape, grid
-        law = Sliders(2, True, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
-        pieces, counts, active, shares = _opened(
-            law, located(law._replace(count=0), x[:, 2:].copy(), start, grid)
-        )
-        scale = np.stack([law.kt, law.kt, law.mu * law.kn], axis=1)
-        c = scale[:, :, None] * x
-        c[:, 2, 0] += law.mu * law.preload
+        law, (P, nd, nh) = _sliders_of(contacts), x.shape
+        found = located(law._replace(count=0), x[:, 2:].copy(), start, grid)
+        pieces, counts, active, shares = _opened(law, found)
         g, D, work = np.zeros((P, 2, nh)), np.zeros((P, 2, nh, nd, nh)), np.zeros(P)
-        begin = start._replace(positions=law.kt[:, None] * start.positions)
-        cycle(
-            c,
-            (c @ E.T, c @ E_rate.T, tau),
-            law.kt,
-            begin,
-            (pieces[:, 2], counts[:, 2]),
-            (g, D, active, shares, work),
-        )
-        forces = integrated(law, x, pieces, counts, active, shares)
+        cycle(*_in_forces(law, x, start, grid, found), (g, D, active, shares, work))
+        forces = integrated(law, np.ascontiguousarray(x), pieces, counts, active, shares)
         forces.g[:, :2] += g
-        forces.D[:, :2] += (D * scale[:, None, None, :, None])[forces.contacts]
+        forces.D[:, :2] += (D * _scale(law)[:, None, None, :, None])[forces.contacts]
         by_preload = np.asarray(forces.by_preload)
         by_preload[:, :2] += law.mu[:, None, None] * D[:, :, :, 2, 0]
         return replace(forces, work=work)
 
     def piecewise_linear(self, contacts: "Contacts") -> None:
         """None: the limit of the resultant is no line."""
+
+
+def _sliders_of(contacts: "Contacts") -> Sliders:
+    return Sliders(2, True, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
+
+
+def _scale(law: Sliders) -> np.ndarray:
+    """(P, 3) N/m, of the forces that stand for the motion in the kernels: kt u1, kt u2 and mu N."""
+    return np.stack([law.kt, law.kt, law.mu * law.kn], axis=1)
+
+
+def _in_forces(law: Sliders, x: np.ndarray, start: "SliderStart", grid: Any, found: tuple) -> tuple:
+    """What the kernels of `cycle` are given: motion, its waves, kt, start, and the open pieces of
+    those that are `found` of the normals."""
+    tau, E, E_rate = grid
+    c = _scale(law)[:, :, None] * np.ascontiguousarray(x)
+    c[:, 2, 0] += law.mu * law.preload
+    begin = start._replace(positions=law.kt[:, None] * start.positions)
+    return c, (c @ E.T, c @ E_rate.T, tau), law.kt, begin, (found[0][:, 0], found[1][:, 0])
+
+
+def _changes(path: np.ndarray) -> np.ndarray:
+    """Instants at which the state of a contact is another."""
+    return path[1:, 1][np.diff(path[:, 0]) != 0]
 
 
 def _opened(

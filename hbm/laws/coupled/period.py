@@ -20,7 +20,7 @@ from tipdamp.hbm.laws.coupled.motion import (
     onset,
     slides,
 )
-from tipdamp.hbm.laws.coupled.slip import Panel, Sums, add_rest, slip_through, turn_at
+from tipdamp.hbm.laws.coupled.slip import Panel, Sums, add_rest, keep, slip_through, turn_at
 from tipdamp.hbm.laws.uncoupled.breaks import FORWARD as SLIP
 from tipdamp.hbm.laws.uncoupled.breaks import OPEN, STICK, TWO_PI
 
@@ -86,7 +86,7 @@ def one_period(
     at = np.empty(6)
     dr = sums.dr
     opened = contact.opened
-    sums.g[:], dr[:] = 0.0, 0.0
+    sums.g[:], dr[:], sums.count[0] = 0.0, 0.0, 0
     if collect:
         sums.D[:] = 0.0
     dr[0, 0] = dr[1, 1] = 1.0
@@ -111,12 +111,14 @@ def one_period(
     for _ in range(SETTINGS.pieces):
         stop = opened[k, 0] if k < len(opened) else TWO_PI
         if state == OPEN:
+            keep(sums, OPEN, t, opened[k, 1], 0.0, panel.psi)
             t = opened[k, 1]
             k += 1
             limit, (state, psi) = 0.0, after_contact(contact, t, r, sums)
         elif state == STICK:
             end, slips = onset(contact, r, t, stop, e, at)
             add_rest(t, end, r, sums, collect)
+            keep(sums, STICK, t, end, 0.0, panel.psi)
             t, state = end, OPEN
             if slips:
                 state, psi, limit = slip_begins(contact, t, r, sums)
@@ -133,6 +135,7 @@ def one_period(
         if t >= TWO_PI:
             return slid, work
     add_rest(t, TWO_PI, r, sums, collect)
+    keep(sums, STICK, t, TWO_PI, 0.0, panel.psi)
     return slid, work
 
 

@@ -28,6 +28,7 @@ from tipdamp.hbm.laws.coupled.motion import (
     secant,
     slides,
 )
+from tipdamp.hbm.laws.uncoupled.breaks import FORWARD
 
 STAGES = 6
 
@@ -53,10 +54,15 @@ Panel.__doc__ = (
     "room for them."
 )
 
-Sums = namedtuple("Sums", "g D dr turn e")
+Sums = namedtuple("Sums", "g D dr turn e path count")
 Sums.__doc__ = """Integrals over a period: g (2, nh) of e_j r, D (nh, 2, columns) of e_j dr; dr (2,
 columns) now, turn (columns,) of the angle; e (nh,) room. Columns: the slider at t = 0 (2), then the
-series of p1, p2 and L."""
+series of p1, p2 and L.
+
+path (m, PIECE), count (1,) : pieces of the period, state, begin, end, and of slip the angle at the
+begin and at the nodes; m = 0 where they are not kept"""
+
+PIECE = 4 + STAGES
 
 
 @njit(cache=True)
@@ -171,6 +177,17 @@ def between(psi: np.ndarray, psi0: float, x: float) -> float:
         above += factor * psi[i]
         below += factor
     return above / below
+
+
+@njit(cache=True)
+def keep(sums: Sums, state: int, begin: float, end: float, psi0: float, psi: np.ndarray) -> None:
+    """Append a piece to the path that is kept."""
+    k = sums.count[0]
+    if k < len(sums.path) and end > begin:
+        piece = sums.path[k]
+        piece[0], piece[1], piece[2], piece[3] = state, begin, end, psi0
+        piece[4:] = psi
+        sums.count[0] = k + 1
 
 
 @njit(cache=True)
@@ -296,6 +313,7 @@ def slip_through(
             collocate(contact, t, share * width, psi, panel)
         if share * width > 1e-14:
             work += add_panel(share * width, limit, panel, sums, collect)
+            keep(sums, FORWARD, t, t + share * width, psi, panel.psi)
             psi, limit = panel.psi[STAGES - 1], panel.at[STAGES - 1, LIMIT]
         t += share * width
         if share < 1:

@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 
 from tests.hbm.cases import beam, load, rig, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
+from tests.hbm.stability import random_points
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.parameter import ContactSetting, Damping
 from tipdamp.hbm.balance.problem import ContactProblem
@@ -23,6 +24,7 @@ from tipdamp.hbm.laws import (
     MixedLaw,
     UnilateralSpring,
 )
+from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.uncoupled import breaks
 from tipdamp.hbm.laws.uncoupled.law import located
 from tipdamp.hbm.problem import Problem
@@ -222,16 +224,71 @@ def test_friction_and_a_cubic_spring(w):
     assert np.abs(found.real) == pytest.approx(np.abs(wanted.real), abs=4e-3)
 
 
+class Remembering(ContactLaw):
+    """A slider without variation."""
+
+    components = ("t1",)
+    states = 1
+    sliders = 1
+
+    def step(self, motion, state, contacts):
+        """Jenkins' element."""
+        return Jenkins1D().step(motion, state, contacts)
+
+
 def test_law_that_does_not_say():
-    """Of isotropic friction the direction of slip turns: neither stable nor unstable."""
-    one = np.eye(3)
-    contacts = Contacts([0.5], [0.5], [0.5], [1.0])
-    problem = ContactProblem(one, 0.05 * one, one, one, IsotropicFriction(), contacts)
-    push = np.array([1.0, 0.3j, 0.0])
-    curve = follow_band(
-        problem, push, (0.1, 0.3), harmonics=1, outputs={"x": one[0]}, stability="all"
-    )
+    """Of a law of one's own with states: neither stable nor unstable."""
+    mass = Problem([[1.0]], [[0.05]], [[1.0]]).force(0, 1.0)
+    mass = mass.add(Remembering(), 0, kt=0.5, mu=0.5, preload=1.0)
+    curve = mass.follow_band((0.1, 0.3), harmonics=1, outputs={"x": 0}, stability="all")
     assert np.isnan(curve.multipliers).all() and not (curve.stable | curve.unstable).any()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", random_points.LAWS)
+def test_random_points_beside_orbits_of_their_own(kind):
+    """By an integration that shares nothing with ours: the leading multiplier to 1e-4, and the way
+    by which stability is lost. More of them in the validation."""
+    compared = [one for one in random_points.several(kind, 3) if not one.marked]
+    assert compared
+    for found in compared:
+        assert found.error <= 1e-4, found
+        assert found.agrees or not found.clear, found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [3, 4])
+def test_coupled_tangents_along_a_line(seed):
+    """A contact that moves along its first tangent alone is one with two limits."""
+    found = []
+    for law in (IsotropicFriction(), DryFriction2T()):
+        problem, force, w = random_system(law, seed)
+        B = problem.B.copy()
+        B[1::3] = 0.0
+        given = problem.M, problem.C, problem.K, B, law, problem.contacts
+        point = random_points.solved(ContactProblem(*given), force, w, (3, 11))
+        assert seed != 4 or (point.detail.forces.shares[:, 2] > 0).any()
+        found.append(Stability().multipliers(point.detail, w))
+    assert found[0] == pytest.approx(found[1], abs=1e-5)
+
+
+def test_coupled_tangents_beside_another_law():
+    """In a mixture, whichever comes first: as each by itself on bodies that do not touch."""
+    one, contacts = np.eye(6), Contacts([0.5, 0.6], [0.5, 0.4], [0.5, 0.6], [1.0, 0.8])
+    laws, push = (IsotropicFriction(), DryFriction2T()), np.array([1, 0.6j, 0.1] * 2)
+    alone = []
+    for i, law in enumerate(laws):
+        own = one[:3, :3], 0.05 * one[:3, :3], one[:3, :3], one[:3, :3], law
+        alone_there = ContactProblem(*own, contacts.select([i]))
+        point = random_points.solved(alone_there, push[:3], 1.2, (1, 5))
+        assert point.detail.forces.shares[0, 1] > 0.1
+        alone.append(Stability(StabilitySettings(kept=6)).multipliers(point.detail, 1.2))
+    mixed = ContactProblem(one, 0.05 * one, one, one, MixedLaw(laws, (0, 1)), contacts)
+    point = random_points.solved(mixed, push, 1.2, (1, 5))
+    both = Stability(StabilitySettings(kept=8)).multipliers(point.detail, 1.2)
+    every = np.concatenate(alone)
+    for found in both:
+        assert np.nanmin(np.abs(every - found)) < 1e-4
 
 
 def test_peaks_alone():
