@@ -31,7 +31,7 @@ class PeriodicSolution(ArrayRecord):
     unknowns : (N,) m, a `guess` for another call; force_orders : of the forcing
     force_residual, periods : as in ForcedResponse
     truncation : (m,) m; multipliers : (4,) complex; stable, unstable : of a point of a curve, as
-    there; empty and False where the curve does not know them, and of single solutions
+    there; empty and False where these do not know them, as without `stability`
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
     >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)

@@ -55,7 +55,8 @@ class Problem(AnyProblem):
 
     M, C, K : (r, r) kg, N s/m, N/m, dense or nested lists; C may be left out where damping_ratio is
     given
-    damping_ratio : of the modes of the system in which every contact sticks
+    damping_ratio : of the modes of the system in which every contact sticks that is closed at
+        rest
     static : (r,) N - constant force
     preloaded : whether q = 0 is the state at rest (see `ContactProblem`)
     general, structural : matrices that are not symmetric, and damping by a loss factor (see

@@ -61,7 +61,7 @@ from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.memory import check_harmonics_fit
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.periodic_solution import PeriodicSolution
-from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.result import DOUBTFUL, ForcedResponse
 from tipdamp.hbm.stability.multipliers import Stability
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,
@@ -219,7 +219,8 @@ def solve_at(
 ) -> PeriodicSolution:
     """The periodic response of a ContactProblem at one frequency, hz or omega in rad/s.
 
-    options : outputs, harmonics, periods, guess, start, samples, settings of CurveOptions
+    options : outputs, harmonics, periods, guess, start, samples, stability, settings of
+        CurveOptions; with stability other than "none" the solution has its `multipliers`
     Where several solutions exist it is one of them: the crossings of a curve are all
     (`forced_response`, `solutions_at`).
     Raises InputError on unusable input; where no solution is found, `converged` is False. Warns
@@ -267,7 +268,26 @@ def solve_at(
         )
     solved = replace(points[0], converged=found)
     solution = as_solution(solved, balance, hz, case, float(residual))
-    return replace(solution, periods=chosen.periods)
+    solution = replace(solution, periods=chosen.periods)
+    asked = one_of("stability", chosen.stability, get_args(PointsOfInterest)) != "none"
+    return _with_stability(solution, balance, solved, case.rows) if asked and found else solution
+
+
+def _with_stability(
+    solution: PeriodicSolution, balance: HarmonicBalance, solved: Point, rows: np.ndarray
+) -> PeriodicSolution:
+    """With its multipliers, and the estimated error without which they say nothing."""
+    estimate = TruncationEstimate(Equation(balance, Frequency()), rows, Stability())
+    error, multipliers = estimate.of(solved), estimate.multipliers(solved)
+    trusted = error.max() <= DOUBTFUL * solution.amplitude("rms").max()
+    largest = np.abs(multipliers[0]) if trusted else np.nan
+    return replace(
+        solution,
+        truncation=error,
+        multipliers=multipliers,
+        stable=bool(largest < 1),
+        unstable=bool(largest > 1),
+    )
 
 
 @dataclass(frozen=True)

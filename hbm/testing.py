@@ -231,8 +231,9 @@ def _mirror(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) ->
     there, mirrored = (forces(law, contacts, a, omega) for a in (x, sign * x))
     _agree(
         law,
-        "mirrored tangential motion does not give mirrored tangential forces (a force that is no "
-        "contact is a PlainForce, for check_force)",
+        "mirrored tangential motion does not give mirrored tangential forces (contacts with "
+        "negative preload are open at rest and hold nothing; a force that is no contact is a "
+        "PlainForce, for check_force)",
         mirrored.g,
         sign * there.g,
         1e-10,

@@ -151,13 +151,16 @@ def check_forcing(forcing: Any, r: int, H: int) -> dict[int, np.ndarray]:
 
 
 def check_outputs(outputs: Any, r: int) -> tuple[list[str], np.ndarray]:
-    """Names and rows (m, r) of {name: row}."""
+    """Names and rows (m, r) of {name: row, or the number of a dof}."""
     if not isinstance(outputs, dict):
         raise InputError(f"outputs = {brief(outputs)}: must be a dict {{name: row of length {r}}}")
     if not outputs:
         raise InputError("outputs: at least one {name: row} is needed")
     rows = []
     for name, row in outputs.items():
+        if isinstance(row, int | np.integer) and not isinstance(row, bool) and r > 1:
+            rows.append(_unit(f"output '{shown(name)}'", int(row), r))
+            continue
         row = numbers(f"output '{shown(name)}'", row, f"must be a row of {r} real numbers", float)
         row = row.ravel() if row.size == r else row
         if row.shape != (r,) or not np.isfinite(row).all():
@@ -166,6 +169,15 @@ def check_outputs(outputs: Any, r: int) -> tuple[list[str], np.ndarray]:
             )
         rows.append(row)
     return list(outputs), np.array(rows)
+
+
+def _unit(name: str, dof: int, r: int) -> np.ndarray:
+    """(r,) row that takes a dof out of q."""
+    if not 0 <= dof < r:
+        raise InputError(
+            f"{name}: dof {dof} does not exist, 0..{r - 1} do; or a row of {r} numbers"
+        )
+    return np.eye(r)[dof]
 
 
 def check_groups(groups: Any, names: list[str]) -> list[list[int]]:

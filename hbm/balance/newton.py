@@ -193,9 +193,9 @@ class Linearisation:
 
     def contact_force(self, rest: np.ndarray) -> np.ndarray:
         """(P, nd, H+1) complex, N, of the contacts; rest (P, nd) N : their force at rest."""
-        hb, problem = self.balance, self.balance.problem
-        u = self.x.reshape(len(problem.contacts), hb.nd, hb.nh)
-        f = self.forces.g + problem.law.stuck_stiffness(problem.contacts)[:, :, None] * u
+        hb = self.balance
+        u = self.x.reshape(len(hb.springs), hb.nd, hb.nh)
+        f = self.forces.g + hb.springs[:, :, None] * u
         f[:, :, 0] += rest
         return fourier.to_complex(f)
 

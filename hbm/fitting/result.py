@@ -126,7 +126,8 @@ class DampingFit:
             f"measured curve {worst + 1} is {self.misfit[worst]:.0%} of its largest amplitude away "
             "from the fit (root mean square): the model is not that of the measurement, and its "
             "intervals do not hold the truth; check the level, the place, the direction and what "
-            "is held fast",
+            "is held fast, and whether the curve has points of two branches beside a fold: those "
+            "that no sweep passes belong to none",
         )
 
     def __str__(self) -> str:

@@ -27,7 +27,7 @@ class FollowKeywords(TypedDict, total=False):
 class FollowOptions:
     """The keywords of `follow_peak` and `follow_fold`.
 
-    outputs : {name: (r,) row that takes the output out of q}
+    outputs : {name: a dof, or the (r,) row that takes the output out of q}
     band : (low, high) Hz of the whole curves at the first value, at the last one and where a branch
         ends: in it the highest peak counts
     harmonics, start, samples, settings : as in CurveOptions

@@ -162,13 +162,13 @@ class ContactForces:
         return np.flatnonzero(self.active.any(axis=1))
 
     def with_springs(self, stiffness: np.ndarray, x: np.ndarray) -> "ContactForces":
-        """With further springs (P, nd) N/m at the relative motion x (P, nd, nh); every component is
-        then active."""
+        """With further springs (P, nd) N/m at the relative motion x (P, nd, nh); every component of
+        a contact that has them is then active."""
         P, nd, nh = x.shape
         D = np.zeros((P, nd, nh, nd, nh))
         D[self.contacts] = self.D
         for d in range(nd):
             D[:, d, np.arange(nh), d, np.arange(nh)] += stiffness[:, d, None]
-        return replace(
-            self, g=self.g + stiffness[:, :, None] * x, D=D, active=np.ones((P, nd), bool)
-        )
+        active = self.active | stiffness.any(axis=1)[:, None]
+        g = self.g + stiffness[:, :, None] * x
+        return replace(self, g=g, D=D[active.any(axis=1)], active=active)

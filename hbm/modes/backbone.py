@@ -63,7 +63,7 @@ def backbone(
     mode : number of the stuck mode, 1 is the lowest
     amplitudes : (k,) m, ascending, two or more: of harmonic 1 of the first output. The mode is
         followed from the first to the last; at each in between it is solved
-    outputs : {name: (r,) row that takes the output out of q}
+    outputs : {name: a dof, or the (r,) row that takes the output out of q}
     harmonics : H, orders 0..H are kept; samples, settings : as in CurveOptions
     progress : function (amplitude, step, calls), called at each point
 

@@ -54,7 +54,7 @@ class ExactIntegrator(OnStuckSystem):
         self.settings = settings = settings or IntegrationSettings()
         self.stuck = stuck_system(balance, w, settings)
         self.piecewise = table
-        self.table = _for_kernels(table, law.stuck_stiffness(contacts), balance.own.rest)
+        self.table = _for_kernels(table, balance.springs, balance.own.rest)
         nc, n = len(self.stuck.system.stuck), len(self.stuck.system.s)
         levels = settings.halvings if settings.tolerance > 0 else 1
         self.steps = events.Steps(

@@ -64,11 +64,10 @@ class SampledIntegrator(OnStuckSystem):
         self.settings = settings = settings or IntegrationSettings()
         self.stuck = stuck_system(balance, w, settings)
         law = self.stuck.law
-        contacts = self.stuck.contacts
         system = self.stuck.system
         n = settings.samples
         self.size, self.smooth, self.h = self.stuck.motion, law.states == 0, 2 * np.pi / (w * n)
-        self.stiffness, self.constant = law.stuck_stiffness(contacts), self.stuck.balance.own.rest
+        self.stiffness, self.constant = self.stuck.balance.springs, self.stuck.balance.own.rest
         self.W = np.empty((5, len(system.s)), complex)
         events.fill_weights(system.s, self.h, self.W)
         if not self.smooth:  # the force is straight over a step

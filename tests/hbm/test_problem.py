@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.linalg as la
 
 from tipdamp import (
     ContactProblem,
@@ -13,7 +14,10 @@ from tipdamp import (
     MixedLaw,
     Problem,
     UnilateralSpring,
+    backbone,
+    compare,
     follow_band,
+    solve_at,
 )
 
 CHAIN = [[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]]
@@ -114,3 +118,71 @@ def test_pairs_are_named_where_there_are_contacts():
 def test_a_constant_load_that_never_closes_is_told():
     with pytest.warns(UserWarning, match="-4 N at contact 0: 1 of 1 are open for good"):
         duffing().add(Jenkins1D(), 0, kt=1.0, mu=0.3, preload=-4.0)
+
+
+def test_damping_ratios_are_of_what_is_closed_at_rest():
+    """A stop with clearance and a slider: below the clearance the modes of K and the slider alone
+    have the ratio; beyond it the curve is that of the C of these modes, and integration stays on
+    it."""
+    zeta, kt, kn, gap = 0.008, 4e4, 3e5, 1e-3
+    M, K = np.diag([1.0, 2.0, 1.5]), np.array([[3.0, -1, 0], [-1, 2, -1], [0, -1, 1]]) * 1e5
+    closed = K + kt * np.diag([1.0, 0, 0])
+    w2, shapes = la.eigh(closed, M)
+    C = M @ shapes @ np.diag(2 * zeta * np.sqrt(w2)) @ shapes.T @ M
+
+    def chain(**damping):
+        slider = Problem(M, K=K, **damping).add(Jenkins1D(), 0, kt=kt, mu=0.5, preload=40.0)
+        return slider.add(UnilateralSpring(), 2, kn=kn, preload=-gap * kn)
+
+    band, options = (22.0, 36.0), dict(outputs={"tip": 2}, harmonics=7)
+    linear = chain(damping_ratio=zeta).force(2, 0.5).follow_band(band, **options)
+    w = 2 * np.pi * linear.frequency
+    exact = [abs(np.linalg.solve(closed + 1j * o * C - o**2 * M, [0, 0, 0.5])[2]) for o in w]
+    assert linear.amplitude()[:, 0] == pytest.approx(exact, rel=1e-9)
+    assert linear.amplitude().max() < gap
+    by_ratio, by_matrix = (
+        chain(**damping).force(2, 20.0) for damping in (dict(damping_ratio=zeta), dict(C=C))
+    )
+    one, two = (
+        driven.follow_band(band, stability="all", **options) for driven in (by_ratio, by_matrix)
+    )
+    assert one.amplitude().max() > 1.5 * gap
+    assert one.peak("tip") == pytest.approx(two.peak("tip"), rel=1e-8)
+    for curve, driven in ((one, by_ratio), (two, by_matrix)):
+        top = int(curve.amplitude()[:, 0].argmax())
+        assert compare(curve, driven.contact_problem, point=top).difference < 2e-3
+    leading = [np.abs(c.multipliers[c.amplitude()[:, 0].argmax()]).max() for c in (one, two)]
+    assert leading[0] == pytest.approx(leading[1], rel=1e-4)
+
+
+def test_outputs_by_dof_and_stability_of_one_solution():
+    """A dof is its row, of every function that takes outputs; one solution has the multipliers of
+    the point of the curve there: of a linear oscillator exp(-zeta w0 T), as it is damped."""
+    pair = Problem(np.eye(2), 0.1 * np.eye(2), [[2.0, -1], [-1, 2]]).add(CubicSpring(1e-9), 0)
+    driven = pair.force(0, 0.3)
+    problem, force = driven.contact_problem, np.array([0.3, 0])
+    one, row = (
+        solve_at(problem, force, 0.2, outputs={"x": where}, stability="all")
+        for where in (1, [0.0, 1])
+    )
+    assert np.array_equal(one.harmonics, row.harmonics)
+    assert np.abs(one.multipliers) == pytest.approx(np.exp(-0.05 / 0.2), rel=1e-6)
+    assert one.stable and not one.unstable and one.truncation.size == 1
+    without = solve_at(problem, force, 0.2, outputs={"x": 1})
+    assert not without.multipliers.size and not without.stable
+    mode = backbone(problem, 1, (1e-3, 2e-3), outputs={"x": 0}, harmonics=1)
+    assert mode.frequency[0] == pytest.approx(1 / (2 * np.pi), rel=1e-4)
+    with pytest.raises(InputError, match=r"output 'x': dof 2 does not exist, 0\.\.1 do"):
+        solve_at(problem, force, 0.2, outputs={"x": 2})
+
+
+def test_a_single_unstable_solution_says_so():
+    """The middle one of three motions of a Duffing oscillator."""
+    curve = duffing().follow_band((0.05, 0.6), outputs={"x": 0}, harmonics=3, stability="all")
+    i = int(np.flatnonzero(curve.unstable)[len(np.flatnonzero(curve.unstable)) // 2])
+    hz = curve.frequency[i]
+    found = duffing().solve_at(
+        hz, outputs={"x": 0}, harmonics=3, guess=curve.unknowns[i], stability="all"
+    )
+    assert found.unstable and not found.stable
+    assert found.multipliers[0] == pytest.approx(curve.multipliers[i, 0], rel=1e-6)
