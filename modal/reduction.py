@@ -16,7 +16,7 @@ from tipdamp.modal.contact_shapes import contact_shapes, spread
 from tipdamp.modal.elasticity import Material
 from tipdamp.modal.loads import nodal_load
 from tipdamp.modal.mesh import Mesh
-from tipdamp.modal.stress import nodal_stress
+from tipdamp.modal.stress_recovery import nodal_stress
 from tipdamp.modal.truncation import Truncation
 
 
@@ -75,7 +75,7 @@ class Reduction:
         other_materials: dict[str, Material] | None = None,
     ) -> np.ndarray:
         """Stress at every node of the mesh that the body was made of, (n, 6) Pa as in
-        `modal.stress`, from (b + m,)."""
+        `modal.stress_recovery`, from (b + m,)."""
         if not np.array_equal(mesh.node, self.body.node):
             raise InputError(
                 f"body '{self.body.name}': the mesh {mesh.source} is not the one that it was made "

@@ -25,7 +25,7 @@ from tipdamp.hbm.laws import (
 from tipdamp.hbm.laws.friction import each_limited, resultant_limited
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.testing import forces, total_force
-from tipdamp.static_contact.contact.friction import FrictionalContact
+from tipdamp.static_contact.contact.frictional_preload import FrictionalContact
 from tipdamp.static_contact.stiffness.partial_slip import displacement_loop
 
 EACH = (Jenkins1D(), DryFriction1T(), DryFriction2T())

@@ -11,7 +11,7 @@ from tipdamp import Jenkins1D, Problem, craig_bampton, whole_motion
 from tipdamp.meshes.structured import extrude, join, ruled
 from tipdamp.modal.elasticity import Material, elastic_body
 from tipdamp.modal.mesh import Mesh
-from tipdamp.modal.stress import alternating_stress
+from tipdamp.modal.stress_recovery import alternating_stress
 
 length, width, height, steel = 0.1, 0.01, 0.005, Material(E=207e9, nu=0.3, density=7850.0)  # m, Pa
 lower, upper = ([(x, z) for x in np.linspace(0, length, 21)] for z in (0, height))

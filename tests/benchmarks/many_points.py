@@ -32,7 +32,7 @@ from tipdamp.static_contact.bodies.sparse_bodies import (
     pinned,
     sparse_stuck_bodies,
 )
-from tipdamp.static_contact.contact.friction import FrictionalContact
+from tipdamp.static_contact.contact.frictional_preload import FrictionalContact
 from tipdamp.static_contact.contact.preload import StaticContact
 
 STEEL = Material(E=207e9, nu=0.3, density=7850.0)

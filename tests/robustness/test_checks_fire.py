@@ -21,7 +21,7 @@ from tipdamp.modal import craig_bampton as reduction
 from tipdamp.modal.eigen import Factor, SingularStiffness
 from tipdamp.modal.solvers import arpack, slepc
 from tipdamp.stages import report, run
-from tipdamp.static_contact.contact.friction import FrictionalContact
+from tipdamp.static_contact.contact.frictional_preload import FrictionalContact
 from tipdamp.static_contact.contact.preload import StaticContact
 from tipdamp.static_contact.full import newton
 

@@ -18,7 +18,7 @@ from tipdamp.static_contact.bodies.sparse_bodies import (
     sparse_stuck_bodies,
 )
 from tipdamp.static_contact.bodies.stuck_bodies import stuck_bodies
-from tipdamp.static_contact.contact.friction import FrictionalContact
+from tipdamp.static_contact.contact.frictional_preload import FrictionalContact
 from tipdamp.static_contact.contact.preload import StaticContact
 from tipdamp.static_contact.normal.complementarity import NoEquilibrium
 

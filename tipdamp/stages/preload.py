@@ -34,7 +34,7 @@ from tipdamp.stages import fitted_stiffness
 from tipdamp.stages.fitted_stiffness import fit_factor
 from tipdamp.stages.stage import Stage
 from tipdamp.static_contact.contact.contact_forces import Preload
-from tipdamp.static_contact.contact.friction import FrictionState
+from tipdamp.static_contact.contact.frictional_preload import FrictionState
 from tipdamp.static_contact.contact.preload import StaticContact
 from tipdamp.statics import cases as statics
 from tipdamp.statics import friction_history, whole_body

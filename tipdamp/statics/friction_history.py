@@ -19,7 +19,7 @@ from tipdamp.hbm.laws.friction import each_limited
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.results.static_results import FrictionFacts
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
-from tipdamp.static_contact.contact.friction import FrictionalContact, FrictionState
+from tipdamp.static_contact.contact.frictional_preload import FrictionalContact, FrictionState
 from tipdamp.statics.cases import StaticBodies
 from tipdamp.study.view import Study
 

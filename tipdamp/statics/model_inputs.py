@@ -16,7 +16,7 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
 from tipdamp.static_contact.contact.contact_forces import Preload
 from tipdamp.static_contact.contact.equilibrium import beside, side_forces, side_normals
-from tipdamp.static_contact.contact.friction import FrictionState
+from tipdamp.static_contact.contact.frictional_preload import FrictionState
 from tipdamp.static_contact.tuning.kept_stations import conserve_total
 from tipdamp.static_contact.tuning.roll_springs import RollSpring, roll_springs
 from tipdamp.study.schema import Respond

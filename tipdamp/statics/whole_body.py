@@ -23,7 +23,7 @@ from tipdamp.modal.eigen import Factor
 from tipdamp.modal.elasticity import Material
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.reduction import Reduction
-from tipdamp.modal.stress import alternating_stress, half_range, nodal_stress, von_mises
+from tipdamp.modal.stress_recovery import alternating_stress, half_range, nodal_stress, von_mises
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.study.view import Study
 
@@ -119,8 +119,8 @@ def static_shape(body: Body, model: ReducedModel, q: np.ndarray, force: np.ndarr
 @dataclass(frozen=True)
 class VibrationStress:
     """Fields at the nodes of a mesh: mean (n,) Pa, von Mises stress of the mean; alternating (n,)
-    Pa as in `modal.stress.alternating_stress`; amplitude (n,) m, half of the longest way between
-    two places of the node."""
+    Pa as `alternating_stress` of the bodies; amplitude (n,) m, half of the longest way between two
+    places of the node."""
 
     mean: np.ndarray
     alternating: np.ndarray

@@ -13,7 +13,7 @@ from tests.static_contact.beams import beam, supports
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.static_contact.bodies.rigid_motions import RigidMotionSettings, floating, rigid_motions
-from tipdamp.static_contact.contact.friction import FrictionalContact
+from tipdamp.static_contact.contact.frictional_preload import FrictionalContact
 from tipdamp.static_contact.contact.preload import StaticContact, StaticSettings
 from tipdamp.static_contact.surfaces.pairing import join
 

@@ -31,7 +31,7 @@ from tipdamp.static_contact.bodies.sparse_bodies import (
     sparse_stuck_bodies,
 )
 from tipdamp.static_contact.bodies.stuck_bodies import StuckBodies, stuck_bodies
-from tipdamp.static_contact.contact.friction import FrictionalContact, FrictionSettings
+from tipdamp.static_contact.contact.frictional_preload import FrictionalContact, FrictionSettings
 from tipdamp.static_contact.contact.preload import StaticContact
 
 pytest.importorskip("dolfinx")

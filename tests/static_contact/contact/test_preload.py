@@ -7,7 +7,7 @@ import pytest
 from tests.static_contact.beams import beam, random_case, supports
 from tests.validation.random_beams import compare
 from tipdamp.hbm.errors import InputError
-from tipdamp.static_contact.contact.friction import FrictionalContact
+from tipdamp.static_contact.contact.frictional_preload import FrictionalContact
 from tipdamp.static_contact.contact.preload import StaticContact, preload
 from tipdamp.static_contact.normal.complementarity import NoEquilibrium
 from tipdamp.static_contact.surfaces.pairing import join

@@ -14,7 +14,7 @@ from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.craig_bampton import craig_bampton
 from tipdamp.modal.elasticity import Material, elastic_body
-from tipdamp.modal.stress import nodal_stress, von_mises
+from tipdamp.modal.stress_recovery import nodal_stress, von_mises
 from tipdamp.results.response_results import StressResult
 from tipdamp.stages.run import results_folder
 from tipdamp.stages.stress import limits

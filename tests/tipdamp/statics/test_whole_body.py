@@ -7,7 +7,7 @@ import scipy.sparse as sp
 from tests.tipdamp import corner_study
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.modal.elasticity import Material, elastic_body
-from tipdamp.modal.stress import nodal_stress, von_mises
+from tipdamp.modal.stress_recovery import nodal_stress, von_mises
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.study.study import load_study

@@ -9,7 +9,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.friction import each_limited, resultant_limited
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.static_contact.contact.friction import FrictionalContact, FrictionSettings
+from tipdamp.static_contact.contact.frictional_preload import FrictionalContact, FrictionSettings
 from tipdamp.static_contact.contact.preload import preload
 
 KN, KT, MU = 1.03e6, 0.94e6, 0.6

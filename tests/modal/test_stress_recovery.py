@@ -10,7 +10,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.modal.craig_bampton import craig_bampton
 from tipdamp.modal.elasticity import Material, elastic_body
 from tipdamp.modal.elements.cells import CELLS
-from tipdamp.modal.stress import alternating_stress, half_range, nodal_stress, von_mises
+from tipdamp.modal.stress_recovery import alternating_stress, half_range, nodal_stress, von_mises
 from tipdamp.readers.dispatch import read_mesh
 
 from .blocks import block
