@@ -272,7 +272,7 @@ def left_orbit(
 def _finer(balance: HarmonicBalance) -> HarmonicBalance:
     """The balance with 2H + 1 harmonics."""
     H = 2 * balance.H + 1
-    samples = max(len(balance.grid[0]) - 1, balance.problem.law.default_samples(H))
+    samples = max(balance.grid.samples, balance.problem.law.default_samples(H))
     return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
 
 
@@ -327,7 +327,7 @@ def _advice(
 ) -> str:
     """Whether samples or harmonics lack: twice the samples, where they matter, take most of the
     difference away."""
-    samples = len(balance.grid[0]) - 1
+    samples = balance.grid.samples
     if steady.method == "sampled" and 2 * samples <= MOST_SAMPLES:
         finer = HarmonicBalance(
             balance.problem, balance.forces, balance.H, balance.given_start, 2 * samples

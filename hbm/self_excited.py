@@ -6,7 +6,7 @@ much energy as the damping takes (describing function).
 """
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from scipy.optimize import brentq
@@ -23,13 +23,11 @@ from tipdamp.hbm.curve.guess import place_and_unknowns, with_orders
 from tipdamp.hbm.curve.options import CurveKeywords, curve_options, with_options_named
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid, SliderStart
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.response import CheckedInput, as_solution
 from tipdamp.hbm.time.poles import poles
 from tipdamp.hbm.validation import positive
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart
 
 LADDER = np.logspace(-6, 6, 73)  # times the amplitude: where the energy balance is looked at
 CALLS = 200  # of the residual, from each place where it holds
@@ -167,32 +165,30 @@ class SpringsTakenOver(ContactLaw):
         return self.law.sliders
 
     def step(
-        self, motion: "Motion", state: np.ndarray, contacts: "Contacts"
+        self, motion: Motion, state: np.ndarray, contacts: Contacts
     ) -> tuple[np.ndarray, np.ndarray]:
         """Of the law."""
         return self.law.step(motion, state, contacts)
 
-    def initial_state(
-        self, u: np.ndarray, start: "SliderStart", contacts: "Contacts"
-    ) -> np.ndarray:
+    def initial_state(self, u: np.ndarray, start: SliderStart, contacts: Contacts) -> np.ndarray:
         """Of the law."""
         return self.law.initial_state(u, start, contacts)
 
-    def stuck_stiffness(self, contacts: "Contacts") -> np.ndarray:
+    def stuck_stiffness(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N/m with the springs."""
         return self.law.stuck_stiffness(contacts) + self.further
 
-    def stuck_force(self, contacts: "Contacts") -> np.ndarray:
+    def stuck_force(self, contacts: Contacts) -> np.ndarray:
         """Of the law."""
         return self.law.stuck_force(contacts)
 
-    def force_at_rest(self, contacts: "Contacts") -> np.ndarray:
+    def force_at_rest(self, contacts: Contacts) -> np.ndarray:
         """Of the law."""
         return self.law.force_at_rest(contacts)
 
     def harmonics(
-        self, contacts: "Contacts", x: np.ndarray, start: "SliderStart", grid: Any, omega: float
-    ) -> "ContactForces":
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
+    ) -> ContactForces:
         """Of the law, beside stiffer springs."""
         found = self.law.harmonics(contacts, x, start, grid, omega)
         return found.with_springs(-self.further, x)
@@ -205,7 +201,7 @@ class SpringsTakenOver(ContactLaw):
         """Of the law."""
         return self.law.default_samples(H)
 
-    def check(self, contacts: "Contacts") -> None:
+    def check(self, contacts: Contacts) -> None:
         """Of the law."""
         self.law.check(contacts)
 

@@ -11,7 +11,7 @@ from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
-from tipdamp.hbm.laws.records import ContactForces, Contacts, SliderStart
+from tipdamp.hbm.laws.records import ContactForces, Contacts, SampleGrid, SliderStart
 from tipdamp.hbm.validation import brief
 
 EPS = np.finfo(float).eps
@@ -19,10 +19,10 @@ EPS = np.finfo(float).eps
 STARTS = ("zero_force", "zero_slider")
 
 
-def sample_grid(H: int, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Instants (samples + 1,), and the basis and its rate at all but the last."""
+def sample_grid(H: int, samples: int) -> SampleGrid:
+    """Of H harmonics and as many samples."""
     tau = np.linspace(0.0, 2 * np.pi, samples + 1)
-    return tau, fourier.basis(tau[:-1], H), fourier.basis_rate(tau[:-1], H)
+    return SampleGrid(tau, fourier.basis(tau[:-1], H), fourier.basis_rate(tau[:-1], H))
 
 
 def slider_start(start: np.ndarray | str, P: int, sliders: int) -> SliderStart:
@@ -62,7 +62,7 @@ class Cycle:
     springs: np.ndarray
     rest: np.ndarray
     start: SliderStart
-    grid: Any
+    grid: SampleGrid
 
     @cached_property
     def beyond_rest(self) -> np.ndarray:
@@ -121,7 +121,7 @@ def evaluate(
     contacts: Contacts,
     x: np.ndarray,
     start: SliderStart,
-    grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+    grid: SampleGrid,
     omega: float,
     known: ContactForces | None = None,
 ) -> ContactForces:
@@ -168,7 +168,7 @@ def _of_law(
     contacts: Contacts,
     x: np.ndarray,
     start: SliderStart,
-    grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+    grid: SampleGrid,
     omega: float,
     known: ContactForces | None,
 ) -> ContactForces:

@@ -220,7 +220,7 @@ class HarmonicBalance:
 
     def rebuilt(self, problem: ContactProblem, forces: dict) -> Any:
         """The same balance of another problem or other forces."""
-        other = HarmonicBalance(problem, forces, self.H, self.given_start, len(self.grid[0]) - 1)
+        other = HarmonicBalance(problem, forces, self.H, self.given_start, self.grid.samples)
         other.on_call = self.on_call
         return other
 
@@ -335,7 +335,7 @@ class HarmonicBalance:
     def sampled(self, x: np.ndarray, w: float) -> bool:
         """Whether the contact forces at x (n,) and w rad/s depend on the samples of the cycle."""
         u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
-        finer = aft.sample_grid(self.H, 2 * (len(self.grid[0]) - 1))
+        finer = aft.sample_grid(self.H, 2 * self.grid.samples)
         g, exact = (
             aft.evaluate(self.problem.law, self.problem.contacts, u, self.start, grid, w).g
             for grid in (self.grid, finer)

@@ -230,7 +230,7 @@ def record(
         slider_start=np.empty((0, 0)) if isinstance(start, str) else np.asarray(start, dtype=float),
         orientation=np.array([p.orientation for p in branch.points]),
         jumps=np.array([p.jump for p in branch.points]),
-        samples=len(balance.grid[0]) - 1,
+        samples=balance.grid.samples,
         periods=equation.periods,
         reached_end=bool(branch.complete),
     )

@@ -144,7 +144,7 @@ def peak_multipliers(
 
 def _wider(balance: HarmonicBalance) -> HarmonicBalance:
     """With orders up to 2 H + 1, and twice the samples: a quarter of their error is left."""
-    H, own = 2 * balance.H + 1, len(balance.grid[0]) - 1
+    H, own = 2 * balance.H + 1, balance.grid.samples
     samples = min(max(2 * own, balance.problem.law.default_samples(H)), MOST_SAMPLES)
     return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
 

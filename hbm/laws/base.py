@@ -19,6 +19,7 @@ from tipdamp.hbm.laws.records import (
     Contacts,
     ContactState,
     Motion,
+    SampleGrid,
     SliderStart,
     Tangents,
 )
@@ -170,7 +171,7 @@ class ContactLaw:
         return sampled.tangents(self, motion, state, contacts)
 
     def harmonics(
-        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any, omega: float
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
     ) -> ContactForces:
         """Forces of the periodic cycle at the relative motion x (P, nd, nh) m and omega rad/s.
 
@@ -183,7 +184,7 @@ class ContactLaw:
         contacts: Contacts,
         x: np.ndarray,
         start: SliderStart,
-        grid: Any,
+        grid: SampleGrid,
         omega: float,
         known: ContactForces,
     ) -> ContactForces:
@@ -192,7 +193,7 @@ class ContactLaw:
         return self.harmonics(contacts, x, start, grid, omega)
 
     def variation(
-        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any, omega: float
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
     ) -> Variation | None:
         """How the forces follow a disturbance of the cycle that `harmonics` is of; None where that
         is not known, as of a law with states that does not say."""

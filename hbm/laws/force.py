@@ -9,7 +9,7 @@ from tipdamp.hbm import fourier
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws import sampled
 from tipdamp.hbm.laws.base import ContactLaw
-from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart
+from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid, SliderStart
 from tipdamp.hbm.validation import check_call
 
 
@@ -54,12 +54,7 @@ class PlainForce(ContactLaw):
         return self.force(motion.u, motion.v), state
 
     def harmonics(
-        self,
-        contacts: Contacts,
-        x: np.ndarray,
-        start: SliderStart,
-        grid: tuple[np.ndarray, np.ndarray, np.ndarray],
-        omega: float,
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
     ) -> ContactForces:
         """Forces of the cycle; what is no contact neither sticks nor slips nor opens.
 

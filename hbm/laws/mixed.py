@@ -13,7 +13,7 @@ from tipdamp.hbm import fourier
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear, merged_table
-from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart
+from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid, SliderStart
 from tipdamp.hbm.laws.shipped import check_law
 from tipdamp.hbm.laws.variation import CycleTangents, Variation
 
@@ -145,7 +145,7 @@ class MixedLaw(ContactLaw):
         return force, new
 
     def harmonics(
-        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any, omega: float
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
     ) -> ContactForces:
         """Forces of the cycle of each law."""
         P, nd, nh = x.shape
@@ -178,7 +178,7 @@ class MixedLaw(ContactLaw):
         )
 
     def variation(
-        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: Any, omega: float
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
     ) -> Variation | None:
         """Of each law; None where one does not know."""
         P, nd, _ = x.shape

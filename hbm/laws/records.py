@@ -95,6 +95,20 @@ class SliderStart(NamedTuple):
         return "given" if self.positions.any() else "zero_slider"
 
 
+class SampleGrid(NamedTuple):
+    """Samples of a cycle: instants tau (n + 1,) rad and, at all but the last, the harmonic basis E
+    (n, nh) and its rate E_rate (n, nh)."""
+
+    tau: np.ndarray
+    E: np.ndarray
+    E_rate: np.ndarray
+
+    @property
+    def samples(self) -> int:
+        """Their number, n."""
+        return len(self.E)
+
+
 class Motion(NamedTuple):
     """Relative motion at the end of a step of length dt: u (P, nd) m, v (P, nd) m/s, dt s; complex
     in derivatives."""

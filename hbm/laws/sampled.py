@@ -16,7 +16,14 @@ import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.compiled import njit
-from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart, Tangents
+from tipdamp.hbm.laws.records import (
+    ContactForces,
+    Contacts,
+    Motion,
+    SampleGrid,
+    SliderStart,
+    Tangents,
+)
 
 if TYPE_CHECKING:
     from tipdamp.hbm.laws.base import ContactLaw
@@ -105,7 +112,7 @@ def periodic(
     contacts: Contacts,
     x: np.ndarray,
     start: SliderStart,
-    grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+    grid: SampleGrid,
     omega: float,
     newton: bool = True,
 ) -> SampledCycle:
@@ -198,13 +205,13 @@ def harmonics(
     contacts: Contacts,
     x: np.ndarray,
     start: SliderStart,
-    grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+    grid: SampleGrid,
     omega: float,
 ) -> ContactForces:
     """Forces of the periodic cycle of a law, as their deviation from the stuck springs."""
     P, nd, nh = x.shape
     c = periodic(law, contacts, x, start, grid, omega)
-    weights = projector(grid[1])
+    weights = projector(grid.E)
     f = np.tensordot(c.force, weights, (0, 0))
     D = np.tensordot(weights, c.dforce, (0, 0)).transpose(1, 2, 0, 3)
     by_omega = np.ascontiguousarray(D[..., -1]) if c.tangents.of_rate else None

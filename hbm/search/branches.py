@@ -241,7 +241,7 @@ def _over_two_periods(equation: Equation, points: Sequence[Point]) -> tuple[Equa
     """(equation, points) of the same motions seen over twice the period, with twice the orders."""
     balance, parameter, periods = equation.balance, equation.parameter, 2 * equation.periods
     forces = {2 * k: F for k, F in balance.forces.items()}
-    samples = 2 * (len(balance.grid[0]) - 1)
+    samples = 2 * balance.grid.samples
     doubled = HarmonicBalance(balance.problem, forces, 2 * balance.H, balance.given_start, samples)
     over = Equation(doubled, parameter.over(periods), equation.hz, periods)
     share = over.parameter.scale / parameter.scale

@@ -101,7 +101,7 @@ class Stability:
             return np.empty(0)
         contacts = balance.problem.contacts if contacts is None else contacts
         u = here.x.reshape(len(contacts), balance.nd, -1) if motion is None else motion
-        grid = sample_grid((u.shape[2] - 1) // 2, len(balance.grid[0]) - 1)
+        grid = sample_grid((u.shape[2] - 1) // 2, balance.grid.samples)
         law = balance.problem.law
         variation = law.variation(contacts, u, balance.start, grid, w)
         if variation is None:

@@ -2,7 +2,7 @@
 `cycle`."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,13 +12,11 @@ from tipdamp.hbm.laws.coupled.motion import SETTINGS
 from tipdamp.hbm.laws.coupled.slip import PIECE
 from tipdamp.hbm.laws.coupled.tangents import fill
 from tipdamp.hbm.laws.friction import resultant_limited
+from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid, SliderStart
 from tipdamp.hbm.laws.uncoupled.breaks import BEGIN, END, OPEN, STICK, TWO_PI, Sliders
 from tipdamp.hbm.laws.uncoupled.law import CoulombFriction, integrated, located
 from tipdamp.hbm.laws.uncoupled.tangents import fill as fill_uncoupled
 from tipdamp.hbm.laws.variation import CycleTangents, Turning, Variation
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class IsotropicFriction(CoulombFriction, tested=True):
         return resultant_limited(trial, limit)
 
     def step(
-        self, motion: "Motion", state: np.ndarray, contacts: "Contacts"
+        self, motion: Motion, state: np.ndarray, contacts: Contacts
     ) -> tuple[np.ndarray, np.ndarray]:
         """Force (P, 3) N and state (P, 5); the motion of a step and the change of the normal load
         are straight."""
@@ -68,8 +66,8 @@ class IsotropicFriction(CoulombFriction, tested=True):
         return force, new
 
     def variation(
-        self, contacts: "Contacts", x: np.ndarray, start: "SliderStart", grid: Any, omega: float
-    ) -> "Variation | None":
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
+    ) -> Variation | None:
         """From the pieces of the cycle: the direction of slip turns with the disturbance, and the
         slider remembers it."""
         compiled.announce(paths)
@@ -110,13 +108,8 @@ class IsotropicFriction(CoulombFriction, tested=True):
         return Variation(2 * (nh - 1), happens[(happens > 0) & (happens < TWO_PI)], between)
 
     def harmonics(
-        self,
-        contacts: "Contacts",
-        x: np.ndarray,
-        start: "SliderStart",
-        grid: tuple[np.ndarray, np.ndarray, np.ndarray],
-        omega: float,
-    ) -> "ContactForces":
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
+    ) -> ContactForces:
         """Forces of the event-driven cycle: in closed form, and in slip to 1e-8 of the limit
         force."""
         compiled.announce(cycle)
@@ -132,11 +125,11 @@ class IsotropicFriction(CoulombFriction, tested=True):
         by_preload[:, :2] += law.mu[:, None, None] * D[:, :, :, 2, 0]
         return replace(forces, work=work)
 
-    def piecewise_linear(self, contacts: "Contacts") -> None:
+    def piecewise_linear(self, contacts: Contacts) -> None:
         """None: the limit of the resultant is no line."""
 
 
-def _sliders_of(contacts: "Contacts") -> Sliders:
+def _sliders_of(contacts: Contacts) -> Sliders:
     return Sliders(2, True, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
 
 
@@ -145,7 +138,9 @@ def _scale(law: Sliders) -> np.ndarray:
     return np.stack([law.kt, law.kt, law.mu * law.kn], axis=1)
 
 
-def _in_forces(law: Sliders, x: np.ndarray, start: "SliderStart", grid: Any, found: tuple) -> tuple:
+def _in_forces(
+    law: Sliders, x: np.ndarray, start: SliderStart, grid: SampleGrid, found: tuple
+) -> tuple:
     """What the kernels of `cycle` are given: motion, its waves, kt, start, and the open pieces of
     those that are `found` of the normals."""
     tau, E, E_rate = grid

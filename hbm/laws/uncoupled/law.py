@@ -13,7 +13,7 @@ import numpy as np
 from tipdamp.hbm import compiled
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear, slider_table
-from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SliderStart
+from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid, SliderStart
 from tipdamp.hbm.laws.uncoupled import breaks, events, integrals, tangents
 from tipdamp.hbm.laws.variation import CycleTangents, Variation
 
@@ -120,12 +120,7 @@ class CoulombFriction(ContactLaw):
         return np.where(closes[:, None], touch[:, : w.shape[1]], w)
 
     def harmonics(
-        self,
-        contacts: Contacts,
-        x: np.ndarray,
-        start: SliderStart,
-        grid: tuple[np.ndarray, np.ndarray, np.ndarray],
-        omega: float,
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
     ) -> ContactForces:
         """Forces of the event-driven cycle, exact for the harmonics of the motion."""
         compiled.announce(integrals.add_forces)
@@ -146,7 +141,7 @@ class CoulombFriction(ContactLaw):
         contacts: Contacts,
         x: np.ndarray,
         start: SliderStart,
-        grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+        grid: SampleGrid,
         omega: float,
         known: ContactForces,
     ) -> ContactForces:
@@ -159,12 +154,7 @@ class CoulombFriction(ContactLaw):
         return integrated(law, x, pieces, counts, known.active, known.shares)
 
     def variation(
-        self,
-        contacts: Contacts,
-        x: np.ndarray,
-        start: SliderStart,
-        grid: tuple[np.ndarray, np.ndarray, np.ndarray],
-        omega: float,
+        self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
     ) -> Variation | None:
         """From the pieces of the cycle, between which everything is linear."""
         compiled.announce(integrals.add_forces)
@@ -231,23 +221,21 @@ class CoulombFriction(ContactLaw):
 
 
 def _moving_orders(
-    x: np.ndarray, start: SliderStart, grid: tuple[np.ndarray, np.ndarray, np.ndarray]
-) -> tuple[np.ndarray, SliderStart, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    x: np.ndarray, start: SliderStart, grid: SampleGrid
+) -> tuple[np.ndarray, SliderStart, SampleGrid]:
     """x, start and grid without the orders above the highest one that moves: where the events are
     does not depend on them."""
-    (tau, E, E_rate), nh = grid, x.shape[2]
+    nh = x.shape[2]
     moving = x.any(axis=(0, 1)).nonzero()[0]
     used = min(nh, 1 + 2 * ((moving[-1] + 1) // 2)) if len(moving) else 1
     if used == nh:
         return x, start, grid
-    return np.ascontiguousarray(x[:, :, :used]), start, (tau, E[:, :used], E_rate[:, :used])
+    lower = grid._replace(E=grid.E[:, :used], E_rate=grid.E_rate[:, :used])
+    return np.ascontiguousarray(x[:, :, :used]), start, lower
 
 
 def located(
-    law: breaks.Sliders,
-    x: np.ndarray,
-    start: SliderStart,
-    grid: tuple[np.ndarray, np.ndarray, np.ndarray],
+    law: breaks.Sliders, x: np.ndarray, start: SliderStart, grid: SampleGrid
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """pieces, counts, active, shares of `events.find_pieces` at the motion x (P, nd, nh)."""
     (P, nd, nh), (tau, E, E_rate) = x.shape, grid
