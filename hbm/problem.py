@@ -20,10 +20,9 @@ from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem
 from tipdamp.hbm.balance.varying import Amplitude, Varying, amplitude_at, constant
 from tipdamp.hbm.curve.options import CurveKeywords, with_options_named
 from tipdamp.hbm.errors import Doubt, InputError
-from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.base import ContactLaw, check_law
 from tipdamp.hbm.laws.mixed import MixedLaw
 from tipdamp.hbm.laws.records import Contacts
-from tipdamp.hbm.laws.shipped import check_law
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import brief, check_call, check_whole, numbers

@@ -36,9 +36,8 @@ from tipdamp.hbm.contact_doubts import contact_doubts
 from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.hold.named_motion import describe_motion, mostly
 from tipdamp.hbm.hold.spring import HeldMotion, Hold, held_motions, springs, with_springs
-from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.base import ContactLaw, check_law
 from tipdamp.hbm.laws.records import Contacts
-from tipdamp.hbm.laws.shipped import check_law
 from tipdamp.hbm.model import ReducedModel, check_damping, square, symmetric
 from tipdamp.hbm.validation import brief, check_kind, numbers
 

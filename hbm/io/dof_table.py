@@ -12,8 +12,7 @@ import numpy as np
 
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.csv_table import read_table
-from tipdamp.hbm.io.file_size import open_matlab
-from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.io.untrusted import open_matlab, open_npz
 from tipdamp.hbm.points import ContactPoints
 
 DIRECTIONS = ("x", "y", "z")

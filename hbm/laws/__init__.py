@@ -18,14 +18,15 @@ _HOME = {
     ),
     "ContactLaw": "base",
     "PlainForce": "force",
-    "SHIPPED": "shipped",
     **LAWS,
     "MixedLaw": "mixed",
 }
-__all__ = list(_HOME)
+__all__ = ["SHIPPED", *_HOME]
 
 
 def __getattr__(name: str) -> Any:
+    if name == "SHIPPED":  # {name: class} of those that are chosen by name
+        return {law: __getattr__(law) for law in LAWS}
     if name not in _HOME:
         raise AttributeError(f"module 'tipdamp.hbm.laws' has no attribute '{name}'")
     return getattr(import_module(f"tipdamp.hbm.laws.{_HOME[name]}"), name)

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws import sampled
+from tipdamp.hbm.laws import LAWS, sampled
 from tipdamp.hbm.laws.friction import each_limited
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear
 from tipdamp.hbm.laws.records import (
@@ -312,6 +312,20 @@ class ContactLaw:
                 f"law {self.name}: {name} = {brief(vars(self)[name])}, must be "
                 f"{' and '.join(['finite', *bounds])}"
             )
+
+
+def check_law(law: ContactLaw) -> ContactLaw:
+    """The law; InputError where it is none."""
+    if isinstance(law, ContactLaw):
+        return law
+    if isinstance(law, type) and issubclass(law, ContactLaw):
+        raise InputError(
+            f"law = {law.__name__}: is the class of a law; make one: {law.__name__}(...)"
+        )
+    raise InputError(
+        f"law = {brief(law)}: must be a contact law, one of {', '.join(LAWS)}, MixedLaw, or a "
+        "class of your own derived from hbm.laws.ContactLaw"
+    )
 
 
 def _numbers(law: str, name: str, value: Any) -> np.ndarray:

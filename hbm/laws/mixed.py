@@ -11,10 +11,9 @@ import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.base import ContactLaw, check_law
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear, merged_table
 from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid, SliderStart
-from tipdamp.hbm.laws.shipped import check_law
 from tipdamp.hbm.laws.variation import CycleTangents, Variation
 
 

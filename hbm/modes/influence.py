@@ -11,7 +11,7 @@ from tipdamp.hbm import tables
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.drawing.figure import BLUE, INK, VERMILION, Band, Curve, Panel
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.io.untrusted import open_npz
 
 if TYPE_CHECKING:
     import pandas

@@ -1,5 +1,6 @@
 """Parts of a proposed study: groups, vectors, and what only a person knows."""
 
+import json
 from collections.abc import Sequence
 
 import numpy as np
@@ -28,7 +29,7 @@ def group_names(groups: Sequence[str]) -> str:
 
 def quoted(group: str) -> str:
     """As a string of TOML."""
-    return '"' + group.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return json.dumps(group, ensure_ascii=False)
 
 
 def vector(values: Sequence[float] | np.ndarray) -> str:
