@@ -45,12 +45,7 @@ SETTINGS = ShapeSettings()
 
 
 def contact_shapes(
-    solve: Callable,
-    M: sp.csr_matrix,
-    W: sp.csr_matrix,
-    omega: np.ndarray,
-    Phi: np.ndarray,
-    settings: ShapeSettings = SETTINGS,
+    solve: Callable, M: sp.csr_matrix, W: sp.csr_matrix, omega: np.ndarray, Phi: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """(c,) rad/s and (d, c): shapes of unit forces on the rows of W (n, d) beside the modes omega
     (m,), Phi (d, m).
@@ -60,25 +55,25 @@ def contact_shapes(
     their weights: energies, which go with the square of these, would tell dependence to 1e-6 at
     best.
     """
-    W = independent(W, settings)
+    W = independent(W)
     Z = np.empty((W.shape[1], W.shape[0]), order="F")
-    for first in range(0, W.shape[0], settings.columns):
-        part = slice(first, first + settings.columns)
+    for first in range(0, W.shape[0], SETTINGS.columns):
+        part = slice(first, first + SETTINGS.columns)
         Z[:, part] = solve(W[part].T.toarray())
     size = np.sqrt((W @ Z).diagonal())
     Z -= Phi @ ((W @ Phi) / omega**2).T
     energy = (W @ Z) / np.outer(size, size)
     value, U = np.linalg.eigh((energy + energy.T) / 2)
-    good = value > max(settings.energy, settings.rounding * np.linalg.norm(energy - energy.T))
+    good = value > max(SETTINGS.energy, SETTINGS.rounding * np.linalg.norm(energy - energy.T))
     Z = Z @ (U[:, good] / np.sqrt(value[good]) / size[:, None])
     # of the shapes as they are: none is negative, whatever they lost by cancellation
     mass = Z.T @ (M @ Z)
     compliance, V = np.linalg.eigh((mass + mass.T) / 2)
-    compliance = np.maximum(compliance, settings.mass * compliance.max(initial=0.0))
+    compliance = np.maximum(compliance, SETTINGS.mass * compliance.max(initial=0.0))
     return 1 / np.sqrt(compliance), Z @ (V / np.sqrt(compliance))
 
 
-def independent(W: sp.csr_matrix, settings: ShapeSettings = SETTINGS) -> sp.csr_matrix:
+def independent(W: sp.csr_matrix) -> sp.csr_matrix:
     """(c, d) forces at right angles to one another that span the rows of W (n, d), c its rank.
 
     One row after the other, less what those before it have of it: as local as the rows are.
@@ -90,7 +85,7 @@ def independent(W: sp.csr_matrix, settings: ShapeSettings = SETTINGS) -> sp.csr_
         W[:, used].T.toarray(), mode="economic", pivoting=True, check_finite=False
     )
     weight = np.abs(left.diagonal())
-    rank = int((weight > settings.weight * weight.max(initial=0.0)).sum())
+    rank = int((weight > SETTINGS.weight * weight.max(initial=0.0)).sum())
     place = sp.csr_matrix(
         (np.ones(len(used)), (np.arange(len(used)), used)), (len(used), W.shape[1])
     )

@@ -34,11 +34,7 @@ SETTINGS = ActivitySettings()
 
 
 def activity(
-    problem: ContactProblem,
-    force: np.ndarray,
-    band: tuple[float, float],
-    start: str | np.ndarray,
-    settings: ActivitySettings = SETTINGS,
+    problem: ContactProblem, force: np.ndarray, band: tuple[float, float], start: str | np.ndarray
 ) -> Activity:
     """What acts anywhere in a band (Hz) under force (r,) N of harmonic 1 and the problem's static
     load; start : of the sliders. Where one resonance is near another, what acts at either may act
@@ -50,7 +46,7 @@ def activity(
     own = modes.receptance.frequencies
     acts = np.zeros((P, balance.nd), dtype=bool)
     for hz in (
-        *np.linspace(min(band), max(band), settings.grid),
+        *np.linspace(min(band), max(band), SETTINGS.grid),
         *own[(own > min(band)) & (own < max(band))],
     ):
         w = 2 * np.pi * hz

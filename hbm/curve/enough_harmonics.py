@@ -32,10 +32,7 @@ SETTINGS = HarmonicsSettings()
 
 
 def enough_harmonics(
-    curve_of: Callable[[int], ForcedResponse],
-    tolerance: float,
-    force_order: int,
-    settings: HarmonicsSettings = SETTINGS,
+    curve_of: Callable[[int], ForcedResponse], tolerance: float, force_order: int
 ) -> ForcedResponse:
     """The first curve whose estimated truncation is within the tolerance, relative to the vibration
     of each point, at 99 % of the points; curve_of(H) : makes one.
@@ -45,16 +42,16 @@ def enough_harmonics(
     """
     complete: ForcedResponse | None = None
     tried: list[tuple[int, float]] = []
-    further: int | None = first_orders(force_order, settings)
+    further: int | None = first_orders(force_order)
     while further is not None:
         curve = curve_of(further)
-        tried.append((further, error_of(curve, settings)))
+        tried.append((further, error_of(curve)))
         if not curve.complete:
             break
         complete = curve
         if tried[-1][1] <= tolerance:
             return curve
-        further = next_orders(tried, tolerance, settings)
+        further = next_orders(tried, tolerance)
     if complete is None:
         return curve
     cut = "" if curve.complete else f"; the curve with H = {curve.H} is incomplete"
@@ -71,34 +68,30 @@ def not_met(tried: Sequence[tuple[int, float]], tolerance: float, where: str = "
     )
 
 
-def error_of(curve: ForcedResponse, settings: HarmonicsSettings = SETTINGS) -> float:
+def error_of(curve: ForcedResponse) -> float:
     """Relative truncation that the wanted share of the points keeps."""
     errors = np.sort(curve.relative_truncation[curve.converged])
     if not len(errors):
         return np.inf
-    return float(errors[min(int(np.ceil(settings.points * len(errors))), len(errors)) - 1])
+    return float(errors[min(int(np.ceil(SETTINGS.points * len(errors))), len(errors)) - 1])
 
 
-def first_orders(force_order: int = 1, settings: HarmonicsSettings = SETTINGS) -> int:
+def first_orders(force_order: int = 1) -> int:
     """H to begin with."""
-    return max(settings.first, 2 * force_order)
+    return max(SETTINGS.first, 2 * force_order)
 
 
-def next_orders(
-    tried: Sequence[tuple[int, float]],
-    tolerance: float,
-    settings: HarmonicsSettings = SETTINGS,
-) -> int | None:
+def next_orders(tried: Sequence[tuple[int, float]], tolerance: float) -> int | None:
     """H to try after those that miss the tolerance, (H, error) each: at which errors that fall like
     a power of H reach it, an odd number; None where no more are tried."""
-    (H, error), falls = tried[-1], settings.falls
-    if H >= settings.most:
+    (H, error), falls = tried[-1], SETTINGS.falls
+    if H >= SETTINGS.most:
         return None
     if len(tried) > 1:
         before, larger = tried[-2]
         with np.errstate(divide="ignore", invalid="ignore"):
             slope = np.log(larger / error) / np.log(H / before)
-        falls = max(float(slope), settings.slowest) if np.isfinite(slope) else falls
-    growth = min((error / tolerance) ** (1 / falls), settings.growth)
+        falls = max(float(slope), SETTINGS.slowest) if np.isfinite(slope) else falls
+    growth = min((error / tolerance) ** (1 / falls), SETTINGS.growth)
     # an odd number: where motion and forces are odd, the even orders are zero
-    return min(max(H + 1, int(np.ceil(growth * H))) | 1, settings.most)
+    return min(max(H + 1, int(np.ceil(growth * H))) | 1, SETTINGS.most)

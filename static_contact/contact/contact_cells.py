@@ -76,7 +76,6 @@ def fade_of(
     order: Order = "from_edge",
     size: float | None = None,
     mirrors: Sequence[Mirror] = (),
-    settings: CellSettings = SETTINGS,
 ) -> Fade:
     """How the contacts of a table leave as its closed part shrinks, on every side in the same
     proportion.
@@ -101,7 +100,7 @@ def fade_of(
             leaves = _from_middle(along[mine], cell)
         else:
             pressure = np.where(own > 0, force / np.where(own > 0, own, 1.0), -np.inf)
-            leaves = _by_pressure(pressure, order, pairs.select(mine), cell, settings)
+            leaves = _by_pressure(pressure, order, pairs.select(mine), cell)
         left = 1 - np.r_[0.0, np.cumsum(own[leaves])] / own.sum()
         place = np.argsort(leaves)
         begins[mine], gone[mine] = left[place][cell], np.maximum(left[place + 1][cell], 0.0)
@@ -116,13 +115,13 @@ def _from_middle(along: np.ndarray, cell: np.ndarray) -> np.ndarray:
 
 
 def _by_pressure(
-    pressure: np.ndarray, order: str, pairs: ContactTable, cell: np.ndarray, settings: CellSettings
+    pressure: np.ndarray, order: str, pairs: ContactTable, cell: np.ndarray
 ) -> np.ndarray:
     """Numbers of the cells, the least loaded first: wherever they are, or from the edge."""
-    rank = np.round(pressure / pressure.max() / settings.alike + SAME)
+    rank = np.round(pressure / pressure.max() / SETTINGS.alike + SAME)
     if order == "least_loaded":
         return np.argsort(rank, kind="stable")
-    return peeled(rank, *_all_surroundings(pairs, cell, settings))
+    return peeled(rank, *_all_surroundings(pairs, cell))
 
 
 def _exchanged(sides: Sequence[str], mirrors: Sequence[Mirror]) -> Iterator[list[str]]:
@@ -145,16 +144,14 @@ def _all_cells(pairs: ContactTable, size: float | None) -> np.ndarray:
     return cells
 
 
-def _all_surroundings(
-    pairs: ContactTable, cell: np.ndarray, settings: CellSettings
-) -> tuple[np.ndarray, list[set[int]]]:
+def _all_surroundings(pairs: ContactTable, cell: np.ndarray) -> tuple[np.ndarray, list[set[int]]]:
     """`surroundings` of cells (p,) that may have contacts on several sides."""
     count = int(cell.max()) + 1
     rim, beside = np.zeros(count, dtype=bool), [set[int]() for _ in range(count)]
     for side in pairs.sides:
         mine = pairs.side == side
         names, own = np.unique(cell[mine], return_inverse=True)
-        at_rim, near = surroundings(plane_of(pairs.select(mine)), own.ravel(), settings)
+        at_rim, near = surroundings(plane_of(pairs.select(mine)), own.ravel())
         rim[names[at_rim]] = True
         for name, others in zip(names.tolist(), near, strict=True):
             beside[name] |= set(names[list(others)].tolist())
@@ -178,9 +175,7 @@ def cells_in(plane: np.ndarray, size: float | None) -> np.ndarray:
     return np.unique(square, axis=0, return_inverse=True)[1].ravel()
 
 
-def surroundings(
-    plane: np.ndarray, cell: np.ndarray, settings: CellSettings
-) -> tuple[np.ndarray, list[set[int]]]:
+def surroundings(plane: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, list[set[int]]]:
     """(cells (c,) bool at the rim of the side, neighbours of each cell); all are at the rim where
     the places (p, 2) lie on a line."""
     count = int(cell.max()) + 1
@@ -190,9 +185,9 @@ def surroundings(
         if len(plane) > 3
         else np.zeros(2)
     )
-    if spread[-1] <= settings.flat * spread[0]:
+    if spread[-1] <= SETTINGS.flat * spread[0]:
         return rim, beside
-    lines, outer = _rim_of(plane, Delaunay(plane).simplices, settings)
+    lines, outer = _rim_of(plane, Delaunay(plane).simplices)
     rim[cell[lines]] = False
     rim[cell[outer]] = True
     for a, b in cell[lines].tolist():
@@ -202,9 +197,7 @@ def surroundings(
     return rim, beside
 
 
-def _rim_of(
-    plane: np.ndarray, corner: np.ndarray, settings: CellSettings
-) -> tuple[np.ndarray, np.ndarray]:
+def _rim_of(plane: np.ndarray, corner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(lines (l, 2), those of them at the rim (m, 2)) of triangles (t, 3), without those at the rim
     that span a bay or a row of points which is not quite straight."""
     length = np.linalg.norm(plane[corner] - plane[np.roll(corner, -1, axis=1)], axis=2)
@@ -218,18 +211,14 @@ def _rim_of(
         a, b = (plane[corner[:, k]] - plane[corner[:, 0]] for k in (1, 2))
         height = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])[:, None] / length
         bad = (
-            outer & ((length > settings.reach * usual) | (height < settings.straight * length))
+            outer & ((length > SETTINGS.reach * usual) | (height < SETTINGS.straight * length))
         ).any(axis=1)
         if not bad.any() or bad.all():
-            return found[~_either_way(plane, corner, place.reshape(-1, 3), settings)], found[
-                times == 1
-            ]
+            return found[~_either_way(plane, corner, place.reshape(-1, 3))], found[times == 1]
         corner, length = corner[~bad], length[~bad]
 
 
-def _either_way(
-    plane: np.ndarray, corner: np.ndarray, line: np.ndarray, settings: CellSettings
-) -> np.ndarray:
+def _either_way(plane: np.ndarray, corner: np.ndarray, line: np.ndarray) -> np.ndarray:
     """(l,) bool: lines between two triangles (t, 3) that could as well be cut along the other
     diagonal, as rectangles can; line (t, 3) - number of the line from each corner to the next."""
     start, end, apex = (plane[np.roll(corner, -k, axis=1)] for k in range(3))
@@ -240,7 +229,7 @@ def _either_way(
     both, times = np.ones(line.max() + 1, dtype=complex), np.bincount(line.ravel())
     np.multiply.at(both, line, turn / np.abs(turn))
     # opposite angles of a circle add up to pi
-    return (times == 2) & (np.abs(both.imag) < settings.round)
+    return (times == 2) & (np.abs(both.imag) < SETTINGS.round)
 
 
 def peeled(rank: np.ndarray, rim: np.ndarray, beside: list[set[int]]) -> np.ndarray:

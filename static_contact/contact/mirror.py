@@ -50,12 +50,7 @@ class Mirror:
 
 
 def mirrors_of(
-    pairs: ContactTable,
-    area: np.ndarray,
-    load: np.ndarray,
-    axis: ArrayLike,
-    pull: ArrayLike,
-    settings: MirrorSettings = SETTINGS,
+    pairs: ContactTable, area: np.ndarray, load: np.ndarray, axis: ArrayLike, pull: ArrayLike
 ) -> list[Mirror]:
     """The planes about which the closed contact is symmetric: across the axis, and along the axis
     and the pull.
@@ -70,22 +65,14 @@ def mirrors_of(
     found = []
     for normal in (along, across):
         size = np.linalg.norm(normal)
-        if (
-            size > 0
-            and len(rows)
-            and (one := _mirror(pairs, rows, (area, load), normal / size, settings))
-        ):
+        if size > 0 and len(rows) and (one := _mirror(pairs, rows, (area, load), normal / size)):
             if normal is along or one.pairwise:
                 found.append(one)
     return found
 
 
 def _mirror(
-    pairs: ContactTable,
-    rows: np.ndarray,
-    fields: tuple[np.ndarray, np.ndarray],
-    normal: np.ndarray,
-    settings: MirrorSettings,
+    pairs: ContactTable, rows: np.ndarray, fields: tuple[np.ndarray, np.ndarray], normal: np.ndarray
 ) -> Mirror | None:
     """The plane through the middle of the contact, None where it is not symmetric about it."""
     area, load = fields
@@ -104,10 +91,10 @@ def _mirror(
         places = {other: pairs.position[of_side[other]] for other in sides}
         far, partner, onto[side] = _nearest_side(places, facing, image[mine], turned)
         theirs = of_side[onto[side]]
-        near, around = _spacing(pairs.position[theirs], settings)
-        if far.max() > settings.reach * around:
+        near, around = _spacing(pairs.position[theirs])
+        if far.max() > SETTINGS.reach * around:
             return None
-        pairwise &= bool(far.max() < settings.alike * near) and len(mine) == len(theirs) == len(
+        pairwise &= bool(far.max() < SETTINGS.alike * near) and len(mine) == len(theirs) == len(
             np.unique(partner)
         )
         there = _pressure_at(pairs.select(theirs), load[theirs] / area[theirs], image[mine])
@@ -115,7 +102,7 @@ def _mirror(
             area[mine] @ np.abs(np.maximum(load[mine] / area[mine], 0) - np.maximum(there, 0))
         )
     noise /= np.maximum(load[rows], 0).sum() or np.inf
-    if noise > settings.map or any(onto[onto[side]] != side for side in onto):
+    if noise > SETTINGS.map or any(onto[onto[side]] != side for side in onto):
         return None
     return Mirror(normal, offset, image, onto, noise, pairwise)
 
@@ -132,12 +119,12 @@ def _nearest_side(
     return min(found, key=lambda one: one[0].mean() * (1 + np.linalg.norm(facing[one[2]] - turned)))
 
 
-def _spacing(places: np.ndarray, settings: MirrorSettings) -> tuple[float, float]:
+def _spacing(places: np.ndarray) -> tuple[float, float]:
     """m: usual distance of a place (p, 3) from the nearest other one, and from the last of those
     around it."""
     far = (
         cKDTree(places)
-        .query(places, min(settings.around + 1, len(places)))[0]
+        .query(places, min(SETTINGS.around + 1, len(places)))[0]
         .reshape(len(places), -1)
     )
     usual = np.median(far[:, 1:], axis=0) if far.shape[1] > 1 else np.full(1, np.inf)

@@ -12,7 +12,7 @@ from tipdamp.hbm.ties import SAME, first_largest
 from tipdamp.static_contact.surfaces.facets import Surface, facets
 from tipdamp.static_contact.surfaces.overlap import overlap, reach_of
 from tipdamp.static_contact.surfaces.pairing import Side
-from tipdamp.static_contact.surfaces.settings import SurfaceSettings
+from tipdamp.static_contact.surfaces.settings import DEFAULT
 from tipdamp.static_contact.surfaces.weights import Overlap
 
 # between units in use
@@ -26,7 +26,6 @@ def check_overlap(
     damper: Surface,
     closed: bool,
     shown: Callable[[float], str],
-    settings: SurfaceSettings,
 ) -> None:
     """InputError where the surfaces do not overlap, do not oppose each other, penetrate, or two
     blade faces lie opposite to one damper face. closed - wherever they lie they count as
@@ -35,7 +34,7 @@ def check_overlap(
         f"side '{side.name}': {sum(map(len, damper.faces))} damper faces of '{side.damper}' and "
         f"{sum(map(len, blade.faces))} blade faces of '{side.blade}'"
     )
-    factor = None if met.covered >= settings.seen else _unit_factor(blade, damper, settings)
+    factor = None if met.covered >= DEFAULT.seen else _unit_factor(blade, damper)
     if factor:
         its, theirs = (shown(np.ptp(one.mesh.position, axis=0).max()) for one in (damper, blade))
         raise InputError(
@@ -44,7 +43,7 @@ def check_overlap(
             "different units of length; export both in that of [units]"
         )
     if not len(met.vertex):
-        raise InputError(f"{counts} {_why_apart(blade, damper, shown, settings)}")
+        raise InputError(f"{counts} {_why_apart(blade, damper, shown)}")
     if len(met.doubled):
         nearest, farthest = (shown(abs(round(float(gap), 9))) for gap in met.layers[0])
         raise InputError(
@@ -52,33 +51,33 @@ def check_overlap(
             f"{len(met.doubled)} places, at {_place(met.doubled[0], shown)} {nearest} and "
             f"{farthest} away; name the faces of one layer for blade"
         )
-    if met.opposed.min() > settings.opposed:
+    if met.opposed.min() > DEFAULT.opposed:
         raise InputError(
             f"{counts} are {met.opposed.min():.0f} degrees off being parallel where they face "
-            f"each other; {settings.opposed:.0f} allowed: are these the faces that touch, and the "
+            f"each other; {DEFAULT.opposed:.0f} allowed: are these the faces that touch, and the "
             "meshes in place?"
         )
     size = np.sqrt(met.area)
-    deep = met.least < -settings.penetration * size
+    deep = met.least < -DEFAULT.penetration * size
     if deep.any() and not closed:
         i = int(np.where(deep, met.least, 0).argmin())
         place = _place(damper.mesh.position[met.vertex[i]], shown)
         raise InputError(
-            f"{counts} penetrate by more than {settings.penetration:g} of a face's size around "
+            f"{counts} penetrate by more than {DEFAULT.penetration:g} of a face's size around "
             f"{int(deep.sum())} of {len(deep)} points, most by {shown(-met.least[i])} at "
             f"{place}; move the meshes apart, or let them count "
             'as touching: [contact] distance = "closed"'
         )
 
 
-def _why_apart(blade: Surface, damper: Surface, shown: Callable, settings: SurfaceSettings) -> str:
+def _why_apart(blade: Surface, damper: Surface, shown: Callable) -> str:
     """The reason why no face lies opposite to another, and what to do."""
     mine, theirs = (
-        max(facets(surface, settings), key=lambda one: len(one.area)) for surface in (damper, blade)
+        max(facets(surface), key=lambda one: len(one.area)) for surface in (damper, blade)
     )
-    reach = reach_of(damper.mesh, settings)
-    wide = overlap(damper, blade, replace(settings, reach=settings.farthest))
-    if wide.covered > settings.seen:
+    reach = reach_of(damper.mesh)
+    wide = overlap(damper, blade, DEFAULT.farthest)
+    if wide.covered > DEFAULT.seen:
         i = int(np.abs(wide.gap).argmin())
         how = (
             "penetrate each other by"
@@ -98,11 +97,11 @@ def _why_apart(blade: Surface, damper: Surface, shown: Callable, settings: Surfa
             "meshes out of place?"
         )
     facing = -np.einsum("tx,tx->t", mine.normal, theirs.normal[nearest])
-    if facing.max() < np.cos(np.radians(settings.facing)):
+    if facing.max() < np.cos(np.radians(DEFAULT.facing)):
         angle = np.degrees(np.arccos(np.clip(facing.max(), -1, 1)))
         return (
             f"do not face each other: their normals are {angle:.0f} degrees off opposition at "
-            f"least, {settings.facing:.0f} allowed; name the faces that touch (are the groups of "
+            f"least, {DEFAULT.facing:.0f} allowed; name the faces that touch (are the groups of "
             "two sides swapped?)"
         )
     return (
@@ -111,22 +110,20 @@ def _why_apart(blade: Surface, damper: Surface, shown: Callable, settings: Surfa
     )
 
 
-def _unit_factor(blade: Surface, damper: Surface, settings: SurfaceSettings) -> float | None:
+def _unit_factor(blade: Surface, damper: Surface) -> float | None:
     """The factor between two units by which most of the damper's faces would lie at those of the
     blade; of those that bring all of them there the largest, as the blade is covered best."""
     mesh = damper.mesh
     size = float(np.ptp(mesh.position, axis=0).max() / np.ptp(blade.mesh.position, axis=0).max())
     scaled = {
-        f: overlap(
-            Surface(replace(mesh, position=f * mesh.position), damper.faces), blade, settings
-        )
+        f: overlap(Surface(replace(mesh, position=f * mesh.position), damper.faces), blade)
         for f in sorted(UNITS, reverse=True)
-        if settings.smallest <= f * size <= 1 + SAME
+        if DEFAULT.smallest <= f * size <= 1 + SAME
     }
     if not scaled:
         return None
     best = list(scaled)[first_largest([met.covered for met in scaled.values()])]
-    return best if scaled[best].covered > settings.most else None
+    return best if scaled[best].covered > DEFAULT.most else None
 
 
 def _place(point: np.ndarray, shown: Callable) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 
 from tipdamp.modal.faces import face_corners, face_places, face_shapes
 from tipdamp.modal.mesh import Mesh
-from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+from tipdamp.static_contact.surfaces.settings import DEFAULT
 
 _WHOLE = [(0, 1, 2)]  # a straight triangle; places of nodes as `face_places` has them
 _QUARTERS = [(0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)]
@@ -62,22 +62,21 @@ class Facets:
         return np.linalg.norm(self.place - self.place[:, :1], axis=2).max(axis=1)
 
 
-def facets(surface: Surface, settings: SurfaceSettings = DEFAULT) -> list[Facets]:
+def facets(surface: Surface) -> list[Facets]:
     """The facets of a surface, one record for each number k of nodes of a face."""
     mesh, blocks = surface
     kinds = sorted({block.shape[1] for block in blocks if len(block)})
     return [
-        _cut(mesh.position, np.concatenate([b for b in blocks if b.shape[1] == k]), settings)
-        for k in kinds
+        _cut(mesh.position, np.concatenate([b for b in blocks if b.shape[1] == k])) for k in kinds
     ]
 
 
-def _cut(position: np.ndarray, faces: np.ndarray, settings: SurfaceSettings) -> Facets:
+def _cut(position: np.ndarray, faces: np.ndarray) -> Facets:
     place, k = position[faces], faces.shape[1]
     corners = face_corners(k)
     straight = np.einsum("kc,fcx->fkx", face_shapes(corners, face_places(k))[0], place[:, :corners])
     size = np.linalg.norm(place - place[:, :1], axis=2).max(axis=1)
-    curved = np.linalg.norm(place - straight, axis=2).max(axis=1) > settings.straight * size
+    curved = np.linalg.norm(place - straight, axis=2).max(axis=1) > DEFAULT.straight * size
     faces_of, references = [], []
     for mine, cut in (
         (np.flatnonzero(~curved), _cuts(corners, False)),

@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import lsmr
 
 from tipdamp.modal.faces import face_corners, face_places, face_shapes
-from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+from tipdamp.static_contact.surfaces.settings import DEFAULT
 
 Faces = Sequence[tuple[np.ndarray, np.ndarray]]
 
@@ -40,7 +40,7 @@ class _Sheet(NamedTuple):
     known: np.ndarray
 
 
-def smooth_normals(kinds: Faces, settings: SurfaceSettings = DEFAULT) -> list[np.ndarray]:
+def smooth_normals(kinds: Faces) -> list[np.ndarray]:
     """(f, k, 3) at the nodes of faces [(f, k) node indices, (f, k, 3) m their places]: outward, of
     length 1 at corners.
 
@@ -49,9 +49,9 @@ def smooth_normals(kinds: Faces, settings: SurfaceSettings = DEFAULT) -> list[np
     `crease` degrees.
     """
     kinds = [(faces, place) for faces, place in kinds]
-    between = [_between_corners(place, settings) for _, place in kinds]
-    sheet = _sheet(kinds, settings)
-    normal = _chordal(sheet, _near(kinds, sheet, between), settings)
+    between = [_between_corners(place) for _, place in kinds]
+    sheet = _sheet(kinds)
+    normal = _chordal(sheet, _near(kinds, sheet, between))
     found, start = [], 0
     for (faces, place), mean in zip(kinds, between, strict=True):
         own = normal[sheet.of[start : start + faces.size]].reshape(place.shape)
@@ -91,23 +91,21 @@ def _from_corners(values: np.ndarray) -> np.ndarray:
     return np.einsum("kc,fcx->fkx", face_shapes(corners, face_places(k))[0], values[:, :corners])
 
 
-def _between_corners(place: np.ndarray, settings: SurfaceSettings) -> np.ndarray:
+def _between_corners(place: np.ndarray) -> np.ndarray:
     """(f, k) bool - nodes that lie between the corners as those of a straight face do."""
     size = np.linalg.norm(place - place[:, :1], axis=2).max(axis=1, initial=0.0)
-    found = (
-        np.linalg.norm(place - _from_corners(place), axis=2) <= settings.straight * size[:, None]
-    )
+    found = np.linalg.norm(place - _from_corners(place), axis=2) <= DEFAULT.straight * size[:, None]
     found[:, : face_corners(place.shape[1])] = False
     return found
 
 
-def _sheet(kinds: Sequence[tuple[np.ndarray, np.ndarray]], settings: SurfaceSettings) -> _Sheet:
+def _sheet(kinds: Sequence[tuple[np.ndarray, np.ndarray]]) -> _Sheet:
     """The _Sheet of the faces."""
-    across = np.concatenate([_outward(place, settings) for _, place in kinds])
+    across = np.concatenate([_outward(place) for _, place in kinds])
     unit = across / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
     edges, one, other = _edges(kinds)
     cosine = np.einsum("emx,emx->em", unit[edges[one]], unit[edges[other]]).min(axis=1, initial=1.0)
-    smooth = cosine > np.cos(np.radians(settings.crease))
+    smooth = cosine > np.cos(np.radians(DEFAULT.crease))
     a, b = edges[one[smooth]].ravel(), edges[other[smooth]].ravel()
     count, of = connected_components(
         sp.csr_matrix((np.ones(len(a)), (a, b)), shape=(len(unit),) * 2), directed=False
@@ -118,19 +116,19 @@ def _sheet(kinds: Sequence[tuple[np.ndarray, np.ndarray]], settings: SurfaceSett
     np.add.at(mean, of, across)
     mean /= np.maximum(np.linalg.norm(mean, axis=1), 1e-300)[:, None]
     place[of] = np.concatenate([p.reshape(-1, 3) for _, p in kinds])
-    known[of[np.linalg.norm(unit - mean[of], axis=1) > settings.straight]] = False
+    known[of[np.linalg.norm(unit - mean[of], axis=1) > DEFAULT.straight]] = False
     known[of[np.delete(edges, np.r_[one[smooth], other[smooth]], axis=0)]] = False
     return _Sheet(of, place, mean, known)
 
 
-def _outward(place: np.ndarray, settings: SurfaceSettings) -> np.ndarray:
+def _outward(place: np.ndarray) -> np.ndarray:
     """(f k, 3) normals at the nodes of each face for itself, as long as the face is large there;
     where it is drawn together so much that it has none, that of the whole face."""
     k = place.shape[1]
     found = np.cross(*np.einsum("crk,fkx->rfcx", face_shapes(k, face_places(k))[1], place))
     size, whole = np.linalg.norm(found, axis=2)[:, :, None], found.mean(axis=1)[:, None]
     return np.where(
-        size > settings.straight * np.linalg.norm(whole, axis=2)[:, :, None], found, whole
+        size > DEFAULT.straight * np.linalg.norm(whole, axis=2)[:, :, None], found, whole
     ).reshape(-1, 3)
 
 
@@ -181,9 +179,7 @@ def _near(
     return sp.triu(ring @ ring, 1).nonzero()
 
 
-def _chordal(
-    sheet: _Sheet, pairs: tuple[np.ndarray, np.ndarray], settings: SurfaceSettings
-) -> np.ndarray:
+def _chordal(sheet: _Sheet, pairs: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """(s, 3) unit normals that meet the chords between pairs (p,), (p,) of nodes alike, the nearer
     the better."""
     normal, free = sheet.mean.copy(), np.flatnonzero(~sheet.known)
@@ -194,18 +190,18 @@ def _chordal(
         chord, length[:, None] ** 2, out=np.zeros_like(chord), where=length[:, None] > 0
     )
     weighed *= length.min(initial=np.inf, where=length > 0)
-    for _ in range(settings.turns if len(free) and len(i) else 0):
+    for _ in range(DEFAULT.turns if len(free) and len(i) else 0):
         axes = tangents(normal)
         A = (_along(weighed, axes, i) + _along(weighed, axes, j))[
             :, np.column_stack([2 * free, 2 * free + 1]).ravel()
         ]
         off = np.einsum("px,px->p", weighed, normal[i] + normal[j])
-        turn = lsmr(
-            A, -off, atol=settings.solved, btol=settings.solved, maxiter=settings.most_steps
-        )[0].reshape(-1, 2)
+        close = DEFAULT.solved
+        turn, *_ = lsmr(A, -off, atol=close, btol=close, maxiter=DEFAULT.most_steps)
+        turn = turn.reshape(-1, 2)
         normal[free] += np.einsum("sa,sax->sx", turn, axes[free])
         normal /= np.linalg.norm(normal, axis=1)[:, None]
-        if np.abs(turn).max() < settings.turned:
+        if np.abs(turn).max() < DEFAULT.turned:
             break
     return normal
 

@@ -26,13 +26,11 @@ from tipdamp.static_contact.surfaces.facets import (
     vertex_shapes,
 )
 from tipdamp.static_contact.surfaces.normals import bulge, smooth_normals, tangents
-from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+from tipdamp.static_contact.surfaces.settings import DEFAULT
 from tipdamp.static_contact.surfaces.weights import Corners, Overlap, QuadraturePoints, Sums
 
 
-def candidates(
-    one: Facets, other: Facets, reach: float, settings: SurfaceSettings
-) -> tuple[np.ndarray, np.ndarray]:
+def candidates(one: Facets, other: Facets, reach: float) -> tuple[np.ndarray, np.ndarray]:
     """Indices of facets of both, pair by pair: their spheres meet along the gap, which is at most
     `reach` m, and their normals oppose each other. The facets of the other surface are sorted by
     size, so that one large face among small ones does not make all of them neighbours."""
@@ -48,31 +46,29 @@ def candidates(
         theirs.append(group[np.concatenate([np.asarray(f, dtype=np.int64) for f in found])])
     i, j = np.concatenate(mine), np.concatenate(theirs)
     opposed = np.einsum("ij,ij->i", one.normal[i], other.normal[j]) < -np.cos(
-        np.radians(settings.facing)
+        np.radians(DEFAULT.facing)
     )
     order = np.lexsort((j[opposed], i[opposed]))
     return i[opposed][order], j[opposed][order]
 
 
-def reach_of(damper: Mesh, settings: SurfaceSettings = DEFAULT) -> float:
-    """m: a wider gap is no contact."""
-    return settings.reach * float(np.ptp(damper.position, axis=0).max())
+def reach_of(damper: Mesh, reach: float = DEFAULT.reach) -> float:
+    """m: a wider gap is no contact; reach - of the damper's size."""
+    return reach * float(np.ptp(damper.position, axis=0).max())
 
 
-def overlap(damper: Surface, blade: Surface, settings: SurfaceSettings = DEFAULT) -> Overlap:
-    """The contact points of two surfaces."""
-    mine = facets(damper, settings)
-    theirs = facets(blade, settings)
-    reach = reach_of(damper.mesh, settings)
+def overlap(damper: Surface, blade: Surface, reach: float = DEFAULT.reach) -> Overlap:
+    """The contact points of two surfaces; reach - as of `reach_of`."""
+    mine = facets(damper)
+    theirs = facets(blade)
+    reach = reach_of(damper.mesh, reach)
     local = Corners.of(mine)
     sums = Sums(local.first[-1], len(damper.mesh.node), len(blade.mesh.node))
     doubled = [np.empty((0, 3))]
     layers = [np.empty((0, 2))]
     total = 0.0
     covered = 0.0
-    its, others = (
-        smooth_normals([(F.faces, F.place) for F in kinds], settings) for kinds in (mine, theirs)
-    )
+    its, others = (smooth_normals([(F.faces, F.place) for F in kinds]) for kinds in (mine, theirs))
     for D, normals, first in zip(mine, its, local.first, strict=False):
         cover = np.zeros(len(D.area))
         gaps = np.tile([np.inf, -np.inf], (len(D.area), 1))
@@ -82,18 +78,17 @@ def overlap(damper: Surface, blade: Surface, settings: SurfaceSettings = DEFAULT
                 (normals, opposite),
                 (first, *sums.damper.shape, len(blade.mesh.node)),
                 reach,
-                settings,
             ):
                 sums.add(points)
                 np.add.at(cover, pair, area)
                 np.minimum.at(gaps[:, 0], pair[area > 0], gap[area > 0])
                 np.maximum.at(gaps[:, 1], pair[area > 0], gap[area > 0])
-        twice = cover > settings.doubled * D.area
+        twice = cover > DEFAULT.doubled * D.area
         doubled.append(D.centre[twice])
         layers.append(gaps[twice])
         total, covered = total + D.area.sum(), covered + np.minimum(cover, D.area).sum()
     return replace(
-        sums.points(mine, local, settings),
+        sums.points(mine, local),
         covered=covered / total if total else 0.0,
         doubled=np.concatenate(doubled),
         layers=np.concatenate(layers),
@@ -105,19 +100,18 @@ def _pieces(
     smooth: tuple[np.ndarray, np.ndarray],
     sizes: tuple[int, int, int, int],
     reach: float,
-    settings: SurfaceSettings,
 ) -> Iterator[tuple[QuadraturePoints, np.ndarray, np.ndarray, np.ndarray]]:
     """QuadraturePoints of the overlap of both, facets D of the damper and B of the blade; and of
     the pieces the facet of the damper, area and mean gap (s,). smooth - the normals at the nodes of
     their faces; sizes - first of the Corners of D, their number, nodes of both."""
     D, B = both
-    i, j = candidates(D, B, reach, settings)
+    i, j = candidates(D, B, reach)
     rule = triangle_rule(
         3 if face_corners(D.faces.shape[1]) == face_corners(B.faces.shape[1]) == 3 else 4
     )
-    for start in range(0, len(i), settings.block):
-        block = slice(start, start + settings.block)
-        found = _integrate(D, B, i[block], j[block], rule, settings)
+    for start in range(0, len(i), DEFAULT.block):
+        block = slice(start, start + DEFAULT.block)
+        found = _integrate(D, B, i[block], j[block], rule)
         if found is not None:
             yield _within(found, both, smooth, sizes, reach)
 
@@ -167,12 +161,7 @@ def _rows(values: np.ndarray, columns: np.ndarray, size: int) -> sp.spmatrix:
 
 
 def _integrate(
-    D: Facets,
-    B: Facets,
-    i: np.ndarray,
-    j: np.ndarray,
-    rule: tuple[np.ndarray, np.ndarray],
-    settings: SurfaceSettings,
+    D: Facets, B: Facets, i: np.ndarray, j: np.ndarray, rule: tuple[np.ndarray, np.ndarray]
 ) -> "tuple[tuple[np.ndarray, np.ndarray], np.ndarray, _Landed, _Landed] | None":
     """Quadrature points of the pieces of pairs of facets, q a piece in turn: (facet of D, of B) of
     each piece, weights (m,) m2, the points on both faces; None where no two facets overlap."""
@@ -182,7 +171,7 @@ def _integrate(
     turned = theirs[:, ::-1]  # the blade's facets face the other way
     piece, pair = intersections(turned, mine)
     area = areas(piece)
-    solid = area > settings.sliver * D.area[i[pair]]
+    solid = area > DEFAULT.sliver * D.area[i[pair]]
     piece, pair, area = piece[solid], pair[solid], area[solid]
     if not len(pair):
         return None
@@ -200,7 +189,6 @@ def _integrate(
             np.einsum("mc,mcr->mr", barycentric(flat[rows], at), F.reference[k[rows]]),
             place,
             axes[rows],
-            settings,
         )
         for F, k, flat in ((D, i, mine), (B, j, theirs))
     ]
@@ -228,20 +216,14 @@ class _Landed:
 
     @classmethod
     def on(
-        cls,
-        F: Facets,
-        face: np.ndarray,
-        start: np.ndarray,
-        place: np.ndarray,
-        axes: np.ndarray,
-        settings: SurfaceSettings,
+        cls, F: Facets, face: np.ndarray, start: np.ndarray, place: np.ndarray, axes: np.ndarray
     ) -> "_Landed":
         """Where the lines through `place` (m, 3), normal to axes (m, 2, 3), meet the faces:
         Newton's method from the reference coordinates `start`. InputError where a face is so
         distorted that they do not."""
         xi, k, left = start.copy(), F.faces.shape[1], np.arange(len(face))
-        limit = settings.landed * F.size
-        for _ in range(settings.steps):
+        limit = DEFAULT.landed * F.size
+        for _ in range(DEFAULT.steps):
             shape, slope = face_shapes(k, xi[left])
             off = np.einsum("mk,mkx->mx", shape, F.place[face[left]]) - place[left]
             flat = np.einsum("mx,max->ma", off, axes[left])

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from tipdamp.modal.faces import boundary_faces, face_corners, group_faces
 from tipdamp.modal.mesh import Mesh
 from tipdamp.static_contact.surfaces.facets import Facets, Surface, facets
-from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+from tipdamp.static_contact.surfaces.settings import DEFAULT
 
 Vector = tuple[float, float, float]
 
@@ -37,9 +37,7 @@ class FacePick:
     box: tuple[Vector, Vector] | None = None
     group: str = ""
 
-    def faces(
-        self, mesh: Mesh, other: Mesh, settings: SurfaceSettings = DEFAULT
-    ) -> list[np.ndarray]:
+    def faces(self, mesh: Mesh, other: Mesh) -> list[np.ndarray]:
         """(f, k) node indices of the faces, in the blocks of `boundary_faces`; all empty where
         there are none."""
         blocks = faces_of(mesh, self.group) if self.group else boundary_faces(mesh)
@@ -48,7 +46,7 @@ class FacePick:
             place = mesh.position[block]
             size = np.linalg.norm(place - place[:, :1], axis=2).max(axis=1, initial=0.0)
             found.append(block[self._on_form(place, size) & self._in_box(place)])
-        return found if self.within is None else _near(mesh, found, other, self.within, settings)
+        return found if self.within is None else _near(mesh, found, other, self.within)
 
     def why_none(self, mesh: Mesh, other: Mesh, shown: Callable[[float], str]) -> str:
         """What is nearest where `faces` finds none, and the remedy; shown - how a length in m is
@@ -127,25 +125,21 @@ def _unit(direction: Any) -> np.ndarray:
 
 
 def _near(
-    mesh: Mesh,
-    blocks: Sequence[np.ndarray],
-    other: Mesh,
-    distance: float,
-    settings: SurfaceSettings,
+    mesh: Mesh, blocks: Sequence[np.ndarray], other: Mesh, distance: float
 ) -> list[np.ndarray]:
     """The faces of which a part lies within `distance` of a face of the other body that faces
     them."""
-    theirs = facets(Surface(other, boundary_faces(other)), settings)
+    theirs = facets(Surface(other, boundary_faces(other)))
     found = []
     for block in blocks:
         near = np.zeros(len(block), dtype=bool)
         if len(block):
-            [mine] = facets(Surface(mesh, [block]), settings)
+            [mine] = facets(Surface(mesh, [block]))
             points = _spread(mine)
             normals = np.tile(mine.normal, (len(points) // len(mine.normal), 1))
             for facet in theirs:
-                seen, _ = _facing(points, normals, facet, distance, settings)
-                _, met = _facing(facet.centre, facet.normal, mine, distance, settings)
+                seen, _ = _facing(points, normals, facet, distance)
+                _, met = _facing(facet.centre, facet.normal, mine, distance)
                 near[mine.face[np.r_[seen % len(mine.normal), met]]] = True
         found.append(block[near])
     return found
@@ -167,17 +161,13 @@ def _spread(mine: Facets) -> np.ndarray:
 
 
 def _facing(
-    points: np.ndarray,
-    normals: np.ndarray,
-    theirs: Facets,
-    distance: float,
-    settings: SurfaceSettings,
+    points: np.ndarray, normals: np.ndarray, theirs: Facets, distance: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Of points (m, 3) with normals those near a facet that faces them, and these facets."""
-    _, nearest = cKDTree(theirs.centre).query(points, min(settings.near, len(theirs.centre)))
+    _, nearest = cKDTree(theirs.centre).query(points, min(DEFAULT.near, len(theirs.centre)))
     nearest = nearest.reshape(len(points), -1)
     facing = np.einsum("tx,tkx->tk", normals, theirs.normal[nearest]) < -np.cos(
-        np.radians(settings.facing)
+        np.radians(DEFAULT.facing)
     )
     apart = np.stack(
         [triangle_distance(theirs.corner[nearest[:, k]], points) for k in range(nearest.shape[1])],

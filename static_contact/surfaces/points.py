@@ -19,7 +19,6 @@ from tipdamp.static_contact.surfaces.checks import check_overlap
 from tipdamp.static_contact.surfaces.facets import Surface, facets
 from tipdamp.static_contact.surfaces.overlap import overlap
 from tipdamp.static_contact.surfaces.pairing import Side, contact_frames, join
-from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
 from tipdamp.static_contact.surfaces.stations import stations_and_rows
 from tipdamp.static_contact.surfaces.weights import Overlap
 
@@ -61,7 +60,6 @@ def surface_contact(
     pull: ArrayLike,
     closed: bool = False,
     shown: Callable[[float], str] = lambda metres: f"{metres:.3g} m",
-    settings: SurfaceSettings = DEFAULT,
 ) -> tuple[ContactTable, MeshPoints, MeshPoints]:
     """The contact table of some sides of one mesh of blades and one of a damper, and its points on
     either.
@@ -71,10 +69,10 @@ def surface_contact(
     messages. kn, kt and mu are still 0; area and gap come from the surfaces. Raises InputError
     where surfaces do not face each other, as `checks` has it."""
     found = []
-    _check_once(surfaces, settings)
+    _check_once(surfaces)
     for one in surfaces:
-        found.append(overlap(one.damper, one.blade, settings))
-        check_overlap(one.side, found[-1], one.blade, one.damper, closed, shown, settings)
+        found.append(overlap(one.damper, one.blade))
+        check_overlap(one.side, found[-1], one.blade, one.damper, closed, shown)
     blade, damper = surfaces[0].blade.mesh, surfaces[0].damper.mesh
     direction = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     start = 10 ** len(str(int(max(blade.node.max(), damper.node.max()))))
@@ -85,7 +83,7 @@ def surface_contact(
         float(np.mean(np.concatenate([kind.size for kind in facets(one.damper)])))
         for one in surfaces
     ]
-    grid = stations_and_rows(places, sizes, direction, np.asarray(pull, dtype=float), settings)
+    grid = stations_and_rows(places, sizes, direction, np.asarray(pull, dtype=float))
     tables = [
         _table(one.side, met, number, damper, direction, at, closed)
         for one, met, number, at in zip(surfaces, found, numbers, grid, strict=True)
@@ -98,7 +96,7 @@ def surface_contact(
     )
 
 
-def _check_once(surfaces: Sequence[FacingSides], settings: SurfaceSettings) -> None:
+def _check_once(surfaces: Sequence[FacingSides]) -> None:
     """InputError where faces of both bodies that meet belong to two sides: their contact would
     count twice."""
     for i, one in enumerate(surfaces):
@@ -106,7 +104,7 @@ def _check_once(surfaces: Sequence[FacingSides], settings: SurfaceSettings) -> N
             damper = _shared(one.damper, other.damper)
             blade = _shared(one.blade, other.blade)
             some = all(any(map(len, surface.faces)) for surface in (damper, blade))
-            if some and len(overlap(damper, blade, settings).vertex):
+            if some and len(overlap(damper, blade).vertex):
                 raise InputError(
                     f"sides '{other.side.name}' and '{one.side.name}' share "
                     f"{sum(map(len, damper.faces))} faces of the damper and "

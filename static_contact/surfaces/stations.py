@@ -3,15 +3,11 @@
 import numpy as np
 
 from tipdamp.hbm.ties import SAME, in_order
-from tipdamp.static_contact.surfaces.settings import DEFAULT, SurfaceSettings
+from tipdamp.static_contact.surfaces.settings import DEFAULT
 
 
 def stations_and_rows(
-    places: list[np.ndarray],
-    sizes: list[float],
-    axis: np.ndarray,
-    up: np.ndarray,
-    settings: SurfaceSettings = DEFAULT,
+    places: list[np.ndarray], sizes: list[float], axis: np.ndarray, up: np.ndarray
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     """(station, row) of the points of each side, (n, 3) m, whose faces are `sizes` m in size.
 
@@ -23,8 +19,8 @@ def stations_and_rows(
     """
     along = np.concatenate(places) @ axis
     size = max(sizes)
-    label, spread = _lines(along, settings.line * size)
-    if spread > settings.line * size:
+    label, spread = _lines(along, DEFAULT.line * size)
+    if spread > DEFAULT.line * size:
         count = max(1, round(float(np.ptp(along)) / size + SAME))
         place = (along - along.min()) / max(float(np.ptp(along)), 1e-300) * count
         label = np.minimum(place + SAME, count - 1).astype(int)
@@ -32,16 +28,14 @@ def stations_and_rows(
     labels = np.split(label, np.cumsum([len(place) for place in places])[:-1])
     for place, own, station in zip(places, sizes, labels, strict=True):
         station = np.unique(station, return_inverse=True)[1]
-        found.append((station, _rows(_height(place, axis, up), station, own, settings)))
+        found.append((station, _rows(_height(place, axis, up), station, own)))
     return found
 
 
-def _rows(
-    height: np.ndarray, station: np.ndarray, size: float, settings: SurfaceSettings
-) -> np.ndarray:
+def _rows(height: np.ndarray, station: np.ndarray, size: float) -> np.ndarray:
     """(n,) rows of the points of a side with the heights (n,) m, whose faces are `size` m."""
-    interval, spread = _lines(height, settings.line * size)
-    if spread > settings.line * size:
+    interval, spread = _lines(height, DEFAULT.line * size)
+    if spread > DEFAULT.line * size:
         low, whole = height.min(), float(np.ptp(height))
         steps = np.ceil(whole / size - SAME)
         interval = np.rint((height - low) / whole * steps + SAME).astype(int)

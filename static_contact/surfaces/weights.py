@@ -24,7 +24,7 @@ import scipy.sparse as sp
 
 from tipdamp.modal.faces import face_corners
 from tipdamp.static_contact.surfaces.facets import Facets, vertex_shapes
-from tipdamp.static_contact.surfaces.settings import SurfaceSettings
+from tipdamp.static_contact.surfaces.settings import DEFAULT
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,7 @@ class Corners:
             found[start:end] = np.where(kept[vertex], vertex, most).ravel()
         return found
 
-    def weights(
-        self, mass: sp.csr_matrix, most: np.ndarray, settings: SurfaceSettings
-    ) -> sp.csr_matrix:
+    def weights(self, mass: sp.csr_matrix, most: np.ndarray) -> sp.csr_matrix:
         """(n, n): the functions w in the psi, I + shift (D M^-1 - I) on each face; mass (n, n) - M
         of all faces; most (n,) - largest psi where the face is covered, beyond which none is read
         at its place."""
@@ -124,16 +122,16 @@ class Corners:
         for w, start, end in zip(self.width, self.first[:-1], self.first[1:], strict=True):
             block = mass[start:end, start:end].tobsr((w, w))
             M = block.data.copy()
-            good = np.linalg.cond(M) < settings.conditioned
+            good = np.linalg.cond(M) < DEFAULT.conditioned
             M[~good] = np.eye(w)
             own, covered = M.sum(axis=2), most[start:end].reshape(-1, w)[block.indices]
             dual = own[:, :, None] * np.linalg.inv(M)
             mean = np.einsum("faa->fa", M) / own
-            within = ((covered - mean) / np.maximum(1 - mean, settings.dropped)).min(
+            within = ((covered - mean) / np.maximum(1 - mean, DEFAULT.dropped)).min(
                 axis=1, initial=1.0
             )
             # 0.5: halfway at most
-            shift = (settings.shift * np.clip(within / 0.5, 0, 1) * good)[:, None, None]
+            shift = (DEFAULT.shift * np.clip(within / 0.5, 0, 1) * good)[:, None, None]
             found.append(
                 sp.bsr_matrix(
                     ((1 - shift) * np.eye(w) + shift * dual, block.indices, block.indptr),
@@ -172,10 +170,10 @@ class Sums:
         np.minimum.at(self.least, near.col, points.gap[near.row])
         np.maximum.at(self.most, near.col, near.data)
 
-    def points(self, kinds: list[Facets], corners: Corners, settings: SurfaceSettings) -> Overlap:
+    def points(self, kinds: list[Facets], corners: Corners) -> Overlap:
         """The contact points; how much of the faces is covered, and what twice, is left open."""
         whole, n = whole_corners(kinds, self.damper.shape[1]), len(corners.vertex)
-        least_of = settings.dropped * whole
+        least_of = DEFAULT.dropped * whole
         owner = corners.owners(
             np.bincount(corners.vertex, self.area, len(whole)) > least_of, self.area
         )
@@ -183,7 +181,7 @@ class Sums:
         area = gather @ self.area
         vertex = np.flatnonzero(area > least_of)
         area, gather, least = area[vertex], gather[vertex], np.full(len(whole), np.inf)
-        mean = sp.diags(1 / area) @ gather @ corners.weights(self.mass, self.most, settings)
+        mean = sp.diags(1 / area) @ gather @ corners.weights(self.mass, self.most)
         np.minimum.at(least, corners.vertex, self.least)
         normal = gather @ self.normal
         opposite = gather @ self.opposite

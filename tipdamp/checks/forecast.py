@@ -177,24 +177,22 @@ def _fewer(study: Study, found: InspectResult, pairs: int) -> str:
     )
 
 
-def forecast(
-    size: Size, machine: Machine, settings: ForecastSettings = SETTINGS
-) -> dict[str, Cost]:
+def forecast(size: Size, machine: Machine) -> dict[str, Cost]:
     """{stage: its cost}."""
     seconds = memory = 0.0
     for dofs, columns, modes in size.bodies.values():
         grown = dofs / machine.dofs
-        seconds += settings.factors * machine.factor * grown**settings.factor_growth
+        seconds += SETTINGS.factors * machine.factor * grown**SETTINGS.factor_growth
         seconds += (
-            (columns + settings.solves_a_mode * modes)
+            (columns + SETTINGS.solves_a_mode * modes)
             * machine.solve
-            * grown**settings.solve_growth
+            * grown**SETTINGS.solve_growth
         )
-        seconds += settings.dense * 2 * dofs * columns**2 / machine.flops
+        seconds += SETTINGS.dense * 2 * dofs * columns**2 / machine.flops
         memory += predicted_bytes(dofs // 3, columns // 3)
     r, pairs = size.reduced, size.pairs
     dense = 8.0 * r**2
-    modes_of_all = settings.eigen * r**3 / machine.flops
+    modes_of_all = SETTINGS.eigen * r**3 / machine.flops
     statics = (2 * r**2 * 3 * pairs + 20 * pairs**3) / machine.flops
     a_set = 2 / 3 * min(r, 3 * pairs) ** 3 / machine.flops
     costs = {
@@ -202,20 +200,19 @@ def forecast(
         "tune": Cost(3 * modes_of_all + size.sets * a_set, 6 * dense),
     }
     if any(columns for _, columns, _ in size.bodies.values()):  # not so of given matrices
-        costs = {"reduce": Cost(seconds, memory), **_of_meshes(size, costs, machine, settings)}
+        costs = {"reduce": Cost(seconds, memory), **_of_meshes(size, costs, machine)}
     if size.curves:
-        costs["respond"] = _of_curves(size, Cost(modes_of_all, 4 * dense), machine, settings)
+        costs["respond"] = _of_curves(size, Cost(modes_of_all, 4 * dense), machine)
     return costs
 
 
-def _of_curves(size: Size, model: Cost, machine: Machine, settings: ForecastSettings) -> Cost:
+def _of_curves(size: Size, model: Cost, machine: Machine) -> Cost:
     """The cost of the response beside that of the model alone. An interface reduction makes the
     model small, not the contact: every kept pair is in it and can slip."""
     kept = max(int(size.kept * size.pairs), 1)
-    slip = max(int(settings.slipping * min(size.followed or kept, kept)), 1)
+    slip = max(int(SETTINGS.slipping * min(size.followed or kept, kept)), 1)
     some, worst = (
-        model.seconds
-        + sum(_curve(kept, H, n, size.instants, machine, settings) for H in size.curves)
+        model.seconds + sum(_curve(kept, H, n, size.instants, machine) for H in size.curves)
         for n in (slip, kept)
     )
     together = sorted(size.curves)[-size.jobs :]
@@ -225,13 +222,11 @@ def _of_curves(size: Size, model: Cost, machine: Machine, settings: ForecastSett
     return Cost(some, few, worst, all_of_them)
 
 
-def _of_meshes(
-    size: Size, costs: dict[str, Cost], machine: Machine, settings: ForecastSettings
-) -> dict[str, Cost]:
+def _of_meshes(size: Size, costs: dict[str, Cost], machine: Machine) -> dict[str, Cost]:
     """The costs of preload and tune with what they do on all dofs."""
     dofs = [dofs for dofs, _, _ in size.bodies.values()]
     factors, together = (
-        sum(machine.factor * (d / machine.dofs) ** settings.factor_growth for d in each)
+        sum(machine.factor * (d / machine.dofs) ** SETTINGS.factor_growth for d in each)
         for each in (dofs, [sum(dofs)])
     )
     held = predicted_bytes(sum(dofs) // 3)
@@ -239,33 +234,29 @@ def _of_meshes(
     tune = costs["tune"]
     found = {
         "preload": preload,
-        "tune": Cost(tune.seconds + settings.checked * together, tune.bytes + held),
+        "tune": Cost(tune.seconds + SETTINGS.checked * together, tune.bytes + held),
     }
     if size.unreduced:
         contact = 2 * size.pairs**3 / machine.flops
         found["preload"] = Cost(
-            contact + settings.unreduced * factors, 3 * 8.0 * size.pairs**2 + held
+            contact + SETTINGS.unreduced * factors, 3 * 8.0 * size.pairs**2 + held
         )
     return found
 
 
-def _curve(
-    pairs: int, H: int, slip: int, instants: int, machine: Machine, settings: ForecastSettings
-) -> float:
+def _curve(pairs: int, H: int, slip: int, instants: int, machine: Machine) -> float:
     """s of one curve, one way, on which so many of the pairs slip: factors of their Jacobian, and
     the forces."""
     unknowns = 3 * (2 * H + 1) * slip
     forces = (
-        instants * (settings.instant + settings.instant_and_pair * pairs)
+        instants * (SETTINGS.instant + SETTINGS.instant_and_pair * pairs)
         if instants
-        else settings.contact * pairs * (2 * H + 1)
+        else SETTINGS.contact * pairs * (2 * H + 1)
     )
-    return settings.points * settings.steps * (2 / 3 * unknowns**3 / machine.flops + forces)
+    return SETTINGS.points * SETTINGS.steps * (2 / 3 * unknowns**3 / machine.flops + forces)
 
 
-def advice(
-    size: Size, costs: dict[str, Cost], settings: ForecastSettings = SETTINGS
-) -> Iterator[str]:
+def advice(size: Size, costs: dict[str, Cost]) -> Iterator[str]:
     """What will be slow or too large, and what helps."""
     more = {
         "tune": f'; [tune] by = "area" tries some dozen shares in place of {size.sets} sets'
@@ -279,7 +270,7 @@ def advice(
                 f"{stage} is estimated to need {cost.bytes / 1e9:.1f} GB, "
                 f"{available_bytes() / 1e9:.1f} GB are available: {size.fewer}"
             )
-        elif max(cost.seconds, cost.at_most if stage == "respond" else 0.0) > settings.slow:
+        elif max(cost.seconds, cost.at_most if stage == "respond" else 0.0) > SETTINGS.slow:
             yield f"{stage} is estimated to take {cost.text}: {size.fewer}{more.get(stage, '')}"
         if cost.bytes <= available_bytes() < cost.bytes_at_most:
             yield (

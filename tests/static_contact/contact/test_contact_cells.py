@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.contact_tables import contact_table
-from tipdamp.static_contact.contact.contact_cells import SETTINGS, cells_in, fade_of, surroundings
+from tipdamp.static_contact.contact.contact_cells import cells_in, fade_of, surroundings
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -13,7 +13,7 @@ def test_neighbours_of_a_grid_do_not_hang_on_rounding(seed):
     corner."""
     place = np.stack(np.meshgrid(np.arange(5) * 1.1, np.arange(4.0)), axis=-1).reshape(-1, 2)
     place = place * (1 + 1e-15 * np.random.default_rng(seed).normal(size=place.shape))
-    rim, beside = surroundings(place, np.arange(20), SETTINGS)
+    rim, beside = surroundings(place, np.arange(20))
     assert (
         rim.sum() == 14
         and beside[0] == {1, 5}
@@ -30,7 +30,7 @@ def test_neighbours_do_not_hang_on_axes_or_on_a_bowed_rim(angle, bow):
     place[1:4, 1] += bow
     place[16:19, 1] -= bow
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    rim, beside = surroundings(place @ turn.T, np.arange(20), SETTINGS)
+    rim, beside = surroundings(place @ turn.T, np.arange(20))
     assert rim.sum() == 14 and beside[0] == {1, 5} and beside[12] == {7, 11, 13, 17}
 
 

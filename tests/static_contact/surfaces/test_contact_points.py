@@ -15,13 +15,14 @@ from tipdamp.modal.body import Body
 from tipdamp.modal.faces import boundary_faces, face_rule, triangle_rule
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.static_contact.surfaces import overlap as overlap_module
+from tipdamp.static_contact.surfaces import weights as weights_of
 from tipdamp.static_contact.surfaces.clip import areas, intersections
 from tipdamp.static_contact.surfaces.facets import Surface
 from tipdamp.static_contact.surfaces.overlap import overlap
 from tipdamp.static_contact.surfaces.pairing import Side
 from tipdamp.static_contact.surfaces.pick import FacePick, faces_of, triangle_distance
 from tipdamp.static_contact.surfaces.points import FacingSides, surface_contact
-from tipdamp.static_contact.surfaces.settings import SurfaceSettings
+from tipdamp.static_contact.surfaces.settings import DEFAULT
 from tipdamp.static_contact.surfaces.stations import stations_and_rows
 
 SIDE = Side("top", "low", "high")
@@ -118,7 +119,7 @@ def test_a_strip_of_a_face_counts(strip):
 def test_graded_faces_across_a_wide_gap():
     """Faces of many sizes on both sides, and between them nine tenths of the widest gap, several
     small faces wide."""
-    gap = 0.9 * SurfaceSettings().reach * LENGTH
+    gap = 0.9 * DEFAULT.reach * LENGTH
     low, its, high, theirs = stacked("hexahedron", "tetra10", (20, 3, 1), (13, 5, 1), (0, 0, gap))
     low, high = (
         replace(
@@ -465,16 +466,17 @@ def test_bad_surfaces():
         surface_contact([facing(SIDE, twice, both, low, its)], axis=(1, 0, 0), pull=(0, 0, 1))
 
 
-def test_second_moments_of_the_points():
+def test_second_moments_of_the_points(monkeypatch):
     """A bed of springs under a flat resists rolling by int x^2 dA: the points, halfway between the
     centres of their areas and their corners, have it to the third power of the face size, where
     either alone has it to the second."""
-    usual = SurfaceSettings().shift
+    usual = DEFAULT.shift
     errors: dict[float, list] = {0.0: [], usual: [], 1.0: []}
     for shift, found in errors.items():
+        monkeypatch.setattr(weights_of, "DEFAULT", replace(DEFAULT, shift=shift))
         for n in (2, 4, 8):
             low, its, high, theirs = stacked("tetra10", "hexahedron20", (2 * n, n, 1))
-            met = overlap(Surface(low, its), Surface(high, theirs), SurfaceSettings(shift=shift))
+            met = overlap(Surface(low, its), Surface(high, theirs))
             x = (met.blade @ high.position)[:, 1] - WIDTH / 2
             found.append(met.area @ x**2 / (WIDTH**3 * LENGTH / 12) - 1)
     rates = {shift: np.log2(np.abs(found[1]) / np.abs(found[2])) for shift, found in errors.items()}
