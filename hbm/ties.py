@@ -53,18 +53,16 @@ def levels(values: ArrayLike, same: float = SAME) -> np.ndarray:
     return found
 
 
-def in_order(values: ArrayLike, same: float = SAME) -> np.ndarray:
+def in_order(values: ArrayLike) -> np.ndarray:
     """(n,) indices that sort the values (n,), equal ones in the order in which they stand."""
-    return np.argsort(levels(values, same), kind="stable")
+    return np.argsort(levels(values), kind="stable")
 
 
-def turned(
-    hz: np.ndarray, shapes: np.ndarray, row: np.ndarray, settings: RepeatedSettings = REPEATED
-) -> np.ndarray:
+def turned(hz: np.ndarray, shapes: np.ndarray, row: np.ndarray) -> np.ndarray:
     """(r, m) shapes of the modes hz (m,), ascending, of each set of equal ones the first with all
     of the motion along the row (r,) that the set has, which is positive."""
     found = shapes.copy()
-    apart = np.flatnonzero(np.diff(hz) > settings.equal * hz[1:]) + 1
+    apart = np.flatnonzero(np.diff(hz) > REPEATED.equal * hz[1:]) + 1
     for own in np.split(np.arange(len(hz)), apart):
         motion = row @ shapes[:, own]
         size = np.linalg.norm(motion)

@@ -56,8 +56,8 @@ class Modes:
 class Factor:
     """Cholesky factor of a symmetric positive definite sparse matrix K (d, d)."""
 
-    def __init__(self, K: sp.csr_matrix, settings: EigenSettings = SETTINGS) -> None:
-        self.K, self.settings = sp.csr_matrix(K), settings
+    def __init__(self, K: sp.csr_matrix) -> None:
+        self.K = sp.csr_matrix(K)
         # all nodes may be masters: a matrix of no rows has nothing to factorise
         self._solver: Any = sparse_factor(self.K) if self.K.shape[0] else None
 
@@ -68,7 +68,7 @@ class Factor:
         if self._solver is None:
             return right
         columns = right[:, None] if right.ndim == 1 else right
-        width = self.settings.columns
+        width = SETTINGS.columns
         x = np.empty(columns.shape, order="F")
         for first in range(0, columns.shape[1], width):
             part = slice(first, first + width)
@@ -90,10 +90,10 @@ class Factor:
                 "a load of a linear solve is not a number: what it was made of has overflowed, "
                 "or is the root of a negative number"
             )
-        scale, allowed = 1 / np.where(size > 0, size, 1.0), self.settings.solve_residual
-        if x.shape[1] > 2 * self.settings.probes:
+        scale, allowed = 1 / np.where(size > 0, size, 1.0), SETTINGS.solve_residual
+        if x.shape[1] > 2 * SETTINGS.probes:
             mix = scale[:, None] * np.random.default_rng(0).standard_normal(
-                (x.shape[1], self.settings.probes)
+                (x.shape[1], SETTINGS.probes)
             )
             if np.linalg.norm(self.K @ (x @ mix) - right @ mix, axis=0).max() <= allowed / 100:
                 return
@@ -103,7 +103,7 @@ class Factor:
         rounding = (
             np.finfo(float).eps * abs(self.K).sum(axis=0).max() * np.linalg.norm(x, axis=0) * scale
         )
-        over = ~(left <= np.maximum(allowed, np.minimum(rounding, self.settings.singular)))
+        over = ~(left <= np.maximum(allowed, np.minimum(rounding, SETTINGS.singular)))
         if over.any():
             worst = np.max(left[over])
             raise SingularStiffness(
@@ -148,17 +148,14 @@ class Factor:
             raise InputError(f"{count} modes asked for: must be between 0 and the {size} dofs")
         if not size:
             return Modes(np.empty(0), np.empty((0, 0)), np.inf)
-        if size <= self.settings.dense or count > size // 4:
+        if size <= SETTINGS.dense or count > size // 4:
             lam, phi = sl.eigh(self.K.toarray(), M.toarray())
             free = lam[count] if count < size else np.inf
             _refuse_negative(lam)
             return self._checked(M, lam[:count], phi[:, :count], free)
         keep = max(int(count), 1)
         lam, phi = self._lowest(M, keep)
-        if (
-            at_most is not None
-            and (np.sqrt(lam[:count]) <= at_most * (1 + self.settings.bound)).all()
-        ):
+        if at_most is not None and (np.sqrt(lam[:count]) <= at_most * (1 + SETTINGS.bound)).all():
             return self._checked(M, lam[:count], phi[:, :count], lam[count])
         if top is None:
             free = _gap_above(lam, keep)
@@ -173,7 +170,7 @@ class Factor:
     def _lowest(self, M: sp.spmatrix, count: int) -> tuple[np.ndarray, np.ndarray]:
         """omega^2 of the `count` lowest modes and a few more, ascending, and the shapes (d, count):
         some copies of a repeated mode may be missing."""
-        asked = count + self.settings.beyond
+        asked = count + SETTINGS.beyond
         if isinstance(self._solver, Cholmod) and slepc.start():
             lam, phi = slepc.lowest_with(self._solver, M, asked, count)
         else:
@@ -190,7 +187,7 @@ class Factor:
     def _by_lapack(self, M: sp.spmatrix, count: int) -> tuple[np.ndarray, np.ndarray]:
         """The `count` lowest modes where they are so few distinct ones that a Krylov method has no
         subspace to find."""
-        if M.shape[0] > self.settings.degenerate:
+        if M.shape[0] > SETTINGS.degenerate:
             raise RuntimeError(
                 f"{count} modes asked for that are repeated so often that ARPACK does not find "
                 f"them, of {M.shape[0]} dofs, too many for LAPACK"
@@ -210,7 +207,7 @@ class Factor:
         Those that are missing are asked for with the known ones deflated. Where a mode lies on the
         shift to rounding and the two disagree, the shift is raised.
         """
-        for attempt in range(self.settings.recounts):
+        for attempt in range(SETTINGS.recounts):
             count = modes_below(self.K, M, np.sqrt(shift)) if count is None else count
             lam, phi = self._fill(M, lam, phi, shift, count)
             if int((lam < shift).sum()) == count:
@@ -244,10 +241,10 @@ class Factor:
         phi = phi / np.sqrt(np.einsum("ij,ij->j", phi, M @ phi))
         force = self.K @ phi
         residual = np.linalg.norm(force - M @ phi * lam, axis=0) / np.linalg.norm(force, axis=0)
-        if not residual.max(initial=0) <= self.settings.mode_residual:
+        if not residual.max(initial=0) <= SETTINGS.mode_residual:
             raise RuntimeError(
                 f"the residual of a mode is {residual.max():.1e} of its stiffness force, allowed "
-                f"{self.settings.mode_residual:g}"
+                f"{SETTINGS.mode_residual:g}"
             )
         return Modes(np.sqrt(lam), phi, float(np.sqrt(free)))
 

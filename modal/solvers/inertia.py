@@ -33,18 +33,16 @@ class InertiaSettings:
 SETTINGS = InertiaSettings()
 
 
-def modes_below(
-    K: sp.csr_matrix, M: sp.csr_matrix, omega: float, settings: InertiaSettings = SETTINGS
-) -> int:
+def modes_below(K: sp.csr_matrix, M: sp.csr_matrix, omega: float) -> int:
     """Number of modes of (K, M) with a frequency below omega, rad/s. K may be singular.
 
     A frequency that hits a mode is raised by 1e-7 of itself. Raises RuntimeError when no
     trustworthy factor is found."""
     if not K.shape[0]:
         return 0
-    for attempt in range(settings.attempts):
-        shifted = (K - (omega * (1 + attempt * settings.raised_by)) ** 2 * M).tocsr()
-        count = _negative_pivots(shifted, settings)
+    for attempt in range(SETTINGS.attempts):
+        shifted = (K - (omega * (1 + attempt * SETTINGS.raised_by)) ** 2 * M).tocsr()
+        count = _negative_pivots(shifted)
         if count is not None:
             return count
     raise RuntimeError(
@@ -53,11 +51,11 @@ def modes_below(
     )
 
 
-def _negative_pivots(A: sp.spmatrix, settings: InertiaSettings) -> int | None:
+def _negative_pivots(A: sp.spmatrix) -> int | None:
     """Number of negative eigenvalues of A, or None where its factor cannot be trusted."""
-    if A.shape[0] <= settings.dense:
+    if A.shape[0] <= SETTINGS.dense:
         value = sl.eigvalsh(A.toarray())
-        unsigned = np.abs(value).min() < settings.zero_pivot * np.abs(value).max()
+        unsigned = np.abs(value).min() < SETTINGS.zero_pivot * np.abs(value).max()
         return None if unsigned else int((value < 0).sum())
     PETSc = petsc.start()
     b = np.random.default_rng(1).standard_normal(A.shape[0])
@@ -66,7 +64,7 @@ def _negative_pivots(A: sp.spmatrix, settings: InertiaSettings) -> int | None:
         return None
     norm = abs(A).sum(axis=1).max()
     error = np.abs(A @ x - b).max() / (norm * np.abs(x).max() + np.abs(b).max())
-    return count if error < settings.backward_error else None
+    return count if error < SETTINGS.backward_error else None
 
 
 def _mumps(

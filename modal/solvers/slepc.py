@@ -49,9 +49,7 @@ def lowest_with(
     return lam, phi
 
 
-def lowest(
-    A: Any, B: Any, count: int, *, factor: Any = None, settings: SlepcSettings = SETTINGS
-) -> tuple[np.ndarray, list]:
+def lowest(A: Any, B: Any, count: int, *, factor: Any = None) -> tuple[np.ndarray, list]:
     """omega^2 (m,) ascending and shapes, m PETSc vectors, of the lowest modes of A x = omega^2 B x:
     m >= count.
 
@@ -65,8 +63,8 @@ def lowest(
     eps.setOperators(A, B)
     eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
     eps.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
-    eps.setDimensions(count, min(max(settings.basis * count, count + 15), A.size[0]))
-    eps.setTolerances(settings.tolerance, settings.restarts)
+    eps.setDimensions(count, min(max(SETTINGS.basis * count, count + 15), A.size[0]))
+    eps.setTolerances(SETTINGS.tolerance, SETTINGS.restarts)
     eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
     eps.setTarget(0.0)
     # a back-solve a mode; `Factor` does better with all modes at once

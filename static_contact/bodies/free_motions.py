@@ -213,7 +213,7 @@ def _lengths(model: "ReducedModel | SparseBodies") -> np.ndarray:
 
 
 def name_motions(
-    rigid: np.ndarray, coefficients: np.ndarray, settings: RigidMotionSettings = SETTINGS
+    rigid: np.ndarray, coefficients: np.ndarray
 ) -> tuple[np.ndarray, list[tuple[str, str]]]:
     """Unit rigid motions (m, 6 b) that span the free ones, each named after the slide or rotation
     that leads it.
@@ -229,7 +229,7 @@ def name_motions(
     rolls = np.tile(np.repeat([False, True], 3), rows.shape[1] // 6)
     way, share, _ = np.linalg.svd(rows[:, rolls])
     rows = way.T @ rows
-    rolled = np.r_[share, np.zeros(len(rows) - len(share))] > settings.roll
+    rolled = np.r_[share, np.zeros(len(rows) - len(share))] > SETTINGS.roll
     names: dict[int, tuple[str, str]] = {}
     for kind in (False, True):
         mine = list(map(int, np.flatnonzero(rolled == kind)))

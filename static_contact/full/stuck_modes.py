@@ -197,9 +197,9 @@ def _modes_below(PETSc: ModuleType, A: "Mat", B: "Mat", lam: float, residual: fl
     return negative
 
 
-def distributed(PETSc: Any, matrix: sp.csr_matrix, comm: Any = None) -> Any:
+def distributed(PETSc: Any, matrix: sp.csr_matrix) -> Any:
     """Positive definite PETSc matrix of a CSR matrix that every rank holds: each takes its rows."""
-    comm = comm or PETSc.COMM_WORLD
+    comm = PETSc.COMM_WORLD
     low, high = own_rows(comm, matrix.shape[0])
     A = petsc.matrix_of_rows(PETSc, matrix[low:high].tocsr(), comm)
     A.setOption(PETSc.Mat.Option.SPD, True)

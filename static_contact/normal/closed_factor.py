@@ -31,8 +31,8 @@ class ClosedFactor:
     """A (P, P) symmetric, positive definite on every set that is solved for; it is not copied
     whole."""
 
-    def __init__(self, A: np.ndarray, settings: FactorSettings = SETTINGS) -> None:
-        self.A, self.settings = A, settings
+    def __init__(self, A: np.ndarray) -> None:
+        self.A = A
         self.base = np.zeros(0, dtype=int)
         self.L = np.zeros((0, 0))
         self.changed: np.ndarray = np.zeros(0, dtype=int)  # rows that have a column in `bordered`
@@ -44,8 +44,8 @@ class ClosedFactor:
         rows = np.flatnonzero(closed)
         change = np.setxor1d(rows, self.base, assume_unique=True)
         if (
-            len(change) > self.settings.share * len(self.base)
-            or len(rows) <= self.settings.few
+            len(change) > SETTINGS.share * len(self.base)
+            or len(rows) <= SETTINGS.few
             and len(change)
         ):
             self._factor(rows)

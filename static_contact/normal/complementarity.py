@@ -120,11 +120,7 @@ def no_equilibrium(closed: np.ndarray, drift: np.ndarray | None = None) -> NoEqu
 
 
 def solve_complementarity(
-    problem: ComplementarityProblem,
-    u0: Any,
-    gap: np.ndarray,
-    settings: ComplementaritySettings = SETTINGS,
-    start: np.ndarray | None = None,
+    problem: ComplementarityProblem, u0: Any, gap: np.ndarray, start: np.ndarray | None = None
 ) -> ContactSolution:
     """The solution under a load u0 in the problem's own terms, with the gaps (P,) m.
 
@@ -134,17 +130,15 @@ def solve_complementarity(
     way does not hold the bodies, or rounding makes the sets cycle because some pairs are only just
     closed, `_proximal` goes on. Raises NoEquilibrium where nothing holds the bodies."""
     try:
-        return _pivot(problem, u0, gap, settings, start=start)
+        return _pivot(problem, u0, gap, start=start)
     except (NoEquilibrium, Cycling) as error:
-        found = _proximal(problem, u0, gap, settings)
+        found = _proximal(problem, u0, gap)
         if found is None:
             raise error
         return found
 
 
-def _proximal(
-    problem: ComplementarityProblem, u0: Any, gap: np.ndarray, settings: ComplementaritySettings
-) -> ContactSolution | None:
+def _proximal(problem: ComplementarityProblem, u0: Any, gap: np.ndarray) -> ContactSolution | None:
     """As `solve_complementarity`, by the proximal point method: every pair is anchored weakly to
     its last position, which holds the bodies whatever the set, until the anchor forces vanish:
     1e-10 of the largest force at once, or the least that was met in many rounds, up to 5e-9 of the
@@ -156,14 +150,14 @@ def _proximal(
     """
     at = gap
     total = 0
-    anchor = settings.anchor
-    weakest = settings.weakest
-    best, least, drift = None, settings.anchor_forces, None
-    for _ in range(settings.rounds):
+    anchor = SETTINGS.anchor
+    weakest = SETTINGS.weakest
+    best, least, drift = None, SETTINGS.anchor_forces, None
+    for _ in range(SETTINGS.rounds):
         try:
-            found = _pivot(problem, u0, gap, settings, anchor, at)
+            found = _pivot(problem, u0, gap, anchor, at)
         except (NoEquilibrium, Cycling):
-            anchor = weakest = min(100 * anchor, settings.anchor)
+            anchor = weakest = min(100 * anchor, SETTINGS.anchor)
             continue
         total += found.sets
         found = found._replace(sets=total, method="proximal")
@@ -172,7 +166,7 @@ def _proximal(
             return ContactSolution(exact.u, exact.N, exact.amount, found.closed, total, "proximal")
         drift = found.u - at
         anchored = anchor * problem.k0 * drift
-        if np.abs(anchored).max() <= settings.anchor_force * np.abs(found.N).max():
+        if np.abs(anchored).max() <= SETTINGS.anchor_force * np.abs(found.N).max():
             return found
         if np.abs(anchored).sum() <= least * np.abs(found.N).sum():
             best, least = found, 0.5 * np.abs(anchored).sum() / np.abs(found.N).sum()
@@ -197,21 +191,20 @@ def _pivot(
     problem: ComplementarityProblem,
     u0: Any,
     gap: np.ndarray,
-    settings: ComplementaritySettings,
     anchor: float = 0.0,
     at: float | np.ndarray = 0.0,
     start: np.ndarray | None = None,
 ) -> ContactSolution:
     closed = problem.free.copy() if start is None else problem.free & start
-    fewest, patience, method = np.inf, settings.patience, "newton"
-    for step in range(1, settings.steps + 1):
+    fewest, patience, method = np.inf, SETTINGS.patience, "newton"
+    for step in range(1, SETTINGS.steps + 1):
         found = problem.solve_set(closed, u0, gap, anchor, at)
         wrong = problem.wrong(closed, found.u, found.N, gap)
         count = int(wrong.sum())
         if not count:
             return ContactSolution(found.u, found.N, found.amount, closed, step, method)
         if count < fewest:
-            fewest, patience = count, settings.patience
+            fewest, patience = count, SETTINGS.patience
         else:
             patience -= 1
         if patience < 0:

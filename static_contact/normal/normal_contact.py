@@ -61,7 +61,6 @@ class NormalContact:
     E: np.ndarray
     k0: np.ndarray
     free: np.ndarray
-    settings: SetSettings = SETTINGS
 
     def solve_set(
         self,
@@ -88,7 +87,7 @@ class NormalContact:
         together = np.where(closed, (gap + k * self.c * at) / (1 + k * self.c), at)
         A = self.A.copy()
         A[np.diag_indices(len(k))] += soft - self.c
-        anchored = NormalContact(A, soft, self.Y, self.E, self.k0, acting, self.settings)
+        anchored = NormalContact(A, soft, self.Y, self.E, self.k0, acting)
         u, force, a = anchored.solve_set(acting, load, together)
         return SetSolution(u, np.where(closed, (force - k * (gap - at)) / (1 + k * self.c), 0.0), a)
 
@@ -104,8 +103,8 @@ class NormalContact:
             a = np.linalg.solve(T, load.work - Y.T @ X[:, 0])
             N = X[:, 0] + X[:, 1:] @ a
             pressed, left, off = self._left(closed, right, load.work, N, a)
-            for _ in range(self.settings.repeats):
-                if off <= self.settings.refined:
+            for _ in range(SETTINGS.repeats):
+                if off <= SETTINGS.refined:
                     break
                 more = self._factor.solve(closed, left[:, None])[:, 0]
                 da = np.linalg.solve(T, load.work - self.E @ a - Y.T @ (N + more))
@@ -113,7 +112,7 @@ class NormalContact:
                 pressed, left, off = self._left(closed, right, load.work, N, a)
         except np.linalg.LinAlgError:
             raise no_equilibrium(closed) from None
-        if not off <= self.settings.residual:
+        if not off <= SETTINGS.residual:
             raise no_equilibrium(closed)
         return SetSolution(
             np.where(closed, gap + self.c * N, load.u0 - pressed + self.c * N + self.Y @ a), N, a
@@ -139,7 +138,7 @@ class NormalContact:
         self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray
     ) -> np.ndarray:
         """(P,) bool - closed pairs that pull, open pairs that overlap."""
-        return wrong_pairs(self, closed, u, N, gap, self.settings.rounding)
+        return wrong_pairs(self, closed, u, N, gap, SETTINGS.rounding)
 
     def held(self) -> bool:
         """Whether all pairs together hold the bodies, were they as stiff as they look one by
@@ -164,5 +163,5 @@ class NormalContact:
             return False
         return (
             np.abs(np.linalg.eigvalsh(T / np.outer(self._scale, self._scale))).min()
-            > self.settings.singular
+            > SETTINGS.singular
         )

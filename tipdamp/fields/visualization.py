@@ -86,11 +86,11 @@ def _free_vtu(store: Store, meshes: Mapping[str, Mesh], reduction: Reduction) ->
     return write_shapes(store, "free_modes.vtu", meshes[reduction.body.name], shapes)
 
 
-def free_shapes(model: ReducedModel, count: int = SHOWN) -> tuple[np.ndarray, np.ndarray]:
+def free_shapes(model: ReducedModel) -> tuple[np.ndarray, np.ndarray]:
     """Hz (m,) and shapes (r, m) of the lowest modes of a model, without its rigid motions."""
-    lam, q = eigh(model.K, model.M, subset_by_index=(0, min(count + 6, model.size) - 1))
+    lam, q = eigh(model.K, model.M, subset_by_index=(0, min(SHOWN + 6, model.size) - 1))
     hz = np.sqrt(np.maximum(lam, 0)) / (2 * np.pi)
-    elastic = np.flatnonzero(hz > ELASTIC * hz[-1])[:count]
+    elastic = np.flatnonzero(hz > ELASTIC * hz[-1])[:SHOWN]
     return hz[elastic], q[:, elastic]
 
 
