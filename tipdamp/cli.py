@@ -285,6 +285,56 @@ def _positive(text: str) -> float:
     return value
 
 
+Option = tuple[str, dict[str, Any]]  # of argparse: its name, how it is read
+
+
+def _value(name: str, text: str, **how: Any) -> Option:
+    return name, {"help": text, **how}
+
+
+def _flag(name: str, text: str, **how: Any) -> Option:
+    return _value(name, text, action="store_true", **how)
+
+
+def _number(name: str, text: str, kind: Callable = int) -> Option:
+    return _value(name, text, type=kind, metavar="N")
+
+
+STUDY = _value("study", "study file (.toml)")
+STUDY_OR_MESHES = _value(
+    "study",
+    "study file (.toml), or mesh files without a study, for which one is proposed",
+    nargs="+",
+)
+QUIET = _flag("--quiet", "no progress")
+CODE = _flag(
+    "--allow-code", "run the file of Python that the study names as its law; read it before"
+)
+RESULTS = (
+    _value("--out", "results folder (default: results/<study name> beside the study)"),
+    _flag("--allow-outside", "let the study's key `results` lead out of its folder"),
+    CODE,
+)
+CURVES = _number(
+    "--jobs",
+    "curves that are computed side by side, with one BLAS thread each (default: TIPDAMP_JOBS, or "
+    "all cores); 1: in this process",
+)
+OF_STAGES = {  # beside the options of every stage
+    "inspect": _number(
+        "--pull",
+        "pull on the damper, for the study that meshes propose: its levels follow",
+        _positive,
+    ),
+    "preload": _flag(
+        "--full",
+        "also by Newton's method on the unreduced bodies, for comparison; with mpirun -n N over N "
+        "processes, after a preload without it",
+    ),
+    "respond": CURVES,
+}
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="tipdamp",
@@ -294,173 +344,108 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"tipdamp {tipdamp.__version__}")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
 
-    def verb(name: str, text: str, run: Callable, on_study: bool = True) -> argparse.ArgumentParser:
+    def verb(name: str, text: str, run: Callable, *options: Option, **defaults: Any) -> None:
         added = verbs.add_parser(name, help=text, description=text)
-        added.set_defaults(run=run)
-        if on_study:
-            added.add_argument(
-                "study",
-                nargs="+" if name == "inspect" else None,
-                help="study file (.toml)"
-                + (
-                    ", or mesh files without a study, for which one is proposed"
-                    if name == "inspect"
-                    else ""
-                ),
-            )
-            added.add_argument(
-                "--out", help="results folder (default: results/<study name> beside the study)"
-            )
-            added.add_argument(
-                "--allow-outside",
-                action="store_true",
-                help="let the study's key `results` lead out of its folder",
-            )
-            _add_allow_code(added)
-        return added
+        added.set_defaults(run=run, **defaults)
+        for option, how in options:
+            added.add_argument(option, **how)
 
-    for name, text, run in [
-        *(
-            (name, text, _inspect if name == "inspect" else _one_stage)
-            for name, text in STAGES.items()
-        ),
-        ("run", "all stages, from the meshes to the report", _all_stages),
-    ]:
-        stage = verb(name, text, run)
-        stage.add_argument("--force", action="store_true", help="run even when nothing has changed")
-        stage.add_argument("--quiet", action="store_true", help="no progress")
+    of_all = *RESULTS, _flag("--force", "run even when nothing has changed"), QUIET
+    for name, text in STAGES.items():
+        of_one = [OF_STAGES[name]] if name in OF_STAGES else []
         if name == "inspect":
-            stage.add_argument(
-                "--pull",
-                type=_positive,
-                metavar="N",
-                help="pull on the damper, for the study that meshes propose: its levels follow",
-            )
-        if name == "preload":
-            stage.add_argument(
-                "--full",
-                action="store_true",
-                help="also by Newton's method on the unreduced bodies, "
-                "for comparison; with mpirun -n N over N processes, after a preload "
-                "without it",
-            )
-        if name in ("respond", "run"):
-            stage.add_argument(
-                "--jobs",
-                type=int,
-                metavar="N",
-                help="curves that are computed side by side, with one "
-                "BLAS thread each (default: TIPDAMP_JOBS, or all cores); 1: in this process",
-            )
-    sweep = verb(
+            verb(name, text, _inspect, STUDY_OR_MESHES, *of_all, *of_one)
+        else:
+            verb(name, text, _one_stage, STUDY, *of_all, *of_one)
+    all_stages = "all stages, from the meshes to the report"
+    verb("run", all_stages, _all_stages, STUDY, *of_all, CURVES)
+    verb(
         "sweep",
         "the cases of [sweep] in the study: what is not there yet, side by side, into one store",
         _sweep,
+        STUDY,
+        *RESULTS,
+        QUIET,
+        _number(
+            "--jobs",
+            "cases that are computed side by side (default: TIPDAMP_JOBS, or all cores); 1: in "
+            "this process",
+        ),
+        _value(
+            "--scheduler",
+            "on a cluster of dask.distributed, such as tcp://host:8786; local: on one of --jobs "
+            "processes on this machine",
+            metavar="ADDRESS",
+        ),
+        _flag("--dry-run", "the estimate alone: cases, time, disk and memory"),
+        _flag("--retry", "try what failed before again"),
+        _flag("--status", "how far it is, also while it runs, and what failed"),
     )
-    sweep.add_argument("--quiet", action="store_true", help="no progress")
-    sweep.add_argument(
-        "--jobs",
-        type=int,
-        metavar="N",
-        help="cases that are computed side by side (default: TIPDAMP_JOBS, or all cores); 1: in "
-        "this process",
-    )
-    sweep.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="on a cluster of dask.distributed, such as tcp://host:8786; local: on one of --jobs "
-        "processes on this machine",
-    )
-    sweep.add_argument(
-        "--dry-run", action="store_true", help="the estimate alone: cases, time, disk and memory"
-    )
-    sweep.add_argument("--retry", action="store_true", help="try what failed before again")
-    sweep.add_argument(
-        "--status", action="store_true", help="how far it is, also while it runs, and what failed"
-    )
-    export = verb(
+    verb(
         "export",
         "the reduced model of a study (reduced before), or its responses, for other codes",
         _export,
+        STUDY,
+        *RESULTS,
+        _value(
+            "--format",
+            "npz, mat, mtx (Matrix Market), op4 or pch (Nastran); unv: the computed responses as "
+            "universal file",
+            default="mtx",
+        ),
     )
-    export.add_argument(
-        "--format",
-        default="mtx",
-        help="npz, mat, mtx (Matrix Market), op4 or pch (Nastran); unv: the computed responses as "
-        "universal file",
-    )
-    compare = verb(
+    verb(
         "compare",
         "studies that were run, side by side on one page: which damper is best, at which pull",
         _compare,
-        on_study=False,
+        _value(
+            "studies",
+            "study files (.toml); those that [compare] of one names are added",
+            nargs="+",
+            metavar="study",
+        ),
+        _value(
+            "--out",
+            "folder of the page (default: results/comparison beside the first study, of one study "
+            "alone results/comparison_NAME)",
+        ),
+        _flag(
+            "--run",
+            "first run what is missing of the studies, or of their sweeps",
+            dest="run_missing",
+        ),
+        _number("--jobs", "with --run: curves or cases side by side"),
+        QUIET,
+        _flag("--allow-outside", "let the key `results` of a study lead out of its folder"),
+        CODE,
+        force=False,  # its stages run as those of `run`
     )
-    compare.add_argument(
-        "studies",
-        nargs="+",
-        metavar="study",
-        help="study files (.toml); those that [compare] of one names are added",
-    )
-    compare.add_argument(
-        "--out",
-        help="folder of the page (default: results/comparison beside the first study, of one study "
-        "alone results/comparison_NAME)",
-    )
-    compare.add_argument(
-        "--run",
-        action="store_true",
-        dest="run_missing",
-        help="first run what is missing of the studies, or of their sweeps",
-    )
-    compare.add_argument(
-        "--jobs", type=int, metavar="N", help="with --run: curves or cases side by side"
-    )
-    compare.add_argument("--quiet", action="store_true", help="no progress")
-    compare.add_argument(
-        "--allow-outside",
-        action="store_true",
-        help="let the key `results` of a study lead out of its folder",
-    )
-    _add_allow_code(compare)
-    compare.set_defaults(force=False)  # its stages run as those of `run`
+    verb("doctor", "what is missing or wrong on this machine, with the repair", _doctor)
     verb(
-        "doctor",
-        "what is missing or wrong on this machine, with the repair",
-        _doctor,
-        on_study=False,
+        "keys",
+        "every key of a study file: unit, default, range and meaning",
+        _keys,
+        _flag("--json-schema", "as JSON schema, for editors that complete a study"),
     )
-    keys = verb(
-        "keys", "every key of a study file: unit, default, range and meaning", _keys, on_study=False
+    verb(
+        "explain",
+        "a key of a study file: unit, default, range, meaning",
+        _explain,
+        _value("key", "such as kn or contact.left.kn; a section for all its keys"),
     )
-    keys.add_argument(
-        "--json-schema",
-        action="store_true",
-        help="as JSON schema, for editors that complete a study",
+    verb(
+        "init",
+        "a first study that runs, with its files, commented",
+        _init,
+        _value("folder", "where it is written (default: here)", nargs="?", default="."),
     )
-    explained = verb(
-        "explain", "a key of a study file: unit, default, range, meaning", _explain, on_study=False
-    )
-    explained.add_argument("key", help="such as kn or contact.left.kn; a section for all its keys")
-    first = verb(
-        "init", "a first study that runs, with its files, commented", _init, on_study=False
-    )
-    first.add_argument("folder", nargs="?", default=".", help="where it is written (default: here)")
-    completed = verb(
+    verb(
         "completion",
         'what bash and zsh complete: eval "$(tipdamp completion)" in ~/.bashrc or ~/.zshrc',
         _completion,
-        on_study=False,
+        verbs=verbs.choices,
     )
-    completed.set_defaults(verbs=verbs.choices)
     return parser
-
-
-def _add_allow_code(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--allow-code",
-        action="store_true",
-        help="run the file of Python that the study names as its law; read it before",
-    )
 
 
 def _keys(arguments: argparse.Namespace) -> int:
