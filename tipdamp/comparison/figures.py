@@ -119,7 +119,7 @@ def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[
                 yield Marks(x, y, said, color, symbol, filled=False, size=10)
         if name in optima:
             best = [peak for peak in mine if peak.ratio == optima[name].ratio]
-            yield Marks(*_points(best, "m_per_N", MICRO), BEST, color, "star", size=12)
+            yield Marks(*_points(best, "m_per_N", MICRO), BEST, color, "star", size=16)
 
 
 def _bars(spreads: Sequence[tuple[float, float, float]], color: str) -> Iterator[Curve]:

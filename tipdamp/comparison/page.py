@@ -9,7 +9,7 @@ from pathlib import Path
 
 from tipdamp.comparison import figures, tables, wear
 from tipdamp.comparison.figures import in_words
-from tipdamp.comparison.peaks import ComparedPeak, Phase
+from tipdamp.comparison.peaks import ComparedPeak, Phase, motion_beyond
 from tipdamp.comparison.record import ComparedStudies
 from tipdamp.engine.store import Store
 from tipdamp.hbm.drawing.figure import Figure
@@ -95,12 +95,19 @@ def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
     order = list(optima)
     least = optima[order[0]]
     others = listing(f"{name} {micro(optima[name].m_per_N)}" for name in order[1:])
-    ends = listing(name for name in order if optima[name].of_end)
+    moved = {
+        name: motion
+        for name in order
+        if (motion := motion_beyond(comparison.of(name, phase), optima[name].ratio))
+    }
+    ends = listing(name for name in order if optima[name].of_end and name not in moved)
+    beyond = "".join(f" Below the least of {name} {said}." for name, said in moved.items())
     yield (
         f"{in_words(phase).capitalize()} the least response is that of {order[0]}, "
         f"{micro(least.m_per_N)} µm/N at Fc/Fe = {number(least.ratio, 3)}"
         + (f" ({others} µm/N at their best)." if others else ".")
         + (f" Least at the first or last level, where more levels are needed: {ends}." * bool(ends))
+        + beyond
     )
 
 

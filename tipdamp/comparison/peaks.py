@@ -2,7 +2,7 @@
 phase, and of those out of phase."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -89,6 +89,14 @@ class ComparedPeak:
     def merged(self) -> bool:
         """Whether the curve covers the range of the phase and has no maximum in it."""
         return self.m_per_N is None and self.at_least is None
+
+
+def motion_beyond(peaks: Sequence[ComparedPeak], ratio: float) -> str:
+    """The rigid motion of the damper that ends the curve of the next level below this Fc/Fe; ''
+    where none does."""
+    below = [peak for peak in peaks if peak.ratio < ratio]
+    nearest = max((peak.ratio for peak in below), default=0.0)
+    return next((peak.motion for peak in below if peak.ratio == nearest and peak.motion), "")
 
 
 def peaks_of(results: Results, name: str = "", scatter: str = "") -> list[ComparedPeak]:

@@ -61,6 +61,22 @@ def test_a_least_at_the_end_of_the_levels_is_no_optimum(tmp_path):
     assert said.endswith("Least at the first or last level, where more levels are needed: stiff.")
 
 
+def test_a_least_above_which_the_damper_rolls_needs_no_more_levels(tmp_path):
+    """Below it no periodic motion exists: that is said in place of a call for more levels."""
+    given = comparison(tmp_path)
+    rolls = replace(
+        level("soft", 200.0, None),
+        at_least=1e-7,
+        complete=False,
+        ended="stopped at 20 Hz: the damper rolls (...): no periodic state exists there",
+    )
+    peaks = [p for p in given.peaks if (p.study, p.Fe) != ("soft", 50.0)]
+    (said,) = introduction(replace(given, peaks=(*peaks, rolls)))
+    assert said.endswith("more levels are needed: stiff. Below the least of soft the damper rolls.")
+    (said,) = introduction(replace(given, peaks=(*given.peaks, rolls)))  # there is one between
+    assert "rolls" not in said
+
+
 def test_friction_is_among_what_tells_studies_apart(tmp_path):
     given = comparison(tmp_path)
     upright = frames([[0.0, 0.0, 1.0]] * 3)
