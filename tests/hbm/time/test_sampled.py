@@ -108,6 +108,32 @@ def test_steps_together_are_those_one_by_one(law, newton):
     assert found.dissipated == pytest.approx(expected.dissipated, abs=1e-10 * size)
 
 
+class Maxwell(OwnSlider):
+    """A spring behind a dashpot, which relaxes in a second: linear in motion and memory."""
+
+    def step(self, motion, state, pairs):
+        share = motion.dt / (1.0 + motion.dt)
+        relaxed = state + share * (motion.u - state)
+        return pairs.kt[:, None] * (motion.u - relaxed), relaxed
+
+
+def test_one_step_of_newton_solves_all_samples_of_a_linear_law():
+    """The second one, about the path of the first, finds it unchanged."""
+    contacts = Contacts([0.0], [2.0], [1.0], [1.0])
+    problem = ContactProblem(ONE, 0.05 * ONE, ONE, ONE, Maxwell(), contacts)
+    balance = HarmonicBalance(problem, {1: np.array([1.0])}, 3)
+
+    def integrator(together):
+        settings = IntegrationSettings(samples=64, together=together, newton_together=2)
+        return SampledIntegrator(balance, 0.9, settings)
+
+    solved = integrator(64)._steps(1, 64, integrator(64).at_rest())
+    assert solved is not None
+    alone = integrator(1).periods(integrator(1).at_rest())
+    assert solved[0].memory == pytest.approx(alone.state.memory, rel=1e-9)
+    assert solved[0].z == pytest.approx(alone.state.z, rel=1e-9)
+
+
 @pytest.mark.slow
 def test_coupled_friction_under_a_rotating_force():
     """The exact radius at 1.1 rad/s, to second order in the steps."""
