@@ -13,6 +13,7 @@ from tests.hbm.small_rig import small_rig
 from tipdamp import Jenkins1D, Problem
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance import aft, residual
+from tipdamp.hbm.balance.kernels import norms
 from tipdamp.hbm.balance.parameter import ContactSetting, Frequency, Level
 from tipdamp.hbm.balance.problem import contact_problem
 from tipdamp.hbm.balance.receptance import stuck_receptance
@@ -342,3 +343,13 @@ def test_a_mean_that_moves_far_costs_few_points():
     )
     assert drifting.peak("x")[1] == pytest.approx(still.peak("x")[1], rel=1e-6)
     assert len(drifting) < 1.6 * len(still)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-200, 1e200])
+def test_norms_of_mean_and_vibration_neither_vanish_nor_overflow(size):
+    rng = np.random.default_rng(0)
+    X = rng.normal(size=(5, 3, 4)) + 1j * rng.normal(size=(5, 3, 4))
+    unit = rng.uniform(0.1, 10.0, (5, 3))
+    parts = X[:, :, :1] / unit[:, :, None], X[:, :, 1:] / unit[:, :, None]
+    expected = np.stack([np.linalg.norm(part.reshape(5, -1), axis=1) for part in parts], axis=1)
+    assert norms(size * X, unit) / size == pytest.approx(expected, rel=1e-12)
