@@ -1,7 +1,5 @@
 """Stage agreement: computed curves beside the measured ones."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from tipdamp.engine.progress import Tick
@@ -22,7 +20,7 @@ from tipdamp.results.response_results import (
 )
 from tipdamp.results.static_results import TuneResult
 from tipdamp.stages.curve_facts import peak_of
-from tipdamp.stages.stage import Stage
+from tipdamp.stages.stage import Stage, recorded
 from tipdamp.study.schema import Measured
 from tipdamp.study.view import Study
 
@@ -135,15 +133,10 @@ def line(store: Store) -> str:
     )
 
 
-def warnings(_: Study, store: Store) -> Sequence[str]:
-    """Measured curves without a computed one."""
-    return AgreementResult.load(store).warnings
-
-
 STAGE = Stage(
     agreement,
     line,
-    warnings=warnings,
+    warnings=recorded(AgreementResult),
     outputs=("agreement.json",),
     needs=("measured", "tune", "respond"),
     requires=("measured", "tune", "respond", "respond.levels"),

@@ -29,7 +29,7 @@ from tipdamp.results.response_results import (
 )
 from tipdamp.results.static_results import PreloadResult
 from tipdamp.stages.respond import READS, Assembly, assembled
-from tipdamp.stages.stage import Stage
+from tipdamp.stages.stage import Stage, recorded
 from tipdamp.study.view import Study
 
 SAMPLES = 256  # a period: the loops are drawn with them, the energies do not depend on them
@@ -153,15 +153,10 @@ def line(store: Store) -> str:
     )
 
 
-def warnings(_: Study, store: Store) -> Sequence[str]:
-    """Curves whose period could not be followed, or does not balance."""
-    return CyclesResult.load(store).warnings
-
-
 STAGE = Stage(
     cycles,
     line,
-    warnings=warnings,
+    warnings=recorded(CyclesResult),
     outputs=("cycles.json",),
     may_write=("cycles/*.npz", "motion_*.pvd", "motion_*.vtu"),
     needs=("reduce", "preload", "tune", "respond"),

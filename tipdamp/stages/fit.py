@@ -21,7 +21,7 @@ from tipdamp.results.response_results import (
     MeasuredResult,
 )
 from tipdamp.stages.respond import READS, assembled
-from tipdamp.stages.stage import Stage
+from tipdamp.stages.stage import Stage, recorded
 from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.schema import named_orders
 from tipdamp.study.view import Study
@@ -106,15 +106,10 @@ def _said(found: FitResult) -> Iterator[str]:
         yield f"{one.name} {one.value:.4g} ({one.low:.4g} to {one.high:.4g})"
 
 
-def warnings(_: Study, store: Store) -> tuple[str, ...]:
-    """What the values found are doubted for."""
-    return FitResult.load(store).warnings
-
-
 STAGE = Stage(
     fit,
     line,
-    warnings=warnings,
+    warnings=recorded(FitResult),
     outputs=("fit.json",),
     needs=("reduce", "measured", "tune", "respond"),
     requires=("fit", "measured", "tune", "respond", "respond.levels"),

@@ -11,7 +11,7 @@ from tipdamp.measured.damping import circle_fit, half_power, highest_peak
 from tipdamp.measured.frf import Frf, MeasuredCurve, average, write_band
 from tipdamp.measured.read import read_measured
 from tipdamp.results.response_results import MeasuredDamping, MeasuredFacts, MeasuredResult
-from tipdamp.stages.stage import Stage
+from tipdamp.stages.stage import Stage, recorded
 from tipdamp.study.view import Study
 
 
@@ -114,15 +114,10 @@ def line(store: Store) -> str:
     )
 
 
-def warnings(_: Study, store: Store) -> Sequence[str]:
-    """What was left out or refused."""
-    return MeasuredResult.load(store).warnings
-
-
 STAGE = Stage(
     measured,
     line,
-    warnings=warnings,
+    warnings=recorded(MeasuredResult),
     outputs=("measured.json",),
     may_write=("measured/*.csv",),
     requires=("measured", "respond"),

@@ -32,7 +32,7 @@ from tipdamp.results.static_results import (
 )
 from tipdamp.stages import fitted_stiffness
 from tipdamp.stages.fitted_stiffness import fit_factor
-from tipdamp.stages.stage import Stage
+from tipdamp.stages.stage import Stage, recorded
 from tipdamp.static_contact.contact.contact_forces import Preload
 from tipdamp.static_contact.contact.frictional_preload import FrictionState
 from tipdamp.static_contact.contact.preload import StaticContact
@@ -286,11 +286,6 @@ def line(store: Store) -> str:
     )
 
 
-def warnings(_: Study, store: Store) -> tuple[str, ...]:
-    """Of constraint reactions."""
-    return PreloadResult.load(store).warnings
-
-
 def _reads_more(study: Study) -> tuple[str, ...]:
     return (
         BODY_READS * study.preload.stress
@@ -303,7 +298,7 @@ def _reads_more(study: Study) -> tuple[str, ...]:
 STAGE = Stage(
     preload,
     line,
-    warnings=warnings,
+    warnings=recorded(PreloadResult),
     outputs=("preload.csv", "preload.json"),
     may_write=("preload_friction.csv", "loads/*.csv", "stress_*.vtu", "preload.vtu"),
     needs=("reduce",),

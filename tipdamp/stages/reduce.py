@@ -16,7 +16,7 @@ from tipdamp.fields.visualization import keep_bodies
 from tipdamp.hbm.balance.receptance import linear_response_with_peaks
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.results.static_results import FreeResponse, ReduceResult
-from tipdamp.stages.stage import Stage
+from tipdamp.stages.stage import Stage, recorded
 from tipdamp.statics.model_inputs import EXCITATION, excitation, group, in_patch, outputs, ratio
 from tipdamp.statics.whole_body import KEPT, keep_modes
 from tipdamp.study.view import Study
@@ -121,11 +121,6 @@ def _unnamed(found: ReduceResult) -> str:
     return " (which are in and out of phase is told where [respond] names patches and direction)"
 
 
-def warnings(_: Study, store: Store) -> tuple[str, ...]:
-    """Of the free modes."""
-    return ReduceResult.load(store).warnings
-
-
 def _for_error(study: Study) -> tuple[str, ...]:
     """The contact springs, where a body's modes are chosen by the error of the stuck
     frequencies."""
@@ -135,7 +130,7 @@ def _for_error(study: Study) -> tuple[str, ...]:
 STAGE = Stage(
     reduce,
     line,
-    warnings=warnings,
+    warnings=recorded(ReduceResult),
     outputs=("model.npz", "pairs.csv", "reduce.json"),
     may_write=("truncation.npz", KEPT, "surface.npz", "free_modes.npz", "free_modes.vtu"),
     reads=("free", "loads", "respond.stress", *EXCITATION, *BODY_READS),

@@ -7,6 +7,7 @@ from importlib import import_module
 from operator import attrgetter
 
 from tipdamp.engine.store import Store
+from tipdamp.results.record import Result
 from tipdamp.study.view import Study
 
 SWITCHES = ("stress",)  # keys that a stage may require to be true
@@ -14,6 +15,11 @@ SWITCHES = ("stress",)  # keys that a stage may require to be true
 
 def _nothing(*_: object) -> tuple[str, ...]:
     return ()
+
+
+def recorded(kind: type[Result]) -> Callable[[Study, Store], Sequence[str]]:
+    """The warnings that the record of a stage holds."""
+    return lambda _, store: kind.load(store).warnings
 
 
 @dataclass(frozen=True)

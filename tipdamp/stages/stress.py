@@ -1,7 +1,7 @@
 """Stage stress: mean and alternating stress of the whole bodies at the peak of the curves of the
 largest H."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import partial
 from typing import NamedTuple
 
@@ -24,7 +24,7 @@ from tipdamp.results.response_results import (
 )
 from tipdamp.stages.cycles import highest_point
 from tipdamp.stages.respond import READS, Assembly, assembled
-from tipdamp.stages.stage import Stage
+from tipdamp.stages.stage import Stage, recorded
 from tipdamp.statics.whole_body import (
     Stressed,
     VibrationStress,
@@ -205,15 +205,10 @@ def line(store: Store) -> str:
     )
 
 
-def warnings(_: Study, store: Store) -> Sequence[str]:
-    """Of bodies whose forces at rest are not balanced."""
-    return StressResult.load(store).warnings
-
-
 STAGE = Stage(
     stress,
     line,
-    warnings=warnings,
+    warnings=recorded(StressResult),
     outputs=("stress.json",),
     may_write=("vibration_*.vtu",),
     needs=("reduce", "tune", "respond"),
