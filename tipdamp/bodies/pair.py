@@ -17,15 +17,10 @@ from tipdamp.static_contact.surfaces.settings import DEFAULT
 from tipdamp.study.view import Study
 
 
-def matched_pairs(study: Study, meshes: dict[str, Mesh]) -> ContactTable:
-    """All pairs of all sides with their frames: nodes matched between the meshes, points of unlike
-    surfaces, or the user's own table."""
-    return matched(study, meshes).pairs
-
-
 def matched(study: Study, meshes: dict[str, Mesh]) -> SurfaceContact:
-    """`matched_pairs`, and the points of the surfaces on either mesh, none where there are no
-    surfaces."""
+    """All pairs of all sides with their frames: nodes matched between the meshes, points of unlike
+    surfaces, or the user's own table; and the points of the surfaces on either mesh, none where
+    there are no surfaces."""
     if study.contact.pairs:
         pairs = own_pairs(study)
         check_positions(study, meshes, pairs)

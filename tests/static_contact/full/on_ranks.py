@@ -11,7 +11,7 @@ import numpy as np  # noqa: E402
 
 from tipdamp.bodies import stiffness  # noqa: E402
 from tipdamp.bodies.assemble import assemble_bodies  # noqa: E402
-from tipdamp.bodies.pair import matched_pairs  # noqa: E402
+from tipdamp.bodies.pair import matched  # noqa: E402
 from tipdamp.bodies.read import read_meshes  # noqa: E402
 from tipdamp.modal.elasticity import Material  # noqa: E402
 from tipdamp.static_contact.contact.pull import pull_forces  # noqa: E402
@@ -27,7 +27,7 @@ def rig(path, assembled=True):
     two-blade rig."""
     study = load_study(path)
     meshes = read_meshes(study)
-    pairs = stiffness.with_values(study, matched_pairs(study, meshes), {})
+    pairs = stiffness.with_values(study, matched(study, meshes).pairs, {})
     return (
         assemble_bodies(study, meshes, lambda *_: None) if assembled else None,
         meshes,

@@ -9,7 +9,7 @@ import pytest
 from tests.tipdamp import corner_study
 from tests.tipdamp.bad_meshes import inspect
 from tests.tipdamp.rig_study import own_pairs, read
-from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.pair import matched
 from tipdamp.bodies.read import read_meshes
 from tipdamp.cli import main
 from tipdamp.hbm.contact import ContactTable
@@ -23,7 +23,7 @@ def test_faces_of_20_node_hexahedra_are_paired(tmp_path):
         tmp_path, corner_study.blades("hexahedron20"), corner_study.damper("hexahedron20")
     )
     study = load_study(path)
-    pairs = matched_pairs(study, read_meshes(study))
+    pairs = matched(study, read_meshes(study)).pairs
     one = pairs.select(pairs.side == "one")
     found = [one.row[one.station == s].tolist() for s in range(5)]
     assert found == [[0, 1, 2, 3, 4], [0, 2, 4], [0, 1, 2, 3, 4], [0, 2, 4], [0, 1, 2, 3, 4]]
@@ -132,11 +132,11 @@ def test_overlap_nearly_as_large_as_the_elements(tmp_path, capsys):
         in found[0]
     )
     change.append(("mu = 0.3", 'mu = 0.3\ndistance = "gap"'))
-    from tipdamp.bodies.pair import matched_pairs
+    from tipdamp.bodies.pair import matched
     from tipdamp.bodies.read import read_meshes
     from tipdamp.study.study import load_study
 
     study = load_study(corner_study.write(tmp_path, damper_mesh=deep, change=change))
-    pairs = matched_pairs(study, read_meshes(study))
+    pairs = matched(study, read_meshes(study)).pairs
     assert pairs.gap[pairs.side == "one"] == pytest.approx(-4e-3)
     assert pairs.gap[pairs.side == "two"] == pytest.approx(0.0)

@@ -8,7 +8,7 @@ import pytest
 
 from tests.tipdamp import corner_study, mesh_texts
 from tipdamp.bodies.assemble import assemble_bodies
-from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.pair import matched
 from tipdamp.bodies.read import read_meshes
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.faces import face_keys, group_faces
@@ -67,7 +67,7 @@ def test_one_file_is_two_files(tmp_path, cells):
     found = read_meshes(one)
     assert np.array_equal(found["blades"].node, apart["blades"].node)
     assert np.array_equal(found["damper"].node, apart["damper"].node + last)
-    pairs, their = matched_pairs(one, found), matched_pairs(two, apart)
+    pairs, their = matched(one, found).pairs, matched(two, apart).pairs
     assert np.array_equal(pairs.blade_node, their.blade_node) and np.array_equal(
         pairs.damper_node - last, their.damper_node
     )
@@ -93,7 +93,7 @@ def test_bodies_that_share_nodes(tmp_path):
         groups={k: np.unique(mesh.node[first[mesh.index(v)]]) for k, v in mesh.groups.items()},
     )
     study = written(tmp_path, merged, ("modes = 3", 'modes = 3\ncells = "pin"'))
-    pairs = matched_pairs(study, read_meshes(study))
+    pairs = matched(study, read_meshes(study)).pairs
     assert len(pairs) == 18 and np.array_equal(pairs.blade_node, pairs.damper_node)
     with pytest.raises(
         InputError,

@@ -9,7 +9,7 @@ from tests.conftest import STUDY, changed
 from tests.contact_tables import contact_table
 from tests.tipdamp import corner_study
 from tipdamp.bodies import stiffness
-from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.pair import matched
 from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.stiffness import side_materials, with_values
 from tipdamp.hbm.contact import ContactTable
@@ -279,7 +279,7 @@ def test_gap_profile_reaches_the_pairs(rig, tmp_path):
     for mesh in rig.glob("*.msh"):
         shutil.copy(mesh, tmp_path)
     study = load_study(tmp_path / "s.toml")
-    pairs = stiffness.with_values(study, matched_pairs(study, read_meshes(study)), {})
+    pairs = stiffness.with_values(study, matched(study, read_meshes(study)).pairs, {})
     left = pairs.select(pairs.side == "left")
     assert left.gap == pytest.approx(
         60e-6 * (1 - np.abs(left.position[:, 1] / 0.035 - 1)), abs=1e-12
@@ -301,7 +301,7 @@ def test_half_space_stiffness_of_each_sides_own_materials(tmp_path):
     ]
     study = load_study(corner_study.write(tmp_path, change=change))
     meshes = read_meshes(study)
-    pairs = matched_pairs(study, meshes)
+    pairs = matched(study, meshes).pairs
     kn = with_values(study, pairs, side_materials(study, meshes, pairs)).kn
     assert kn[0] > 1.15 * kn[-1]
     steel = load_study(corner_study.write(tmp_path, change=change[1:]))

@@ -10,7 +10,7 @@ import pytest
 from tests.tipdamp import corner_study
 from tests.tipdamp.bad_meshes import inspect
 from tests.tipdamp.corner_study import A, unlike
-from tipdamp.bodies.pair import matched_pairs, places_on
+from tipdamp.bodies.pair import matched, places_on
 from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.surfaces import surface_points
 from tipdamp.cli import main
@@ -63,7 +63,7 @@ def test_picked_by_geometry(tmp_path):
     """Plane, distance of the other body and box find what the groups name; picked faces are groups
     of the meshes."""
     named = corner_study.write(tmp_path, damper_mesh=unlike(), change=TOTAL)
-    wanted = matched_pairs(*read(named))
+    wanted = matched(*read(named)).pairs
     picked = corner_study.write(
         tmp_path,
         damper_mesh=unlike(),
@@ -79,7 +79,7 @@ def test_picked_by_geometry(tmp_path):
         ],
     )
     study, meshes = read(picked)
-    found = matched_pairs(study, meshes)
+    found = matched(study, meshes).pairs
     assert len(found) == len(wanted) and np.allclose(found.position, wanted.position)
     assert found.area == pytest.approx(wanted.area)
     assert len(meshes["damper"].group("[contact.one] damper")) == len(
@@ -98,7 +98,7 @@ def test_method_and_matching_nodes(tmp_path):
                 tmp_path, change=[*change[:2], (change[2][0], change[2][1] % method)]
             )
         )
-        tables[method] = matched_pairs(study, meshes)
+        tables[method] = matched(study, meshes).pairs
         assert (surface_points(study, meshes) is not None) == (method == "surfaces")
     assert all(
         np.array_equal(one, vars(tables["nodes"])[name])
@@ -107,7 +107,7 @@ def test_method_and_matching_nodes(tmp_path):
     assert len(tables["surfaces"]) == 18 and tables["surfaces"].on_surface.all()
     apart = corner_study.damper(at=(-1e-4, 0.0, 0.0))
     study, meshes = read(corner_study.write(tmp_path, damper_mesh=apart, change=TOTAL))
-    pairs = matched_pairs(study, meshes)
+    pairs = matched(study, meshes).pairs
     one = pairs.side == "one"
     assert pairs.gap[one] == pytest.approx(1e-4) and pairs.gap[~one] == pytest.approx(0, abs=1e-12)
     places = places_on(meshes, pairs)
@@ -193,7 +193,7 @@ def test_faces_that_meet_on_two_sides_are_refused(tmp_path, capsys, nothing_is_a
     )
     for change in (twice[:3], [*TOTAL, twice[3]]):
         study, meshes = read(corner_study.write(tmp_path, blades, more, change=change))
-        assert matched_pairs(study, meshes).area.sum() == pytest.approx(2 * A**2)
+        assert matched(study, meshes).pairs.area.sum() == pytest.approx(2 * A**2)
 
 
 @pytest.mark.parametrize(
@@ -244,7 +244,7 @@ def test_no_edge_line_without_rows(tmp_path):
         ("[respond]", '[tune]\nstations = "all"\n[respond]'),
     ]
     study, meshes = read(corner_study.write(tmp_path, damper_mesh=unlike(), change=edge))
-    pairs = matched_pairs(study, meshes)
+    pairs = matched(study, meshes).pairs
     assert line_of(study, pairs).carrying.sum() == 3 + (pairs.side == "two").sum()
     some = pairs.select(np.arange(len(pairs)) != 1)
     with pytest.raises(

@@ -14,7 +14,7 @@ from tests.tipdamp import corner_study, mesh_texts
 from tests.tipdamp.bodies.test_split import joined
 from tests.tipdamp.corner_study import A
 from tests.tipdamp.rig_study import read
-from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.pair import matched
 from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.split import cut
 from tipdamp.bodies.surfaces import surface_points
@@ -276,7 +276,7 @@ def test_lands_of_one_group_touch_once(tmp_path, blade_group, damper):
         if side.blade == blade_group and side.damper != "face_z"
     ]
     assert ["lands" if s.damper == "lands" else "within" for s in met] == damper
-    pairs = matched_pairs(study, read_meshes(study))
+    pairs = matched(study, read_meshes(study)).pairs
     assert pairs.area.sum() == pytest.approx((0.8 + 14 / 15) * A**2)
 
 

@@ -10,7 +10,7 @@ import pytest
 from tests.tipdamp import corner_study
 from tests.tipdamp.curved_pairs import curved_pairs
 from tests.tipdamp.report.files import HOSTILE, HOSTILE_NAMES, artefacts
-from tipdamp.bodies.pair import matched_pairs
+from tipdamp.bodies.pair import matched
 from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.table_checks import surface_angles
 from tipdamp.checks import pairs as pair_checks
@@ -146,7 +146,7 @@ def test_a_side_that_the_pull_opens_is_named(own_table, capsys):
 def test_angles_count_both_surfaces(tmp_path):
     study = load_study(corner_study.write(tmp_path))
     meshes = read_meshes(study)
-    pairs = matched_pairs(study, meshes)
+    pairs = matched(study, meshes).pairs
     turn = np.radians(25)
     lean = np.array([[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]])
     leaning = pairs.replace(frame=pairs.frame @ lean.T)
