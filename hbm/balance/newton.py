@@ -27,6 +27,7 @@ from tipdamp.hbm.balance.kernels import (
 )
 from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.continuation.point import Bordered
 from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.memory import check_active_fit
 
@@ -34,7 +35,7 @@ EPS = np.finfo(float).eps
 
 
 @dataclass(frozen=True)
-class Linearisation:
+class Linearisation(Bordered):
     """Residual at one point with everything that Newton and the outputs need;
     `hbm.continuation.point.Linearised`.
 
@@ -57,15 +58,6 @@ class Linearisation:
     parts: list = field(default_factory=list)
     border: list = field(default_factory=list)
 
-    def solve(
-        self, row: np.ndarray, corner: float, value: float, residual: np.ndarray | None = None
-    ) -> tuple[np.ndarray, float]:
-        """dx, dp of [J, R_p; row', corner] [dx; dp] = [-R; value], with this residual R or with
-        another."""
-        return self._bordered(self.residual if residual is None else residual, row, corner, value)[
-            :2
-        ]
-
     def solve_held(
         self, residual: np.ndarray, tangent: tuple[np.ndarray, float] | None
     ) -> np.ndarray:
@@ -80,11 +72,6 @@ class Linearisation:
     def further(self, compute: Callable[["Linearisation"], np.ndarray]) -> np.ndarray:
         """compute(this), which a journal keeps."""
         return compute(self)
-
-    def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
-        """tx, tp, sign: the tangent with row' tx + corner tp = 1, and the sign of the bordered
-        determinant."""
-        return self._bordered(np.zeros_like(self.residual), row, corner, 1.0)
 
     def moved(self, dx: np.ndarray, dp: float) -> "Linearisation":
         """This at x + dx, parameter + dp: outputs and forces are linearised, the matrices stay."""

@@ -48,6 +48,31 @@ class Linearised(Protocol):
         ...
 
 
+class Bordered:
+    """`solve` and `direction` of what has a residual and solves its bordered system."""
+
+    residual: np.ndarray
+
+    def solve(
+        self, row: np.ndarray, corner: float, value: float, residual: np.ndarray | None = None
+    ) -> tuple[np.ndarray, float]:
+        """As that of `Linearised`."""
+        R = self.residual if residual is None else residual
+        dx, dp, _ = self._bordered(R, row, corner, value)
+        return dx, dp
+
+    def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
+        """As that of `Linearised`."""
+        return self._bordered(np.zeros_like(self.residual), row, corner, 1.0)
+
+    def _bordered(
+        self, R: np.ndarray, row: np.ndarray, corner: float, value: float
+    ) -> tuple[np.ndarray, float, float]:
+        """dx (n,), dp of [J, R_p; row', corner] [dx; dp] = [-R; value], and the sign of the
+        determinant."""
+        raise NotImplementedError
+
+
 Evaluate: TypeAlias = Callable[[np.ndarray, float], Linearised]
 
 

@@ -20,7 +20,7 @@ from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.series import real_times
-from tipdamp.hbm.continuation.point import Metric, Point
+from tipdamp.hbm.continuation.point import Bordered, Metric, Point
 from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 STEP = 1e-6  # arc length of the differences of tangents
@@ -113,7 +113,7 @@ class Extremum:
 
 
 @dataclass(frozen=True)
-class ExtremumLinearisation:
+class ExtremumLinearisation(Bordered):
     """Of an Extremum at one point; `hbm.continuation.point.Linearised`.
 
     found : Linearisation of the branch by the frequency; by_parameter : the same by the parameter
@@ -129,18 +129,6 @@ class ExtremumLinearisation:
     tangent: tuple[np.ndarray, float]
     sign: float
     kept: list = field(default_factory=list)
-
-    def solve(
-        self, row: np.ndarray, corner: float, value: float, residual: np.ndarray | None = None
-    ) -> tuple[np.ndarray, float]:
-        """dy, dp of the bordered system, with this residual or with another."""
-        R = self.residual if residual is None else residual
-        dy, dp, _ = self._bordered(R, row, corner, value)
-        return dy, dp
-
-    def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
-        """ty, tp with row' ty + corner tp = 1, and the sign of the bordered determinant."""
-        return self._bordered(np.zeros_like(self.residual), row, corner, 1.0)
 
     def moved(self, dy: np.ndarray, dp: float) -> "ExtremumLinearisation":
         """This at y + dy, p + dp, linearised; the directions stay, as a difference from a residual

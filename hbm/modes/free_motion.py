@@ -22,6 +22,7 @@ from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.kernels import applied, condensed, regularise, sign_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.continuation.point import Bordered
 from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.modes.stuck_modes import StuckModalSystem, times
 
@@ -135,7 +136,7 @@ class ModeEquation:
 
 
 @dataclass(frozen=True)
-class ModeLinearisation:
+class ModeLinearisation(Bordered):
     """Residual of a ModeEquation at one point; `hbm.continuation.point.Linearised`.
 
     x, residual : (n,); a : amplitude, m; forces : of the contacts; modal : (H+1, m) coordinates
@@ -152,18 +153,6 @@ class ModeLinearisation:
     flexibility: np.ndarray
     scale: float
     parts: list = field(default_factory=list)
-
-    def solve(
-        self, row: np.ndarray, corner: float, value: float, residual: np.ndarray | None = None
-    ) -> tuple[np.ndarray, float]:
-        """dx, da of the bordered system, with this residual R or with another."""
-        R = self.residual if residual is None else residual
-        dx, da, _ = self._bordered(R, row, corner, value)
-        return dx, da
-
-    def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
-        """tx, ta with row' tx + corner ta = 1, and the sign of the bordered determinant."""
-        return self._bordered(np.zeros_like(self.residual), row, corner, 1.0)
 
     def moved(self, dx: np.ndarray, da: float) -> "ModeLinearisation":
         """This at x + dx, amplitude + da, linearised."""
