@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from tipdamp.hbm import compiled
+from tipdamp.hbm.compiled import njit
 from tipdamp.hbm.laws.coupled.cycle import cycle, paths
 from tipdamp.hbm.laws.coupled.motion import SETTINGS
 from tipdamp.hbm.laws.coupled.slip import PIECE
@@ -37,7 +38,6 @@ class IsotropicFriction(CoulombFriction, tested=True):
 
     components: ClassVar[tuple] = ("t1", "t2", "n")
     sliders: ClassVar[int] = 2
-    steps_together: ClassVar[int] = 1
 
     def friction(self, trial: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The resultant of the tangents has the limit."""
@@ -48,22 +48,14 @@ class IsotropicFriction(CoulombFriction, tested=True):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Force (P, 3) N and state (P, 5); the motion of a step and the change of the normal load
         are straight."""
-        u, kind = motion.u, np.result_type(motion.u, state)
-        force = np.zeros(u.shape, kind)
-        new = np.concatenate([u[:, :2], u], axis=1).astype(kind)
-        for p in range(len(u)):
-            kt, kn, mu = contacts.kt[p], contacts.kn[p], contacts.mu[p]
-            N0 = contacts.preload[p] + kn * state[p, 4]
-            N1 = contacts.preload[p] + kn * u[p, 2]
-            if N1.real <= 0:
-                continue
-            was = N0.real > 0
-            T = kt * (state[p, 2:4] - state[p, :2]) if was else 0 * u[p, :2]
-            d = kt * (u[p, :2] - state[p, 2:4]) * (1 if was else N1 / (N1 - N0))
-            force[p, :2], force[p, 2] = slide(T, d, mu * N0 if was else 0 * N0, mu * N1), N1
-            if kt > 0:
-                new[p, :2] = u[p, :2] - force[p, :2] / kt
-        return force, new
+        kind = np.result_type(motion.u, state)
+        u, before = np.array(motion.u, dtype=complex), np.array(state, dtype=complex)
+        force, new = np.zeros_like(u), np.concatenate([u[:, :2], u], axis=1)
+        settings = np.stack([contacts.kt, contacts.kn, contacts.mu, contacts.preload])
+        straight(u, before, settings, force, new)
+        if kind.kind == "c":
+            return force, new
+        return force.real.copy(), new.real.copy()
 
     def variation(
         self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
@@ -172,46 +164,81 @@ def _opened(
     return pieces, counts, active, shares
 
 
+@njit(cache=True)
+def straight(
+    u: np.ndarray, before: np.ndarray, settings: np.ndarray, force: np.ndarray, new: np.ndarray
+) -> None:
+    """Fill in force (P, 3) and the sliders of the state new (P, 5) at the end of straight steps to
+    u (P, 3), complex; settings (4, P) : kt, kn, mu, preload."""
+    for p in range(len(u)):
+        kt, kn, mu, preload = settings[:, p]
+        N0, N1 = preload + kn * before[p, 4], preload + kn * u[p, 2]
+        if N1.real <= 0:
+            continue
+        T, d, L0 = np.zeros(2, u.dtype), kt * (u[p, :2] - before[p, 2:4]), 0j
+        if N0.real > 0:
+            T, L0 = kt * (before[p, 2:4] - before[p, :2]), mu * N0
+        else:
+            d = d * (N1 / (N1 - N0))
+        force[p, :2], force[p, 2] = slide(T, d, L0, mu * N1), N1
+        if kt > 0:
+            new[p, :2] = u[p, :2] - force[p, :2] / kt
+
+
+@njit(cache=True, error_model="numpy")
 def slide(T: np.ndarray, d: np.ndarray, L0: float, L1: float) -> np.ndarray:
     """Force (2,) at the end of a straight elastic path d under a limit from L0 to L1; complex for
     derivatives."""
     e, dL = T + d, L1 - L0
-    if (e @ e - L1 * L1).real <= 0:
+    if (_dot(e, e) - L1 * L1).real <= 0:
         return e
-    size, s = np.sqrt(d @ d), _slips_from(T, d, L0, dL)
+    size, s = np.sqrt(_dot(d, d)), _slips_from(T, d, L0, dL)
     if size.real == 0 or not s.real <= 1:  # beyond the limit by rounding alone
-        return L1 / np.sqrt(e @ e) * e
+        return L1 / np.sqrt(_dot(e, e)) * e
     m, L = d / size, L0 + s * dL
     if L.real <= 0 or L1.real <= 0:  # from no load the force lies along the motion
         return L1 * m
     n = (T + s * d) / L
     # not 1 - exp: a path of rounding has any direction m
-    turned = -np.expm1(-(1 - s) * size / _log_mean(L, L1))
-    x = n @ m
+    turned = _one_less_exp((1 - s) * size / _log_mean(L, L1))
+    x = _dot(n, m)
     below = 2 - (1 - x) * turned * (2 - turned)
     if below.real <= 0:
         return -L1 * m  # straight against the motion
     return L1 / below * (2 * (1 - turned) * n + turned * (2 - (1 - x) * turned) * m)
 
 
+@njit(cache=True)
+def _dot(a: np.ndarray, b: np.ndarray) -> complex:
+    return a[0] * b[0] + a[1] * b[1]
+
+
+@njit(cache=True)
+def _one_less_exp(z: complex) -> complex:
+    """1 - exp(-z), to the digits of a small z."""
+    decay, turn = np.exp(-z.real), np.sin(0.5 * z.imag)
+    return -np.expm1(-z.real) + 2 * decay * turn * turn + 1j * decay * np.sin(z.imag)
+
+
+@njit(cache=True, error_model="numpy")
 def _slips_from(T: np.ndarray, d: np.ndarray, L0: float, dL: float) -> float:
     """Share of the path from which on the force is at the limit; above 1 where it comes there by
     rounding alone."""
-    a, b, c = d @ d - dL * dL, T @ d - L0 * dL, T @ T - L0 * L0
+    a, b, c = _dot(d, d) - dL * dL, _dot(T, d) - L0 * dL, _dot(T, T) - L0 * L0
     if c.real < -SETTINGS.on_limit * (L0 * L0).real:
         square = b * b - a * c
         if square.real <= 0:
             return 2 + 0 * a
         return -c / (b + np.sqrt(square)) if b.real >= 0 else (np.sqrt(square) - b) / a
-    if b.real >= -SETTINGS.on_limit * (abs(T @ T * (d @ d)) ** 0.5 + abs((L0 * dL).real)):
+    if b.real >= -SETTINGS.on_limit * (abs(_dot(T, T) * _dot(d, d)) ** 0.5 + abs((L0 * dL).real)):
         return 0 * a
     return -2 * b / a if a.real > -b.real else 2 + 0 * a  # leaves the limit and comes back to it
 
 
+@njit(cache=True, error_model="numpy")
 def _log_mean(a: float, b: float) -> float:
     z = (b - a) / (b + a)
-    return (
-        0.5 * (a + b) / (1 + z**2 / 3 + z**4 / 5 + z**6 / 7)
-        if abs(z) < 1e-2
-        else (b - a) / np.log(b / a)
-    )
+    q = z * z  # a compiled power of a complex number leaves rounding in its imaginary part
+    if abs(z) < 1e-2:
+        return 0.5 * (a + b) / (1 + q * (1 / 3 + q * (1 / 5 + q / 7)))
+    return (b - a) / np.log(b / a)
