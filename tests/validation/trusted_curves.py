@@ -116,7 +116,7 @@ def rows():
     yield from _estimates(cases(), (3, 5, 9))
     yield from _folds()
     yield from _multipliers()
-    yield from _own_orbits(2)
+    yield from _own_orbits(3)
     yield from _absorber()
     yield from _ring()
     yield from _subharmonic()
