@@ -81,8 +81,8 @@ class ContactProblem(AnyProblem):
     preloaded : True when q = 0 is the preloaded state (the static loads that hold the preloads are
         implied: open contacts, of negative preload, carry nothing), False when q = 0 is the
         unloaded one and `static` carries all static loads
-    damping_ratio : where C is None, of the modes of the stuck system: every contact sticks that is
-        closed at rest
+    damping_ratio : of the modes of the stuck system, where C is None; contacts that are open at
+        rest are closed in it, too
     describe : motion (r,) -> NamedMotion for messages (see
     `hbm.hold.named_motion.describe_motion`), or None
     held : rigid motions that springs hold, beside K, or whose mean is held rigidly (see
@@ -234,23 +234,9 @@ class ContactProblem(AnyProblem):
         return with_springs(self.K, [one for one in self.held if not one.mean])
 
     @cached_property
-    def springs(self) -> np.ndarray:
-        """(P, nd) N/m of the contacts in the stuck system.
-
-        Where damping ratios are given, which are those of its modes, a contact that is open at rest
-        has none there: unless that leaves a motion free."""
-        springs = self.law.stuck_stiffness(self.contacts)
-        is_open = self.contacts.preload < 0
-        if self.damping_ratio is None or not (self.preloaded and is_open.any()):
-            return springs
-        closed = np.where(is_open[:, None], 0.0, springs)
-        K = self._symmetric(self._with_contact_springs(self.stiffness, closed))
-        return springs if stiff_factor(K) is None else closed
-
-    @cached_property
     def stuck_stiffness(self) -> np.ndarray:
         """(r, r) K + B' K_c B, with the springs of what is held."""
-        return self._with_contact_springs(self.stiffness, self.springs)
+        return self._with_contact_springs(self.stiffness, self.law.stuck_stiffness(self.contacts))
 
     def _with_contact_springs(self, K: np.ndarray, springs: np.ndarray) -> np.ndarray:
         """K (r, r) with springs (P, nd) N/m at the contacts."""
@@ -404,7 +390,10 @@ class ContactProblem(AnyProblem):
         """With other settings of the contacts; the receptance is kept where these do not change
         it."""
         other = replace(self, contacts=contacts)
-        if "_receptance" in self.__dict__ and np.array_equal(other.springs, self.springs):
+        stiffness = self.law.stuck_stiffness
+        if "_receptance" in self.__dict__ and np.array_equal(
+            stiffness(contacts), stiffness(self.contacts)
+        ):
             kept = {"_receptance", "contact_receptance"} & self.__dict__.keys()
             other.__dict__.update({name: self.__dict__[name] for name in kept})
         return other

@@ -83,7 +83,7 @@ class HarmonicBalance:
         self.n_components = P * self.nd
         self.start = aft.slider_start(start, P, law.sliders)._replace(nearest=True)
         self.grid = aft.sample_grid(H, check_samples(samples, H) or law.default_samples(H))
-        self.springs = problem.springs
+        self.springs = law.stuck_stiffness(problem.contacts)
         self.own = self.cycle(problem.contacts)
         self.weights = np.tile(
             np.r_[DEFAULT.order_zero_weight, np.ones(self.nh - 1)], self.n_components

@@ -119,7 +119,7 @@ def stuck_system(balance: HarmonicBalance, w: float, settings: IntegrationSettin
     held = balance.problem.with_springs_alone()
     balance = balance if held is balance.problem else balance.rebuilt(held, balance.forces)
     problem, B, w = balance.problem, balance.problem.B, float(w)
-    stiffness = problem.springs.ravel()
+    stiffness = problem.law.stuck_stiffness(problem.contacts).ravel()
     P = split(balance.receptance, B, stiffness, settings.massless_above * w, settings.foreign_share)
     out, into = B @ P.out, (B @ P.into).T
     factors = balance.receptance.factors(w * np.arange(balance.H + 1))[0]

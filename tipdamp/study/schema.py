@@ -936,8 +936,8 @@ class Respond(StudySection):
         Numbers,
         Key(
             RATIOS,
-            "zeta of the modes with every pair stuck that is closed at rest: one value, or one per "
-            "mode from the lowest (the last one holds for all above)",
+            "zeta of the modes with every kept pair stuck, also those that the preload leaves open: "
+            "one value, or one per mode from the lowest (the last one holds for all above)",
             low=0,
             high=0.9999,
         ),

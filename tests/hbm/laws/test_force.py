@@ -103,7 +103,8 @@ def test_what_is_no_plain_force_is_found(law, message):
 def test_a_contact_prefers_no_direction():
     """The conformance of contacts names the other one."""
     with pytest.raises(
-        AssertionError, match="mirrored tangential forces .a force that is no contact is a Plain"
+        AssertionError,
+        match="mirrored tangential forces .*a force that is no contact is a PlainForce",
     ):
         check_law(Square())
 
