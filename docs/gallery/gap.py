@@ -7,7 +7,7 @@ the resonance moves up. A negative preload is the gap times the stiffness of the
 from tipdamp import Problem, UnilateralSpring
 
 gap, kn = 20e-6, 1e6  # m, N/m
-blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
+blade = Problem(M=[[0.05]], C=[[4.5]], K=[[1e6]])  # 1 % while the stop is open
 stopped = blade.add(UnilateralSpring(), 0, kn=kn, preload=-gap * kn)
 axes, peaks = None, {}
 for newton in (0.2, 1.0, 2.0):

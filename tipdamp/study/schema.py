@@ -936,7 +936,7 @@ class Respond(StudySection):
         Numbers,
         Key(
             RATIOS,
-            "zeta of the modes with every kept pair stuck, also those that the preload leaves open: "
+            "zeta of the modes with every kept pair stuck, also one that the preload leaves open: "
             "one value, or one per mode from the lowest (the last one holds for all above)",
             low=0,
             high=0.9999,

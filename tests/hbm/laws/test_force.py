@@ -104,7 +104,7 @@ def test_a_contact_prefers_no_direction():
     """The conformance of contacts names the other one."""
     with pytest.raises(
         AssertionError,
-        match="mirrored tangential forces .*a force that is no contact is a PlainForce",
+        match="mirrored tangential forces .*that is no contact is a PlainForce",
     ):
         check_law(Square())
 
