@@ -21,7 +21,7 @@ open("K.mapping", "w").write("Matrix Eqn    Node   DOF\n" + rows + "\n")
 model = ReducedModel.from_files("M.hb", "K.hb", dofs="K.mapping")
 middle = model.dofs("body", 510)[0]
 stop = {"kn": 2e7, "preload": -400.0}  # a gap of 0.02 mm
-bar = Problem(model.M, K=model.K, damping_ratio=0.01).add(UnilateralSpring(), middle, **stop)
+bar = Problem(model.M, C=3e-6 * model.K, K=model.K).add(UnilateralSpring(), middle, **stop)
 curve = bar.force(middle, 60.0).follow_band((850, 1500), outputs={"x": middle}, harmonics=11)
 curve.plot(unit="um")
 

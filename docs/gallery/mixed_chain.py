@@ -10,7 +10,7 @@ from tipdamp import CubicSpring, Jenkins1D, Problem, UnilateralSpring
 n, k = 5, 1e4
 springs = k * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
 chain = (
-    Problem(M=np.eye(n), K=springs, damping_ratio=0.01)
+    Problem(M=np.eye(n), C=4e-4 * springs, K=springs)
     .add(Jenkins1D(), (0, 1), kt=2e3, mu=0.3, preload=10.0)
     .add(UnilateralSpring(), 2, kn=5e3, preload=-5.0)
     .add(CubicSpring(1e7), 4)
