@@ -400,10 +400,10 @@ def _damping_of_what_is_open(problem: ContactProblem) -> str:
     if not known or not is_open.any() or r > MOST_LOOKED_AT:
         return ""
     springs = problem.law.stuck_stiffness(problem.contacts)
-    closed = problem.B.T @ (np.where(is_open[:, None], 0.0, springs).ravel()[:, None] * problem.B)
+    left = np.where(is_open[:, None], 0.0, springs)
     try:
         stuck, shapes = la.eigh(problem.stuck_stiffness, problem.M)
-        w2, modes = la.eigh(problem.K + closed, problem.M)
+        w2, modes = la.eigh(problem.with_contact_springs(problem.stiffness, left), problem.M)
     except la.LinAlgError:
         return ""
     if not (w2[0] > 0 and stuck[0] > 0):

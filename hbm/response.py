@@ -237,6 +237,7 @@ def solve_at(
     (True, True)
     """
     chosen = curve_options(options)
+    asked = one_of("stability", chosen.stability, get_args(PointsOfInterest)) != "none"
     case = CheckedInput.checked(problem, forcing, chosen)
     hz = positive("hz", in_hz("hz", hz, omega), " Hz")
     problem, case = _at_hz(problem, case, hz, chosen.periods)
@@ -269,7 +270,6 @@ def solve_at(
     solved = replace(points[0], converged=found)
     solution = as_solution(solved, balance, hz, case, float(residual))
     solution = replace(solution, periods=chosen.periods)
-    asked = one_of("stability", chosen.stability, get_args(PointsOfInterest)) != "none"
     return _with_stability(solution, balance, solved, case.rows) if asked and found else solution
 
 

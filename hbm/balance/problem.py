@@ -236,9 +236,9 @@ class ContactProblem(AnyProblem):
     @cached_property
     def stuck_stiffness(self) -> np.ndarray:
         """(r, r) K + B' K_c B, with the springs of what is held."""
-        return self._with_contact_springs(self.stiffness, self.law.stuck_stiffness(self.contacts))
+        return self.with_contact_springs(self.stiffness, self.law.stuck_stiffness(self.contacts))
 
-    def _with_contact_springs(self, K: np.ndarray, springs: np.ndarray) -> np.ndarray:
+    def with_contact_springs(self, K: np.ndarray, springs: np.ndarray) -> np.ndarray:
         """K (r, r) with springs (P, nd) N/m at the contacts."""
         k, B = springs.ravel(), sp.csr_matrix(self.B)
         if 2 * B.nnz > B.shape[0] * B.shape[1]:
@@ -253,7 +253,7 @@ class ContactProblem(AnyProblem):
         held. They are told apart by the tangential component in which the contacts slide."""
         tangents = np.array([name != "n" for name in self.law.components])
         normal = np.where(tangents, 0.0, self.law.stuck_stiffness(self.contacts))
-        K = self._symmetric(self._with_contact_springs(with_springs(self.K, self.held), normal))
+        K = self._symmetric(self.with_contact_springs(with_springs(self.K, self.held), normal))
         free = self._checked_motions[0].shapes
         motions = loose_motions(with_gauge(self.M, K, free))
         slip = np.asarray(self.B @ motions).reshape(len(self.contacts), len(tangents), -1)

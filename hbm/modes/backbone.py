@@ -34,8 +34,8 @@ from tipdamp.hbm.validation import (
     numbers,
 )
 
-# of the stuck mode in the first output, beside what its largest dof would give: less is not seen
 REACHED = "reached the last amplitude"
+# of the stuck mode in the first output, beside what its largest dof would give: less is not seen
 UNSEEN = 1e-9
 LOWER = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6)  # times the first amplitude: where everything sticks
 # times the amplitude: steps of a tenth of it at most, so that slip does not begin in a wide one

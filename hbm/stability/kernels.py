@@ -167,6 +167,18 @@ def replaced(place: np.ndarray, w: np.ndarray, by: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
+def by_sliders(
+    segments: Segments, turns: np.ndarray, k: int, end: int, w: np.ndarray
+) -> np.ndarray:
+    """(nc, m) force by the places w of the sliders in interval k, at its begin (0) or its end (1);
+    turns (q, nd) : places of the contacts that are `turning`."""
+    force = held(segments.place, segments.memory[k], w)
+    if len(turns):
+        force += acting(turns, segments.turning.memory[end, k], w)
+    return force
+
+
+@njit(cache=True)
 def seen(poles: Poles) -> np.ndarray:
     """(2 nc, 2n): the motion of the components and its rate, both without their force, of z."""
     nc = len(poles.out)
@@ -204,19 +216,19 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
         free = np.dot(rows, z)
         if segments.captured[k].any():
             # by the motion before: what comes to rest now has had the forces of before
-            last = max(k - 1, 0)
-            sliders = held(place, segments.memory[last], w)
-            sliders += acting(turns, carried.memory[1, last], w)
+            sliders = by_sliders(segments, turns, max(k - 1, 0), 1, w)
             u = solved(place, static, inverse, gamma, sliders, free[:nc])[0]
             rest = acting(place, segments.capture[k], u)
             for p in range(len(place)):
                 for d in range(place.shape[1]):
                     if segments.captured[k, p, d]:
                         w[place[p, d]] = rest[place[p, d]]
-        force = held(place, segments.memory[k], w) + acting(turns, carried.memory[0, k], w)
+        force = by_sliders(segments, turns, k, 0, w)
         gamma, inverse = at(place, static, segments.gamma[0, k], gamma, inverse)
         u, g = solved(place, static, inverse, gamma, force, free[:nc])
-        turning = acting(place, segments.rate[0, k], u) + acting(turns, carried.rate[0, k], w)
+        turning = acting(place, segments.rate[0, k], u)
+        if len(turns):
+            turning += acting(turns, carried.rate[0, k], w)
         moving, rising = solved(
             place, static, inverse, gamma, turning, free[nc:] - np.dot(across, g)
         )
@@ -224,7 +236,7 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
             led = acting(turns, carried.kept[k], w) + acting(turns, carried.follows[0, k], u)
             led += acting(turns, carried.follows[1, k], moving)
             w = replaced(turns, w, led)
-            force = held(place, segments.memory[k], w) + acting(turns, carried.memory[1, k], w)
+            force = by_sliders(segments, turns, k, 1, w)
         before = u
         z = times(W[0], z) - np.dot(begin, g) - np.dot(rise, rising)
         free = np.dot(rows, z)

@@ -19,11 +19,8 @@ from tipdamp.static_contact.tuning.roll_springs import spring_rows
 from tipdamp.study.view import Study
 
 Check = dict[str, FullModelCheck]
-NOT_OF_STUCK = (
-    "preload",
-    "mu",
-    "gap",
-)  # columns in which tables of the same stuck pairs may differ
+# columns in which tables of the same stuck pairs may differ
+NOT_OF_STUCK = ("preload", "mu", "gap")
 LATEST = 4  # checks that a process keeps
 _latest: dict[str, Check] = {}
 
@@ -47,8 +44,8 @@ def full_model_check(
     mark = fingerprint(reduced, truncation is None, *stuck)
     if mark not in _latest:
         found = _check(study, model, truncation, sets, tick)
-        for oldest in list(_latest)[: max(len(_latest) + 1 - LATEST, 0)]:
-            del _latest[oldest]
+        while len(_latest) >= LATEST:
+            del _latest[next(iter(_latest))]  # the oldest
         _latest[mark] = found
     return _latest[mark]
 

@@ -82,18 +82,18 @@ def slides(
     reach = 0.5 * np.ptp(motion[:, :, along], axis=0).max(axis=1, initial=0.0)
     for side in pairs.sides:
         mine = np.flatnonzero(pairs.side == side)
-        spacing = _spacing(pairs.position[mine])
         half_width = half_widths.get(side)
-        length = half_width or spacing
+        length = half_width or spacing(pairs.position[mine])
         of = "the half-width of the contact" if half_width else "the distance of its pairs"
-        if length > 0:
+        if 0 < length < np.inf:
             yield Slide(side, float(reach[mine].max(initial=0.0)), length, of)
 
 
-def _spacing(place: np.ndarray) -> float:
-    """m, median distance of the nearest neighbours; 0 where there is none, or places are unknown"""
+def spacing(place: np.ndarray) -> float:
+    """m, median distance of the nearest neighbours; infinite where there is none, or a place is
+    unknown."""
     if len(place) < 2 or not np.isfinite(place).all():
-        return 0.0
+        return np.inf
     return float(np.median(cKDTree(place).query(place, k=2)[0][:, 1]))
 
 

@@ -9,13 +9,13 @@ and stiffness of the study is judged anew each time (`expectations`), so that ch
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.loads import pull_vector
 from tipdamp.bodies.pieces import merging
 from tipdamp.bodies.stiffness import contact_side
 from tipdamp.bodies.surfaces import damper_areas, length_text, named_side
+from tipdamp.checks.pairs import spacing
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.contact_doubts import LIMITS
 from tipdamp.hbm.errors import InputError
@@ -261,7 +261,7 @@ def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]
     apart = offsets(pairs, meshes[BLADES], meshes[DAMPER])
     for name in pairs.sides:
         mine = np.flatnonzero(pairs.side == name)
-        size = np.median(cKDTree(pairs.position[mine]).query(pairs.position[mine], 2)[0][:, 1])
+        size = spacing(pairs.position[mine])
         far = mine[np.abs(apart[mine]) > 0.1 * size]
         if len(far):
             i = far[np.abs(apart[far]).argmax()]

@@ -63,7 +63,7 @@ class IsotropicFriction(CoulombFriction, tested=True):
         """From the pieces of the cycle: the direction of slip turns with the disturbance, and the
         slider remembers it."""
         compiled.announce(paths)
-        law = _sliders_of(contacts)
+        law = self._sliders_of(contacts)
         normal = law._replace(count=0)
         found = located(normal, x[:, 2:].copy(), start, grid)
         given, (P, nd, nh) = _in_forces(law, x, start, grid, found), x.shape
@@ -105,7 +105,7 @@ class IsotropicFriction(CoulombFriction, tested=True):
         """Forces of the event-driven cycle: in closed form, and in slip to 1e-8 of the limit
         force."""
         compiled.announce(cycle)
-        law, (P, nd, nh) = _sliders_of(contacts), x.shape
+        law, (P, nd, nh) = self._sliders_of(contacts), x.shape
         found = located(law._replace(count=0), x[:, 2:].copy(), start, grid)
         pieces, counts, active, shares = _opened(law, found)
         g, D, work = np.zeros((P, 2, nh)), np.zeros((P, 2, nh, nd, nh)), np.zeros(P)
@@ -119,10 +119,6 @@ class IsotropicFriction(CoulombFriction, tested=True):
 
     def piecewise_linear(self, contacts: Contacts) -> None:
         """None: the limit of the resultant is no line."""
-
-
-def _sliders_of(contacts: Contacts) -> Sliders:
-    return Sliders(2, True, contacts.kt, contacts.kn, contacts.mu, contacts.preload)
 
 
 def _scale(law: Sliders) -> np.ndarray:
