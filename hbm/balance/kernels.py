@@ -112,14 +112,14 @@ def bordered(
 
 @njit(cache=True)
 def right_side(
-    linear: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    linear: tuple[np.ndarray, np.ndarray, np.ndarray],
     residual: np.ndarray,
     row: np.ndarray,
     value: float,
     row_size: float,
 ) -> np.ndarray:
-    """(n+1,) of the bordered system; linear : as there."""
-    D, places, contacts, _ = linear
+    """(n+1,) of the bordered system; linear : D, places, contacts as there."""
+    D, places, contacts = linear
     n = len(places) * D.shape[2]
     right = np.empty(n + 1)
     right[:n] = -applied(D, places, contacts, residual)
@@ -210,6 +210,46 @@ def applied(D: np.ndarray, places: np.ndarray, contacts: np.ndarray, x: np.ndarr
                     value += D[c, d, h, e, m] * x[first + e * nh + m]
             y[i * nh + h] = value
     return y
+
+
+@njit(cache=True)
+def alike_in_orders(
+    D: np.ndarray, active: np.ndarray, rounding: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """(a,) bool, contacts whose force components follow their own displacement alone, order by
+    order and with no phase; (a, nd, K) N/m, by how much. D (a, nd, nh, nd, nh), active (a, nd);
+    rounding : share of the largest entry of a contact that is none."""
+    a, nd, nh = D.shape[:3]
+    alike = np.zeros(a, np.bool_)
+    rates = np.zeros((a, nd, (nh + 1) // 2))
+    for c in range(a):
+        if not active[c].all() or not _alike(D[c], rounding):
+            continue
+        alike[c] = True
+        for d in range(nd):
+            rates[c, d, 0] = D[c, d, 0, d, 0]
+            for k in range(1, (nh + 1) // 2):
+                rates[c, d, k] = D[c, d, 2 * k, d, 2 * k]
+    return alike, rates
+
+
+@njit(cache=True)
+def _alike(D: np.ndarray, rounding: float) -> bool:
+    """Whether D (nd, nh, nd, nh) is diagonal, with the same entry for sine and cosine."""
+    nd, nh = D.shape[:2]
+    small = 0.0
+    for d in range(nd):
+        small = max(small, rounding * abs(D[d, nh - 1, d, nh - 1]))
+    for d in range(nd):
+        for h in range(nh):
+            for e in range(nd):
+                for m in range(nh):
+                    if abs(D[d, h, e, m]) > small and (d != e or h != m):
+                        return False
+        for k in range(1, (nh + 1) // 2):
+            if abs(D[d, 2 * k - 1, d, 2 * k - 1] - D[d, 2 * k, d, 2 * k]) > small:
+                return False
+    return True
 
 
 @njit(cache=True)

@@ -3,7 +3,7 @@ that slip or lift.
 
 The derivative D of the contact forces g vanishes for contacts that stick through the cycle. With dg
 = D du the system (I + G D) du = -R becomes (I + D G) dg = -D R, which has rows for the active
-components only.
+components only; those that stay open are taken out of it (`hbm.balance.condensation`).
 """
 
 from collections.abc import Callable
@@ -15,6 +15,7 @@ from scipy.linalg.lapack import dgetrf as getrf
 from scipy.linalg.lapack import dgetrs as getrs
 
 from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.condensation import Condensed, condensed_contacts
 from tipdamp.hbm.balance.kernels import (
     added,
     applied,
@@ -77,12 +78,11 @@ class Linearisation(Bordered):
         """This at x + dx, parameter + dp: outputs and forces are linearised, the matrices stay."""
         b, modal, g = self.forces, self.modal + self.modal_rate * dp, self.forces.g
         if len(b.contacts):
-            _, rows, places, columns = self._condensed()
-            dg = applied(b.D, places, b.contacts, dx)
-            g = added(g, rows, dg)
-            modal -= self.factors * real_times(
-                columns.T, complex_rows(dg, len(rows), self.balance.H + 1)
-            )
+            active = self._condensed().active
+            dg = applied(active.D, active.places, active.contacts, dx)
+            g = added(g, active.rows, dg)
+            orders = self.balance.H + 1
+            modal -= self._modal(complex_rows(dg, len(active.rows), orders), active.rows)
         return replace(self, x=self.x + dx, modal=modal, forces=replace(b, g=g))
 
     def restoring(self, away: np.ndarray) -> np.ndarray:
@@ -97,7 +97,7 @@ class Linearisation(Bordered):
         rows = np.flatnonzero(push)
         if not len(rows):
             return np.zeros_like(away)
-        g = np.zeros((len(rows), hb.nh))
+        g = np.zeros((len(rows), hb.H + 1), dtype=complex)
         g[:, 0] = push[rows]
         return self._respond(g, rows)
 
@@ -118,19 +118,24 @@ class Linearisation(Bordered):
         self, R: np.ndarray, row: np.ndarray, corner: float, value: float
     ) -> tuple[np.ndarray, float, Any]:
         """dx, dp and the sign of the determinant, through the active rows."""
-        Rp, hb, b = self.by_parameter, self.balance, self.forces
-        G, rows, places, columns = self._condensed()
+        Rp, hb = self.by_parameter, self.balance
+        acting, _, left, _ = self._condensed()
+        R, Rp = self._without_open(R), self._without_open(Rp)
+        rows = acting.rows
         if not len(rows):
             pivot = corner - row @ Rp
             dp = (value + row @ R) / pivot
-            return -R - Rp * dp, dp, np.sign(pivot)
+            return -R - Rp * dp, dp, np.sign(pivot) * (left.sign if left else 1.0)
         lu, pivots, sign, row_size, column_size = self._factorised(row, corner)
         if not sign:
             return np.full_like(R, np.nan), np.nan, 0.0
-        right = right_side((b.D, places, b.contacts, G), R, row, value, row_size)
+        right = right_side((acting.D, acting.places, acting.contacts), R, row, value, row_size)
         y = getrs(lu, pivots, right, trans=1, overwrite_b=True)[0]
         dp = y[-1] / column_size
-        modal = self.factors * real_times(columns.T, complex_rows(y, len(rows), hb.H + 1))
+        dg = complex_rows(y, len(rows), hb.H + 1)
+        modal = self._modal(dg, rows)
+        if left:
+            modal += self._modal(left.forces_by(dg), left.rows)
         return step_of(R, Rp, dp, real_times(hb.shapes, modal)), dp, sign
 
     def _factorised(self, row: np.ndarray, corner: float) -> list[Any]:
@@ -138,45 +143,58 @@ class Linearisation(Bordered):
         it was made with, and the sign of its determinant, 0 where it is singular."""
         if self.border and self.border[0] is row and self.border[1] == corner:
             return self.border[2:]
-        G, rows, places, columns = self._condensed()
-        b, n = self.forces, len(rows) * self.balance.nh
-        along = real_times(columns, self.factors * self.balance.contact_receptance.excited_by(row))
+        acting, G, left, _ = self._condensed()
+        hb, at = self.balance, self.balance.contact_receptance
+        check_active_fit(len(acting.contacts), len(hb.problem.contacts), hb.nd, hb.H)
+        n = len(acting.rows) * hb.nh
+        excited = self.factors * at.excited_by(row)
+        along = real_times(at.into_of(acting.rows), excited)
+        if left:
+            along += left.seen_by(real_times(at.into_of(left.rows), excited))
         system = np.empty((n + 1, n + 1))
         sizes = bordered(
-            (b.D, places, b.contacts, G), (row, corner, self.by_parameter, along), system
+            (acting.D, acting.places, acting.contacts, G),
+            (row, corner, self._without_open(self.by_parameter), along),
+            system,
         )
         lu, pivots, _ = getrf(system.T, overwrite_a=True)
-        self.border[:] = row, corner, lu, pivots, sign_of(lu, pivots), *sizes
+        sign = sign_of(lu, pivots) * (left.sign if left else 1.0)
+        self.border[:] = row, corner, lu, pivots, sign, *sizes
         return self.border[2:]
+
+    def _without_open(self, R: np.ndarray) -> np.ndarray:
+        """(n,) residual of the structure without the springs of the contacts that stay open."""
+        left = self._condensed().open
+        if not left:
+            return R
+        u = fourier.to_complex(R.reshape(-1, self.balance.nh)[left.rows])
+        return R + self._respond(left.forces(u), left.rows)
 
     def _system(self, size: int) -> np.ndarray:
         """(size, size): I + D G on the active rows; what is beyond them is not filled."""
-        G, _, places, _ = self._condensed()
+        acting, G = self._condensed()[:2]
         system = np.empty((size, size))
-        condensed(self.forces.D, places, G, system)
+        condensed(acting.D, acting.places, G, system)
         return system
 
-    def _condensed(self) -> list[np.ndarray]:
-        """G between the components of the active contacts and the active ones (a nd, n, H+1), the
-        numbers of these (n,), their places in D, and their rows of the left modes (n, m)."""
+    def _condensed(self) -> Condensed:
+        """The contacts of Newton's system."""
         if not self.parts:
-            forces, hb = self.forces, self.balance
-            active = forces.active[forces.contacts]
-            components = forces.contacts[:, None] * hb.nd + np.arange(hb.nd)
-            rows, G = components[active], np.zeros((0, 0, hb.H + 1), dtype=complex)
-            if len(rows):
-                check_active_fit(len(active), len(hb.problem.contacts), hb.nd, hb.H)
-                G = hb.contact_receptance.between(components.ravel(), rows, self.factors, self.w)
-            self.parts.extend(
-                (G, rows, np.flatnonzero(active), hb.contact_receptance.into_of(rows))
-            )
-        return self.parts
+            at, w = self.balance.contact_receptance, self.w
+
+            def between(to: np.ndarray, of: np.ndarray) -> np.ndarray:
+                return at.between(to, of, self.factors, w)
+
+            self.parts.append(condensed_contacts(self.forces, between))
+        return self.parts[0]
+
+    def _modal(self, g: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """(m, H+1) modal coordinates under forces g (n, H+1) complex on the components `rows`."""
+        return self.factors * real_times(self.balance.contact_receptance.into_of(rows).T, g)
 
     def _respond(self, g: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """G g, flat, for g (n, nh) on `rows` and zero elsewhere."""
-        hb = self.balance
-        modal = self.factors * real_times(hb.into[rows].T, fourier.to_complex(g))
-        return fourier.to_real(real_times(hb.shapes, modal)).ravel()
+        """G g, flat, for g (n, H+1) complex on `rows` and zero elsewhere."""
+        return fourier.to_real(real_times(self.balance.shapes, self._modal(g, rows))).ravel()
 
     def contact_force(self, rest: np.ndarray) -> np.ndarray:
         """(P, nd, H+1) complex, N, of the contacts; rest (P, nd) N : their force at rest."""
@@ -193,8 +211,8 @@ class Linearisation(Bordered):
         By inverse iteration on one factorisation: close where that is well below the next one,
         which is what is asked."""
         hb = self.balance
-        rows = self._condensed()[1]
-        n = len(rows) * hb.nh
+        acting, _, left, _ = self._condensed()
+        n = len(acting.rows) * hb.nh
         if not n:
             return 1.0, None
         A = self._system(n)
@@ -204,9 +222,10 @@ class Linearisation(Bordered):
         lu[zero, zero] = EPS * np.abs(lu).max()
         inverse, v = _longest(lambda v: getrs(lu, pivots, getrs(lu, pivots, v, trans=1)[0])[0], n)
         largest, _ = _longest(lambda v: A.T @ (A @ v), n)
-        dg = np.zeros((hb.n_components, hb.nh))
-        dg[rows] = v.reshape(-1, hb.nh)
-        modal = self.factors * (hb.into.T @ fourier.to_complex(dg))
+        dg = fourier.to_complex(v.reshape(-1, hb.nh))
+        modal = self._modal(dg, acting.rows)
+        if left:
+            modal += self._modal(left.forces_by(dg), left.rows)
         return 1 / np.sqrt(inverse * largest), hb.receptance.shapes @ modal
 
 

@@ -30,6 +30,7 @@ class ContactReceptance:
         self._kept: dict[float, tuple] = {}  # by reach: low modes, matrices
         # low modes and weights of `between`, by components and reach
         self._between: dict[tuple, tuple] = {}
+        self._many: dict[tuple, tuple] = {}  # the same of many components, without the weights
         self._acting: dict[bytes, np.ndarray] = {}  # by components: their rows of the shapes
         # border of a system, and the modal forces that it stands for
         self._border: tuple = (None, None)
@@ -70,18 +71,22 @@ class ContactReceptance:
         kept.
         """
         orders = np.arange(factors.shape[1]) if orders is None else orders
+        if not len(to) or not len(at):
+            return np.zeros((len(to), len(at), len(orders)), dtype=complex)
         highest = orders[-1]
         # a power of two, whatever came before: a curve that is continued later has the same series
         reach = 2.0 ** np.ceil(np.log2(max(abs(w) * max(highest, 1), TINY)))
+        x = (1j * w * orders) ** np.arange(DEFAULT.series_terms)[:, None]
+        if len(to) * len(at) > DEFAULT.few_between:
+            return self._between_many(to, at, factors, reach, x)
         asked = to.tobytes(), at.tobytes(), reach
         if asked not in self._between:
-            if len(self._between) > DEFAULT.few_reaches or len(to) * len(at) > DEFAULT.few_between:
+            if len(self._between) > DEFAULT.few_reaches:
                 self._between.clear()
             low, powers = self.terms(reach, np.union1d(to, at))
             self._between[asked] = low, self._weights(to, at, low, powers)
         low, weights = self._between[asked]
         own = factors[low]
-        x = (1j * w * orders) ** np.arange(DEFAULT.series_terms)[:, None]
         terms = np.concatenate([own, x]) if weights.shape[1] > len(own) else own
         return real_times(weights, terms).reshape(len(to), len(at), len(orders))
 
@@ -96,6 +101,49 @@ class ContactReceptance:
             return products
         here = np.searchsorted(self._rows, to)[:, None], np.searchsorted(self._rows, at)
         return np.hstack([products, powers[:, here[0], here[1]].reshape(len(powers), -1).T])
+
+    def _between_many(
+        self, to: np.ndarray, at: np.ndarray, factors: np.ndarray, reach: float, x: np.ndarray
+    ) -> np.ndarray:
+        """As `between`, order by order: products of the shapes would fill the memory; x (n, k) :
+        powers of the frequencies."""
+        low, powers = self._terms_between(to, at, reach)
+        left, right = self.rows_of(to)[:, low], self.into_of(at)[:, low].T
+        own = factors[low].T
+        parts = np.concatenate([own.real, own.imag])
+        found = ((left * parts[:, None]).reshape(-1, left.shape[1]) @ right).reshape(
+            len(parts), len(to), len(at)
+        )
+        if powers is not None:
+            further = np.concatenate([x.real, x.imag], axis=1).T
+            found += (further @ powers).reshape(found.shape)
+        half = len(own)
+        return np.moveaxis(found[:half] + 1j * found[half:], 0, 2)
+
+    def _terms_between(
+        self, to: np.ndarray, at: np.ndarray, reach: float
+    ) -> tuple[slice | np.ndarray, np.ndarray | None]:
+        """As `terms`, with the matrices (n, len(to) len(at)) of these components alone; known for
+        the last ones."""
+        asked = to.tobytes(), at.tobytes(), reach
+        if asked in self._many:
+            return self._many[asked]
+        low, powers = self.terms(reach, np.union1d(to, at))
+        if powers is None:
+            return low, None
+        here = np.searchsorted(self._rows, to)[:, None], np.searchsorted(self._rows, at)
+        chosen = powers[:, here[0], here[1]].reshape(len(powers), -1)
+        self._forget_down_to(DEFAULT.kept_between - chosen.size)
+        self._many[asked] = low, chosen
+        return low, chosen
+
+    def _forget_down_to(self, entries: int) -> None:
+        """Drop the matrices that were asked for first, until so many entries are left."""
+        sizes = {asked: powers.size for asked, (_, powers) in self._many.items()}
+        for asked in list(sizes):
+            if sum(sizes.values()) <= entries:
+                return
+            del self._many[asked], sizes[asked]
 
     def terms(self, reach: float, rows: np.ndarray) -> tuple:
         """Indices of the modes to sum one by one, and the matrices S_n of sum_n (i k w)^n S_n for

@@ -21,15 +21,19 @@ class BalanceSettings:
     few_modes: int = 60  # up to which a series does not pay
     # share of the contact forces: a sampled law changes them by more with more samples
     sampling: float = 1e-11
+    # components of contacts that stay open, up to which they are left in Newton's system
+    few_open: int = 24
+    open_rounding: float = 1e-13  # of the derivatives of their forces
     few_contacts: int = 48  # none of which is passed over as surely sticking
     # between which all of the series is made at once, not for those that move alone
-    few_components: int = 300
+    few_components: int = 600
     # sets of components whose rows of the shapes are kept, from one point to the next
     few_rows: int = 8
     # weights of receptances between contacts that are kept beside the last ones, up to so many
     # pairs of components: those of the higher orders of an estimated truncation among them
     few_reaches: int = 3
     few_between: int = 1 << 14
+    kept_between: int = 1 << 24  # entries of matrices of the series between many that are kept
     # dofs up to which all poles of a damping matrix are computed ...
     few_modes_of_matrix: int = 400
     few_modes_of_ratio: int = 1000  # ... and all modes of damping ratios

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.condensation import condensed_contacts
 from tipdamp.hbm.balance.kernels import coupled_orders, orders_apart
 from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.parameter import Equation
@@ -165,12 +166,21 @@ def _higher_orders(hb: HarmonicBalance, b: ContactForces, w: float, H: int) -> _
     modal = -factors * real_times(into(rows).T, g[rows])
     if not len(b.contacts):
         return _High(modal, np.zeros((0, hb.nd, 2 * factors.shape[1])))
-    components = (b.contacts[:, None] * hb.nd + np.arange(hb.nd)).ravel()
-    active = np.flatnonzero(b.active[b.contacts].ravel())
-    G = hb.contact_receptance.between(components, components[active], factors, w, orders)
-    u = real_times(hb.contact_receptance.rows_of(components), modal)
-    push = orders_apart(b.D, active, G, u, H)
-    modal -= factors * real_times(into(components[active]).T, push)
+
+    def between(to: np.ndarray, at: np.ndarray) -> np.ndarray:
+        return hb.contact_receptance.between(to, at, factors, w, orders)
+
+    acting, G, left, active = condensed_contacts(b, between, H + 1)
+    shapes = hb.contact_receptance.rows_of
+    if left:
+        u = real_times(shapes(left.rows), modal)
+        modal += factors * real_times(into(left.rows).T, left.forces(u))
+    u = real_times(shapes(acting.components), modal)
+    push = orders_apart(acting.D, acting.places, G, u, H)
+    modal -= factors * real_times(into(acting.rows).T, push)
+    if left:
+        modal -= factors * real_times(into(left.rows).T, left.forces_by(push))
+        u = real_times(shapes(active.components), modal)
     return _High(modal, u.view(float).reshape(len(b.contacts), hb.nd, -1))
 
 

@@ -195,7 +195,7 @@ def test_softest_motion_is_the_singular_vector(singular, monkeypatch):
         size * np.random.default_rng(1).normal(size=balance.n_components * balance.nh) / balance.nh
     )
     e = balance.evaluate(balance.linear(w) + away, w)
-    rows = e._condensed()[1]
+    rows = e._condensed().acting.rows
     A = e._system(len(rows) * balance.nh)
     if singular:  # I + DG takes this direction to nothing
         v = np.zeros(len(A))
