@@ -16,6 +16,7 @@ from scipy.linalg.lapack import dgetrs as getrs
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.condensation import Condensed, condensed_contacts
+from tipdamp.hbm.balance.factors import Factors
 from tipdamp.hbm.balance.kernels import (
     added,
     applied,
@@ -23,7 +24,6 @@ from tipdamp.hbm.balance.kernels import (
     complex_rows,
     condensed,
     right_side,
-    sign_of,
     step_of,
 )
 from tipdamp.hbm.balance.series import real_times
@@ -126,21 +126,22 @@ class Linearisation(Bordered):
             pivot = corner - row @ Rp
             dp = (value + row @ R) / pivot
             return -R - Rp * dp, dp, np.sign(pivot) * (left.sign if left else 1.0)
-        lu, pivots, sign, row_size, column_size = self._factorised(row, corner)
-        if not sign:
-            return np.full_like(R, np.nan), np.nan, 0.0
+        factors, row_size, column_size = self._factorised(row, corner)
         right = right_side((acting.D, acting.places, acting.contacts), R, row, value, row_size)
-        y = getrs(lu, pivots, right, trans=1, overwrite_b=True)[0]
+        y = factors.solve(right)
+        if not factors.sign:
+            return np.full_like(R, np.nan), np.nan, 0.0
         dp = y[-1] / column_size
         dg = complex_rows(y, len(rows), hb.H + 1)
         modal = self._modal(dg, rows)
         if left:
             modal += self._modal(left.forces_by(dg), left.rows)
+        sign = factors.sign * (left.sign if left else 1.0)
         return step_of(R, Rp, dp, real_times(hb.shapes, modal)), dp, sign
 
     def _factorised(self, row: np.ndarray, corner: float) -> list[Any]:
-        """LU of the bordered system on the active rows, transposed for LAPACK, kept for the border
-        it was made with, and the sign of its determinant, 0 where it is singular."""
+        """Factors of the bordered system on the active rows, kept for the border it was made with,
+        and the sizes of its row and column."""
         if self.border and self.border[0] is row and self.border[1] == corner:
             return self.border[2:]
         acting, G, left, _ = self._condensed()
@@ -157,9 +158,7 @@ class Linearisation(Bordered):
             (row, corner, self._without_open(self.by_parameter), along),
             system,
         )
-        lu, pivots, _ = getrf(system.T, overwrite_a=True)
-        sign = sign_of(lu, pivots) * (left.sign if left else 1.0)
-        self.border[:] = row, corner, lu, pivots, sign, *sizes
+        self.border[:] = row, corner, Factors(system), *sizes
         return self.border[2:]
 
     def _without_open(self, R: np.ndarray) -> np.ndarray:

@@ -24,6 +24,9 @@ class BalanceSettings:
     # components of contacts that stay open, up to which they are left in Newton's system
     few_open: int = 24
     open_rounding: float = 1e-13  # of the derivatives of their forces
+    few_unknowns: int = 600  # of Newton's system, up to which double precision is as fast
+    refinements: int = 10  # of a solution by single precision, at most
+    refined: float = 1e-13  # of the solution: the last refinement
     few_contacts: int = 48  # none of which is passed over as surely sticking
     # between which all of the series is made at once, not for those that move alone
     few_components: int = 600

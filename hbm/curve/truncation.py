@@ -14,10 +14,11 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.linalg.lapack import dgetrf, dgetrs
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.condensation import condensed_contacts
-from tipdamp.hbm.balance.kernels import coupled_orders, orders_apart
+from tipdamp.hbm.balance.condensation import ActiveContacts, condensed_contacts
+from tipdamp.hbm.balance.kernels import coupled_orders, order_system, orders_apart
 from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.parameter import Equation
 from tipdamp.hbm.balance.residual import HarmonicBalance
@@ -28,6 +29,7 @@ from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.stability.multipliers import SETTINGS, Stability
 from tipdamp.hbm.validation import MOST_SAMPLES
 
+FEW = 24  # components, whose systems are solved sooner in compiled code than by LAPACK
 FAR = 0.1  # of the vibration: a larger correction is none of first order
 
 
@@ -176,12 +178,27 @@ def _higher_orders(hb: HarmonicBalance, b: ContactForces, w: float, H: int) -> _
         u = real_times(shapes(left.rows), modal)
         modal += factors * real_times(into(left.rows).T, left.forces(u))
     u = real_times(shapes(acting.components), modal)
-    push = orders_apart(acting.D, acting.places, G, u, H)
+    push = _orders_apart(acting, G, u, H)
     modal -= factors * real_times(into(acting.rows).T, push)
     if left:
         modal -= factors * real_times(into(left.rows).T, left.forces_by(push))
         u = real_times(shapes(active.components), modal)
     return _High(modal, u.view(float).reshape(len(b.contacts), hb.nd, -1))
+
+
+def _orders_apart(acting: ActiveContacts, G: np.ndarray, u: np.ndarray, H: int) -> np.ndarray:
+    """As `kernels.orders_apart`, by LAPACK where the systems are large."""
+    n, (D, places) = len(acting.rows), (acting.D, acting.places)
+    if n <= FEW:
+        return orders_apart(D, places, G, u, H)
+    y = np.empty((n, u.shape[1]), dtype=complex)
+    system, right = np.empty((2 * n, 2 * n)), np.empty(2 * n)
+    for i in range(u.shape[1]):
+        order_system((D, places, G[:, :, i], u[:, i]), 2 * (H + 1 + i) - 1, system, right)
+        lu, pivots, singular = dgetrf(system.T)
+        y[:, i] = np.nan if singular else dgetrs(lu, pivots, right, trans=1)[0].view(complex)
+        u[:, i] -= G[:, :, i] @ y[:, i]
+    return y
 
 
 def _add_coupled(dg: np.ndarray, b: ContactForces, motion: np.ndarray) -> None:
