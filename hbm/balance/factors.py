@@ -13,7 +13,7 @@ from tipdamp.hbm.balance.settings import DEFAULT
 
 
 class Factors:
-    """Of a matrix (n, n), row by row in memory, which is used up or kept. sign : of the determinant,
+    """Of a matrix (n, n), row by row in memory, used up or kept. sign : of its determinant,
     0 where it is singular."""
 
     def __init__(self, matrix: np.ndarray) -> None:

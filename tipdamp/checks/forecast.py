@@ -11,6 +11,7 @@ import numpy as np
 
 from tipdamp.bodies.interface import is_reduced
 from tipdamp.engine.progress import duration
+from tipdamp.hbm.balance.settings import DEFAULT as BALANCE
 from tipdamp.hbm.memory import available_bytes, curve_bytes
 from tipdamp.modal.memory import predicted_bytes
 from tipdamp.results.static_results import InspectResult
@@ -248,12 +249,13 @@ def _curve(pairs: int, H: int, slip: int, instants: int, machine: Machine) -> fl
     """s of one curve, one way, on which so many of the pairs slip: factors of their Jacobian, and
     the forces."""
     unknowns = 3 * (2 * H + 1) * slip
+    flops = machine.flops * (1 if unknowns < BALANCE.few_unknowns else 2)  # single precision
     forces = (
         instants * (SETTINGS.instant + SETTINGS.instant_and_pair * pairs)
         if instants
         else SETTINGS.contact * pairs * (2 * H + 1)
     )
-    return SETTINGS.points * SETTINGS.steps * (2 / 3 * unknowns**3 / machine.flops + forces)
+    return SETTINGS.points * SETTINGS.steps * (2 / 3 * unknowns**3 / flops + forces)
 
 
 def advice(size: Size, costs: dict[str, Cost]) -> Iterator[str]:
