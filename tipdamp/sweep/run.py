@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 LONGEST = 2000  # letters of a reason
 TOLD_EVERY = 2.0  # s
 DAMAGED = (BadZipFile, LookupError, ValueError, TypeError)
+ASSUMED = 8  # tasks of each process that what is assumed of it counts for
 TRIES = 2  # of a task whose process ends unasked
 
 
@@ -70,7 +71,7 @@ def run_sweep(
         units = units_of_keys(list(whole.cases[0]), content)
         index.say(study=str(path.absolute()), units=units, left=None)
         common = SweepWork(path.absolute(), content, folder.absolute(), ALLOWED.get())
-        sweep = _Running(common, whole, index)
+        sweep = _Running(common, whole, index, workers.jobs)
         sweep.take_stock(retry)
         with display(quiet=quiet).job("sweep", patience=0.0) as tick:
             sweep.run(workers, tick)
@@ -81,14 +82,14 @@ class _Running:
     """A sweep that runs. tasks - those that can begin or have begun, in this order; the others
     wait in `needed_by` for what they need, `missing` has it by the key of their last step."""
 
-    def __init__(self, common: SweepWork, whole: Plan, index: Index) -> None:
+    def __init__(self, common: SweepWork, whole: Plan, index: Index, jobs: int) -> None:
         self.common, self.whole, self.index = common, whole, index
         self.tasks: list[Task] = []
         self.made: set[str] = set()  # before it began
         self.missing: dict[str, set[str]] = {}
         self.needed_by: dict[str, list[Task]] = {}
         self.lost = Counter[str]()
-        self.clock = Clock(index.costs())
+        self.clock = Clock(index.costs(), jobs)
         self.cases_left, self.cases_failed = Counter(whole.last), 0
 
     def take_stock(self, retry: bool) -> None:
@@ -204,9 +205,11 @@ class Clock:
     """How long the rest takes: by the steps that are left, the mean of each stage, and the time
     that went by for those made here.
 
-    costs - {stage: (number, mean s, ...)} of earlier steps"""
+    costs - {stage: (number, mean s, ...)} of earlier steps; jobs - tasks at a time: all processes
+    are taken to work until it is known better, for while what all cases need is made one does"""
 
-    def __init__(self, costs: dict[str, tuple[int, float, float]]) -> None:
+    def __init__(self, costs: dict[str, tuple[int, float, float]], jobs: int = 1) -> None:
+        self.jobs, self.tasks = jobs, 0
         self.left = Counter[str]()
         self.count = Counter({stage: n for stage, (n, _, _) in costs.items()})
         self.seconds = Counter({stage: n * s for stage, (n, s, _) in costs.items()})
@@ -223,6 +226,7 @@ class Clock:
             self.began = time.monotonic()
             return
         self.spent += sum(steps.values())
+        self.tasks += 1
 
     @property
     def seconds_left(self) -> float | None:
@@ -231,7 +235,9 @@ class Clock:
         if self.began is None or not self.spent or not all(self.count[stage] for stage in left):
             return None
         work = sum(n * self.seconds[stage] / self.count[stage] for stage, n in left.items())
-        return work * (time.monotonic() - self.began) / self.spent
+        went_by, assumed = time.monotonic() - self.began, ASSUMED * self.jobs
+        pace = (assumed / self.jobs + self.tasks * went_by / self.spent) / (assumed + self.tasks)
+        return work * pace
 
     @property
     def due(self) -> bool:

@@ -262,7 +262,7 @@ def test_time_left_follows_what_each_stage_takes(monkeypatch):
     another stage that are still to be made count by their own time."""
     now = [0.0]
     monkeypatch.setattr("time.monotonic", lambda: now[0])
-    clock = Clock({"preload": (4, 8.0, 100.0)})
+    clock = Clock({"preload": (4, 8.0, 100.0)}, 2)
     clock.left.update({"respond": 101, "preload": 5})
     now[0] = 30.0  # until the first is made processes start
     for _ in range(51):
@@ -270,6 +270,22 @@ def test_time_left_follows_what_each_stage_takes(monkeypatch):
         now[0] += 1.0
     now[0] -= 1.0
     assert clock.seconds_left == pytest.approx(50 * 1.0 + 5 * 4.0, rel=1e-12)
+
+
+def test_time_left_after_a_slow_beginning(monkeypatch):
+    """One of two processes makes what all cases need, 20 s; then both work, 8 s a case."""
+    now = [0.0]
+    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    clock = Clock({}, 2)
+    clock.left.update({"reduce": 1, "respond": 20})
+    clock.made({"reduce": 10.0})
+    errors = []
+    for at in (12.0, 20.0, 24.0, 28.0, 32.0, 36.0):
+        now[0] = at
+        clock.made({"respond": 8.0})
+        true = 4.0 * clock.left["respond"]
+        errors.append(clock.seconds_left / true - 1)
+    assert max(map(abs, errors)) < 0.3
 
 
 def test_no_time_left_is_told_before_it_is_known(monkeypatch):
