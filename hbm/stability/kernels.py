@@ -205,6 +205,7 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
     gamma = segments.gamma[1, 0]
     inverse = closing(place, static, gamma)  # with the static flexibility, at gamma
     W, length = np.empty((5, len(poles.s)), np.complex128), -1.0
+    last, stepping, known = gamma, inverse, False  # the same with D, of a step
     for k in range(len(segments.length)):
         h = segments.length[k]
         if abs(h - length) > 1e-12 * h:
@@ -212,7 +213,7 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
             begin, rise = times(W[1], poles.into), times(W[2], poles.into)
             end, defect = times(W[3], poles.into), times(W[4], poles.into)
             by_end = np.dot(rows, end)  # of the force at the end, on what is seen there
-            D, onward, length = by_end[:nc] + static, by_end[nc:] + across, h
+            D, onward, length, known = by_end[:nc] + static, by_end[nc:] + across, h, False
         free = np.dot(rows, z)
         if segments.captured[k].any():
             # by the motion before: what comes to rest now has had the forces of before
@@ -242,7 +243,9 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
         free = np.dot(rows, z)
         gamma, inverse = at(place, static, segments.gamma[1, k], gamma, inverse)
         whole = with_sliders(gamma, carried, k)
-        u, g1 = solved(place, D, closing(place, D, whole), whole, force, free[:nc])
+        if not known or not np.array_equal(whole, last):
+            last, stepping, known = whole, closing(place, D, whole), True
+        u, g1 = solved(place, D, stepping, whole, force, free[:nc])
         turning = acting(place, segments.rate[1, k], u)
         if len(turns):
             w = replaced(turns, w, led + acting(turns, carried.follows[2, k], u))
