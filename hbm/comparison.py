@@ -254,7 +254,7 @@ def left_orbit(
     try:
         finer = _finer(balance)
         ends = [
-            solve_fixed(finer.evaluate, _padded(x, finer), point.parameter, finer.weights)
+            solve_fixed(finer.evaluate, finer.padded(x), point.parameter, finer.weights)
             for x in (point.x, fourier.to_real(motion).ravel())
         ]
     except InputError:  # so many harmonics do not fit into the memory
@@ -274,14 +274,6 @@ def _finer(balance: HarmonicBalance) -> HarmonicBalance:
     H = 2 * balance.H + 1
     samples = max(balance.grid.samples, balance.problem.law.default_samples(H))
     return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
-
-
-def _padded(x: np.ndarray, finer: HarmonicBalance) -> np.ndarray:
-    """Coefficients of fewer harmonics as a guess for more."""
-    full = np.zeros((finer.n_components, finer.nh))
-    coefficients = x.reshape(finer.n_components, -1)
-    full[:, : coefficients.shape[1]] = coefficients
-    return full.ravel()
 
 
 def _said(

@@ -44,13 +44,13 @@ class Factors:
         """The solution by single precision, None where refinement does not converge."""
         if not self.sign:
             return None
-        x, before = np.zeros_like(right), np.inf
+        x, before = np.zeros_like(right), float("inf")
         for _ in range(DEFAULT.refinements):
-            residual = right - matrix @ x
+            residual: np.ndarray = right - matrix @ x
             size = np.abs(residual).max() or 1.0  # the range of single precision is small
             change = sgetrs(self._lu, self._pivots, residual / size, trans=1)[0] * size
             x = x + change
-            step = np.linalg.norm(change)
+            step = float(np.linalg.norm(change))
             if step <= DEFAULT.refined * np.linalg.norm(x):
                 return x
             if not step < 0.5 * before:

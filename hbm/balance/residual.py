@@ -251,6 +251,13 @@ class HarmonicBalance:
             force += 1j * (orders != 0) * (problem.structural @ q)
         return self.receptance.into.T @ force
 
+    def padded(self, x: np.ndarray) -> np.ndarray:
+        """x of a balance with fewer orders, with zeros at the others."""
+        full = np.zeros((self.n_components, self.nh))
+        given = x.reshape(self.n_components, -1)
+        full[:, : given.shape[1]] = given
+        return full.ravel()
+
     def linear(self, w: float, level: float = 1.0) -> np.ndarray:
         """x of the stuck system at a force level: the solution while every contact sticks."""
         modes = self._covering_for(w, np.zeros(len(self.problem.contacts), dtype=bool))

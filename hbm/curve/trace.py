@@ -14,6 +14,7 @@ from tipdamp.hbm.continuation.closed import follow_both_ways
 from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
 from tipdamp.hbm.continuation.point import Point, failed, size
 from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.drift_end import goes_on
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.starts import first_of, starts
 from tipdamp.hbm.curve.unmoved import follow_unmoved, moves_contacts
@@ -206,7 +207,7 @@ def record(
         dissipated=work,
         converged=np.array([p.converged for p in branch.points]),
         iterations=np.array([p.iterations for p in branch.points]),
-        ended=explain(branch, balance.problem, parameter),
+        ended=_ended(branch, equation),
         complete=bool(branch.complete and all(p.converged for p in branch.points)),
         H=balance.H,
         origin="preloaded" if balance.problem.preloaded else "unloaded",
@@ -237,8 +238,7 @@ def record(
 
 
 def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter) -> str:
-    """Why the curve ends, where points failed or the branch was left, and the motion that no force
-    restrains."""
+    """Why the curve ends, and where points failed or the branch was left."""
     scale = parameter.scale
 
     def named(p: float) -> str:
@@ -280,7 +280,25 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
             f"{named(failures[0].parameter)}: run in the other direction, or with other "
             "harmonics, there"
         )
-    return ended if branch.complete else ended + unrestrained(good[-1], problem)
+    return ended
+
+
+def _ended(branch: Branch, equation: Equation) -> str:
+    """As `explain`, with the mean motion in which a branch drifts at its end, where it does so with
+    more orders, too."""
+    problem, parameter = equation.balance.problem, equation.parameter
+    ended = explain(branch, problem, parameter)
+    good = [point for point in branch.points if point.converged]
+    if branch.complete or not good:
+        return ended
+    drift = unrestrained(good[-1], problem)
+    if not drift or not (H := goes_on(equation, good)):
+        return ended + drift
+    at = parameter.named(good[-1].parameter / parameter.scale)
+    return (
+        f"stopped at {at}: too few harmonics; with harmonics = {H} the curve goes on there, with "
+        f"{equation.balance.H} a mean motion drifts"
+    )
 
 
 def slides(problem: ContactProblem) -> str:

@@ -54,7 +54,7 @@ class TruncationEstimate:
         balance = equation.balance
         self.rows, self.equation, self.stability = rows, equation, stability
         self._low, self._high = ModalRows(rows), ModalRows(rows)
-        self._wide = _wider(balance)
+        self._wide = wider(balance)
         self._known: dict[int, tuple[Any, np.ndarray]] = {}
 
     def of(self, point: Point) -> np.ndarray:
@@ -84,9 +84,9 @@ class TruncationEstimate:
             size = np.where(np.isfinite(size), size, np.inf)
         if not self.stability:
             return size
-        parameter, H = self.equation.parameter, here.balance.H
+        parameter = self.equation.parameter
         w = parameter.angular_frequency(self.equation.w, point.parameter)
-        plain = _padded(here.x, here.balance, H).reshape(motion.shape)
+        plain = self._wide.padded(here.x).reshape(motion.shape)
         moved = np.linalg.norm((motion - plain)[:, :, 1:])
         # larger, it is none of first order: the motion itself is nearer
         near = moved <= FAR * np.linalg.norm(plain[:, :, 1:])
@@ -103,7 +103,7 @@ class TruncationEstimate:
         `here`; and (P, nd, nh') m, the motion of the contacts with it."""
         H, P, nd = here.balance.H, len(here.balance.problem.contacts), here.balance.nd
         found = np.zeros((len(self.rows), 2 * H + 2), dtype=complex)
-        motion = _padded(here.x, here.balance, H).reshape(P, nd, -1)
+        motion = self._wide.padded(here.x).reshape(P, nd, -1)
         if not here.forces.g.any():  # all stick: what the forces hold is the motion
             return found, motion
         wide, forces = self._more_orders(here, point, motion)
@@ -124,7 +124,7 @@ class TruncationEstimate:
         forces at the motion of the point."""
         own, wide = here.balance, self._wide
         if own.problem is not wide.problem:  # the parameter changes the linear system
-            wide = _wider(own)
+            wide = wider(own)
         contacts = self.equation.parameter.settings_at(own.problem, point.parameter)
         forces = wide.contact_forces(
             motion, here.w, None if contacts is own.problem.contacts else contacts, here.forces
@@ -145,18 +145,11 @@ def peak_multipliers(
     return found
 
 
-def _wider(balance: HarmonicBalance) -> HarmonicBalance:
+def wider(balance: HarmonicBalance) -> HarmonicBalance:
     """With orders up to 2 H + 1, and twice the samples: a quarter of their error is left."""
     H, own = 2 * balance.H + 1, balance.grid.samples
     samples = min(max(2 * own, balance.problem.law.default_samples(H)), MOST_SAMPLES)
     return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
-
-
-def _padded(x: np.ndarray, balance: HarmonicBalance, H: int) -> np.ndarray:
-    """x with zeros at the orders up to 2 H + 1."""
-    found = np.zeros((balance.n_components, fourier.n_real(2 * H + 1)))
-    found[:, : balance.nh] = x.reshape(-1, balance.nh)
-    return found.ravel()
 
 
 def _higher_orders(hb: HarmonicBalance, b: ContactForces, w: float, H: int) -> _High:

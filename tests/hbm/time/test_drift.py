@@ -1,5 +1,5 @@
-"""Where a curve ends with a motion that friction does not hold, integration finds it: beyond the end
-the damper moves on from period to period, before it the motion settles."""
+"""Where a curve ends with a motion that friction does not hold, integration finds it: beyond the
+end the damper moves on from period to period, before it the motion settles."""
 
 import numpy as np
 import pytest
@@ -59,4 +59,18 @@ def test_motion_settles_before_the_end(rolling):
     curve, problem = rolling
     middle, last = slides_a_period(curve, problem, curve.frequency[curve.converged].max() - 60)
     assert np.abs(middle).max() < 1e-5
+    assert np.abs(last).max() < 1e-6
+
+
+def test_end_of_too_few_harmonics_is_told():
+    """With one harmonic the damper seems to roll; with three it does not there, nor by
+    integration."""
+    problem, force, outputs = rig(roll=False)
+    curve = follow_band(problem, 28 * force, (2300, 3300), harmonics=1, outputs=outputs)
+    assert not curve.complete and "too few harmonics; with harmonics = 3" in curve.ended
+    assert "no periodic state" not in curve.ended
+    end = curve.frequency[curve.converged].max()
+    finer = follow_band(problem, 28 * force, (2300, 3300), harmonics=3, outputs=outputs)
+    assert finer.frequency[finer.converged].max() > 1.01 * end
+    middle, last = slides_a_period(finer, problem, end + 15)
     assert np.abs(last).max() < 1e-6

@@ -1,0 +1,46 @@
+"""Where a branch ends because a mean motion drifts: whether it does so with more orders, too.
+
+Near the end a few contacts still hold the mean; whether they slip through the cycle may be decided
+by orders that the balance does not have."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.follow import follow
+from tipdamp.hbm.continuation.point import Point
+from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.curve.truncation import wider
+from tipdamp.hbm.errors import InputError
+
+REACH = 0.01  # of the parameter, before the end and beyond it: ends move by less with the orders
+POINTS = 100  # of the branch there, at most
+
+
+def goes_on(equation: Equation, points: Sequence[Point]) -> int:
+    """The number of orders, about twice that of the branch, with which it goes on beyond its last
+    solved point; 0 where it ends with them, too, or is not found.
+
+    points : solved ones, in the order of the branch"""
+    last, onwards = points[-1].parameter, _onwards(points)
+    near = [p for p in points if 0 <= (last - p.parameter) * onwards >= REACH * abs(last)]
+    begin = near[-1] if near else points[0]
+    try:
+        wide = replace(equation, balance=wider(equation.balance))
+        x = wide.balance.padded(begin.x)
+        start = solve_fixed(wide.evaluate, x, begin.parameter, wide.weights)
+        if not start.converged:
+            return 0
+        end = last + REACH * abs(last) * onwards
+        settings = replace(DEFAULT, max_points=POINTS, max_restarts=0, max_gaps=0, outside=0.0)
+        branch = follow(wide.evaluate, start, end, wide.weights, settings)
+    except InputError:  # too large for the memory with more orders
+        return 0
+    return wide.balance.H if branch.complete else 0
+
+
+def _onwards(points: Sequence[Point]) -> float:
+    return float(np.sign(points[-1].parameter - points[0].parameter)) or 1.0
