@@ -318,6 +318,7 @@ def square(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
     return matrix
 
 
+ROUNDED = 1e-5  # of the largest entry: up to there a file may have been written with few digits
 # circulatory and gyroscopic forces, which no study has
 NOT_HERE = "; what is meant otherwise is solved in Python: ContactProblem(..., general=True)"
 
@@ -333,9 +334,11 @@ def symmetric(name: str, matrix: np.ndarray | sp.spmatrix, otherwise: str = "") 
     scale = np.abs(matrix).max()
     if gap.max() > SYMMETRY_TOLERANCE * scale:
         i, j = np.unravel_index(gap.argmax(), gap.shape)
+        rounded = f"; where that is rounding, give ({name} + {name}.T) / 2"
         raise InputError(
             f"{name} is not symmetric: |{name}[{i}, {j}] - {name}[{j}, {i}]| is "
-            f"{gap.max() / scale:.1e} of the largest entry, allowed 1e-10{otherwise}"
+            f"{gap.max() / scale:.1e} of the largest entry, allowed 1e-10"
+            f"{rounded if gap.max() < ROUNDED * scale else ''}{otherwise}"
         )
     return 0.5 * (matrix + matrix.T)
 

@@ -184,8 +184,11 @@ def _respond(results: Results) -> Iterator[str]:
     for case in results.cases:
         yield from _both_ways(case)
         yield from _no_slip(results, case)
+    at_rest = set[str]()
+    if results.kept is not None:
+        at_rest = set(pair_names(results.kept, results.kept.preload <= 0))
     if results.cases and all(
-        c.facts.slipping_pairs for c in results.cases if c.Fe == results.cases[0].Fe
+        set(c.facts.slipping_pairs) - at_rest for c in results.cases if c.Fe == results.cases[0].Fe
     ):
         yield (
             f"Pairs already slip at the lowest level, {results.cases[0].Fe:g} N: a damping ratio "

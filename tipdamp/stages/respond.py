@@ -537,9 +537,9 @@ def _too_far(found: Sequence[CurveResult], size: float | None) -> Iterator[str]:
     if size and most > LIMITS.small * size:
         yield (
             f"the largest amplitude, {1e3 * most:.3g} mm at Fe = {one.Fe_N:g} N, H = {one.H}, is "
-            f"{100 * most / size:.2g} % of the size of the bodies, {1e3 * size:.4g} mm: the model "
-            "is one of small displacements, in which contact points keep their partners; check "
-            "the level, its unit and the damping"
+            f"{100 * most / size:.2g} % of the extent of the nodes of the model, "
+            f"{1e3 * size:.4g} mm: it is one of small displacements, in which contact points keep "
+            "their partners; check the level, its unit and the damping"
         )
 
 

@@ -48,14 +48,14 @@ def test_many_pairs_are_warned_of():
 
 
 def test_a_reduced_interface_costs_less():
-    """64 pairs that are followed instead of 518: a third of the time as long as these are the ones
+    """64 pairs that are followed instead of 518: half of the time as long as these are the ones
     that slip, and the advice does not name it again. All pairs can slip as before: the bound is the
     same."""
     few, all_of_them = (
         forecast(size, COMMON)["respond"]
         for size in (Size(**{**vars(LARGE), "followed": 64}), LARGE)
     )
-    assert few.seconds < 0.4 * all_of_them.seconds and few.bytes < all_of_them.bytes
+    assert few.seconds < 0.6 * all_of_them.seconds and few.bytes < all_of_them.bytes
     assert few.at_most == all_of_them.at_most and few.bytes_at_most == all_of_them.bytes_at_most
     followed = Size(**{**vars(LARGE), "followed": 64})
     assert any('interface = "reduced"' in one for one in advice(LARGE, forecast(LARGE, COMMON)))
@@ -181,7 +181,7 @@ def test_memory_is_warned_of():
 @pytest.mark.parametrize(
     "more, stage, factor",
     [
-        ({"pairs": 1036}, "respond", 7.9),
+        ({"pairs": 1036}, "respond", 7.8),
         ({"curves": (3,) * 6}, "respond", 12),
         ({"curves": (1,) * 12}, "respond", 1.9),
         ({"bodies": {"blades": (86000, 1605, 40), "damper": (24000, 1605, 20)}}, "reduce", 1.9),

@@ -1,10 +1,13 @@
 """summary.json: what is promised of it, and the warnings."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from tests.tipdamp.report.files import artefacts, cut, damage, results_of
+from tipdamp.checks.pairs import pair_names
 from tipdamp.report.checks import warnings_of
 from tipdamp.report.summary import summarise
 
@@ -147,6 +150,23 @@ def test_warnings_appear_when_they_should(tmp_path, change, words):
     study, store = artefacts(tmp_path, damage=change)
     found = summarise(results_of(study, store))["warnings"]
     assert any(words in sentence for sentence in found), found
+
+
+def test_pairs_that_are_open_at_rest_do_not_slip(tmp_path):
+    """They are on every curve, at the lowest level too, and say nothing of its damping."""
+
+    def opened(files):
+        for k in (0, 2):
+            files["responses"][k].update(slipping_pairs=["left 0"])
+
+    results = results_of(*artefacts(tmp_path, damage=opened))
+    slipping = [text for text in warnings_of(results) if "already slip" in text]
+    names = np.array(pair_names(results.kept, slice(None)))
+    preload = np.where(names == "left 0", -1.0, 10.0)
+    kept = replace(results.kept, preload=preload)
+    assert slipping and not [
+        text for text in warnings_of(replace(results, kept=kept)) if "already slip" in text
+    ]
 
 
 def test_curve_without_slip_must_be_the_linear_one(tmp_path):

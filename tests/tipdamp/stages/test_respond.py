@@ -489,10 +489,13 @@ def test_what_moves_too_far_and_another_mode_than_the_tracked_are_told(tmp_path)
         return [
             text
             for text in respond.warnings(study, store)
-            if "tracked mode" in text or "size of the bodies" in text
+            if "tracked mode" in text or "extent of the nodes" in text
         ]
 
     first, second = told(390.0, 12.8e-3)
     assert "640 um at 390.0 Hz at Fe = 1 N" in first and "nearest is stuck mode 1, 428.3" in first
-    assert "12.8 mm at Fe = 20 N" in second and "9.8 % of the size of the bodies, 130 mm" in second
+    assert (
+        "12.8 mm at Fe = 20 N" in second
+        and "9.8 % of the extent of the nodes of the model, 130 mm" in second
+    )
     assert told(500.0, 1e-3) == [] and len(told(620.0, 1e-3)) == 1
