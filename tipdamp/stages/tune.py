@@ -55,6 +55,7 @@ from tipdamp.study.view import Study
 DEVIATIONS = 2  # of the peak frequency over the repeats: scatter of a measured target
 SHOWN_BELOW_HZ = 2 * CHECK_BELOW_HZ
 ABOVE = 1.5  # times the tracked frequency, up to which modes are shown and checked at least
+LISTED = 6  # stuck modes in the line of the stage
 UNBALANCED = 0.01  # of the pull, by a table's preload: more is told
 
 
@@ -345,7 +346,7 @@ def _write_kept(store: Store, kept: KeptPreload) -> list[str]:
 
 
 def line(store: Store) -> str:
-    """Stuck frequencies and what is kept."""
+    """Stuck frequencies, what is kept, and the lowest modes, for the band."""
     found = results.TuneResult.load(store)
     stuck = found.stuck_hz
     opened = {
@@ -353,9 +354,11 @@ def line(store: Store) -> str:
         for name, n in found.open_pairs
     }
     of_line = "" if found.line_is_whole else f", line {stuck.full_line:.0f} Hz{opened['full_line']}"
+    every = found.stuck_modes_hz.tuned
+    modes = ", ".join(f"{hz:.1f}" for hz in every[:LISTED]) + ", ..." * (len(every) > LISTED)
     return (
         f"stuck: area {stuck.full_area:.0f} Hz{opened['full_area']}{of_line}, "
-        f"{found.kept_in_words} {stuck.tuned:.0f} Hz{opened['tuned']}"
+        f"{found.kept_in_words} {stuck.tuned:.0f} Hz{opened['tuned']}, among modes at {modes} Hz"
     )
 
 

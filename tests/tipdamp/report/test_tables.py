@@ -246,6 +246,8 @@ def test_words_fit_areas_and_contact_points(tmp_path):
     summary = summarise(results_of(study, store))
     assert not {"free_hz", "tuned_pairs"} & set(summary) and summary["area"]["share"] == 0.8
     assert "line" not in tune.line(store)
+    modes = results_of(study, store).tune.stuck_modes_hz.tuned[:3]
+    assert f"among modes at {', '.join(f'{hz:.1f}' for hz in modes)}" in tune.line(store)
     assert [row[0] for row in next(key_figures.reduction_check(results_of(study, store))).rows] == [
         "whole area, kept area"
     ]
