@@ -12,13 +12,12 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Unpack, cast
 
 import numpy as np
-import scipy.linalg as la
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm import response, self_excited
+from tipdamp.hbm.balance.open_damping import damping_of_what_is_open
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem
-from tipdamp.hbm.balance.receptance import ratios
 from tipdamp.hbm.balance.varying import Amplitude, Varying, amplitude_at, constant
 from tipdamp.hbm.curve.options import CurveKeywords, with_options_named
 from tipdamp.hbm.errors import Doubt, InputError
@@ -33,9 +32,6 @@ Where = int | tuple[int, int] | ArrayLike
 """A dof, two dofs (a, b) for the motion q_a - q_b, or a row (r,) that takes a motion out of q."""
 
 CANCELS = 1e-12  # of the largest force of a wave: what is left is rounding
-MOST_LOOKED_AT = 300  # dofs up to which the damping of open contacts is looked at
-SEEN_MODES = 5  # the lowest ones, of which it is told
-OTHER_RATIO = 0.05  # of a damping ratio: a larger difference is told
 
 
 @dataclass(frozen=True)
@@ -279,7 +275,12 @@ class Problem(AnyProblem):
             structural=self.structural,
             varying=self.varying,
         )
-        if doubt := _damping_of_what_is_open(found):
+        if other := damping_of_what_is_open(found):
+            doubt = (
+                f"damping_ratio: {other.asked:.4g} is that of a mode with every contact closed; "
+                f"while those stay open that are open at rest, mode {other.mode}, {other.hz:.4g} "
+                f"Hz, has {other.own:.4g}: give C where that matters"
+            )
             warnings.warn(doubt, Doubt, stacklevel=3)
         return found
 
@@ -390,32 +391,3 @@ def _all_components(one: Attached, components: tuple[str, ...]) -> np.ndarray:
     rows = np.zeros((len(components), one.rows.shape[1]))
     rows[[components.index(name) for name in one.law.components]] = one.rows
     return rows
-
-
-def _damping_of_what_is_open(problem: ContactProblem) -> str:
-    """A sentence where a mode that leaves the contacts open that are open at rest has another
-    damping ratio than is asked for."""
-    is_open, r = problem.contacts.preload < 0, len(problem.K)
-    known = problem.damping_ratio is not None and problem.preloaded
-    if not known or not is_open.any() or r > MOST_LOOKED_AT:
-        return ""
-    springs = problem.law.stuck_stiffness(problem.contacts)
-    left = np.where(is_open[:, None], 0.0, springs)
-    try:
-        stuck, shapes = la.eigh(problem.stuck_stiffness, problem.M)
-        w2, modes = la.eigh(problem.with_contact_springs(problem.stiffness, left), problem.M)
-    except la.LinAlgError:
-        return ""
-    if not (w2[0] > 0 and stuck[0] > 0):
-        return ""
-    asked = ratios(problem.damping_ratio, r)
-    own = (2 * asked * np.sqrt(stuck)) @ (shapes.T @ problem.M @ modes) ** 2 / (2 * np.sqrt(w2))
-    few = slice(0, SEEN_MODES)
-    most = int(np.abs(own[few] - asked[few]).argmax())
-    if abs(own[most] - asked[most]) <= OTHER_RATIO * asked[most]:
-        return ""
-    return (
-        f"damping_ratio: {asked[most]:.4g} is that of a mode with every contact closed; while "
-        f"those stay open that are open at rest, mode {most + 1}, "
-        f"{np.sqrt(w2[most]) / (2 * np.pi):.4g} Hz, has {own[most]:.4g}: give C where that matters"
-    )

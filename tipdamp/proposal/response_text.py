@@ -20,7 +20,7 @@ def response_text(found: Proposal, tried: Trial | None, pull: float | None) -> l
         *_band(found, tried),
         "damping_ratio = 0.005       # guessed: 0.005 without damper, 0.022 with it on the rig of "
         "[Zucca 2016]",
-        'harmonics = "auto"          # as many as the tolerance needs, at every level',
+        'harmonics = "auto"          # as many as the tolerance needs; 3 for a first look',
         "tolerance = 1e-3            # of the vibration, error by the harmonics left out",
     ]
     if tried and pull is not None:
@@ -72,9 +72,11 @@ def _groups(found: Proposal, tried: Trial | None) -> list[str]:
 def _levels(pull: float | None) -> list[str]:
     shares = ", ".join(f"{share:g}" for share in LEVELS)
     lines = [
-        f"# the pull times {shares}: Fc/Fe = {', '.join(f'{1 / s:g}' for s in LEVELS)}, from all "
-        "stuck into slip;",
-        "# the range of [Zucca 2016, figure 3], whose dampers are best between 10 and 2",
+        f"# the pull times {shares}: Fc/Fe = {', '.join(f'{1 / s:g}' for s in LEVELS)}, the range "
+        "of",
+        "# [Zucca 2016, figure 3], whose tip dampers slip from the second on; where all pairs slip "
+        "at the",
+        "# lowest level begin lower",
     ]
     if pull is None:
         return [*lines, f"levels = {ASK}                # N, amplitudes of the excitation"]

@@ -104,13 +104,22 @@ def _words(direction: np.ndarray) -> str:
 
 
 def _unfaced(motions: Sequence[str]) -> list[str]:
+    """A slide is held, as a stop does; against a roll there is none."""
     if not motions:
         return []
+    held = only_friction.remedy(motions).removeprefix("[damper] ")
+    said = f"# {only_friction.said(motions)}"
+    if all(motion.startswith("slide") for motion in motions):
+        return [
+            f"{said}: its mean position is held, as by a",
+            "# stop, the vibration stays free; without it a curve may drift or find no first point",
+            held,
+        ]
     return [
-        f"# {only_friction.said(motions)}; where a curve drifts or finds no first",
+        f"{said}; where a curve drifts or finds no first",
         "# point, hold its mean position, as a stop does (the vibration stays free): take the "
         "mark off",
-        f"# {only_friction.remedy(motions).removeprefix('[damper] ')}",
+        f"# {held}",
     ]
 
 

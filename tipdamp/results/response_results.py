@@ -200,7 +200,8 @@ class RespondResult(Result):
     """respond.json. zeta - damping ratios of the stuck modes; tolerance - of the error by the
     harmonics left out, as the study has it; stuck_difference {file: largest
     difference from the linear stuck response over its peak} of the curves on which no pair slips;
-    interface - its reduction; size_m - largest extent of the bodies."""
+    interface - its reduction; size_m - largest extent of the nodes; open_damping - where pairs
+    that are open at rest give a mode another damping ratio, in words."""
 
     file: ClassVar[str] = "respond.json"
     responses: tuple[CurveResult, ...]
@@ -210,6 +211,7 @@ class RespondResult(Result):
     stuck_difference: dict[str, float] = {}
     interface: InterfaceFacts | None = None
     size_m: Number = None
+    open_damping: str = ""
 
 
 # ---- measured ------------------------------------------------------------------------------------

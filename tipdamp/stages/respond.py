@@ -26,7 +26,8 @@ from tipdamp.engine.curves import CurveCase, Curves, forget, sweep
 from tipdamp.engine.progress import Ticker
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
-from tipdamp.hbm.balance.problem import doubted_problem
+from tipdamp.hbm.balance.open_damping import damping_of_what_is_open
+from tipdamp.hbm.balance.problem import ContactProblem, doubted_problem
 from tipdamp.hbm.balance.receptance import linear_response, linear_response_with_peaks
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.curve.enough_harmonics import not_met
@@ -76,6 +77,7 @@ class ResponseLimits:
     small: float = 1e-2  # of the size of the bodies: larger motions are no small displacements
     near: float = 0.03  # of the frequency, up to which a peak is that of the tracked mode
     points: int = 801  # of the linear stuck response
+    damped: int = 1500  # dofs up to which the damping of open contacts is looked at, in seconds
 
 
 LIMITS = ResponseLimits()
@@ -178,6 +180,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
             study, assembly.interface, found, pair_names(assembly.kept, slice(None))
         ),
         size_m=_size(assembly.model),
+        open_damping=_open_damping(assembly.curves.problem),
     ).save(store)
     own = dict.fromkeys(file for of_case in files for file in of_case)
     return [*own, *keep_shapes(store, assembly.interface)]
@@ -187,6 +190,20 @@ def _size(model: ReducedModel) -> float | None:
     """Largest extent of its nodes, m; None where it has no places."""
     placed = model.position[np.isfinite(model.position).all(axis=1)]
     return float(np.ptp(placed, axis=0).max()) if len(placed) else None
+
+
+def _open_damping(problem: ContactProblem) -> str:
+    """A sentence where pairs that are open at rest give a mode another damping ratio."""
+    other = damping_of_what_is_open(problem, LIMITS.damped)
+    if other is None:
+        return ""
+    return (
+        f"damping_ratio = {other.asked:.4g} is that of modes with every kept pair closed; with "
+        f"those open that are open at rest mode {other.mode}, {other.hz:.4g} Hz, has "
+        f"{other.own:.4g}, without friction: the linear stuck response, drawn with "
+        f"{other.asked:.4g}, is not its limit at small amplitudes; [respond] damping_ratio = "
+        f"{other.asked**2 / other.own:.4g} would give it {other.asked:.4g}"
+    )
 
 
 def _make(settings: Respond, curves: Curves, tick: Ticker, workers: Workers) -> list[LevelCurves]:
@@ -366,6 +383,7 @@ def warnings(study: Study, store: Store) -> list[str]:
         *(text for c in found for text in _incomplete(c, hold)),
         *(text for kind in (_unsolved, _further, _hold) for c in found for text in kind(c)),
         *doubts(whole.interface),
+        *filter(None, [whole.open_damping]),
         *_unbalanced(found),
         *_truncated(found, whole.tolerance),
         *(text for c in found for text in _unstable(c)),

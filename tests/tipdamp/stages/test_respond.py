@@ -21,7 +21,7 @@ from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.receptance import linear_response
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.continuation.settings import Settings
-from tipdamp.hbm.laws import SHIPPED, Contacts, DryFriction2T, Jenkins1D
+from tipdamp.hbm.laws import SHIPPED, Contacts, DryFriction2T, Jenkins1D, UnilateralSpring
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.response import follow_band, forced_response
 from tipdamp.hbm.result import ForcedResponse
@@ -499,3 +499,20 @@ def test_what_moves_too_far_and_another_mode_than_the_tracked_are_told(tmp_path)
         and "9.8 % of the extent of the nodes of the model, 130 mm" in second
     )
     assert told(500.0, 1e-3) == [] and len(told(620.0, 1e-3)) == 1
+
+
+def test_damping_of_pairs_that_are_open_at_rest():
+    """A mass on 1 N/m with a stop of 3 N/m: twice the frequency while in contact, so half of the
+    damping ratio; and with what the sentence advises it is the other way round."""
+
+    def said(zeta, preload):
+        contact = Contacts([3.0], [0.0], [0.0], [preload])
+        one = np.eye(1)
+        return respond._open_damping(
+            ContactProblem(one, None, one, one, UnilateralSpring(), contact, damping_ratio=zeta)
+        )
+
+    assert "mode 1, 0.1592 Hz, has 0.02, without friction" in said(0.01, -1.0)
+    assert "damping_ratio = 0.005 would give it 0.01" in said(0.01, -1.0)
+    assert "has 0.01, without friction" in said(0.005, -1.0)
+    assert said(0.01, 1.0) == ""
