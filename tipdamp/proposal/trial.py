@@ -79,6 +79,7 @@ def trial(found: Proposal, text: str, target: Path, quiet: bool = False) -> Tria
     E, nu, density = STEEL[found.length]
     content["material"] = {"E": E, "nu": nu, "density": density}
     content["damper"]["pull"] = 1.0
+    content["damper"].pop("hold", None)  # what is free is found here
     content["contact"]["mu"] = 0.5
     with TemporaryDirectory() as folder:
         return _tried(found, content, target, Store(Path(folder)), quiet)
