@@ -29,7 +29,7 @@ class BalanceSettings:
     refined: float = 1e-13  # of the solution: the last refinement
     few_contacts: int = 48  # none of which is passed over as surely sticking
     # between which all of the series is made at once, not for those that move alone
-    few_components: int = 600
+    few_components: int = 300
     # sets of components whose rows of the shapes are kept, from one point to the next
     few_rows: int = 8
     # weights of receptances between contacts that are kept beside the last ones, up to so many
