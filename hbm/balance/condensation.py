@@ -64,11 +64,7 @@ class OpenContacts:
 
     def forces(self, u: np.ndarray) -> np.ndarray:
         """(p, K) complex N, E u, at displacements u (p, K) complex of the stuck structure."""
-        found = [
-            lu_solve(lu, -rate * one, check_finite=False)
-            for lu, rate, one in zip(self.factors, self.rates.T, u.T, strict=True)
-        ]
-        return np.array(found).T
+        return _forces(self.factors, self.rates, u.T[:, :, None])[:, :, 0].T
 
     def forces_by(self, g: np.ndarray) -> np.ndarray:
         """(p, K) complex N under forces g (n, K) of the others."""
@@ -109,22 +105,22 @@ def condensed_contacts(forces: ContactForces, between: Between, lowest: int = 0)
         active_contacts(active.contacts[at], active.D[at], acts[at]) for at in (~alike, alike)
     )
     rates = rates[alike, :, lowest:].reshape(len(left.rows), -1)
-    own = by_orders(between(left.rows, left.rows))
+    own = _by_orders(between(left.rows, left.rows))
     systems = np.eye(len(left.rows)) + rates.T[:, :, None] * own
     factors = [lu_factor(one, check_finite=False) for one in systems]
-    others = by_orders(between(left.rows, acting.rows))
-    response = np.array(
-        [
-            lu_solve(lu, -rate[:, None] * one, check_finite=False)
-            for lu, rate, one in zip(factors, rates.T, others, strict=True)
-        ]
-    )
-    into = by_orders(between(acting.components, left.rows))
+    response = _forces(factors, rates, _by_orders(between(left.rows, acting.rows)))
+    into = _by_orders(between(acting.components, left.rows))
     G = between(acting.components, acting.rows) + np.moveaxis(into @ response, 0, 2)
     G = np.ascontiguousarray(G)
     return Condensed(acting, G, OpenContacts(left.rows, rates, factors, response), active)
 
 
-def by_orders(G: np.ndarray) -> np.ndarray:
+def _forces(factors: list[Any], rates: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """(K, p, n) E u, at displacements u (K, p, n) of the stuck structure."""
+    each = zip(factors, rates.T, u, strict=True)
+    return np.array([lu_solve(lu, -k[:, None] * one, check_finite=False) for lu, k, one in each])
+
+
+def _by_orders(G: np.ndarray) -> np.ndarray:
     """(K, to, at) of a receptance (to, at, K)."""
     return np.ascontiguousarray(np.moveaxis(G, 2, 0))

@@ -118,15 +118,15 @@ class Linearisation(Bordered):
         self, R: np.ndarray, row: np.ndarray, corner: float, value: float
     ) -> tuple[np.ndarray, float, Any]:
         """dx, dp and the sign of the determinant, through the active rows."""
-        Rp, hb = self.by_parameter, self.balance
+        hb = self.balance
         acting, _, left, _ = self._condensed()
-        R, Rp = self._without_open(R), self._without_open(Rp)
-        rows = acting.rows
+        R, rows = self._without_open(R), acting.rows
         if not len(rows):
+            Rp = self._without_open(self.by_parameter)
             pivot = corner - row @ Rp
             dp = (value + row @ R) / pivot
             return -R - Rp * dp, dp, np.sign(pivot) * (left.sign if left else 1.0)
-        factors, row_size, column_size = self._factorised(row, corner)
+        factors, Rp, row_size, column_size = self._factorised(row, corner)
         right = right_side((acting.D, acting.places, acting.contacts), R, row, value, row_size)
         y = factors.solve(right)
         if not factors.sign:
@@ -141,7 +141,7 @@ class Linearisation(Bordered):
 
     def _factorised(self, row: np.ndarray, corner: float) -> list[Any]:
         """Factors of the bordered system on the active rows, kept for the border it was made with,
-        and the sizes of its row and column."""
+        the derivative by the parameter without the open contacts, and the sizes of the border."""
         if self.border and self.border[0] is row and self.border[1] == corner:
             return self.border[2:]
         acting, G, left, _ = self._condensed()
@@ -152,13 +152,10 @@ class Linearisation(Bordered):
         along = real_times(at.into_of(acting.rows), excited)
         if left:
             along += left.seen_by(real_times(at.into_of(left.rows), excited))
-        system = np.empty((n + 1, n + 1))
-        sizes = bordered(
-            (acting.D, acting.places, acting.contacts, G),
-            (row, corner, self._without_open(self.by_parameter), along),
-            system,
-        )
-        self.border[:] = row, corner, Factors(system), *sizes
+        Rp, system = self._without_open(self.by_parameter), np.empty((n + 1, n + 1))
+        linear = acting.D, acting.places, acting.contacts, G
+        sizes = bordered(linear, (row, corner, Rp, along), system)
+        self.border[:] = row, corner, Factors(system), Rp, *sizes
         return self.border[2:]
 
     def _without_open(self, R: np.ndarray) -> np.ndarray:

@@ -6,8 +6,6 @@ by orders that the balance does not have."""
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from tipdamp.hbm.balance.parameter import Equation
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.follow import BudgetExceeded, follow
@@ -26,9 +24,10 @@ def goes_on(equation: Equation, points: Sequence[Point]) -> int:
     solved point; 0 where it ends with them, too, is not found, or has too many unknowns.
 
     points : solved ones, in the order of the branch"""
-    last, onwards = points[-1].parameter, _onwards(points)
-    near = [p for p in points if 0 <= (last - p.parameter) * onwards >= REACH * abs(last)]
-    begin = near[-1] if near else points[0]
+    last = points[-1].parameter
+    reach = REACH * abs(last) * (-1.0 if last < points[0].parameter else 1.0)
+    before = [p for p in points if (last - p.parameter) * reach >= reach**2]
+    begin = before[-1] if before else points[0]
     left = CALLS
 
     def count() -> None:
@@ -46,13 +45,8 @@ def goes_on(equation: Equation, points: Sequence[Point]) -> int:
         start = solve_fixed(wide.evaluate, x, begin.parameter, wide.weights)
         if not start.converged:
             return 0
-        end = last + REACH * abs(last) * onwards
         settings = replace(DEFAULT, max_restarts=0, max_gaps=0, outside=0.0)
-        branch = follow(wide.evaluate, start, end, wide.weights, settings)
+        branch = follow(wide.evaluate, start, last + reach, wide.weights, settings)
     except (BudgetExceeded, InputError):  # not found soon, or too large for the memory
         return 0
     return wide.balance.H if branch.complete else 0
-
-
-def _onwards(points: Sequence[Point]) -> float:
-    return float(np.sign(points[-1].parameter - points[0].parameter)) or 1.0
