@@ -24,8 +24,8 @@ def n_real(H: int) -> int:
 
 
 def to_complex(x: np.ndarray) -> np.ndarray:
-    """(..., 2H+1) real -> (..., H+1) complex."""
-    X = np.empty((*x.shape[:-1], (x.shape[-1] + 1) // 2), dtype=complex)
+    """(..., 2H+1) real -> (..., H+1) complex, of the same precision."""
+    X = np.empty((*x.shape[:-1], (x.shape[-1] + 1) // 2), np.result_type(x, np.complex64))
     X[..., 0] = x[..., 0]
     X[..., 1:].real = x[..., 1::2]
     X[..., 1:].imag = x[..., 2::2]
@@ -33,8 +33,9 @@ def to_complex(x: np.ndarray) -> np.ndarray:
 
 
 def to_real(X: np.ndarray) -> np.ndarray:
-    """(..., H+1) complex -> (..., 2H+1) real; the imaginary part of order 0 is dropped."""
-    x = np.empty((*X.shape[:-1], 2 * X.shape[-1] - 1))
+    """(..., H+1) complex -> (..., 2H+1) real, of the same precision; the imaginary part of order 0
+    is dropped."""
+    x = np.empty((*X.shape[:-1], 2 * X.shape[-1] - 1), X.real.dtype)
     x[..., 0] = X[..., 0].real
     x[..., 1::2] = X[..., 1:].real
     x[..., 2::2] = X[..., 1:].imag

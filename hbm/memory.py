@@ -8,13 +8,14 @@ from pathlib import Path
 
 from tipdamp.hbm.errors import Doubt, InputError
 
-# Measured by tests/hbm/test_memory.py: at its largest a curve keeps the condensed matrix and its
-# factors of the last points, each of the square of the unknowns of the active contacts, beside the
-# derivatives of their forces.
-_SQUARES, _BLOCKS = 5, 16
+# Measured by tests/hbm/test_memory.py: at its largest a curve keeps of the last points the
+# condensed matrix and its factors, each of the square of the unknowns of the active contacts, or
+# where these are many, matrices between their components for each order, of two numbers; beside
+# the derivatives of their forces.
+_SQUARES, _ORDERS, _BLOCKS = 5, 95, 16
 # of all unknowns, sticking contacts included: some twenty at each of about a hundred points
 _VECTORS = 20 * 100
-_NEXT = 2  # squares that the next matrix and its factors need, beside what the curve keeps already
+_NEXT = 0.4  # share of it that the next matrices need, beside what the curve keeps already
 # before the start one contact in so many is assumed to slip or lift, and at least one
 _SLIPPING = 4
 SMALL = 2.0**28  # bytes below which nothing is checked
@@ -49,11 +50,13 @@ def own_bytes() -> float:
     return float(pages * os.sysconf("SC_PAGE_SIZE"))
 
 
-def newton_bytes(active: float, components: int, H: int, squares: int = _SQUARES) -> float:
+def newton_bytes(active: float, components: int, H: int, share: float = 1.0) -> float:
     """Bytes of Newton's method, for so many active contacts (slipping or lifting) of a law with so
-    many components; a contact of which only some components are active counts for a part."""
+    many components; a contact of which only some components are active counts for a part. share :
+    of its matrices."""
     block = components * (2 * H + 1)
-    return 8.0 * (squares * (active * block) ** 2 + _BLOCKS * active * block**2)
+    matrices = min(_SQUARES * (active * block) ** 2, _ORDERS * (active * components) ** 2 * (H + 1))
+    return 8.0 * (share * matrices + _BLOCKS * active * block**2)
 
 
 def curve_bytes(active: float, contacts: int, components: int, H: int) -> float:
@@ -79,8 +82,19 @@ def check_harmonics_fit(contacts: int, components: int, H: int) -> None:
 def check_active_fit(active: int, contacts: int, components: int, H: int) -> None:
     """InputError where so many contacts are active that there is no memory for the next matrix."""
     what = f"{active} of the {contacts} contacts, which slip or lift at once here, need"
-    if message := _lack(partial(newton_bytes, active, components, squares=_NEXT), H, what):
+    if message := _lack(partial(newton_bytes, active, components, share=_NEXT), H, what):
         raise InputError(message)
+
+
+def check_matrix_fits(unknowns: int) -> None:
+    """InputError where there is no memory for a matrix of so many unknowns, which iterations have
+    not solved."""
+    need, there = 8.0 * unknowns**2, available_bytes()
+    if need > max(there, SMALL):
+        raise InputError(
+            f"Newton's matrix of {unknowns} unknowns needs {need / 1e9:.3g} GB of memory, "
+            f"{there / 1e9:.3g} GB are available: fewer harmonics, or fewer contacts"
+        )
 
 
 def _lack(of_harmonics: Callable, H: int, what: str) -> str | None:

@@ -18,6 +18,7 @@ import time
 import warnings
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -735,14 +736,21 @@ def _run(
 
 def _expect(name: str, study: "Study", store: "Store", jobs: int) -> None:
     """What a stage that takes more than a minute is estimated to cost, before it begins."""
-    from tipdamp.checks.forecast import SETTINGS, estimate
+    from tipdamp.checks.forecast import SETTINGS, costs_of, estimate
     from tipdamp.results.static_results import InspectResult, TuneResult
+    from tipdamp.stages.respond import acting_pairs
 
     with suppress(InputError):
         kept = TuneResult.load(store).kept_pairs if name == "respond" else None
-        _, costs = estimate(study, InspectResult.load(store), jobs, kept)
-        if name in costs and max(costs[name].seconds, costs[name].at_most) > SETTINGS.short:
-            print(f"{name:8s}   estimate  {costs[name].text}", flush=True)
+        size, costs = estimate(study, InspectResult.load(store), jobs, kept)
+        if name not in costs or max(costs[name].seconds, costs[name].at_most) <= SETTINGS.short:
+            return
+        if name == "respond":
+            acting = acting_pairs(study, store)
+            each = len(size.curves) // len(acting)
+            size = replace(size, acting=tuple(n for n in acting for _ in range(each)))
+            costs = costs_of(size)
+        print(f"{name:8s}   estimate  {costs[name].text}", flush=True)
 
 
 def _forecast(said: _Said, study: "Study", store: "Store", jobs: int) -> None:

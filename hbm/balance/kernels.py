@@ -84,30 +84,31 @@ def regularise(
 
 
 @njit(cache=True)
-def bordered(
-    linear: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+def border_of(
+    linear: tuple[np.ndarray, np.ndarray, np.ndarray],
     border: tuple[np.ndarray, float, np.ndarray, np.ndarray],
-    system: np.ndarray,
-) -> tuple[float, float]:
-    """Fill the bordered system on the active rows and scale its border; return the sizes of row and
-    column.
+) -> tuple[np.ndarray, np.ndarray, float, float, float]:
+    """Column, row and corner of the system on the active rows, the row and then the column divided
+    by its largest entry, and the sizes of both.
 
-    linear : D, places, contacts, G of `condensed` and `applied`; border : row (n,), corner,
-    derivative of the residual by the parameter (n,), and the receptance from the row to the active
-    components (., H+1), conjugate
+    linear : D, places, contacts of `applied`; border : row (n,), corner, derivative of the residual
+    by the parameter (n,), and the receptance from the row to the active components (., H+1),
+    conjugate
     """
-    D, places, contacts, G = linear
-    row, corner, by_parameter, along = border
-    condensed(D, places, G, system)
-    n, K = len(system) - 1, along.shape[1]
-    system[:n, n] = applied(D, places, contacts, by_parameter)
+    D, places, contacts = linear
+    given, corner, by_parameter, along = border
+    column, K = applied(D, places, contacts, by_parameter), along.shape[1]
+    row = np.empty_like(column)
     for i in range(len(places)):
         at = i * (2 * K - 1)
-        system[n, at] = -along[i, 0].real
+        row[at] = -along[i, 0].real
         for k in range(1, K):
-            system[n, at + 2 * k - 1], system[n, at + 2 * k] = -along[i, k].real, along[i, k].imag
-    system[n, n] = corner - np.dot(row, by_parameter)
-    return scaled_border(system)
+            row[at + 2 * k - 1], row[at + 2 * k] = -along[i, k].real, along[i, k].imag
+    last = corner - np.dot(given, by_parameter)
+    row_size = max(np.abs(row).max(), abs(last), 1e-300)
+    last /= row_size
+    column_size = max(np.abs(column).max(), abs(last), 1e-300)
+    return column / column_size, row / row_size, last / column_size, row_size, column_size
 
 
 @njit(cache=True)
@@ -347,14 +348,21 @@ def order_system(
 
 
 @njit(cache=True)
-def scaled_border(system: np.ndarray) -> tuple[float, float]:
-    """Divide the last row, then the last column, by its largest entry; return both sizes: the
-    border in the units of the rest."""
-    row_size = max(np.abs(system[-1]).max(), 1e-300)
-    system[-1] /= row_size
-    column_size = max(np.abs(system[:, -1]).max(), 1e-300)
-    system[:, -1] /= column_size
-    return row_size, column_size
+def rotated(column: np.ndarray, rotations: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """(m,) the last column (m+1,) of a Hessenberg matrix of m columns, made triangular: by the
+    rotations (m-1, 2) of the columns before and its own, which is noted there and applied to the
+    target (m+1,)."""
+    column, m = column.copy(), len(column) - 1
+    for i in range(m - 1):
+        c, s = rotations[i]
+        a, b = column[i], column[i + 1]
+        column[i], column[i + 1] = c * a + s * b, c * b - s * a
+    length = np.hypot(column[m - 1], column[m])
+    c, s = column[m - 1] / length, column[m] / length
+    rotations[m - 1] = c, s
+    target[m - 1], target[m] = c * target[m - 1], -s * target[m - 1]
+    column[m - 1] = length
+    return column[:m]
 
 
 @njit(cache=True)

@@ -16,11 +16,11 @@ from scipy.linalg.lapack import dgetrs as getrs
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.condensation import Condensed, condensed_contacts
-from tipdamp.hbm.balance.factors import Factors
+from tipdamp.hbm.balance.factors import BorderedSystem, solver_of
 from tipdamp.hbm.balance.kernels import (
     added,
     applied,
-    bordered,
+    border_of,
     complex_rows,
     condensed,
     right_side,
@@ -28,7 +28,6 @@ from tipdamp.hbm.balance.kernels import (
 )
 from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.balance.settings import DEFAULT
-from tipdamp.hbm.continuation.point import Bordered
 from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.memory import check_active_fit
 
@@ -36,7 +35,7 @@ EPS = np.finfo(float).eps
 
 
 @dataclass(frozen=True)
-class Linearisation(Bordered):
+class Linearisation:
     """Residual at one point with everything that Newton and the outputs need;
     `hbm.continuation.point.Linearised`.
 
@@ -65,9 +64,9 @@ class Linearisation(Bordered):
         """dx (n,) of J dx = -residual at a fixed parameter; tangent : along the branch, through the
         system that it was solved with, None where there is none."""
         if not self.border or tangent is None:
-            return self._bordered(residual, np.zeros_like(residual), 1.0, 0.0)[0]
+            return self.solve(np.zeros_like(residual), 1.0, 0.0, residual)[0]
         row, corner = self.border[:2]
-        dx, dp, _ = self._bordered(residual, row, corner, 0.0)
+        dx, dp = self.solve(row, corner, 0.0, residual)
         return dx - dp / tangent[1] * tangent[0]
 
     def further(self, compute: Callable[["Linearisation"], np.ndarray]) -> np.ndarray:
@@ -114,48 +113,57 @@ class Linearisation(Bordered):
         self.parts.clear()
         self.border.clear()
 
-    def _bordered(
-        self, R: np.ndarray, row: np.ndarray, corner: float, value: float
-    ) -> tuple[np.ndarray, float, Any]:
-        """dx, dp and the sign of the determinant, through the active rows."""
-        hb = self.balance
+    def solve(
+        self, row: np.ndarray, corner: float, value: float, residual: np.ndarray | None = None
+    ) -> tuple[np.ndarray, float]:
+        """As that of `Linearised`, through the active rows."""
+        hb, R = self.balance, self.residual if residual is None else residual
         acting, _, left, _ = self._condensed()
         R, rows = self._without_open(R), acting.rows
         if not len(rows):
             Rp = self._without_open(self.by_parameter)
-            pivot = corner - row @ Rp
-            dp = (value + row @ R) / pivot
-            return -R - Rp * dp, dp, np.sign(pivot) * (left.sign if left else 1.0)
-        factors, Rp, row_size, column_size = self._factorised(row, corner)
+            dp = (value + row @ R) / (corner - row @ Rp)
+            return -R - Rp * dp, dp
+        solver, Rp, row_size, column_size = self._solver(row, corner)
         right = right_side((acting.D, acting.places, acting.contacts), R, row, value, row_size)
-        y = factors.solve(right)
-        if not factors.sign:
-            return np.full_like(R, np.nan), np.nan, 0.0
+        y = solver.solve(right)
+        if not np.isfinite(y[-1]):
+            return np.full_like(R, np.nan), np.nan
         dp = y[-1] / column_size
         dg = complex_rows(y, len(rows), hb.H + 1)
         modal = self._modal(dg, rows)
         if left:
             modal += self._modal(left.forces_by(dg), left.rows)
-        sign = factors.sign * (left.sign if left else 1.0)
-        return step_of(R, Rp, dp, real_times(hb.shapes, modal)), dp, sign
+        return step_of(R, Rp, dp, real_times(hb.shapes, modal)), dp
 
-    def _factorised(self, row: np.ndarray, corner: float) -> list[Any]:
-        """Factors of the bordered system on the active rows, kept for the border it was made with,
-        the derivative by the parameter without the open contacts, and the sizes of the border."""
+    def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
+        """As that of `Linearised`."""
+        dx, dp = self.solve(row, corner, 1.0, np.zeros_like(self.residual))
+        acting, _, left, _ = self._condensed()
+        if len(acting.rows):
+            sign = self._solver(row, corner)[0].sign
+        else:
+            sign = np.sign(corner - row @ self._without_open(self.by_parameter))
+        return dx, dp, sign * (left.sign if left else 1.0)
+
+    def _solver(self, row: np.ndarray, corner: float) -> list[Any]:
+        """Of the bordered system on the active rows, kept for the border it was made with; the
+        derivative by the parameter without the open contacts, and the sizes of the border."""
         if self.border and self.border[0] is row and self.border[1] == corner:
             return self.border[2:]
         acting, G, left, _ = self._condensed()
         hb, at = self.balance, self.balance.contact_receptance
-        check_active_fit(len(acting.contacts), len(hb.problem.contacts), hb.nd, hb.H)
-        n = len(acting.rows) * hb.nh
         excited = self.factors * at.excited_by(row)
         along = real_times(at.into_of(acting.rows), excited)
         if left:
             along += left.seen_by(real_times(at.into_of(left.rows), excited))
-        Rp, system = self._without_open(self.by_parameter), np.empty((n + 1, n + 1))
-        linear = acting.D, acting.places, acting.contacts, G
-        sizes = bordered(linear, (row, corner, Rp, along), system)
-        self.border[:] = row, corner, Factors(system), Rp, *sizes
+        Rp = self._without_open(self.by_parameter)
+        *border, row_size, column_size = border_of(
+            (acting.D, acting.places, acting.contacts), (row, corner, Rp, along)
+        )
+        system = BorderedSystem(acting, G, *border)
+        check_active_fit(len(acting.contacts), len(hb.problem.contacts), hb.nd, hb.H)
+        self.border[:] = row, corner, solver_of(system), Rp, row_size, column_size
         return self.border[2:]
 
     def _without_open(self, R: np.ndarray) -> np.ndarray:

@@ -24,9 +24,16 @@ class BalanceSettings:
     # components of contacts that stay open, up to which they are left in Newton's system
     few_open: int = 24
     open_rounding: float = 1e-13  # of the derivatives of their forces
-    few_unknowns: int = 600  # of Newton's system, up to which double precision is as fast
-    refinements: int = 10  # of a solution by single precision, at most
-    refined: float = 1e-13  # of the solution: the last refinement
+    # of Newton's system: usual number of iterations of GMRES ...
+    usual: int = 100
+    iteration: float = 2e6  # ... what each costs beside its products, in flops, ...
+    beside: float = 2.0  # ... and how much longer inverses take than their flops say
+    iterations: int = 150  # at most, between two true residuals
+    inner: float = 1e-5  # of the solution: what they leave
+    refined: float = 1e-8  # of the solution: what the last of them leave
+    refinements: int = 6  # true residuals, at most ...
+    slow: float = 0.1  # ... each of which is to leave less than this share
+    next_to_zero: float = 1e-3  # an eigenvalue beside 1 whose sign is not sure
     few_contacts: int = 48  # none of which is passed over as surely sticking
     # between which all of the series is made at once, not for those that move alone
     few_components: int = 300

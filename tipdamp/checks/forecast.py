@@ -11,7 +11,7 @@ import numpy as np
 
 from tipdamp.bodies.interface import is_reduced
 from tipdamp.engine.progress import duration
-from tipdamp.hbm.balance.settings import DEFAULT as BALANCE
+from tipdamp.hbm.balance.factors import flops
 from tipdamp.hbm.memory import available_bytes, curve_bytes
 from tipdamp.modal.memory import predicted_bytes
 from tipdamp.results.static_results import InspectResult
@@ -42,7 +42,10 @@ class ForecastSettings:
     solves_a_mode: int = 4  # of the Lanczos process
     dense: int = 6  # products of dofs x masters with masters in a reduction
     eigen: float = 25.0  # flops of the modes of r dofs over r^3
-    points: int = 80  # of a curve, one way [the two-blade rig: 50]
+    # of a curve, one way, and more for each pair that slips [18 of the two-blade rig: 50 points,
+    # 64 of a wedge under platforms: 350, 62 of unlike tetrahedra: 90]
+    points: int = 30
+    points_a_pair: int = 3
     steps: int = 4  # of Newton's method a point
     contact: float = 8e-6  # s a pair and step for its force of one harmonic
     # of a law by its step alone: s an instant, and s an instant and pair more [Dahl, creeping]
@@ -73,6 +76,7 @@ class Size:
     most often hold those that slip, 0 where it is none; jobs - curves that are made side by side;
     kept - share of pairs that stay
     instants - of a period at which a law by its step alone is evaluated, 0 of compiled ones
+    acting - pairs that slip or lift on each curve, empty where that is not known
     unreduced - whether the preload is solved on all dofs; sets - of stations of which `tune` seeks
     the frequency fewer - what makes of many columns fewer."""
 
@@ -86,6 +90,7 @@ class Size:
     fewer: str = "coarsen the meshes"
     jobs: int = 1
     instants: int = 0
+    acting: tuple[int, ...] = ()
 
     @property
     def reduced(self) -> int:
@@ -211,14 +216,19 @@ def _of_curves(size: Size, model: Cost, machine: Machine) -> Cost:
     """The cost of the response beside that of the model alone. An interface reduction makes the
     model small, not the contact: every kept pair is in it and can slip."""
     kept = max(int(size.kept * size.pairs), 1)
-    slip = max(int(SETTINGS.slipping * min(size.followed or kept, kept)), 1)
+    guessed = max(int(SETTINGS.slipping * min(size.followed or kept, kept)), 1)
     some, worst = (
-        model.seconds + sum(_curve(kept, H, n, size.instants, machine) for H in size.curves)
-        for n in (slip, kept)
+        model.seconds
+        + sum(
+            _curve(kept, H, n, size.instants, machine)
+            for H, n in zip(size.curves, slip, strict=True)
+        )
+        for slip in (size.acting or [guessed] * len(size.curves), [kept] * len(size.curves))
     )
     together = sorted(size.curves)[-size.jobs :]
     few, all_of_them = (
-        model.bytes + sum(curve_bytes(n, kept, 3, H) for H in together) for n in (slip, kept)
+        model.bytes + sum(curve_bytes(n, kept, 3, H) for H in together)
+        for n in (max(size.acting, default=guessed), kept)
     )
     return Cost(some, few, worst, all_of_them)
 
@@ -246,16 +256,15 @@ def _of_meshes(size: Size, costs: dict[str, Cost], machine: Machine) -> dict[str
 
 
 def _curve(pairs: int, H: int, slip: int, instants: int, machine: Machine) -> float:
-    """s of one curve, one way, on which so many of the pairs slip: factors of their Jacobian, and
-    the forces."""
-    unknowns = 3 * (2 * H + 1) * slip
-    flops = machine.flops * (1 if unknowns < BALANCE.few_unknowns else 2)  # single precision
+    """s of one curve, one way, on which so many of the pairs slip: solutions with their Jacobian,
+    by factors or by iterations on matrices for each order, and the forces."""
     forces = (
         instants * (SETTINGS.instant + SETTINGS.instant_and_pair * pairs)
         if instants
         else SETTINGS.contact * pairs * (2 * H + 1)
     )
-    return SETTINGS.points * SETTINGS.steps * (2 / 3 * unknowns**3 / flops + forces)
+    points = SETTINGS.points + SETTINGS.points_a_pair * slip
+    return points * SETTINGS.steps * (min(flops(3 * slip, H + 1)) / machine.flops + forces)
 
 
 def advice(size: Size, costs: dict[str, Cost]) -> Iterator[str]:
@@ -287,13 +296,18 @@ def advice(size: Size, costs: dict[str, Cost]) -> Iterator[str]:
 def estimate(
     study: Study, found: InspectResult, jobs: int = 1, kept: int | None = None
 ) -> tuple[Size, dict[str, Cost]]:
-    """Sizes and costs; the machine is measured where the common one would take longer than a
-    minute."""
+    """Sizes and costs."""
     size = size_of(study, found, jobs, kept)
+    return size, costs_of(size)
+
+
+def costs_of(size: Size) -> dict[str, Cost]:
+    """As `forecast`; the machine is measured where the common one would take longer than a
+    minute."""
     costs = forecast(size, COMMON)
     if sum(max(cost.seconds, cost.at_most) for cost in costs.values()) < SETTINGS.short:
-        return size, costs
-    return size, forecast(size, measured())
+        return costs
+    return forecast(size, measured())
 
 
 @cache

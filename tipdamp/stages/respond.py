@@ -26,6 +26,7 @@ from tipdamp.engine.curves import CurveCase, Curves, forget, sweep
 from tipdamp.engine.progress import Ticker
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
+from tipdamp.hbm.balance.activity import activity
 from tipdamp.hbm.balance.open_damping import damping_of_what_is_open
 from tipdamp.hbm.balance.problem import ContactProblem, doubted_problem
 from tipdamp.hbm.balance.receptance import linear_response, linear_response_with_peaks
@@ -184,6 +185,16 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
     ).save(store)
     own = dict.fromkeys(file for of_case in files for file in of_case)
     return [*own, *keep_shapes(store, assembly.interface)]
+
+
+def acting_pairs(study: Study, store: Store) -> tuple[int, ...]:
+    """Numbers of pairs that slip or lift at the levels of a study, by the stuck response."""
+    settings, curves = study.respond, assembled(study, store).curves
+    start = "zero_slider" if curves.start is None else curves.start
+    return tuple(
+        activity(curves.problem, Fe * curves.force, settings.band, start).contacts
+        for Fe in settings.levels
+    )
 
 
 def _size(model: ReducedModel) -> float | None:

@@ -182,14 +182,14 @@ def test_memory_is_warned_of():
     "more, stage, factor",
     [
         ({"pairs": 1036}, "respond", 7.8),
-        ({"curves": (3,) * 6}, "respond", 12),
+        ({"curves": (3,) * 6}, "respond", 3.5),
         ({"curves": (1,) * 12}, "respond", 1.9),
         ({"bodies": {"blades": (86000, 1605, 40), "damper": (24000, 1605, 20)}}, "reduce", 1.9),
     ],
 )
 def test_more_costs_more(more, stage, factor):
-    """Factors of the condensed system grow with the cube of its unknowns, 3 (2 H + 1) a slipping
-    pair."""
+    """Solutions by factors grow with the cube of 3 (2 H + 1) a slipping pair, by iterations with the
+    cube of the pairs alone and with H."""
     one, other = (
         forecast(size, COMMON)[stage] for size in (LARGE, Size(**{**vars(LARGE), **more}))
     )
@@ -197,6 +197,15 @@ def test_more_costs_more(more, stage, factor):
         max(other.at_most, other.seconds) > factor * max(one.at_most, one.seconds)
         and other.bytes >= one.bytes
     )
+
+
+def test_what_acts_is_counted_where_it_is_known():
+    """50 and 400 of 518 pairs at two levels, in place of a quarter at both."""
+    size = replace(LARGE, curves=(3, 3))
+    known = [forecast(replace(size, acting=n), COMMON)["respond"] for n in ((50, 400), (50, 50))]
+    assert known[0].seconds > 20 * known[1].seconds
+    assert known[0].at_most == known[1].at_most == forecast(size, COMMON)["respond"].at_most
+    assert known[1].seconds < forecast(size, COMMON)["respond"].seconds < known[0].seconds
 
 
 def test_a_slower_machine_takes_longer():
