@@ -188,8 +188,8 @@ def test_memory_is_warned_of():
     ],
 )
 def test_more_costs_more(more, stage, factor):
-    """Solutions by factors grow with the cube of 3 (2 H + 1) a slipping pair, by iterations with the
-    cube of the pairs alone and with H."""
+    """Solutions by factors grow with the cube of 3 (2 H + 1) a slipping pair, by iterations with
+    the cube of the pairs alone and with H."""
     one, other = (
         forecast(size, COMMON)[stage] for size in (LARGE, Size(**{**vars(LARGE), **more}))
     )
