@@ -8,10 +8,10 @@ from pathlib import Path
 
 from tipdamp.hbm.errors import Doubt, InputError
 
-# Measured by tests/hbm/test_memory.py: at its largest a curve keeps of the last points the
-# condensed matrix and its factors, each of the square of the unknowns of the active contacts, or
-# where these are many, matrices between their components for each order, of two numbers; beside
-# the derivatives of their forces.
+# At its largest a curve keeps of the last points the condensed matrix and its factors, each of the
+# square of the unknowns of the active contacts [tests/hbm/test_memory.py], or where these are many,
+# matrices between their components for each order, of two numbers [a wedge under platforms, 62 and
+# 64 of 100 pairs that move, H = 15 and 5]; beside the derivatives of their forces.
 _SQUARES, _ORDERS, _BLOCKS = 5, 95, 16
 # of all unknowns, sticking contacts included: some twenty at each of about a hundred points
 _VECTORS = 20 * 100

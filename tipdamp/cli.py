@@ -746,10 +746,7 @@ def _expect(name: str, study: "Study", store: "Store", jobs: int) -> None:
         if name not in costs or max(costs[name].seconds, costs[name].at_most) <= SETTINGS.short:
             return
         if name == "respond":
-            acting = acting_pairs(study, store)
-            each = len(size.curves) // len(acting)
-            size = replace(size, acting=tuple(n for n in acting for _ in range(each)))
-            costs = costs_of(size)
+            costs = costs_of(replace(size, acting=acting_pairs(study, store)))
         print(f"{name:8s}   estimate  {costs[name].text}", flush=True)
 
 

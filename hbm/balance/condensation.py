@@ -68,7 +68,7 @@ class OpenContacts:
 
     def forces_by(self, g: np.ndarray) -> np.ndarray:
         """(p, K) complex N under forces g (n, K) of the others."""
-        return np.matmul(self.response, g.T[:, :, None])[:, :, 0].T
+        return times_orders(self.response, g)
 
     def seen_by(self, row: np.ndarray) -> np.ndarray:
         """(n, K) what a row (p, K) of the open components adds to that of the others."""
@@ -105,11 +105,11 @@ def condensed_contacts(forces: ContactForces, between: Between, lowest: int = 0)
         active_contacts(active.contacts[at], active.D[at], acts[at]) for at in (~alike, alike)
     )
     rates = rates[alike, :, lowest:].reshape(len(left.rows), -1)
-    own = _by_orders(between(left.rows, left.rows))
+    own = by_orders(between(left.rows, left.rows))
     systems = np.eye(len(left.rows)) + rates.T[:, :, None] * own
     factors = [lu_factor(one, check_finite=False) for one in systems]
-    response = _forces(factors, rates, _by_orders(between(left.rows, acting.rows)))
-    into = _by_orders(between(acting.components, left.rows))
+    response = _forces(factors, rates, by_orders(between(left.rows, acting.rows)))
+    into = by_orders(between(acting.components, left.rows))
     G = between(acting.components, acting.rows) + np.moveaxis(into @ response, 0, 2)
     G = np.ascontiguousarray(G)
     return Condensed(acting, G, OpenContacts(left.rows, rates, factors, response), active)
@@ -121,6 +121,11 @@ def _forces(factors: list[Any], rates: np.ndarray, u: np.ndarray) -> np.ndarray:
     return np.array([lu_solve(lu, -k[:, None] * one, check_finite=False) for lu, k, one in each])
 
 
-def _by_orders(G: np.ndarray) -> np.ndarray:
+def by_orders(G: np.ndarray) -> np.ndarray:
     """(K, to, at) of a receptance (to, at, K)."""
     return np.ascontiguousarray(np.moveaxis(G, 2, 0))
+
+
+def times_orders(matrices: np.ndarray, g: np.ndarray) -> np.ndarray:
+    """(m, K) products of matrices (K, m, n) with g (n, K), order by order."""
+    return np.matmul(matrices, np.ascontiguousarray(g.T)[:, :, None])[:, :, 0].T

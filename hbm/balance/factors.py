@@ -15,7 +15,7 @@ from scipy.linalg import solve_triangular
 from scipy.linalg.lapack import dgetrf, dgetrs
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.condensation import ActiveContacts
+from tipdamp.hbm.balance.condensation import ActiveContacts, by_orders, times_orders
 from tipdamp.hbm.balance.kernels import condensed, rotated, sign_of
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.memory import check_matrix_fits
@@ -51,18 +51,19 @@ class BorderedSystem(NamedTuple):
         system[:-1, -1], system[-1, :-1], system[-1, -1] = self.column, self.row, self.corner
         return system
 
-    def product(self, real: type) -> Callable[[np.ndarray], np.ndarray]:
-        """What multiplies a vector (n nh + 1,) of a precision by the matrix, which is not made."""
-        places, nh = self.acting.places, 2 * self.G.shape[2] - 1
+    def product(self, G: np.ndarray, real: type) -> Callable[[np.ndarray], np.ndarray]:
+        """What multiplies a vector (n nh + 1,) of a precision by the matrix, which is not made;
+        G (K, a nd, n) : the receptance by orders."""
+        places, nh = self.acting.places, 2 * len(G) - 1
         D = self.acting.D.reshape(len(self.acting.D), self.acting.D.shape[1] * nh, -1)
-        G = np.ascontiguousarray(np.moveaxis(self.G, 2, 0), np.result_type(real, np.complex64))
-        D = D.astype(real)
+        G = G.astype(np.result_type(real, np.complex64), copy=False)
+        D = D.astype(real, copy=False)
         column: np.ndarray = self.column.astype(real)
         row: np.ndarray = self.row.astype(real)
 
         def times(v: np.ndarray) -> np.ndarray:
             dg = v[:-1].reshape(-1, nh)
-            u = fourier.to_real(_by_orders(G, fourier.to_complex(dg))).reshape(len(D), -1, 1)
+            u = fourier.to_real(times_orders(G, fourier.to_complex(dg))).reshape(len(D), -1, 1)
             change = np.matmul(D, u).reshape(-1, nh)[places] + dg
             last = row @ v[:-1] + real(self.corner) * v[-1]
             return np.append(change.ravel() + column * v[-1], last)
@@ -95,20 +96,27 @@ class IterativeSolver:
     """By GMRES; where it does not converge, by LU factors."""
 
     def __init__(self, system: BorderedSystem) -> None:
-        self._system = system
-        self._times, self._roughly = system.product(np.float64), system.product(np.float32)
-        (_, D, _, _, places, rows), G = system.acting, system.G
-        G = np.moveaxis(G.reshape(len(D), -1, *G.shape[1:]), 3, 0)
-        alone = np.matmul(_each_order(D), G).reshape(len(G), -1, len(rows))[:, places]
-        alone += np.eye(len(rows))
-        self._sign = float(np.linalg.slogdet(alone[0].real)[0])  # the other orders are squares
+        self._system, G = system, by_orders(system.G)
+        self._factors: DirectSolver | None = None  # many points are kept: only where they must be
+        self._roughly = system.product(G, np.float32)
+        self._times = system.product(np.moveaxis(system.G, 2, 0), np.float64)  # seldom: no copy
+        D, places, rows = system.acting.D, system.acting.places, system.acting.rows
+        alone = np.matmul(_each_order(D), G.reshape(len(G), len(D), -1, len(rows)))
+        alone = alone.reshape(len(G), -1, len(rows))[:, places] + np.eye(len(rows))
         with np.errstate(all="ignore"):
-            self._inverses = np.linalg.inv(alone.astype(np.complex64)) if self._sign else alone
+            self._sign = float(np.linalg.slogdet(alone[0].real)[0])  # the other orders are squares
+            try:
+                self._inverses = np.linalg.inv(alone.astype(np.complex64))
+            except np.linalg.LinAlgError:
+                self._sign = 0.0
 
     def solve(self, right: np.ndarray) -> np.ndarray:
         """(n,) solution for a right side (n,); not a number where the matrix is singular."""
-        x = self._solved(right)
-        return self._direct.solve(right) if x is None else x
+        if self._factors is None:
+            if (x := self._solved(right)) is not None:
+                return x
+            self._factors = self._factorised()
+        return self._factors.solve(right)
 
     def _solved(self, right: np.ndarray) -> np.ndarray | None:
         """The solution, None where it does not converge."""
@@ -134,18 +142,17 @@ class IterativeSolver:
         eigenvalues of the matrix times the inverse of that part. A Krylov space from a start that
         has them all finds those that are far from the others, around 1; one next to zero asks for
         the factors."""
-        if self._sign:
+        if self._sign and not self._factors:
             start = np.random.default_rng(0).normal(size=len(self._system.row) + 1)
             start = start.astype(np.float32)
             _, projected, left = gmres(self._step, start, DEFAULT.iterations, DEFAULT.inner)
-            values = np.linalg.eigvals(projected)
-            if left <= DEFAULT.inner and np.abs(values).min() > DEFAULT.next_to_zero:
+            values = np.linalg.eigvals(projected) if left <= DEFAULT.inner else np.zeros(1)
+            if np.abs(values).min() > DEFAULT.next_to_zero:
                 negative = ((values.imag == 0) & (values.real < 0)).sum()
                 return self._sign * (-1.0) ** negative
-        return self._direct.sign
+        return (self._factors or self._factorised()).sign
 
-    @cached_property
-    def _direct(self) -> DirectSolver:
+    def _factorised(self) -> DirectSolver:
         check_matrix_fits(len(self._system.row) + 1)
         return DirectSolver(self._system.matrix())
 
@@ -155,7 +162,7 @@ class IterativeSolver:
     def _preconditioned(self, v: np.ndarray) -> np.ndarray:
         """The border stays as it is."""
         orders = fourier.to_complex(v[:-1].reshape(self._inverses.shape[1], -1))
-        return np.append(fourier.to_real(_by_orders(self._inverses, orders)), v[-1])
+        return np.append(fourier.to_real(times_orders(self._inverses, orders)), v[-1])
 
 
 def _each_order(D: np.ndarray) -> np.ndarray:
@@ -165,11 +172,6 @@ def _each_order(D: np.ndarray) -> np.ndarray:
     real = D[:, :, cosine, :, cosine] + D[:, :, sine, :, sine]
     imaginary = D[:, :, sine, :, cosine] - D[:, :, cosine, :, sine]
     return np.concatenate([D[None, :, :, 0, :, 0], 0.5 * (real + 1j * imaginary)])
-
-
-def _by_orders(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """(m, K) products of matrices (K, m, n) with vectors (n, K), order by order."""
-    return np.matmul(matrices, np.ascontiguousarray(vectors.T)[:, :, None])[:, :, 0].T
 
 
 def gmres(

@@ -76,7 +76,7 @@ class Size:
     most often hold those that slip, 0 where it is none; jobs - curves that are made side by side;
     kept - share of pairs that stay
     instants - of a period at which a law by its step alone is evaluated, 0 of compiled ones
-    acting - pairs that slip or lift on each curve, empty where that is not known
+    acting - pairs that slip or lift at each level, empty where that is not known
     unreduced - whether the preload is solved on all dofs; sets - of stations of which `tune` seeks
     the frequency fewer - what makes of many columns fewer."""
 
@@ -217,19 +217,18 @@ def _of_curves(size: Size, model: Cost, machine: Machine) -> Cost:
     model small, not the contact: every kept pair is in it and can slip."""
     kept = max(int(size.kept * size.pairs), 1)
     guessed = max(int(SETTINGS.slipping * min(size.followed or kept, kept)), 1)
-    some, worst = (
-        model.seconds
-        + sum(
-            _curve(kept, H, n, size.instants, machine)
-            for H, n in zip(size.curves, slip, strict=True)
-        )
-        for slip in (size.acting or [guessed] * len(size.curves), [kept] * len(size.curves))
-    )
     together = sorted(size.curves)[-size.jobs :]
-    few, all_of_them = (
-        model.bytes + sum(curve_bytes(n, kept, 3, H) for H in together)
-        for n in (max(size.acting, default=guessed), kept)
-    )
+
+    def cost(levels: tuple[int, ...]) -> tuple[float, float]:
+        """s and bytes where so many pairs slip at each level, whose curves follow one another."""
+        slip = np.repeat(levels, len(size.curves) // len(levels))
+        curves = zip(size.curves, slip, strict=True)
+        seconds = sum(_curve(kept, H, n, size.instants, machine) for H, n in curves)
+        need = sum(curve_bytes(max(levels), kept, 3, H) for H in together)
+        return model.seconds + seconds, model.bytes + need
+
+    some, few = cost(size.acting or (guessed,))
+    worst, all_of_them = cost((kept,))
     return Cost(some, few, worst, all_of_them)
 
 

@@ -21,17 +21,18 @@ def check_room(curves: Curves, cases: Sequence[CurveCase], jobs: int) -> None:
         jobs
     ):
         return
-    start = "zero_slider" if curves.start is None else curves.start
-    need = Need(
-        curves,
-        cases,
-        {
-            level: activity(curves.problem, level * curves.force, cases[0].band, start)
-            for level in sorted({case.Fe_N for case in cases})
-        },
-    )
+    levels = sorted({case.Fe_N for case in cases})
+    need = Need(curves, cases, acting(curves, levels, cases[0].band))
     if not need.fits(jobs):
         raise InputError(need.message(min(jobs, len(cases))))
+
+
+def acting(
+    curves: Curves, levels: Sequence[float], band: tuple[float, float]
+) -> dict[float, Activity]:
+    """{Fe in N: what slips or lifts in a band, Hz}, by the stuck response."""
+    start = "zero_slider" if curves.start is None else curves.start
+    return {Fe: activity(curves.problem, Fe * curves.force, band, start) for Fe in levels}
 
 
 class Need:

@@ -21,12 +21,11 @@ from tipdamp.bodies.interface import (
 )
 from tipdamp.checks import only_friction
 from tipdamp.checks.pairs import pair_names
-from tipdamp.checks.room import check_room
+from tipdamp.checks.room import acting, check_room
 from tipdamp.engine.curves import CurveCase, Curves, forget, sweep
 from tipdamp.engine.progress import Ticker
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
-from tipdamp.hbm.balance.activity import activity
 from tipdamp.hbm.balance.open_damping import damping_of_what_is_open
 from tipdamp.hbm.balance.problem import ContactProblem, doubted_problem
 from tipdamp.hbm.balance.receptance import linear_response, linear_response_with_peaks
@@ -188,13 +187,10 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
 
 
 def acting_pairs(study: Study, store: Store) -> tuple[int, ...]:
-    """Numbers of pairs that slip or lift at the levels of a study, by the stuck response."""
-    settings, curves = study.respond, assembled(study, store).curves
-    start = "zero_slider" if curves.start is None else curves.start
-    return tuple(
-        activity(curves.problem, Fe * curves.force, settings.band, start).contacts
-        for Fe in settings.levels
-    )
+    """Numbers of pairs that slip or lift at the levels of a study."""
+    settings = study.respond
+    found = acting(assembled(study, store).curves, settings.levels, settings.band)
+    return tuple(found[Fe].contacts for Fe in settings.levels)
 
 
 def _size(model: ReducedModel) -> float | None:

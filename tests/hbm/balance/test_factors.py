@@ -9,6 +9,7 @@ import pytest
 from tests.hbm.balance.test_condensation import linearised
 from tests.hbm.test_many_pairs import curve_of_bar
 from tipdamp.hbm.balance import factors, newton
+from tipdamp.hbm.balance.condensation import active_contacts, by_orders
 from tipdamp.hbm.balance.factors import (
     BorderedSystem,
     DirectSolver,
@@ -41,7 +42,7 @@ def test_product_is_that_of_the_matrix():
     v = np.random.default_rng(2).normal(size=len(given.row) + 1)
     expected = given.matrix() @ v
     for real, rounding in ((np.float64, 1e-13), (np.float32, 1e-5)):
-        found = given.product(real)(v.astype(real))
+        found = given.product(by_orders(given.G), real)(v.astype(real))
         assert found.dtype == real
         assert np.abs(found - expected).max() < rounding * np.abs(expected).max()
 
@@ -118,3 +119,39 @@ def test_what_takes_less_time_is_chosen():
         by_factors, by_iterations = flops(components, orders)
         assert (by_factors < by_iterations) == direct
     assert isinstance(solver_of(system()), DirectSolver)
+
+
+def test_overflowed_receptance_has_no_solution():
+    given = system()
+    found = IterativeSolver(given._replace(G=np.full_like(given.G, np.nan)))
+    assert found.sign == 0 and np.isnan(found.solve(np.ones(len(given.row) + 1))).all()
+
+
+def test_orders_that_are_not_coupled_take_no_iterations(monkeypatch):
+    """But for those of the border, of rank two: contacts that turn and scale each order by
+    itself."""
+    given, taken = system(), []
+    rng = np.random.default_rng(4)
+    D = np.zeros_like(given.acting.D)
+    for k in range(1, D.shape[2], 2):
+        real, imaginary = 1e4 * rng.normal(size=(2, *D[:, :, 0, :, 0].shape))
+        D[:, :, k, :, k] = D[:, :, k + 1, :, k + 1] = real
+        D[:, :, k + 1, :, k], D[:, :, k, :, k + 1] = imaginary, -imaginary
+    monkeypatch.setattr(factors, "gmres", lambda *a: taken.append(gmres(*a)) or taken[-1])
+    given = given._replace(acting=given.acting._replace(D=D))
+    x, sign = exactly(given)
+    found = IterativeSolver(given)
+    assert np.abs(found.solve(np.ones(len(x))) - x).max() < 1e-7 * np.abs(x).max()
+    assert found.sign == sign and max(len(projected) for _, projected, _ in taken) <= 4
+
+
+def test_singular_order_of_a_regular_system_is_left_to_the_factors():
+    """Of one contact with one component: 1 + D G of order 1 is zero, coupling and border make the
+    whole regular."""
+    D, G = np.zeros((1, 1, 3, 1, 3)), np.ones((1, 1, 2), dtype=complex)
+    D[0, 0, :, 0, :] = [[0.5, 0.3, 0.2], [0.5, -1.0, 0.0], [0.7, 0.0, -1.0]]
+    one = active_contacts(np.arange(1), D, np.ones((1, 1), dtype=bool))
+    given = BorderedSystem(one, G, np.array([0.1, 1.0, 2.0]), np.array([1.0, 2.0, -1.0]), 0.5)
+    x, sign = exactly(given)
+    found = IterativeSolver(given)
+    assert found.solve(np.ones(4)) == pytest.approx(x) and found.sign == sign != 0
