@@ -110,11 +110,11 @@ class Cost:
     @property
     def text(self) -> str:
         """In a few words."""
-        longest = self.at_most > 2 * self.seconds
-        largest = self.bytes_at_most > 2 * max(self.bytes, 5e7)
-        bound = [duration(self.at_most)] * longest + [
-            f"{self.bytes_at_most / 1e9:.1f} GB"
-        ] * largest
+        bound = []
+        if self.at_most > 2 * self.seconds:
+            bound.append(duration(self.at_most))
+        if self.bytes_at_most > 2 * max(self.bytes, 5e7):
+            bound.append(f"{self.bytes_at_most / 1e9:.1f} GB")
         slip = f" (should all pairs slip: {', '.join(bound)})" if bound else ""
         return f"about {duration(self.seconds)}, {self.bytes / 1e9:.1f} GB{slip}"
 
