@@ -58,7 +58,8 @@ def restart_ahead(tracer: BranchTracer, follow: Callable) -> None:
         passed, taken_up = _back(tracer, left, passed)
     if passed:
         tracer.branch.restarts.append((begin.parameter, (taken_up or passed[-1]).parameter))
-        tracer.branch.points += passed[:-1]
+        for point in passed[:-1]:
+            tracer.take(point)
         tracer.resume(passed[-1])
 
 
@@ -81,6 +82,7 @@ def _in_steps(tracer: BranchTracer, begin: Point, goal: float) -> tuple[list[Poi
             return passed, None
         at = found
         last = passed[-1] if passed else begin
+        last.detail.forget()
         step = min(max(1.5 * abs(at.parameter - last.parameter) / tracer.length, AHEAD[0]), 0.05)
         passed.append(replace(at, jump=True))
     return passed, at

@@ -179,7 +179,7 @@ class BranchTracer:
 
     def resume(self, found: Point) -> None:
         """Continue from a solution found ahead."""
-        self.branch.points.append(found)
+        self.take(found)
         self.begin_at(found)
         if self.ahead(found.parameter, self.end) >= 0:
             self.branch.finish("end", self.end)
@@ -303,9 +303,17 @@ class BranchTracer:
         return border.converged and self.metric().norm(border.x - start.x, 0.0) < 1e-6
 
     def _append(self, new: Point, on_point: OnPoint | None) -> None:
-        self.branch.points.append(new)
+        self.take(new)
         if on_point:
             on_point(new, self.step)
+
+    def take(self, new: Point) -> None:
+        """The next point; what Newton's method needed at the one before is too large to keep over a
+        whole branch."""
+        before = self.branch.points[-1]
+        if before.detail is not None:
+            before.detail.forget()
+        self.branch.points.append(new)
 
     def _grows(self, new: Point) -> bool:
         """Whether the unknowns grow without bound while the parameter all but stands."""

@@ -119,7 +119,6 @@ def _one_way(
             branch.finish("meets", met.parameter)
             continue
         tracer.accept(new, on_point)
-        before.detail.forget()
         if not branch.end and len(branch.points) > 3 and _passes(tracer, before, new):
             branch.points[-1] = branch.points[0]
             branch.finish("round", start.parameter)

@@ -47,6 +47,10 @@ class Linearised(Protocol):
         predictor. Zeros where R determines x."""
         ...
 
+    def forget(self) -> None:
+        """Drop what is large; it is computed again where it is asked for."""
+        ...
+
 
 class Bordered:
     """`solve` and `direction` of what has a residual and solves its bordered system."""

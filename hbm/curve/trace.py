@@ -112,13 +112,9 @@ def _first_staying(
 ) -> None:
     """Fill `found` with branches from `first`, up to the first one that does not leave the band for
     good."""
-    passed: list[Point] = []
     known: list[Point] = []
 
     def report(point: Point, step: float) -> None:
-        for before in passed:
-            before.detail.forget()  # what Newton needed there: too large to keep over a whole curve
-        passed[:] = [point] if point.detail is not None else []
         budget.point(point.parameter / equation.parameter.scale, step, point.iterations)
         if note and point.converged and point.tangent is not None:
             note(point)

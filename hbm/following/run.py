@@ -127,9 +127,7 @@ def run_from(
         if point.detail is None or not point.converged:
             return
         equation.look_along(point.detail.tangent)
-        turned = np.sign(point.detail.curvature) != sign
-        point.detail.forget()
-        if turned:
+        if np.sign(point.detail.curvature) != sign:
             raise Met
         if found(point):
             raise Found

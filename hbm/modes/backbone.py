@@ -93,7 +93,6 @@ def backbone(
     budget = Budget(settings, progress, at[0], len(equation.weights))
 
     def report(point: Point, step: float) -> None:
-        point.detail.forget()
         budget.point(point.parameter, step, point.iterations)
 
     equation.balance.on_call = budget.call

@@ -67,6 +67,28 @@ def test_a_jump_to_another_branch_is_refused():
     )
 
 
+def test_of_points_behind_nothing_large_is_kept():
+    held = set()
+
+    class Large(Dense):
+        """What it factorises it holds."""
+
+        def _solve(self, row, corner, right):
+            held.add(id(self))
+            return super()._solve(row, corner, right)
+
+        def forget(self):
+            held.discard(id(self))
+
+    def evaluate(x, p):
+        return Large(x**3 - 3 * x - p, np.diag(3 * x**2 - 3), np.array([-1.0]))
+
+    branch = follow(evaluate, start_at(evaluate, -2.5, -8.0), 8.0, np.ones(1))
+    assert branch.complete and len(branch.points) > 15
+    assert id(branch.points[-1].detail) in held
+    assert not held & {id(point.detail) for point in branch.points[:-1]}
+
+
 def endless(x, p):
     """From p = 5 on the branch x = p goes to and fro for ever; the branch x = -p leads on."""
     a, slope = (
