@@ -128,8 +128,10 @@ def test_comparison_with_bounded_harmonics(monkeypatch):
 
 
 def test_warning_where_few_contacts_may_slip(monkeypatch):
-    """512 of 2048 pairs in three dimensions at H = 7 ask for 16.3 GB; how many will slip is not known
-    at input."""
+    """512 of 2048 pairs in three dimensions at H = 7 ask for 16.3 GB.
+
+    How many will slip is not known at input.
+    """
     monkeypatch.setattr(memory, "available_bytes", lambda: 8e9)
     with pytest.warns(
         UserWarning,
