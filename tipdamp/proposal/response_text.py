@@ -4,7 +4,7 @@ import numpy as np
 
 from tipdamp.bodies import BLADES
 from tipdamp.proposal.propose import Proposal
-from tipdamp.proposal.trial import LEVELS, STEEL, Trial, levels_of
+from tipdamp.proposal.trial import DAMPING, LEVELS, MULTIPLES, STEEL, Trial, levels_of
 from tipdamp.proposal.words import ASK, group_comment, group_names, vector
 
 
@@ -16,10 +16,10 @@ def response_text(found: Proposal, tried: Trial | None, pull: float | None) -> l
         "",
         "[respond]",
         *_groups(found, tried),
-        *_levels(pull),
+        *_levels(pull, tried),
         *_band(found, tried),
-        "damping_ratio = 0.005       # guessed: 0.005 without damper, 0.022 with it on the rig of "
-        "[Zucca 2016]",
+        f"damping_ratio = {DAMPING:g}       # guessed: 0.005 without damper, 0.022 with it on the "
+        "rig of [Zucca 2016]",
         'harmonics = "auto"          # as many as the tolerance needs; 3 for a first look',
         "tolerance = 1e-3            # of the vibration, error by the harmonics left out",
     ]
@@ -69,18 +69,34 @@ def _groups(found: Proposal, tried: Trial | None) -> list[str]:
     ]
 
 
-def _levels(pull: float | None) -> list[str]:
-    shares = ", ".join(f"{share:g}" for share in LEVELS)
+def _levels(pull: float | None, tried: Trial | None) -> list[str]:
+    shares = LEVELS if tried is None else tried.levels
+    ratios = ", ".join(f"{1 / share:.3g}" for share in shares)
     lines = [
-        f"# the pull times {shares}: Fc/Fe = {', '.join(f'{1 / s:g}' for s in LEVELS)}, the range "
-        "of",
-        "# [Zucca 2016, figure 3], whose tip dampers slip from the second on; where all pairs slip "
-        "at the",
-        "# lowest level begin lower",
+        f"# the pull times {', '.join(f'{share:g}' for share in shares)}, Fc/Fe = {ratios}:",
+        *(_of_figure() if tried is None or tried.slip is None else _of_slip(tried.slip)),
     ]
-    if pull is None:
-        return [*lines, f"levels = {ASK}                # N, amplitudes of the excitation"]
-    return [*lines, f"levels = {vector(levels_of(pull))}     # N, amplitudes of the excitation"]
+    levels = ASK if pull is None else vector(levels_of(pull, shares))
+    return [*lines, f"levels = {levels}     # N, amplitudes of the excitation"]
+
+
+def _of_figure() -> list[str]:
+    return [
+        "# the range of [Zucca 2016, figure 3], whose tip dampers slip from the second on; where "
+        "all pairs",
+        "# slip at the lowest level begin lower",
+    ]
+
+
+def _of_slip(slip: float) -> list[str]:
+    factors = [f"{factor:g}" for factor in MULTIPLES]
+    return [
+        f"# {', '.join(factors[:-1])} and {factors[-1]} times the level from which on half of the "
+        "closed contacts slip",
+        f"# or lift off (Fc/Fe = {1 / slip:.3g}: stuck response on smooth half-spaces, damping "
+        f"ratio {DAMPING:g}):",
+        "# all stuck, the first slip at the peak, slip, about the best damping",
+    ]
 
 
 def _band(found: Proposal, tried: Trial | None) -> list[str]:

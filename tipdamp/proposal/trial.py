@@ -3,7 +3,7 @@ and damper have their modes, how stiff the contacts are, where a blade moves mos
 
 import tomllib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from tipdamp.bodies import BLADES
 from tipdamp.checks.forecast import estimate
+from tipdamp.checks.room import acting
 from tipdamp.engine.progress import duration
 from tipdamp.engine.store import Store
 from tipdamp.fields import surface
@@ -21,6 +22,7 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.ties import first_largest
 from tipdamp.proposal.propose import Proposal
 from tipdamp.results.static_results import InspectResult, ReduceResult, TuneResult
+from tipdamp.stages.respond import assembled
 from tipdamp.stages.run import run_stage
 from tipdamp.study.study import study_of
 from tipdamp.study.view import Study
@@ -29,9 +31,15 @@ STEEL = {"m": (205e9, 0.3, 7850.0), "mm": (205e3, 0.3, 7.85e-9)}
 # of smooth half-spaces: the paper's contacts of machined faces                [Zucca 2016,
 # section 7.1]
 SOFTEST = 1 / 13
-# of the pull: all stuck, beginning slip, the best damping, past it             [Zucca 2016,
-# figure 3]
+# of the pull, where nothing is computed: all stuck, beginning slip, the best damping, past it
+# [Zucca 2016, figure 3]
 LEVELS = (0.01, 0.1, 0.25, 0.5)
+# of the level at which half of the closed contacts slip in the stuck response: all stuck, first
+# slip at the peak, slip, about the best damping, a third of the stuck resonance's amplification up
+MULTIPLES = (0.3, 3.0, 10.0, 30.0)
+SHARES = (1e-6, 10.0)  # of the pull, between which that level is sought
+STEPS = 12  # halvings of their logarithm, down to 0.4 %
+DAMPING = 0.005  # without damper                                              [Zucca 2016]
 LONGEST = 180.0  # s that a proposal may take
 MODES = 2  # lowest of the blades, in which both take part
 
@@ -52,7 +60,8 @@ class Trial:
     """What was computed. only_friction - motions of the damper that no contact normal faces;
     excitation, patches - groups, or nodes by their number, where no group was found; moved - in
     words where these lie; free_hz, stuck_hz - on smooth half-spaces, soft_hz - on the softest
-    contacts; sides {name: stiffness}."""
+    contacts; sides {name: stiffness}; slip - excitation over pull from which on half of the
+    closed contacts slip or lift off under the stuck response, None where they never do."""
 
     only_friction: tuple[str, ...]
     excitation: tuple[str, ...]
@@ -62,6 +71,14 @@ class Trial:
     soft_hz: tuple[float, ...]
     stuck_hz: tuple[float, ...]
     sides: dict[str, Stiffness]
+    slip: float | None = None
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """Of the excitation, as shares of the pull."""
+        if self.slip is None:
+            return LEVELS
+        return tuple(_digits(factor * self.slip) for factor in MULTIPLES)
 
     @property
     def band(self) -> tuple[float, float]:
@@ -85,9 +102,9 @@ def trial(found: Proposal, text: str, target: Path, quiet: bool = False) -> Tria
         return _tried(found, content, target, Store(Path(folder)), quiet)
 
 
-def levels_of(pull: float) -> tuple[float, ...]:
+def levels_of(pull: float, shares: Sequence[float]) -> tuple[float, ...]:
     """Fe in the unit of the pull, to two digits."""
-    return tuple(float(f"{share * pull:.2g}") for share in LEVELS)
+    return tuple(_digits(share * pull) for share in shares)
 
 
 def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bool) -> Trial:
@@ -121,7 +138,7 @@ def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bo
         for scale in (SOFTEST, 1.0)
     )
     reduced = ReduceResult.load(store)
-    return Trial(
+    tried = Trial(
         tuple(inspected.only_friction),
         tuple(excitation),
         tuple(patches),
@@ -131,6 +148,31 @@ def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bo
         stuck,
         _stiffnesses(ContactTable.load(store.path("preload.csv"))),
     )
+    content["respond"] |= {
+        "levels": [1.0],
+        "band": list(tried.band),
+        "damping_ratio": DAMPING,
+        "harmonics": 1,
+    }
+    return replace(tried, slip=_slip(study_of(target, content), store))
+
+
+def _slip(study: Study, store: Store) -> float | None:
+    """Level, at a pull of 1, at which half of the contacts that are closed at rest slip or lift off
+    somewhere in the band; None where they never do."""
+    curves = assembled(study, store).curves
+
+    def moving(level: float) -> int:
+        return acting(curves, [level], study.respond.band)[level].contacts
+
+    low, high = SHARES
+    half = (moving(low) + len(curves.problem.contacts)) / 2  # what is open at rest always acts
+    if moving(high) < half:
+        return None
+    for _ in range(STEPS):
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if moving(middle) >= half else (middle, high)
+    return high
 
 
 def _run(stages: Sequence[str], study: Study, store: Store, quiet: bool) -> None:
@@ -182,6 +224,11 @@ def _stiffnesses(pairs: ContactTable) -> dict[str, Stiffness]:
         area = float(mine.area.sum()) if mine.on_surface.all() else 0.0
         found[name] = Stiffness(float(mine.kn.sum()), float(mine.kt.sum()), len(mine), area)
     return found
+
+
+def _digits(value: float) -> float:
+    """To two digits."""
+    return float(f"{value:.2g}")
 
 
 def _rounded(hz: float) -> float:

@@ -1,4 +1,4 @@
-"""What a proposal computes: band, nodes and stiffness of steel, levels of the pull; what it says
+"""What a proposal computes: band, nodes, stiffness of steel, levels; what it says
 where it cannot."""
 
 import tomllib
@@ -11,7 +11,8 @@ from tests.tipdamp import corner_study
 from tests.tipdamp.proposal.test_propose import filled
 from tests.tipdamp.rig_study import read
 from tipdamp.cli import main
-from tipdamp.proposal.trial import SOFTEST, STEEL, Trial
+from tipdamp.proposal.trial import LEVELS, MULTIPLES, SOFTEST, STEEL, Trial
+from tipdamp.proposal.words import vector
 
 
 def proposed(folder, capsys, *more):
@@ -43,17 +44,28 @@ def test_band_holds_what_the_completed_study_finds(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_levels_are_shares_of_the_pull(tmp_path, capsys):
-    """And without it they are asked for, with the shares in words."""
+def test_levels_begin_at_the_slip_of_this_model(tmp_path, capsys):
+    """In proportion to the pull; the largest makes most contacts slip in the forced response, the
+    least none. Without the pull they are asked for, with the shares in words."""
     corner_study.write(tmp_path)
     path, _ = proposed(tmp_path, capsys, "--pull", "250")
     study = tomllib.loads(path.read_text())
+    levels = np.array(study["respond"]["levels"])
     assert study["damper"]["pull"] == 250
-    assert study["respond"]["levels"] == [2.5, 25, 62, 120]
+    assert levels / levels[1] == pytest.approx(np.array(MULTIPLES) / MULTIPLES[1], rel=0.05)
+    text = path.read_text().replace('harmonics = "auto"', "harmonics = 3")
+    text = text.replace("\npull = 250", '\npull = "?"')  # asked for with the material
+    path.write_text(text.replace(vector(levels), vector(levels[::3])))
+    assert main(["run", filled(path, pull=250), "--quiet"]) == 0
+    few, many = read(tmp_path / "results" / path.stem, "respond.json")["responses"]
+    assert len(few["slipping_pairs"]) == 0 < len(many["slipping_pairs"])
     path.unlink()
     path, _ = proposed(tmp_path, capsys)
     assert "respond" not in tomllib.loads(path.read_text())
-    assert '# levels = "?"' in path.read_text() and "pull times 0.01, 0.1" in path.read_text()
+    text = path.read_text()
+    shares = text.split("the pull times ")[1].split(", Fc/Fe")[0]
+    assert '# levels = "?"' in text
+    assert np.array(shares.split(", "), dtype=float) == pytest.approx(levels / 250, rel=0.05)
 
 
 @pytest.mark.slow
@@ -133,4 +145,6 @@ def test_band_by_hand():
     values = dict(only_friction=(), excitation=(), patches=(), moved="", sides={})
     tried = Trial(**values, free_hz=(1600.0, 1700.0), soft_hz=(2700.0,), stuck_hz=(3450.0,))
     assert tried.band == (1400, 3800)
+    assert tried.levels == LEVELS  # nothing ever slips
+    assert replace(tried, slip=0.0123).levels == (0.0037, 0.037, 0.12, 0.37)
     assert 0 < SOFTEST < 1 and STEEL["mm"][0] == pytest.approx(1e-6 * STEEL["m"][0])
