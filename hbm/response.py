@@ -14,15 +14,15 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any, Unpack, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.differences import check_derivatives
 from tipdamp.hbm.balance.parameter import Equation, Frequency, Parameter, as_parameter
 from tipdamp.hbm.balance.problem import ContactProblem, doubted_problem
 from tipdamp.hbm.balance.residual import HarmonicBalance
@@ -32,15 +32,14 @@ from tipdamp.hbm.contact_doubts import contact_doubts
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.point import Point
-from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.band_end import band_ends
+from tipdamp.hbm.curve.checked_input import MADE_BY, CheckedInput, Forcing, at_hz
 from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.enough_harmonics import AUTO, enough_harmonics
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
 from tipdamp.hbm.curve.folds_and_transitions import named_points
 from tipdamp.hbm.curve.guess import orders_of_guess, place_and_unknowns, solved, with_orders
 from tipdamp.hbm.curve.hold_check import hold_in_words, stiffer_change
-from tipdamp.hbm.curve.journal import Journal
 from tipdamp.hbm.curve.options import (
     CurveKeywords,
     CurveOptions,
@@ -50,7 +49,7 @@ from tipdamp.hbm.curve.options import (
 )
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.peaks import refine_largest
-from tipdamp.hbm.curve.recorded import RecordedBalance
+from tipdamp.hbm.curve.probes import probed
 from tipdamp.hbm.curve.starts import first_of, starts
 from tipdamp.hbm.curve.trace import record, slides, trace
 from tipdamp.hbm.curve.truncation import TruncationEstimate, peak_multipliers
@@ -58,7 +57,6 @@ from tipdamp.hbm.curve.watched import watched
 from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.hold.spring import Hold
 from tipdamp.hbm.laws.base import ContactLaw
-from tipdamp.hbm.memory import check_harmonics_fit
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.result import DOUBTFUL, ForcedResponse
@@ -67,11 +65,7 @@ from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     check_beyond,
     check_forcing,
-    check_groups,
-    check_harmonics,
     check_kind,
-    check_outputs,
-    check_settings,
     check_values,
     check_whole,
     in_hz,
@@ -80,9 +74,6 @@ from tipdamp.hbm.validation import (
     one_of,
     positive,
 )
-
-MADE_BY = "Problem(...).contact_problem, or ContactProblem(M, C, K, B, law, contacts)"
-Forcing = np.ndarray | Mapping[int, np.ndarray]  # (r,) N of order 1, or {order: (r,)}
 
 
 @with_options_named
@@ -240,7 +231,7 @@ def solve_at(
     asked = one_of("stability", chosen.stability, get_args(PointsOfInterest)) != "none"
     case = CheckedInput.checked(problem, forcing, chosen)
     hz = positive("hz", in_hz("hz", hz, omega), " Hz")
-    problem, case = _at_hz(problem, case, hz, chosen.periods)
+    problem, case = at_hz(problem, case, hz, chosen.periods)
     w = 2 * np.pi * hz / chosen.periods
     check_carried(problem, case.forces, w)
     balance, settings = case.balance(problem, chosen, w), case.settings
@@ -290,67 +281,6 @@ def _with_stability(
     )
 
 
-@dataclass(frozen=True)
-class CheckedInput:
-    """The checked input of a curve: H, forces {harmonic: (r,)}, names and rows (m, r) of the
-    outputs, groups of their columns (`peaks`), settings."""
-
-    H: int
-    forces: dict
-    names: list
-    rows: np.ndarray
-    groups: list
-    settings: Settings
-
-    @classmethod
-    def checked(
-        cls, problem: ContactProblem, forcing: Forcing, options: CurveOptions
-    ) -> CheckedInput:
-        """The checked input of a problem; InputError where it is of no use."""
-        check_kind("problem", problem, ContactProblem, MADE_BY)
-        r, H = problem.K.shape[0], check_harmonics(options.harmonics)
-        periods = check_whole("periods", options.periods, 1)
-        forces = {periods * k: F for k, F in check_forcing(forcing, r, MOST_HARMONICS).items()}
-        if problem.varying is not None:
-            none = {k: np.zeros(r, dtype=complex) for k in problem.varying.orders(periods)}
-            forces = dict(sorted({**none, **forces}.items()))
-        if max(forces, default=0) > H:
-            raise InputError(_too_few_harmonics(H, periods, max(forces) // periods))
-        if options.journal is not None:
-            check_kind("journal", options.journal, Journal, "Journal(keep, blocks)")
-        names, rows = check_outputs(options.outputs, r)
-        groups = check_groups(options.peaks, names)
-        return cls(
-            H, forces, names, rows, groups, check_settings(options.settings, options.progress)
-        )
-
-    def balance(self, problem: ContactProblem, options: CurveOptions, w: float) -> HarmonicBalance:
-        """The harmonic balance: the first thing that takes time. The derivatives of a law of one's
-        own are checked, on the stuck response at w rad/s."""
-        start = "zero_slider" if options.start is None else options.start
-        arguments = problem, self.forces, self.H, start, options.samples
-        check_harmonics_fit(len(problem.contacts), len(problem.law.components), self.H)
-        made = (
-            RecordedBalance(options.journal, *arguments)
-            if options.journal
-            else HarmonicBalance(*arguments)
-        )
-        if not problem.law.tested:
-            there = Equation(made, Frequency().over(options.periods)).balance_at(w)[0]
-            x = there.linear(w).reshape(len(problem.contacts), made.nd, made.nh)
-            check_derivatives(problem.law, problem.contacts, x, w)
-        return made
-
-
-def _too_few_harmonics(H: int, periods: int, order: int | None) -> str:
-    if periods == 1:
-        return f"forcing of harmonic {order}: harmonics = {H} keeps orders 0..{H} only"
-    return (
-        f"harmonics = {H}: are counted in the frequency of a motion of {periods} periods, in which "
-        f"the excitation of order {order} stands at {periods * (order or 0)}: at least that many"
-    )
-
-
 def _curve(
     problem: ContactProblem,
     forcing: Forcing,
@@ -373,6 +303,7 @@ def _curve(
         lambda H: _branch(
             problem, forcing, varied, between, replace(options, harmonics=H, truncation=True)
         ),
+        partial(probed, problem, forcing, varied, options),
         tolerance,
         max(check_whole("periods", options.periods, 1) * max(orders, default=1), of_guess),
     )
@@ -393,7 +324,7 @@ def _branch(
     case = CheckedInput.checked(problem, forcing, options)
     at = check_values(options.at, argument, first, last, parameter.unit)
     if not np.isnan(hz):
-        problem, case = _at_hz(problem, case, hz, options.periods)
+        problem, case = at_hz(problem, case, hz, options.periods)
     elif problem.varying is not None:
         for end in (first, last):
             problem.varying.check_frequency(end)
@@ -468,17 +399,6 @@ def _branch(
     if everywhere and curve.converged.any():
         curve = replace(curve, named_points=named_points(curve, problem, parameter))
     return curve
-
-
-def _at_hz(
-    problem: ContactProblem, case: CheckedInput, hz: float, periods: int
-) -> tuple[ContactProblem, CheckedInput]:
-    """(problem, checked input) with what varies with the frequency at that one."""
-    if problem.varying is None:
-        return problem, case
-    problem.varying.check_frequency(hz)
-    there, forces = Frequency().over(periods).rebuild(problem, case.forces, hz)
-    return there, replace(case, forces=forces)
 
 
 def _with_all_pairs(curve: ForcedResponse, kept: np.ndarray) -> ForcedResponse:

@@ -18,6 +18,7 @@ from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_prob
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import damped
 from tipdamp.hbm.continuation.point import Plane, size
+from tipdamp.hbm.curve.checked_input import CheckedInput
 from tipdamp.hbm.curve.equilibrium import force_residuals
 from tipdamp.hbm.curve.guess import place_and_unknowns, with_orders
 from tipdamp.hbm.curve.options import CurveKeywords, curve_options, with_options_named
@@ -25,7 +26,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid, SliderStart
 from tipdamp.hbm.periodic_solution import PeriodicSolution
-from tipdamp.hbm.response import CheckedInput, as_solution
+from tipdamp.hbm.response import as_solution
 from tipdamp.hbm.time.poles import poles
 from tipdamp.hbm.validation import positive
 

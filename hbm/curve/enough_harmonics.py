@@ -1,10 +1,10 @@
-"""As many harmonics as a tolerance needs: curves with more and more, by the estimates of their
-truncation."""
+"""As many harmonics as a tolerance needs: a curve with few of them, then the points that miss the
+tolerance most with more and more, and a curve with as many as these need."""
 
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -26,13 +26,40 @@ class HarmonicsSettings:
     falls: float = 3.0
     slowest: float = 1.0  # p that is counted with, where errors fall less
     growth: float = 3.0  # of H at once
+    probed: int = 6  # points that are solved with more orders ...
+    aim: float = 0.5  # ... of the tolerance at these, for others may need more
+    calls: int = 40  # of Newton for one of these; where it converges it takes ten to twenty
+    step: float = 1.25  # of H: least growth from one whole curve to the next
+    closer: float = 0.25  # of H: how near it comes to the largest number that is too small
 
 
 SETTINGS = HarmonicsSettings()
 
 
+class Probe(NamedTuple):
+    """A point of a curve: value of the parameter, (n,) unknowns of as many or fewer orders as it is
+    solved with."""
+
+    value: float
+    unknowns: np.ndarray
+
+
+class Probed(NamedTuple):
+    """A point solved again: the point, and its relative truncation."""
+
+    probe: Probe
+    error: float
+
+
+Probing: TypeAlias = Callable[[int, Sequence[Probe]], list[Probed]]
+"""Solves points with H orders; those that have no solution there are left out."""
+
+
 def enough_harmonics(
-    curve_of: Callable[[int], ForcedResponse], tolerance: float, force_order: int
+    curve_of: Callable[[int], ForcedResponse],
+    probing: Probing,
+    tolerance: float,
+    force_order: int,
 ) -> ForcedResponse:
     """The first curve whose estimated truncation is within the tolerance, relative to the vibration
     of each point, at 99 % of the points; curve_of(H) : makes one.
@@ -51,12 +78,48 @@ def enough_harmonics(
         complete = curve
         if tried[-1][1] <= tolerance:
             return curve
-        further = next_orders(tried, tolerance)
+        further = orders_by_points(curve, tolerance, probing)
     if complete is None:
         return curve
     cut = "" if curve.complete else f"; the curve with H = {curve.H} is incomplete"
     warnings.warn(f"harmonics = 'auto': {not_met(tried, tolerance)}{cut}", Doubt, stacklevel=4)
     return complete
+
+
+def orders_by_points(curve: ForcedResponse, tolerance: float, probing: Probing) -> int | None:
+    """H with which the points of a complete curve that miss the tolerance most meet it; the most
+    that are tried where none does, None where the curve has as many."""
+    probes, missed = _worst(curve, tolerance), curve.H
+    aim = SETTINGS.aim * tolerance
+    tried = [(curve.H, error_of(curve))]
+    while (H := next_orders(tried, aim)) is not None:
+        found = probing(H, probes)
+        error = max((one.error for one in found), default=0.0)
+        if error <= aim:
+            break
+        probes, missed = [one.probe for one in found], H
+        tried.append((H, error))
+    if H is None:
+        return SETTINGS.most if curve.H < SETTINGS.most else None
+    while found and H - missed > max(2, SETTINGS.closer * H):
+        middle = (H + missed) // 2 | 1
+        found = probing(middle, probes)
+        if max((one.error for one in found), default=np.inf) <= aim:
+            H = middle
+        else:
+            missed = middle
+    return min(max(H, int(np.ceil(SETTINGS.step * curve.H)) | 1), SETTINGS.most)
+
+
+def _worst(curve: ForcedResponse, tolerance: float) -> list[Probe]:
+    """Points of the upper half of those that miss the tolerance, from the wanted share on."""
+    errors = np.where(curve.converged, curve.relative_truncation, 0.0)
+    order = np.argsort(errors, kind="stable")
+    missing = np.count_nonzero(errors > tolerance)
+    last = int(np.ceil(SETTINGS.points * len(order))) - 1
+    first = max(last - missing // 2, 0)
+    at = np.unique(np.linspace(first, last, SETTINGS.probed).astype(int))
+    return [Probe(float(curve.parameter[i]), curve.unknowns[i]) for i in order[at]]
 
 
 def not_met(tried: Sequence[tuple[int, float]], tolerance: float, where: str = "") -> str:
@@ -91,7 +154,8 @@ def next_orders(tried: Sequence[tuple[int, float]], tolerance: float) -> int | N
         before, larger = tried[-2]
         with np.errstate(divide="ignore", invalid="ignore"):
             slope = np.log(larger / error) / np.log(H / before)
-        falls = max(float(slope), SETTINGS.slowest) if np.isfinite(slope) else falls
+        # errors above a tenth are none to tell a slope by, and fall fast at first
+        falls = float(np.clip(slope, SETTINGS.slowest, falls)) if np.isfinite(slope) else falls
     growth = min((error / tolerance) ** (1 / falls), SETTINGS.growth)
     # an odd number: where motion and forces are odd, the even orders are zero
     return min(max(H + 1, int(np.ceil(growth * H))) | 1, SETTINGS.most)

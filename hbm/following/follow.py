@@ -14,6 +14,7 @@ from tipdamp.hbm import fourier
 from tipdamp.hbm.amplitude import KINDS, amplitude
 from tipdamp.hbm.balance.parameter import Parameter, as_parameter
 from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
+from tipdamp.hbm.curve.checked_input import Forcing
 from tipdamp.hbm.curve.options import given_options, options_named
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.following.case import Case, Extreme
@@ -21,7 +22,6 @@ from tipdamp.hbm.following.highest import Path, highest
 from tipdamp.hbm.following.options import FollowKeywords, FollowOptions
 from tipdamp.hbm.following.result import Followed
 from tipdamp.hbm.following.run import Run, near, run_from
-from tipdamp.hbm.response import Forcing
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     check_forcing,

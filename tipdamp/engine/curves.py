@@ -2,6 +2,7 @@
 curve has is kept too.
 
 responses/Fe_5N_H3.npz, Fe_5N_H3_back.npz    the finished curves
+responses/Fe_5N_H3_more.json                 harmonics that a tolerance needs, where it misses it
 responses/Fe_5N_H3_beside.json               what was looked for beside one, in words ...
 responses/Fe_5N_H3_beside1.npz               ... and each curve that was found
 .stages/Fe_5N_H3.json                        key and fingerprints of the files
@@ -27,6 +28,7 @@ from tipdamp.engine.store import Store, fingerprint
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.curve.journal import Journal, JournalBlock, StaleJournal
 from tipdamp.hbm.curve.options import PointsOfInterest
+from tipdamp.hbm.curve.probes import more_harmonics
 from tipdamp.hbm.io.untrusted import open_npz
 from tipdamp.hbm.laws import ContactLaw, Contacts
 from tipdamp.hbm.response import follow_band
@@ -48,12 +50,15 @@ def _tell_damaged(path: Path, _key: str) -> None:
 @dataclass(frozen=True)
 class CurveCase:
     """One curve: force level in N, harmonics, and the band in Hz as it is followed; search : the
-    residual calls for what may lie beside it, as a multiple of its own, 0 for none."""
+    residual calls for what may lie beside it, as a multiple of its own, 0 for none; tolerance : of
+    the truncation, for which a curve that misses it tells how many harmonics are enough, 0 for
+    none."""
 
     Fe_N: float
     H: int
     band: tuple[float, float]
     search: float = 0.0
+    tolerance: float = 0.0
 
     @property
     def name(self) -> str:
@@ -70,6 +75,11 @@ class CurveCase:
     def beside(self) -> str:
         """Of the files of what was looked for beside it."""
         return f"{self.name}_beside"
+
+    @property
+    def more(self) -> str:
+        """Of the file that says how many harmonics the tolerance needs."""
+        return f"{self.name}_more"
 
     @property
     def title(self) -> str:
@@ -97,9 +107,16 @@ class Curves:
 
     def finished(self, case: CurveCase) -> bool:
         """Whether the store has this curve, made from the same, and unaltered."""
-        return self._kept(case.name, self.key(case)) and (
-            not case.search or self._kept(case.beside, self._search_key(case))
-        )
+        return self._kept(case.name, self.key(case)) and not self._parts(case)
+
+    def _parts(self, case: CurveCase) -> list[Callable[[CurveCase, Callable], None]]:
+        """What is still to be made beside the curve itself."""
+        parts = list[Callable[[CurveCase, Callable], None]]()
+        if case.search and not self._kept(case.beside, self._search_key(case)):
+            parts.append(self._search)
+        if case.tolerance and not self._kept(case.more, self._more_key(case)):
+            parts.append(self._more)
+        return parts
 
     def _kept(self, name: str, key: str) -> bool:
         record = self.store.record(name)
@@ -121,6 +138,11 @@ class Curves:
             return curve
         return replace(curve, **self.store.read_json(f"responses/{case.beside}.json"))
 
+    def more_harmonics(self, case: CurveCase) -> int | None:
+        """How many a finished curve needs for its tolerance; None where it meets it, or no more are
+        tried."""
+        return self.store.read_json(f"responses/{case.more}.json")["harmonics"]
+
     def beside(self, case: CurveCase) -> dict[str, ForcedResponse]:
         """{file: curve} that were found beside a finished one."""
         return {
@@ -131,7 +153,11 @@ class Curves:
 
     def files(self, case: CurveCase) -> list[str]:
         """Of a finished curve and of what was looked for beside it."""
-        return [case.file, *(self.store.outputs(case.beside) if case.search else ())]
+        return [
+            case.file,
+            *(self.store.outputs(case.beside) if case.search else ()),
+            *(self.store.outputs(case.more) if case.tolerance else ()),
+        ]
 
     def key(self, case: CurveCase) -> str:
         """Fingerprint of all that the curve follows from: equations, law, excitation, outputs,
@@ -140,6 +166,9 @@ class Curves:
 
     def _search_key(self, case: CurveCase) -> str:
         return fingerprint(self.key(case), case.search)
+
+    def _more_key(self, case: CurveCase) -> str:
+        return fingerprint(self.key(case), case.tolerance)
 
     @cached_property
     def _equations(self) -> str:
@@ -154,8 +183,8 @@ class Curves:
         goes on where it was."""
         if not self._kept(case.name, self.key(case)):
             self._make_curve(case, progress)
-        if case.search and not self._kept(case.beside, self._search_key(case)):
-            self._search(case, progress)
+        for make_part in self._parts(case):
+            make_part(case, progress)
 
     def _make_curve(self, case: CurveCase, progress: Callable) -> None:
         try:
@@ -189,6 +218,24 @@ class Curves:
                 one.save(path)
         seconds = time.perf_counter() - began
         self.store.finish(case.beside, self._search_key(case), files, seconds, before)
+
+    def _more(self, case: CurveCase, progress: Callable) -> None:
+        """How many harmonics the tolerance needs, by points of the curve."""
+        began, curve = time.perf_counter(), ForcedResponse.load(self.store.path(case.file))
+        progress(case.band[1], 0.0, curve.residual_calls)
+        harmonics = more_harmonics(
+            self.problem,
+            case.Fe_N * self.force,
+            curve,
+            tolerance=case.tolerance,
+            outputs=self.rows,
+            start=self.start,
+            samples=self.samples,
+        )
+        file = f"responses/{case.more}.json"
+        self.store.write_json(file, {"harmonics": harmonics})
+        seconds = time.perf_counter() - began
+        self.store.finish(case.more, self._more_key(case), [file], seconds)
 
     def _followed(self, case: CurveCase, progress: Callable, journal: Journal) -> ForcedResponse:
         try:
@@ -245,6 +292,7 @@ def sweep(store: Store, cases: Collection[CurveCase]) -> None:
     """
     kept = {case.name for case in cases}
     kept |= {case.beside for case in cases if case.search}
+    kept |= {case.more for case in cases if case.tolerance}
     for record in filter(Path.is_file, store.path(".stages").glob("Fe_*.json")):
         if record.stem in kept:
             continue
@@ -261,9 +309,9 @@ def sweep(store: Store, cases: Collection[CurveCase]) -> None:
 
 
 def _of(name: str, outputs: dict[str, str]) -> dict[str, str]:
-    """Those of the {file: fingerprint} that belong to the curve, or to its search, by the name of
-    their record, which may be forged."""
-    ending = r"(\.json|\d+\.npz)" if name.endswith("_beside") else r"\.npz"
+    """Those of the {file: fingerprint} that belong to the curve, or to what was found of it, by the
+    name of their record, which may be forged."""
+    ending = r"(\.json|\d+\.npz)" if name.endswith(("_beside", "_more")) else r"\.npz"
     own = re.compile(rf"responses/{re.escape(name)}{ending}")
     return {file: mark for file, mark in outputs.items() if own.fullmatch(file)}
 

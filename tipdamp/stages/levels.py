@@ -1,12 +1,13 @@
 """The curves of one level: of the numbers of harmonics that the study names, or with harmonics =
-"auto" of more and more, until one meets the tolerance. Which ones follows from the curves that the
-store has: a study that was interrupted, or has another tolerance, goes on from there."""
+"auto" of as many as the points of one with few need to meet the tolerance. Which ones follows from
+the curves that the store has: a study that was interrupted, or has another tolerance, goes on from
+there."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from tipdamp.engine.curves import CurveCase, Curves
-from tipdamp.hbm.curve.enough_harmonics import error_of, first_orders, next_orders
+from tipdamp.hbm.curve.enough_harmonics import error_of, first_orders
 from tipdamp.results.response_results import TriedHarmonics
 from tipdamp.study.schema import Respond, named_orders
 
@@ -38,7 +39,7 @@ def level_of(settings: Respond, curves: Curves, Fe: float) -> LevelCurves:
     tried, cases = list[TriedHarmonics](), []
     further: int | None = first_orders()
     while further is not None:
-        case = CurveCase(Fe, further, settings.band)
+        case = CurveCase(Fe, further, settings.band, tolerance=settings.tolerance)
         cases.append(case)
         if not curves.finished(case):
             return LevelCurves(tuple(tried), None, tuple(cases), ())
@@ -47,9 +48,10 @@ def level_of(settings: Respond, curves: Curves, Fe: float) -> LevelCurves:
         within = curve.complete and error_of(curve) <= settings.tolerance
         if within or not curve.complete:
             break
-        further = next_orders([(one.H, one.size) for one in tried], settings.tolerance)
+        further = curves.more_harmonics(case)
     H = ([one.H for one in tried if one.complete] or [tried[0].H])[-1]
-    chosen = CurveCase(Fe, H, settings.band, _search(settings, [one.H for one in tried]))
+    effort = _search(settings, [one.H for one in tried])
+    chosen = CurveCase(Fe, H, settings.band, effort, settings.tolerance)
     return LevelCurves(tuple(tried), within, tuple(cases), (_ways(settings, curves, chosen),))
 
 
@@ -58,7 +60,7 @@ def _ways(settings: Respond, curves: Curves, case: CurveCase) -> tuple[CurveCase
     of the band; further curves are looked for beside the first."""
     if not settings.both_ways or not curves.finished(case) or curves.load(case).alike_backwards:
         return (case,)
-    return case, replace(case, band=case.band[::-1], search=0.0)
+    return case, replace(case, band=case.band[::-1], search=0.0, tolerance=0.0)
 
 
 def _search(settings: Respond, made: Sequence[int]) -> float:

@@ -902,8 +902,8 @@ class Respond(StudySection):
         Orders,
         Key(
             COUNTS_OR_AUTO,
-            "H, highest order kept; several give several curves; 'auto': of each level curves with "
-            "more and more, up to 45, until the estimated error of 99 % of the points is within "
+            "H, highest order kept; several give several curves; 'auto': of each level as many as "
+            "it needs, up to 45, for the estimated error of 99 % of the points to be within "
             "the tolerance, relative to the vibration of each point",
             low=1,
             high=99,

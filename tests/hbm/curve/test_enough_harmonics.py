@@ -1,6 +1,7 @@
 """As many harmonics as a tolerance needs, beside solutions with many more."""
 
 import warnings
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -9,7 +10,13 @@ from tests.hbm.cases import coupled, load, unilateral
 from tests.hbm.curve.test_truncation import BAND, CASES, OUTPUTS, chain, true_errors
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tipdamp.hbm.continuation.settings import Settings
-from tipdamp.hbm.curve.enough_harmonics import SETTINGS, error_of, next_orders
+from tipdamp.hbm.curve.enough_harmonics import (
+    SETTINGS,
+    Probed,
+    error_of,
+    next_orders,
+    orders_by_points,
+)
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.response import follow_band, follow_parameter
 
@@ -66,6 +73,78 @@ def test_orders_by_two_errors():
     assert next_orders([(3, 8e-3)], 1e-3) == 7
     assert next_orders([(3, 8e-3), (6, 2e-3)], 1e-3) == 9
     assert next_orders([(3, 8e-3), (6, 7.9e-3)], 1e-3) == 19
+
+
+class Curve(NamedTuple):
+    """What is asked of a curve that misses 1e-3."""
+
+    H: int
+    relative_truncation: np.ndarray
+    converged: np.ndarray
+    parameter: np.ndarray
+    unknowns: np.ndarray
+
+
+def curve_of(H, errors):
+    n = len(errors)
+    return Curve(H, np.array(errors), np.ones(n, bool), np.arange(n) + 1.0, np.zeros((n, 1)))
+
+
+@pytest.mark.parametrize(
+    "error_at, wanted, asked",
+    [
+        (lambda H: 0.4 / H**4, 7, [7, 5]),  # H^3 is counted with: one smaller number is tried
+        (lambda H: 0.4 / H**2, 29, [9, 27, 29]),  # slower: by the slope of two
+        (lambda H: 0.05 / H, SETTINGS.most, [9, 27, 45]),  # never enough
+        (lambda H: 2e-5, 5, [7, 5]),
+    ],
+)
+def test_number_by_points(error_at, wanted, asked):
+    """The least that the points ask for, to a quarter, with few numbers that are tried; half of the
+    tolerance is aimed at."""
+    made = []
+
+    def probing(H, probes):
+        made.append(H)
+        return [Probed(probe, error_at(H)) for probe in probes]
+
+    first = max(error_at(3), 5e-3)
+    assert orders_by_points(curve_of(3, [first] * 40), 1e-3, probing) == wanted
+    assert made == asked
+
+
+def test_points_that_are_solved_with_more_orders():
+    """Those that miss the tolerance, the worst hundredth left out; where one has no solution with
+    more orders the others tell, and where none has the number that the errors ask for is taken."""
+    errors = [1e-4] * 290 + [2e-3] * 7 + [1.0] * 3
+    asked = []
+
+    def probing(H, probes):
+        asked.append([probe.value for probe in probes])
+        return [Probed(probe, 2e-4) for probe in probes[len(asked) :]]
+
+    assert orders_by_points(curve_of(3, errors), 1e-3, probing) == 5
+    assert set(asked[0]) <= set(range(291, 301)) and len(asked[0]) > 2
+    assert orders_by_points(curve_of(3, errors), 1e-3, lambda H, probes: []) == 5
+    assert orders_by_points(curve_of(SETTINGS.most, errors), 1e-3, probing) is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
+def test_points_spare_curves(case):
+    """At most three more beside the first, whatever the tolerance."""
+    problem, made = chain(*CASES[case]), []
+
+    def noted(hz, step, calls):
+        made.append(hz)
+
+    for tolerance in (1e-3, 1e-5):
+        made.clear()
+        curve = problem.follow_band(
+            BAND, outputs=OUTPUTS, harmonics="auto", tolerance=tolerance, progress=noted
+        )
+        begun = np.count_nonzero(np.array(made) == BAND[0])
+        assert begun <= 4 and (error_of(curve) <= tolerance or curve.H == SETTINGS.most)
 
 
 @pytest.mark.parametrize(

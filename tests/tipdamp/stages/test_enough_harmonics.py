@@ -1,5 +1,5 @@
-"""Stage respond with harmonics = "auto": a chain of curves of each level, which follows from what
-is stored."""
+"""Stage respond with harmonics = "auto": two curves of each level or one, which follow from what is
+stored."""
 
 import re
 
@@ -70,9 +70,8 @@ def test_each_level_has_what_it_needs(study, made):
         assert one["tried"][-1]["error"] == error_of(kept) <= 1e-3
         assert all(less["error"] > 1e-3 for less in one["tried"][:-1])
         assert "looked for" in one["searched"] and one["alike_backwards"]
-    assert [len(one["tried"]) for one in responses] == sorted(
-        len(one["tried"]) for one in responses
-    ) and len(responses[2]["tried"]) > 2
+    # where 3 are not enough the points of that curve tell how many are
+    assert [len(one["tried"]) for one in responses] == [1, 2, 2]
     assert sorted(first) == sorted(
         name
         for one in responses
