@@ -41,7 +41,8 @@ class Linearisation:
 
     x, residual, by_parameter : (n,), n = P nd nh, contact by contact; by_parameter : derivative of
     the residual
-    forces : of the contacts; w : rad/s; balance : the HarmonicBalance
+    forces : of the contacts, without their derivative, which `derivative` computes and `kept`
+    holds while it is needed; w : rad/s; balance : the HarmonicBalance
     modal : (m, H+1) coordinates, q_k = shapes @ modal[:, k]; factors : (m, H+1) of the receptance
     modal_rate : (m, H+1) derivative of modal by the parameter at a given motion
     """
@@ -55,6 +56,8 @@ class Linearisation:
     factors: np.ndarray
     w: float
     modal_rate: np.ndarray
+    derivative: Callable[[], np.ndarray]
+    kept: list[np.ndarray]
     parts: list = field(default_factory=list)
     border: list = field(default_factory=list)
 
@@ -110,6 +113,7 @@ class Linearisation:
 
     def forget(self) -> None:
         """Drop the matrices; they come back when they are asked for."""
+        self.kept.clear()
         self.parts.clear()
         self.border.clear()
 
@@ -189,7 +193,10 @@ class Linearisation:
             def between(to: np.ndarray, of: np.ndarray) -> np.ndarray:
                 return at.between(to, of, self.factors, w)
 
-            self.parts.append(condensed_contacts(self.forces, between))
+            if not self.kept:
+                self.kept.append(self.derivative())
+            forces = replace(self.forces, D=self.kept[0])
+            self.parts.append(condensed_contacts(forces, between))
         return self.parts[0]
 
     def _modal(self, g: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -9,7 +9,8 @@ forces from the stuck springs (`hbm.laws.records.ContactForces`). Newton's linea
 
 from collections.abc import Callable
 from copy import copy
-from functools import cached_property
+from dataclasses import replace
+from functools import cached_property, partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -286,17 +287,26 @@ class HarmonicBalance:
         if self.on_call:
             self.on_call()
         u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
-        forces = self._regularised(self.contact_forces(u, w, contacts))
+        regularised = partial(self._regularised, u, w, contacts)
+        forces = regularised()
         if self._covering is self and not self.problem.reducible:  # all modes are there
-            return self._linearised(x, w, level, forces, derivative)
+            return self._linearised(x, w, level, forces, regularised, derivative)
         every = contacts is not None or derivative not in (by_frequency, by_level)
         acting = forces.active.any(axis=1) | forces.g.any(axis=(1, 2)) | every
-        return self._covering_for(w, acting, u)._linearised(x, w, level, forces, derivative)
+        modes = self._covering_for(w, acting, u)
+        return modes._linearised(x, w, level, forces, regularised, derivative)
 
     def _linearised(
-        self, x: np.ndarray, w: float, level: float, forces: ContactForces, derivative: Callable
+        self,
+        x: np.ndarray,
+        w: float,
+        level: float,
+        forces: ContactForces,
+        again: Callable[[], ContactForces],
+        derivative: Callable,
     ) -> Linearisation:
-        """As `evaluate`, with the contact forces at x and the modes of this balance."""
+        """As `evaluate`, with the contact forces at x, computed again by `again`, and the modes of
+        this balance."""
         factors, rates = self.receptance.factors(w * np.arange(self.H + 1))
         g = forces.g.reshape(-1, self.nh)
         rows = np.flatnonzero(g.any(axis=1))  # those that move
@@ -307,7 +317,19 @@ class HarmonicBalance:
         modal_rate = derivative(self, Terms(u, w, forces, push, factors, rates))
         both = real_times(self.shapes, np.concatenate([modal, modal_rate], axis=1))
         residual, by_parameter = away_from(x, both)
-        return Linearisation(x, residual, by_parameter, forces, modal, self, factors, w, modal_rate)
+        return Linearisation(
+            x,
+            residual,
+            by_parameter,
+            replace(forces, D=np.empty((0, *forces.D.shape[1:]))),
+            modal,
+            self,
+            factors,
+            w,
+            modal_rate,
+            lambda: again().D,
+            [forces.D],
+        )
 
     def modal_response(self, t: Terms, g: np.ndarray) -> np.ndarray:
         """(m, H+1) modal q under contact forces g (P, nd, nh) N on the bodies."""
@@ -349,13 +371,14 @@ class HarmonicBalance:
         )
         return bool(np.abs(g - exact).max() > DEFAULT.sampling * np.abs(exact).max())
 
-    def _regularised(self, forces: ContactForces) -> ContactForces:
-        """The contact forces with a weak regularisation of the mean position in their derivative.
+    def _regularised(self, u: np.ndarray, w: float, contacts: Contacts | None) -> ContactForces:
+        """`contact_forces` with a weak regularisation of the mean position in their derivative.
 
         Where every contact moves its slider in each cycle, no force depends on the mean position of
         a free body along the sliding direction: it may stand anywhere, and Newton's matrix is
         singular in that motion though the rest is well determined. Regularised, the body stays
         where it was; the residual, and so the solution, is not changed."""
+        forces = self.contact_forces(u, w, contacts)
         regularise(forces.D, forces.contacts, self.springs, forces.active, DEFAULT.regularisation)
         return forces
 
