@@ -10,9 +10,9 @@ from tipdamp.hbm.errors import Doubt, InputError
 
 # At its largest a curve keeps of the last points the condensed matrix and its factors, each of the
 # square of the unknowns of the active contacts [tests/hbm/test_memory.py], or where these are many,
-# matrices between their components for each order, of two numbers [a wedge under platforms, 62 and
-# 64 of 100 pairs that move, H = 15 and 5]; beside the derivatives of their forces at many points.
-_SQUARES, _ORDERS, _BLOCKS = 5, 95, 64
+# matrices between their components for each order, of two numbers [a wedge under platforms, 87 of
+# 100 pairs that move, H = 5 to 17]; beside some derivatives of their forces.
+_SQUARES, _ORDERS, _BLOCKS = 5, 120, 12
 # of all unknowns, sticking contacts included: some twenty at each of about a hundred points
 _VECTORS = 20 * 100
 _NEXT = 0.4  # share of it that the next matrices need, beside what the curve keeps already

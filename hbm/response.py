@@ -365,6 +365,11 @@ def _branch(
     if len(branch.points) > 2:
         peak_points = refine_largest(equation, branch, outputs, case.groups, settings)
         peak_points = refine_drawn(equation, branch, outputs, peak_points, settings)
+    for point in branch.points:  # those that were put between have not been noted
+        if point.converged:
+            note(point)
+        if point.detail is not None:
+            point.detail.forget()
     change = stiffer_change(equation, branch, outputs, settings)
     residuals, energies, bad = settle(
         equation, branch.points, (scale * first, scale * last, *scale * at)

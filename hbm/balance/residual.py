@@ -287,7 +287,7 @@ class HarmonicBalance:
         if self.on_call:
             self.on_call()
         u = x.reshape(len(self.problem.contacts), self.nd, self.nh)
-        regularised = partial(self._regularised, u, w, contacts)
+        regularised = partial(self.regularised_forces, u, w, contacts)
         forces = regularised()
         if self._covering is self and not self.problem.reducible:  # all modes are there
             return self._linearised(x, w, level, forces, regularised, derivative)
@@ -371,7 +371,9 @@ class HarmonicBalance:
         )
         return bool(np.abs(g - exact).max() > DEFAULT.sampling * np.abs(exact).max())
 
-    def _regularised(self, u: np.ndarray, w: float, contacts: Contacts | None) -> ContactForces:
+    def regularised_forces(
+        self, u: np.ndarray, w: float, contacts: Contacts | None = None
+    ) -> ContactForces:
         """`contact_forces` with a weak regularisation of the mean position in their derivative.
 
         Where every contact moves its slider in each cycle, no force depends on the mean position of

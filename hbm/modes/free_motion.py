@@ -10,8 +10,9 @@ equation determines w and zeta. Unknowns are the shape u/a over that of the stuc
 stuck frequency, and zeta: where everything sticks they do not depend on a.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -19,9 +20,8 @@ from scipy.linalg.lapack import dgetrf as getrf
 from scipy.linalg.lapack import dgetrs as getrs
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.kernels import applied, condensed, regularise, sign_of
+from tipdamp.hbm.balance.kernels import applied, condensed, sign_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
-from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.continuation.point import Bordered
 from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.modes.stuck_modes import StuckModalSystem, times
@@ -90,8 +90,8 @@ class ModeEquation:
         if hb.on_call:
             hb.on_call()
         u, w, zeta = self.motion(x, a)
-        forces = hb.contact_forces(u, w)
-        regularise(forces.D, forces.contacts, hb.springs, forces.active, DEFAULT.regularisation)
+        again = partial(hb.regularised_forces, u, w)
+        forces = again()
         Z = self.modes.impedance(w, zeta, hb.H)
         flexibility = self.modes.flexibility(Z, self.mode)
         force = -self.modal(forces.g)
@@ -104,7 +104,19 @@ class ModeEquation:
             away / (a * self.unit),
             scale * WEIGHT * np.array([out_of_balance.real, out_of_balance.imag]),
         ]
-        return ModeLinearisation(self, x, a, residual, forces, Q, Z, flexibility, scale * WEIGHT)
+        return ModeLinearisation(
+            self,
+            x,
+            a,
+            residual,
+            replace(forces, D=np.empty((0, *forces.D.shape[1:]))),
+            Q,
+            Z,
+            flexibility,
+            scale * WEIGHT,
+            lambda: again().D,
+            [forces.D],
+        )
 
     def modal(self, g: np.ndarray) -> np.ndarray:
         """(H+1, m) N of forces g (..., nh) on the contacts."""
@@ -139,7 +151,8 @@ class ModeEquation:
 class ModeLinearisation(Bordered):
     """Residual of a ModeEquation at one point; `hbm.continuation.point.Linearised`.
 
-    x, residual : (n,); a : amplitude, m; forces : of the contacts; modal : (H+1, m) coordinates
+    x, residual : (n,); a : amplitude, m; modal : (H+1, m) coordinates
+    forces : of the contacts, without their derivative, which `derivative` computes and `kept` holds
     impedance, flexibility : of the stuck modes there; scale : of the equation of the mode
     """
 
@@ -152,6 +165,8 @@ class ModeLinearisation(Bordered):
     impedance: np.ndarray
     flexibility: np.ndarray
     scale: float
+    derivative: Callable[[], np.ndarray]
+    kept: list[np.ndarray]
     parts: list = field(default_factory=list)
 
     def moved(self, dx: np.ndarray, da: float) -> "ModeLinearisation":
@@ -180,8 +195,15 @@ class ModeLinearisation(Bordered):
         return (rows @ self.of.modes.shapes) @ self.modal.T
 
     def forget(self) -> None:
-        """Drop the factorised matrix."""
+        """Drop the factorised matrix, and the derivative of the contact forces."""
+        self.kept.clear()
         self.parts.clear()
+
+    @property
+    def _D(self) -> np.ndarray:
+        if not self.kept:
+            self.kept.append(self.derivative())
+        return self.kept[0]
 
     @cached_property
     def _rows(self) -> np.ndarray:
@@ -205,7 +227,7 @@ class ModeLinearisation(Bordered):
         return by_w, by_zeta
 
     def _derivative(self, du: np.ndarray) -> np.ndarray:
-        return applied(self.forces.D, self._places, self.forces.contacts, du)
+        return applied(self._D, self._places, self.forces.contacts, du)
 
     def _factorised(self) -> list[Any]:
         """LU of I + D G on the active rows, pivots, sign, and the response to w, zeta and a: motion
@@ -217,7 +239,7 @@ class ModeLinearisation(Bordered):
         if n:
             components = (self.forces.contacts[:, None] * hb.nd + np.arange(hb.nd)).ravel()
             G = self._receptance(components, self._rows)
-            condensed(self.forces.D, self._places, G, system)
+            condensed(self._D, self._places, G, system)
             lu, pivots, _ = getrf(system)
             self.parts.extend((lu, pivots, sign_of(lu, pivots)))
         else:

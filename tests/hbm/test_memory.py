@@ -2,13 +2,14 @@
 lacks."""
 
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.benchmarks import hundreds
 from tests.hbm.small_rig import small_rig
-from tipdamp.hbm import fourier, memory
+from tipdamp.hbm import fourier, memory, response
 from tipdamp.hbm.balance.problem import contact_problem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.comparison import left_orbit
@@ -48,6 +49,37 @@ def test_forecast_of_a_curve():
     assert moving == 10 and 0.5 < curve_bytes(moving, 12, 3, 15) / peak < 2, (
         curve_bytes(moving, 12, 3, 15) / peak
     )
+
+
+def test_points_keep_no_matrices(monkeypatch):
+    """Nor the derivatives of their contact forces, peaks and what is drawn between them
+    included."""
+    seen, real = [], response.record
+
+    def record(branch, *rest):
+        seen.extend(point.detail for point in branch.points)
+        found = real(branch, *rest)
+        assert not any(one.kept or one.parts or one.border for one in seen)
+        return found
+
+    monkeypatch.setattr(response, "record", record)
+    assert curve(harmonics=3).complete and len(seen) > 20
+
+
+def test_what_was_forgotten_comes_back():
+    """To the last digit, with other settings of the contacts, too."""
+    problem, _ = contact_problem(MODEL, PAIRS, DryFriction2T(), damping_ratio=0.02)
+    balance, w = HarmonicBalance(problem, {1: 200 * TIP}, 3), 2 * np.pi * 312
+    softer = replace(problem.contacts, mu=0.5 * problem.contacts.mu)
+    for settings in (None, softer):
+        here = balance.evaluate(balance.linear(w), w, contacts=settings)
+        row = np.zeros(len(here.x))
+        first = here.solve(row, 1.0, 0.0)
+        assert len(here.forces.contacts) > 0 and here.kept
+        here.forget()
+        assert not here.kept
+        again = here.solve(row, 1.0, 0.0)
+        assert np.array_equal(first[0], again[0]) and first[1] == again[1]
 
 
 @pytest.mark.slow
@@ -108,6 +140,7 @@ def test_pairs_that_slip_later_are_refused_by_name(monkeypatch):
 def test_curve_continues_where_the_matrix_fits(monkeypatch):
     """What it holds already is not asked for again: with the need of the largest matrix free at
     every point."""
+    monkeypatch.setattr(memory, "_VECTORS", 20)  # what the points hold is most of it here
     free = newton_bytes(12, 3, 15, share=0.4)
     monkeypatch.setattr(memory, "SMALL", 0.0)
     monkeypatch.setattr(memory, "available_bytes", lambda: free)
@@ -128,13 +161,13 @@ def test_comparison_with_bounded_harmonics(monkeypatch):
 
 
 def test_warning_where_few_contacts_may_slip(monkeypatch):
-    """512 of 2048 pairs in three dimensions at H = 7 ask for 16.3 GB.
+    """512 of 2048 pairs in three dimensions at H = 7 ask for 19.7 GB.
 
     How many will slip is not known at input.
     """
     monkeypatch.setattr(memory, "available_bytes", lambda: 8e9)
     with pytest.warns(
         UserWarning,
-        match="512 of the 2048 contacts, should they slip or lift at once, need 16.3 GB",
+        match="512 of the 2048 contacts, should they slip or lift at once, need 19.7 GB",
     ):
         memory.check_harmonics_fit(2048, 3, 7)

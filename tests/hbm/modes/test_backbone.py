@@ -10,6 +10,7 @@ from scipy.optimize import fsolve
 from tests.beam_elements import bending
 from tests.hbm.cases import coupled, duffing, load, rig
 from tests.hbm.small_rig import small_rig
+from tipdamp.hbm.balance import residual
 from tipdamp.hbm.balance.problem import contact_problem
 from tipdamp.hbm.curve.peaks import find_peaks
 from tipdamp.hbm.curve.solutions import solutions_at
@@ -17,7 +18,6 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.spring import Hold
 from tipdamp.hbm.laws import CubicSpring, DryFriction2T, Jenkins1D, PlainForce, UnilateralSpring
 from tipdamp.hbm.modes import backbone as backbones
-from tipdamp.hbm.modes import free_motion
 from tipdamp.hbm.modes.backbone import backbone
 from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.modes.stuck_modes import stuck_modes
@@ -232,7 +232,7 @@ EQUATIONS = {
 def test_derivatives(name, monkeypatch):
     """Newton's step from a random place along its own direction, by central differences; without
     the regularisation, which is no part of the residual."""
-    monkeypatch.setattr(free_motion, "regularise", lambda *given: None)
+    monkeypatch.setattr(residual, "regularise", lambda *given: None)
     problem, row, a = EQUATIONS[name]()
     equation = backbones._equation(problem, 1, {"x": row}, 3, None)[0]
     rng = np.random.default_rng(0)
