@@ -16,6 +16,7 @@ from tipdamp.hbm.balance.parameter import Parameter, as_parameter
 from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
 from tipdamp.hbm.curve.checked_input import Forcing
 from tipdamp.hbm.curve.options import given_options, options_named
+from tipdamp.hbm.curve.trace import NO_PERIOD, slides
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.highest import Path, highest
@@ -212,7 +213,7 @@ def _record(path: Path, at: np.ndarray, began: float) -> Followed:
         curvature=np.where(fitted, np.nan, curvature),
         jumps=_jumps(runs),
         fitted=fitted,
-        ended="; ".join(path.said) + _unsolved(case, points, at),
+        ended="; ".join(path.said) + _unsolved(case, points, at) + _slides(case, path),
         complete=path.complete,
         H=case.H,
         unknowns=np.array([one.x for one in found]),
@@ -234,6 +235,15 @@ def _jumps(runs: Sequence[Run]) -> np.ndarray:
         a, b = runs[k - 1].points[-1].detail.found, runs[k].points[0].detail.found
         jumps[k][0] = not near(a, b.x, b.w)
     return np.concatenate(jumps)
+
+
+def _slides(case: Case, path: Path) -> str:
+    """What nothing but friction restrains, once, where a run ended early and did not say it."""
+    early = any(run.why and not run.enough for run in path.runs)
+    if not early or any(NO_PERIOD in said for said in path.said):
+        return ""
+    said = slides(case.problem).removesuffix(" Where they are not to slide: ")
+    return f"; {said}" if said else ""
 
 
 def _unsolved(case: Case, points: "Sequence[Point]", at: np.ndarray) -> str:

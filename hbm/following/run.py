@@ -15,7 +15,7 @@ from tipdamp.hbm.continuation.corrector import reverse, solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
 from tipdamp.hbm.continuation.point import Metric, Point, size
-from tipdamp.hbm.curve.trace import slides, unrestrained
+from tipdamp.hbm.curve.trace import unrestrained
 from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.extremum import NEAR as NEAR_DERIVATIVES
 from tipdamp.hbm.following.extremum import Extremum, ExtremumLinearisation
@@ -225,12 +225,10 @@ def _why(case: Case, branch: Branch, met: bool, cut: bool) -> str:
     drifts = unrestrained(replace(last, detail=last.detail.found), case.problem)
     if drifts:
         return f"stopped at {place}{drifts}"
-    said = slides(case.problem).removesuffix(" Where they are not to slide: ")
-    also = f"; {said}" if said else ""
     if met and case.what == "peak":
-        return f"at {place} the peak meets a minimum of the curve, and is none beyond{also}"
+        return f"at {place} the peak meets a minimum of the curve, and is none beyond"
     if met:
-        return f"at {place} two folds meet, and the curve does not turn back there beyond{also}"
+        return f"at {place} two folds meet, and the curve does not turn back there beyond"
     if cut or branch.end in ("lost", "no point"):
-        return f"at {place} a kink of the curve ends the branch of {case.what}s{also}"
-    return branch.sentence(case.named) + also
+        return f"at {place} a kink of the curve ends the branch of {case.what}s"
+    return branch.sentence(case.named)
