@@ -4,6 +4,7 @@ Files become meshes in tipdamp/readers; what a mesh must fulfil is checked in me
 """
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,15 @@ from numpy.typing import ArrayLike
 from tipdamp.hbm.errors import InputError, nearest, shown
 
 DIMENSION = ("nodes", "a curve", "a surface", "a volume")
+
+
+class GivenMaterial(NamedTuple):
+    """An isotropic material as a mesh file has it, in the units of the file."""
+
+    name: str
+    E: float
+    nu: float
+    density: float
 
 
 @dataclass(frozen=True)
@@ -21,7 +31,8 @@ class Mesh:
     element numbers; cell_groups : {name: element numbers}; dimension : {group: 0 nodes, 1 curve, 2
     surface, 3 volume} where known; warnings : what was repaired or looks wrong; format : of the
     file; face_groups : {name: (f, 4) int} - the faces of a surface as the file lists them: node
-    numbers of the corners, sorted, -1 in front of triangles (`faces.group_faces`)."""
+    numbers of the corners, sorted, -1 in front of triangles (`faces.group_faces`); materials :
+    {group of cells: what the file says that it is made of}."""
 
     node: np.ndarray
     position: np.ndarray
@@ -35,6 +46,7 @@ class Mesh:
     warnings: tuple = ()
     format: str = ""
     face_groups: dict = field(default_factory=dict)
+    materials: dict = field(default_factory=dict)
 
     def index(self, numbers: ArrayLike) -> np.ndarray:
         """Indices into `node` of the given node numbers."""

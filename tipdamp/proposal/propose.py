@@ -13,7 +13,7 @@ from tipdamp.bodies.split import cut
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.ties import first_largest, in_order
 from tipdamp.modal.elements.cells import tables
-from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.mesh import GivenMaterial, Mesh
 from tipdamp.modal.mesh_checks import parts
 from tipdamp.proposal.patches import (
     Patch,
@@ -33,6 +33,7 @@ WORDS = {
     "excitation": "excit|(?<![a-z])exc(?![a-z])|shaker|drive",
     "patches": "patch|resp|tip",
 }
+YOUNG, DENSITY = (1e9, 1e12), (500.0, 25e3)  # Pa, kg/m3: of what blades and dampers are made of
 ALONG = 1.0  # degrees: a damper this near to an axis of coordinates lies along it
 # degrees: a pull this near to one is meant to act along it, where that is across the damper
 INTO = 20.0
@@ -55,7 +56,8 @@ class Proposal:
     """files, meshes {body: ...} in the unit of the files; together - whether one file holds both
     bodies, cells - the damper's group of cells in it, or ''; length - unit that fits the size;
     reach - within which faces are candidates;
-    axis, pull : (3,); groups {purpose: names that fit}."""
+    axis, pull : (3,); groups {purpose: names that fit}; materials {group of cells: what the files
+    say that it is made of}."""
 
     files: dict[str, Path]
     meshes: dict[str, Mesh]
@@ -67,6 +69,7 @@ class Proposal:
     axis: np.ndarray
     pull: np.ndarray
     groups: dict[str, list[str]]
+    materials: dict[str, GivenMaterial]
 
 
 def propose(paths: list[Path]) -> Proposal:
@@ -124,7 +127,23 @@ def propose(paths: list[Path]) -> Proposal:
         axis,
         pull,
         groups,
+        _given_materials(read, length),
     )
+
+
+def _given_materials(read: Sequence[Mesh], length: str) -> dict[str, GivenMaterial]:
+    """{group of cells: material}; none where the files do not agree on one, or where the values are
+    in other units than the length tells."""
+    every = [item for mesh in read for item in mesh.materials.items()]
+    given = dict(every)
+    pascal, kilogram = (1.0, 1.0) if length == "m" else (1e6, 1e12)
+    fits = all(
+        YOUNG[0] <= pascal * one.E <= YOUNG[1]
+        and DENSITY[0] <= kilogram * one.density <= DENSITY[1]
+        and 0 <= one.nu < 0.5
+        for one in given.values()
+    )
+    return given if fits and all(given[group] == one for group, one in every) else {}
 
 
 def _bodies(

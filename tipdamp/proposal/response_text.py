@@ -4,8 +4,8 @@ import numpy as np
 
 from tipdamp.bodies import BLADES
 from tipdamp.proposal.propose import Proposal
-from tipdamp.proposal.trial import DAMPING, LEVELS, MULTIPLES, STEEL, Trial, levels_of
-from tipdamp.proposal.words import ASK, group_comment, group_names, vector
+from tipdamp.proposal.trial import DAMPING, LEVELS, MULTIPLES, Trial, levels_of
+from tipdamp.proposal.words import ASK, group_comment, group_names, made_of, vector
 
 
 def response_text(found: Proposal, tried: Trial | None, pull: float | None) -> list[str]:
@@ -109,8 +109,9 @@ def _band(found: Proposal, tried: Trial | None) -> list[str]:
         ]
     free, soft, stuck = (_hz(hz) for hz in (tried.free_hz, tried.soft_hz, tried.stuck_hz))
     return [
-        f"# computed with E = {STEEL[found.length][0]:g}; sqrt(E/density) of steel, titanium and "
-        "nickel alloys differs by 3 %:",
+        f"# computed with {made_of(found)}"
+        + "; sqrt(E/density) of titanium and nickel alloys differs by 3 %" * (not found.materials)
+        + ":",
         f"# without damper {free}; all contacts stuck {stuck} on smooth half-spaces,",
         f"# {soft} on contacts thirteen times softer: a tenth below and above all of them",
         f"band = {vector(tried.band)}          # Hz",

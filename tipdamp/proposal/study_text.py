@@ -1,6 +1,7 @@
 """A proposal as a commented study file; what cannot be guessed stands in it as "?", which is
 refused."""
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -8,10 +9,12 @@ import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.checks import only_friction
+from tipdamp.hbm.errors import shown
+from tipdamp.modal.mesh import GivenMaterial
 from tipdamp.proposal.propose import Proposal
 from tipdamp.proposal.response_text import response_text
 from tipdamp.proposal.trial import SOFTEST, Stiffness, Trial
-from tipdamp.proposal.words import ASK, group_comment, group_names, vector
+from tipdamp.proposal.words import ASK, group_comment, group_names, made_of, quoted, vector
 from tipdamp.static_contact.bodies.rigid_motions import SETTINGS
 
 if TYPE_CHECKING:
@@ -29,7 +32,7 @@ def study_text(
 ) -> str:
     """folder_of {body: the name of its mesh file as the study has it}; tried - what was computed of
     it; pull - N."""
-    (stress, density), E, rho = UNITS[found.length], *STEEL[found.length]
+    stress, density = UNITS[found.length]
     lines = [
         '# Proposed by tipdamp inspect from the meshes alone. Fill in what is "?", check the '
         "rest, then run",
@@ -41,11 +44,7 @@ def study_text(
         f'stress = "{stress}"',
         f'density = "{density}"',
         "",
-        "[material]",
-        f"E = {ASK}                     # Young's modulus, {stress}; steel {E}",
-        f"nu = {ASK}                    # steel 0.3",
-        f"density = {ASK}               # {density}; steel {rho}",
-        "",
+        *_material(found, folder_of),
     ]
     lines += [
         *_blades(found, folder_of[BLADES]),
@@ -53,6 +52,46 @@ def study_text(
         *_contact(found, tried),
     ]
     return "\n".join([*lines, *response_text(found, tried, pull), ""])
+
+
+def _material(found: Proposal, folder_of: dict[str, str]) -> list[str]:
+    """As the files have it; of all cells that which most of them are made of."""
+    (stress, density), E, rho = UNITS[found.length], *STEEL[found.length]
+    if not found.materials:
+        return [
+            "[material]",
+            f"E = {ASK}                     # Young's modulus, {stress}; steel {E}",
+            f"nu = {ASK}                    # steel 0.3",
+            f"density = {ASK}               # {density}; steel {rho}",
+            "",
+        ]
+    cells: dict[GivenMaterial, int] = {}
+    for group, one in found.materials.items():
+        cells[one] = cells.get(one, 0) + sum(
+            len(mesh.cell_groups.get(group, ())) for mesh in found.meshes.values()
+        )
+    most = max(cells, key=lambda one: cells[one])
+    files = " and ".join(dict.fromkeys(folder_of.values()))
+    lines = ["[material]", *_constants(most, f"{most.name} of {files}; of cells without another")]
+    named = set[str]()
+    for group, one in found.materials.items():
+        if one == most:
+            continue
+        name = re.sub(r"[^A-Za-z0-9_-]", "_", group).lower()
+        name += f"_{len(named)}" * (name in named)
+        named.add(name)
+        lines += [f"[material.{name}]", f"group = {quoted(group)}"]
+        lines += _constants(one, f"{one.name} of {files}")
+    return lines
+
+
+def _constants(one: GivenMaterial, source: str) -> list[str]:
+    return [
+        f"E = {one.E:.8g}                  # {shown(source)}",
+        f"nu = {one.nu:.8g}",
+        f"density = {one.density:.8g}",
+        "",
+    ]
 
 
 def _blades(found: Proposal, file: str) -> list[str]:
@@ -146,14 +185,15 @@ def _contact(found: Proposal, tried: Trial | None) -> list[str]:
             f"{patch.spread:.2g} "
             "degrees of their mean",
             _size(found, patch),
-            *(_stiffness(tried.sides[side.name], found.length) if tried else []),
+            *(_stiffness(tried.sides[side.name], found) if tried else []),
             "",
         ]
     return lines
 
 
-def _stiffness(side: Stiffness, length: str) -> list[str]:
+def _stiffness(side: Stiffness, found: Proposal) -> list[str]:
     """Of smooth half-spaces, and down to what machined faces are, in the units of the study."""
+    length = found.length
     per, what, unit = (
         (side.area, "_per_area", f"N/{length}3")
         if side.area
@@ -162,7 +202,8 @@ def _stiffness(side: Stiffness, length: str) -> list[str]:
     factor = 1.0 if length == "m" else 1e-9 if side.area else 1e-3
     kn, kt = factor * side.kn / per, factor * side.kt / per
     return [
-        f"# half-spaces of steel: kn{what} = {kn:.2g}, kt{what} = {kt:.2g} {unit}; machined faces",
+        f"# half-spaces of {made_of(found)}: kn{what} = {kn:.2g}, kt{what} = {kt:.2g} {unit}; "
+        "machined faces",
         f"# were as soft as {SOFTEST * kn:.2g} and {SOFTEST * kt:.2g}: where nothing is measured, "
         "run both ends",
     ]

@@ -1,5 +1,6 @@
-"""A proposal computed with the steel that it may be of, before a person completes it: where blades
-and damper have their modes, how stiff the contacts are, where a blade moves most."""
+"""A proposal computed before a person completes it, with the materials of its files or the steel
+that it may be of: where blades and damper have their modes, how stiff the contacts are, where a
+blade moves most."""
 
 import tomllib
 from collections.abc import Sequence
@@ -93,8 +94,9 @@ def trial(found: Proposal, text: str, target: Path, quiet: bool = False) -> Tria
     content = tomllib.loads(text)
     if "?" in (content["damper"]["load_points"], content["blades"]["clamp"]):
         raise InputError("a group of nodes for clamp or load_points is missing")
-    E, nu, density = STEEL[found.length]
-    content["material"] = {"E": E, "nu": nu, "density": density}
+    if not found.materials:
+        E, nu, density = STEEL[found.length]
+        content["material"] = {"E": E, "nu": nu, "density": density}
     content["damper"]["pull"] = 1.0
     content["damper"].pop("hold", None)  # what is free is found here
     content["contact"]["mu"] = 0.5

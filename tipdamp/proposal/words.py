@@ -10,6 +10,11 @@ from tipdamp.proposal.propose import Proposal
 ASK = '"?"'
 
 
+def made_of(found: Proposal) -> str:
+    """What a trial was computed with, for people."""
+    return "the given materials" if found.materials else "steel"
+
+
 def group_comment(found: Proposal, body: str, meaning: str, wanted: bool) -> str:
     """The comment on a group: what it is for, and which there are where one is wanted."""
     groups = ", ".join(sorted(found.meshes[body].groups)) or "none in the file"

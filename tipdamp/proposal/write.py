@@ -8,6 +8,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.proposal.propose import Proposal, propose
 from tipdamp.proposal.study_text import study_text
 from tipdamp.proposal.trial import Trial, trial
+from tipdamp.proposal.words import made_of
 
 
 def write_proposal(paths: list[Path], pull: float | None = None, quiet: bool = False) -> str:
@@ -28,19 +29,22 @@ def write_proposal(paths: list[Path], pull: float | None = None, quiet: bool = F
     tried, said = None, []
     try:
         tried = trial(found, study_text(found, names), target, quiet)
-        said = list(_computed(tried))
+        said = list(_computed(found, tried))
     except InputError as error:
         said = [f"band and nodes are not computed: {error}"]
     target.write_text(study_text(found, names, tried, pull), encoding="utf-8")
     return "\n".join([*_lines(found), *said, f"study to be completed: {target}"])
 
 
-def _computed(tried: Trial) -> Iterator[str]:
+def _computed(found: Proposal, tried: Trial) -> Iterator[str]:
     free, soft, stuck = (
         ", ".join(f"{hz:.0f}" for hz in values)
         for values in (tried.free_hz, tried.soft_hz, tried.stuck_hz)
     )
-    yield f"of steel: free {free} Hz, all contacts stuck {soft} (soft) to {stuck} Hz (half-spaces)"
+    yield (
+        f"of {made_of(found)}: free {free} Hz, all contacts stuck {soft} (soft) to {stuck} Hz "
+        "(half-spaces)"
+    )
     if tried.only_friction:
         yield only_friction.said(tried.only_friction)
     if tried.moved:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tipdamp.hbm.errors import InputError, shown
+from tipdamp.modal.mesh import GivenMaterial
 from tipdamp.readers.abaqus_sets import SOLID, AbaqusFile, Scope, collect
 from tipdamp.readers.content import FULL_INTEGRATION, Content, Reader, decode, numbers, span, whole
 
@@ -38,6 +39,7 @@ def read(path: Path, data: bytes) -> Content:
             f"{path}: is cut off: *{f.open[-1]} is not closed by *{_NESTED[f.open[-1]]}"
         )
     collect(f)
+    content.materials = _materials(f)
     content.unused += [
         f"{count} elements of type {shown(kind)} (their sets are kept as groups of nodes)"
         for kind, count in f.sheets.items()
@@ -122,6 +124,8 @@ def _block(
             return
         data = [*data, *(line for _, line in included)]
     read = _READ.get(keyword)
+    if keyword in _OFFERED:
+        _OFFERED[keyword](f, options, data)
     if read:
         read(f, options, data, where)
     elif keyword not in (
@@ -328,6 +332,55 @@ def _moved(xyz: np.ndarray, data: Sequence[str], where: str) -> np.ndarray:
     return xyz
 
 
+# ---- materials, which a proposed study takes over ------------------------------------------------
+
+
+def _material(f: AbaqusFile, options: dict[str, str], data: Sequence[str]) -> None:
+    f.material = options.get("NAME", "")
+    f.materials.setdefault(f.material.upper(), {})
+
+
+def _elastic(f: AbaqusFile, options: dict[str, str], data: Sequence[str]) -> None:
+    isotropic = options.get("TYPE", "ISOTROPIC").upper().startswith("ISO")
+    _constant(f, "elastic", data if isotropic else (), 2)
+
+
+def _density(f: AbaqusFile, options: dict[str, str], data: Sequence[str]) -> None:
+    _constant(f, "density", data, 1)
+
+
+def _constant(f: AbaqusFile, what: str, data: Sequence[str], count: int) -> None:
+    """Of one line; what depends on the temperature is not taken over."""
+    try:
+        lines = [[float(word) for word in line.split(",") if word.strip()] for line in data]
+    except ValueError:
+        lines = []
+    if len(lines) == 1 and len(lines[0]) >= count:
+        f.materials.setdefault(f.material.upper(), {})[what] = tuple(lines[0][:count])
+
+
+def _section(f: AbaqusFile, options: dict[str, str], data: Sequence[str]) -> None:
+    f.sections.append((options.get("ELSET", ""), options.get("MATERIAL", "")))
+
+
+def _materials(f: AbaqusFile) -> dict[str, GivenMaterial]:
+    """{group of cells: its material}, without groups of which two sections speak."""
+    names = {name.upper(): name for name in f.content.cell_groups}
+    found: dict[str, set[GivenMaterial]] = {}
+    for group, material in f.sections:
+        known = f.materials.get(material.upper(), {})
+        if group.upper() in names and {"elastic", "density"} <= set(known):
+            one = GivenMaterial(material, *known["elastic"], *known["density"])
+            found.setdefault(names[group.upper()], set()).add(one)
+    return {group: every.pop() for group, every in found.items() if len(every) == 1}
+
+
+_OFFERED: dict[str, Callable[[AbaqusFile, dict[str, str], Sequence[str]], None]] = {
+    "MATERIAL": _material,
+    "ELASTIC": _elastic,
+    "DENSITY": _density,
+    "SOLID SECTION": _section,
+}
 _READ: dict[str, _Read] = {
     "NODE": _nodes,
     "ELEMENT": _elements,

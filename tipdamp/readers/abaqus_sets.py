@@ -71,6 +71,10 @@ class AbaqusFile:
     integration: set[str] = field(default_factory=set)
     # key of 'Instance.Set' in the model: key of 'Set'
     qualified: dict[Key, Key] = field(default_factory=dict)
+    # material that is being read, what is known of each, and of which one a section is made
+    material: str = ""
+    materials: dict[str, dict[str, tuple[float, ...]]] = field(default_factory=dict)
+    sections: list[tuple[str, str]] = field(default_factory=list)
     # instances, and "the assembly", that define a set
     owners: dict[Key, list[str]] = field(default_factory=dict)
 

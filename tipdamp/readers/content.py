@@ -12,7 +12,7 @@ from tipdamp.hbm.errors import InputError, shown
 from tipdamp.hbm.io.untrusted import check_size
 from tipdamp.modal.elements.cells import CELLS
 from tipdamp.modal.faces import face_keys
-from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.mesh import GivenMaterial, Mesh
 from tipdamp.modal.mesh_checks import checked, some
 
 # orders in which formats list the nodes between corners (corner numbers from 0)
@@ -45,6 +45,7 @@ class Content:
     numbers (c, k))]} with nodes in gmsh's order; groups : {name: [node numbers]}; cell_groups :
     {name: [element numbers]};
     faces : {name: [corners of faces (f, 4)]}, see Mesh.face_groups; dimension : {group: 0..3};
+    materials : {group of cells: its material};
     unused : what was not read; warnings : what looks wrong; includes : bytes of each file that was
     included
     """
@@ -55,6 +56,7 @@ class Content:
     cell_groups: dict[str, list[np.ndarray]] = field(default_factory=dict)
     faces: dict[str, list[np.ndarray]] = field(default_factory=dict)
     dimension: dict[str, int] = field(default_factory=dict)
+    materials: dict[str, GivenMaterial] = field(default_factory=dict)
     unused: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     includes: list[int] = field(default_factory=list)
@@ -174,6 +176,7 @@ def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mes
         tuple(warnings),
         kind,
         _face_groups(content),
+        dict(content.materials),
     )
     return checked(mesh)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.tipdamp import corner_study
+from tests.tipdamp import corner_study, mesh_texts
 from tests.tipdamp.proposal.test_propose import filled
 from tests.tipdamp.rig_study import read
 from tipdamp.cli import main
@@ -66,6 +66,29 @@ def test_levels_begin_at_the_slip_of_this_model(tmp_path, capsys):
     shares = text.split("the pull times ")[1].split(", Fc/Fe")[0]
     assert '# levels = "?"' in text
     assert np.array(shares.split(", "), dtype=float) == pytest.approx(levels / 250, rel=0.05)
+
+
+@pytest.mark.slow
+def test_computed_with_the_materials_of_the_file(tmp_path, capsys):
+    """Four times as stiff as steel, blades and damper: twice its frequencies."""
+    hz = {}
+    for name, E in {"steel": None, "stiffer": 4 * STEEL["m"][0]}.items():
+        folder = tmp_path / name
+        folder.mkdir()
+        for body, file in ((corner_study.blades(), "blades"), (corner_study.damper(), "damper")):
+            cells = {"whole": np.concatenate(list(body.number.values()))}
+            text = mesh_texts.plain(replace(body, cell_groups=cells))
+            if E:
+                text += (
+                    f"*MATERIAL, NAME=stiff\n*ELASTIC\n{E}, 0.3\n*DENSITY\n7850.\n"
+                    "*SOLID SECTION, ELSET=whole, MATERIAL=stiff\n"
+                )
+            (folder / f"{file}.inp").write_text(text)
+        path, said = proposed(folder, capsys, "--pull", "10")
+        made_of = "the given materials" if E else "steel"
+        assert f"of {made_of}: free" in said and f"computed with {made_of}" in path.read_text()
+        hz[name] = tomllib.loads(path.read_text())["respond"]["band"]
+    assert hz["stiffer"] == pytest.approx(2 * np.array(hz["steel"]), rel=0.06)
 
 
 @pytest.mark.slow

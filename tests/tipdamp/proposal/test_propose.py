@@ -66,6 +66,68 @@ def test_from_meshes_to_a_preload(tmp_path, capsys, one_file):
     assert "is there already and stays as it is" in capsys.readouterr().err
 
 
+MATERIALS = """*MATERIAL, NAME=X22
+*ELASTIC, TYPE=ISOTROPIC
+{E}, 0.3
+*DENSITY
+7700.,
+*Material, name=Co
+*Elastic
+232e9, 0.31
+*Density
+8980.
+*SOLID SECTION, ELSET=OTHERS, MATERIAL=x22
+*SOLID SECTION, ELSET=PIN, MATERIAL=Co
+"""
+
+
+def of_two_materials(folder, E="210e9", more=""):
+    """Path of a proposed study: one file with two sections."""
+    mesh, _ = joined()
+    pin = mesh.cell_groups["pin"]
+    rest = np.setdiff1d(np.concatenate(list(mesh.number.values())), pin)
+    mesh = replace(mesh, cell_groups={"pin": pin, "others": rest})
+    text = mesh_texts.plain(mesh) + MATERIALS.format(E=E) + more
+    (folder / "all.inp").write_text(text)
+    assert main(["inspect", str(folder / "all.inp"), "--quiet"]) == 0
+    return folder / "all.toml"
+
+
+def test_materials_of_the_file(tmp_path):
+    """Of most cells in [material], of others by their group; names in any case; the study runs with
+    them."""
+    path = of_two_materials(tmp_path)
+    text = path.read_text()
+    study = tomllib.loads(text)
+    assert study["material"]["E"] == 210e9 and study["material"]["density"] == 7700
+    assert study["material"]["pin"] == {
+        "group": "pin",
+        "E": 232e9,
+        "nu": 0.31,
+        "density": 8980,
+    }
+    path.write_text(text.replace('pull = "?"', "pull = 10").replace('mu = "?"', "mu = 0.3"))
+    assert main(["inspect", str(path), "--quiet"]) == 0
+    other = load_study(path).materials["pin"]
+    assert other.E == 232e9 and other.group == "pin"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        dict(E="210e3"),  # MPa in a file in m
+        dict(E="210e9, 0.3, 20.\n200e9"),  # by temperature
+        dict(E="1,0"),
+        dict(more="*SOLID SECTION, ELSET=OTHERS, MATERIAL=Co\n"),  # two of one group
+    ],
+)
+def test_materials_that_are_not_clear_are_asked_for(tmp_path, change):
+    path = of_two_materials(tmp_path, **change)
+    study = tomllib.loads(path.read_text())
+    given = study["material"]
+    assert given["E"] == "?" or (given["E"] == 232e9 and "pin" not in given)
+
+
 def test_what_is_not_filled_in_is_named(tmp_path, capsys):
     corner_study.write(tmp_path)
     assert main(["inspect", str(tmp_path / "damper.inp"), str(tmp_path / "blades.inp")]) == 0
