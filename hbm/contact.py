@@ -179,8 +179,8 @@ class ContactTable:
         )
 
     def plot(self, side: str | None = None, ax: "Axes | None" = None) -> "Axes":
-        """Draw the preload map of a side (the first without a name) along the longest extent of
-        the contact, row by row: closed pairs filled, open ones hollow.
+        """Draw the preload map of a side (the first without a name) along its rows, one by one:
+        closed pairs filled, open ones hollow.
 
         ax : axes of matplotlib to draw on; new ones without
         Returns the axes. Raises InputError where matplotlib is not installed or the side is none.

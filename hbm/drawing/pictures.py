@@ -174,12 +174,18 @@ def over_frequency(hz: np.ndarray, amplitude: np.ndarray, name: str, unit: str, 
 
 
 def preload_map(pairs: ContactTable, side: str, ax: Any) -> Any:
-    """Normal preload of one side along its longest extent; several sides can share axes."""
+    """Normal preload of one side along the coordinate that the rows of all sides follow most;
+    several sides can share axes."""
     rows = {name: 1 + int(pairs.row[pairs.side == name].max()) for name in pairs.sides}
     before = sum(rows[name] for name in pairs.sides[: pairs.sides.index(side)])
     mine = pairs.select(pairs.side == side)
-    span = np.ptp(pairs.position, axis=0)
-    along = int(span.argmax())
+    places = (
+        pairs.position[(pairs.side == name) & (pairs.row == row)]
+        for name in pairs.sides
+        for row in range(rows[name])
+    )
+    spans = [np.ptp(place, axis=0) for place in places if len(place) > 1]
+    along = int(np.sum([*spans, 1e-9 * np.ptp(pairs.position, axis=0)], axis=0).argmax())
     low = lowest_shown(pairs.preload)
     items: list[Item] = [Line("y", 0.0, color=GREY, dash="solid")]
     for row in np.unique(mine.row):

@@ -179,6 +179,23 @@ def test_statics_draw_their_maps():
     assert "sets tried" in labels(ax) and "chosen" in labels(ax)
 
 
+def test_a_map_runs_along_the_rows():
+    """Two square sides at a right angle, whose rows both lie along y."""
+    _, pairs = two_blades(stations=9)
+    n = len(pairs) // 2
+    square = np.stack(np.meshgrid([0.0, 1.0, 2.0], [0.0, 1.0, 2.0], indexing="ij"), -1)
+    row, along = square.reshape(-1, 2)[:n].T
+    flat, upright = np.c_[row, along, 0 * row], np.c_[0 * row, along, row]
+    turned = pairs.replace(
+        side=np.repeat(["a", "b"], n),
+        row=np.tile(row.astype(int), 2),
+        position=1e-3 * np.r_[flat, upright],
+    )
+    for side in turned.sides:
+        ax = turned.plot(side)
+        assert ax.get_xlabel() == "y (mm)"
+
+
 def test_sides_on_the_same_axes_are_told_apart():
     _, pairs = two_blades(stations=3)
     three = pairs.replace(side=np.array(["a", "a", "b", "b", "c", "c"]))
