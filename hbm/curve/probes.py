@@ -75,6 +75,8 @@ def probed(
         point = solve_fixed(equation.evaluate, x, p, weights, case.settings, calls)
         if point.converged:
             size = fourier.rms(outputs.at(point.detail)).max()
-            error = float(np.max(estimate.of(point)) / size)
+            change = np.max(estimate.of(point), initial=0.0)
+            with np.errstate(divide="ignore"):  # infinite where nothing moves
+                error = float(np.divide(change, size)) if change > 0 else 0.0
             found.append(Probed(Probe(value, point.x), error))
     return found
