@@ -132,8 +132,13 @@ def propose(paths: list[Path]) -> Proposal:
 
 
 def _given_materials(read: Sequence[Mesh], length: str) -> dict[str, GivenMaterial]:
-    """{group of cells: material}; none where the files do not agree on one, or where the values are
-    in other units than the length tells."""
+    """{group of cells: material}; none where the files do not agree on one or have cells without
+    one, or where the values are in other units than the length tells."""
+    for mesh in read:
+        made = [mesh.cell_groups[group] for group in mesh.materials]
+        numbers = np.concatenate(list(mesh.number.values()))
+        if not made or not np.isin(numbers, np.concatenate(made)).all():
+            return {}
     every = [item for mesh in read for item in mesh.materials.items()]
     given = dict(every)
     pascal, kilogram = (1.0, 1.0) if length == "m" else (1e6, 1e12)

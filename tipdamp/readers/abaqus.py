@@ -364,15 +364,18 @@ def _section(f: AbaqusFile, options: dict[str, str], data: Sequence[str]) -> Non
 
 
 def _materials(f: AbaqusFile) -> dict[str, GivenMaterial]:
-    """{group of cells: its material}, without groups of which two sections speak."""
+    """{group of cells: its material}; none where a section has one that is not known, or two
+    speak of one group."""
     names = {name.upper(): name for name in f.content.cell_groups}
-    found: dict[str, set[GivenMaterial]] = {}
+    found: dict[str, GivenMaterial] = {}
     for group, material in f.sections:
         known = f.materials.get(material.upper(), {})
-        if group.upper() in names and {"elastic", "density"} <= set(known):
-            one = GivenMaterial(material, *known["elastic"], *known["density"])
-            found.setdefault(names[group.upper()], set()).add(one)
-    return {group: every.pop() for group, every in found.items() if len(every) == 1}
+        if group.upper() not in names or not {"elastic", "density"} <= set(known):
+            return {}
+        one = GivenMaterial(material.upper(), *known["elastic"], *known["density"])
+        if found.setdefault(names[group.upper()], one) != one:
+            return {}
+    return found
 
 
 _OFFERED: dict[str, Callable[[AbaqusFile, dict[str, str], Sequence[str]], None]] = {
