@@ -193,10 +193,7 @@ class Linearisation:
             def between(to: np.ndarray, of: np.ndarray) -> np.ndarray:
                 return at.between(to, of, self.factors, w)
 
-            if not self.kept:
-                self.kept.append(self.derivative())
-            forces = replace(self.forces, D=self.kept[0])
-            self.parts.append(condensed_contacts(forces, between))
+            self.parts.append(condensed_contacts(self.whole_forces(), between))
         return self.parts[0]
 
     def _modal(self, g: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -206,6 +203,12 @@ class Linearisation:
     def _respond(self, g: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """G g, flat, for g (n, H+1) complex on `rows` and zero elsewhere."""
         return fourier.to_real(real_times(self.balance.shapes, self._modal(g, rows))).ravel()
+
+    def whole_forces(self) -> ContactForces:
+        """The contact forces with their derivative."""
+        if not self.kept:
+            self.kept.append(self.derivative())
+        return replace(self.forces, D=self.kept[0])
 
     def contact_force(self, rest: np.ndarray) -> np.ndarray:
         """(P, nd, H+1) complex, N, of the contacts; rest (P, nd) N : their force at rest."""

@@ -307,7 +307,7 @@ def _by_contacts(here: Linearisation, name: str) -> Iterator[np.ndarray]:
 def _terms(here: Linearisation) -> Terms:
     balance, none = here.balance, np.zeros_like(here.modal)
     u = here.x.reshape(-1, balance.nd, balance.nh)
-    return Terms(u, here.w, here.forces, none, here.factors, none)
+    return Terms(u, here.w, here.whole_forces(), none, here.factors, none)
 
 
 def _springs(balance: HarmonicBalance, name: str) -> np.ndarray:

@@ -5,12 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.hbm.small_rig import small_rig
 from tipdamp import (
     DryFriction1T,
+    DryFriction2T,
     InputError,
     Jenkins1D,
     Problem,
     Unbalance,
+    contact_problem,
     follow_parameter,
     natural_frequencies,
     peak_derivatives,
@@ -141,6 +144,27 @@ def test_a_common_factor_is_the_sum_over_contacts(kind, names):
     np.testing.assert_allclose(moved, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("forgotten", [False, True])
+def test_by_friction_at_a_given_motion(forgotten):
+    """Of contacts that slip and lift, beside central differences; of a point behind, too, whose
+    matrices were dropped."""
+    model, pairs, tip = small_rig(stations=3)
+    problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.02)
+    balance, w = HarmonicBalance(problem, {1: 200 * tip}, 3), 2 * np.pi * 312
+    x = balance.linear(w)
+    here = balance.evaluate(x, w)
+    if forgotten:
+        here.forget()
+    found = by_factor(here.balance, ("mu",))(here)
+    step, ends = 1e-6, []
+    for factor in (1 + step, 1 - step):
+        contacts = replace(problem.contacts, mu=factor * problem.contacts.mu)
+        ends.append(here.balance.evaluate(x, w, contacts=contacts).modal)
+    expected = (ends[0] - ends[1]) / (2 * step)
+    assert len(here.forces.contacts) > 1
+    assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
+
+
 def test_a_point_at_its_frequency():
     def at(varied=(), factor=1.0):
         problem = chain(varied=varied, factor=factor)
@@ -158,8 +182,6 @@ def test_a_point_at_its_frequency():
 
 def test_a_stuck_frequency():
     model, pairs = two_blades()
-    from tipdamp import DryFriction2T, contact_problem
-
     problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=0.01)
     found = stuck_frequency_derivatives(problem, 2)
     assert found.frequency == pytest.approx(natural_frequencies(model, pairs)[1], rel=1e-10)
