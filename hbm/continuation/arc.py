@@ -28,6 +28,7 @@ from tipdamp.hbm.continuation.settings import Settings
 STRAIGHT = 0.9
 SMOOTH = 0.1  # of what the curvature adds half way: error of the cubic of a quantity without kinks
 CLOSE = 0.98  # of the way to a corner: just beyond it there is no point of the branch
+STEP = 8  # halvings, in which the height of a maximum above the points beside it falls by half
 BENT = 0.1  # share of one side of a corner by which its bend may shift the corner along the other
 FURTHER = 0.5  # the same, before a value is given up: an S-bend beside a fold is no corner
 
@@ -157,12 +158,16 @@ def maximum_by_value(
     """The maximum around the middle one of three points, by halving: where slopes mislead.
 
     Where a mean motion is all but undetermined, the tangent runs along it, and no slope along the
-    arc means anything."""
+    arc means anything. A point on a step, which no halving brings nearer to the others, is none.
+    """
     low, top, high = three
-    points, calls = [end.point for end in three], 0
+    points, calls, earlier = [end.point for end in three], 0, list[float]()
     for _ in range(settings.max_peak_points):
-        if top.value - min(low.value, high.value) <= 10 * settings.peak_tolerance * abs(top.value):
+        earlier.append(top.value - min(low.value, high.value))
+        if earlier[-1] <= 10 * settings.peak_tolerance * abs(top.value):
             return Maximum(top, True, points, calls)
+        if len(earlier) > STEP and earlier[-1] > 0.5 * earlier[-1 - STEP]:
+            break
         before = distance(low.point, top.point, metric) > distance(top.point, high.point, metric)
         a, b = (low, top) if before else (top, high)
         new = between(evaluate, a.point, b.point, 0.5, metric.weights, settings)
@@ -172,6 +177,7 @@ def maximum_by_value(
         points.insert(next(i for i, point in enumerate(points) if point is b.point), new)
         found = measure(new)
         if found.value > top.value:
+            earlier.clear()
             low, top, high = (low, found, top) if before else (top, found, high)
         else:
             low, high = (found, high) if before else (low, found)

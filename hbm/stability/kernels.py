@@ -22,43 +22,12 @@ Segments.__doc__ = """K intervals of the contacts that act: place (a, nd) of a c
 nc that do, -1 of others; length (K,) s; and as in `hbm.laws.variation.CycleTangents`, gamma less
 the stuck springs, rate by time; turning : Carried."""
 
+AFRESH = 64  # intervals, after which the tangents are taken from those of the stuck springs again
+
 Carried = namedtuple("Carried", "of memory rate kept follows")
 Carried.__doc__ = (
     """As `hbm.laws.variation.Turning`, of (q,) among the contacts that act, by time."""
 )
-
-
-@njit(cache=True)
-def solve(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """A^-1 B (n, m) in place of B, by elimination with pivots; A is used up."""
-    n = len(A)
-    for k in range(n):
-        top = k
-        for i in range(k + 1, n):
-            if abs(A[i, k]) > abs(A[top, k]):
-                top = i
-        if top != k:
-            for c in range(n):
-                A[k, c], A[top, c] = A[top, c], A[k, c]
-            for c in range(B.shape[1]):
-                B[k, c], B[top, c] = B[top, c], B[k, c]
-        for i in range(k + 1, n):
-            if A[i, k] != 0.0:
-                factor = A[i, k] / A[k, k]
-                for c in range(k + 1, n):
-                    A[i, c] -= factor * A[k, c]
-                for c in range(B.shape[1]):
-                    B[i, c] -= factor * B[k, c]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            factor = A[k, j]
-            if factor != 0.0:
-                for c in range(B.shape[1]):
-                    B[k, c] -= factor * B[j, c]
-        inverse = 1.0 / A[k, k]
-        for c in range(B.shape[1]):
-            B[k, c] *= inverse
-    return B
 
 
 @njit(cache=True)
@@ -102,46 +71,76 @@ def acting(place: np.ndarray, blocks: np.ndarray, u: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def closing(place: np.ndarray, flexibility: np.ndarray, gamma: np.ndarray) -> np.ndarray:
-    """(nc, nc) inverse of 1 + flexibility gamma."""
-    nc, nd = len(flexibility), gamma.shape[1]
-    matrix = np.eye(nc)
-    for p in range(len(gamma)):
-        for i in range(nd):
-            for j in range(nd):
-                if gamma[p, i, j] != 0.0:
-                    for c in range(nc):
-                        matrix[c, place[p, j]] += flexibility[c, place[p, i]] * gamma[p, i, j]
-    return solve(matrix, np.eye(nc))
+def at(
+    place: np.ndarray, seen: np.ndarray, flexibility: np.ndarray, change: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(seen, flexibility) of the components, (nc, 2n) and (nc, nc), under further forces change
+    (a, nd, nd) times their motion: (1 + flexibility change)^-1 of both. What an event changes is
+    of few contacts, whose columns alone are solved for."""
+    of = np.empty(place.size, np.int64)
+    n = 0
+    for p in range(len(place)):
+        for j in range(place.shape[1]):
+            if change[p, :, j].any():
+                of[n] = place[p, j]
+                n += 1
+    if n == 0:
+        return seen, flexibility
+    of, n = of[:n], 0
+    pushed = np.zeros((len(flexibility), len(of)))  # flexibility change, in the columns `of`
+    for p in range(len(place)):
+        for j in range(place.shape[1]):
+            if not change[p, :, j].any():
+                continue
+            for i in range(place.shape[1]):
+                if change[p, i, j] != 0.0:
+                    pushed[:, n] += flexibility[:, place[p, i]] * change[p, i, j]
+            n += 1
+    own = np.eye(n) + pushed[of]
+    return (
+        seen - np.dot(pushed, np.linalg.solve(own, seen[of])),
+        flexibility - np.dot(pushed, np.linalg.solve(own, flexibility[of])),
+    )
 
 
 @njit(cache=True)
-def solved(
+def yielded(flexibility: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """(nc, m) flexibility on a force, most of whose rows are often zero."""
+    rows = np.empty(len(force), np.int64)
+    n = 0
+    for i in range(len(force)):
+        if force[i].any():
+            rows[n] = i
+            n += 1
+    if n == len(force):
+        return np.dot(flexibility, force)
+    rows = rows[:n]
+    return np.dot(np.ascontiguousarray(flexibility[:, rows]), force[rows])
+
+
+@njit(cache=True)
+def stepped(
     place: np.ndarray,
-    flexibility: np.ndarray,
-    inverse: np.ndarray,
+    into: np.ndarray,
+    weight: np.ndarray,
+    seen: np.ndarray,
     gamma: np.ndarray,
     force: np.ndarray,
     free: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """(u, g) with u + flexibility g = free, g = gamma u + force; (nc, m) each. inverse : of
-    `closing`, for they are solved more than once."""
-    u = np.dot(inverse, free - np.dot(flexibility, force))
-    return u, acting(place, gamma, u) + force
-
-
-@njit(cache=True)
-def at(
-    place: np.ndarray,
-    flexibility: np.ndarray,
-    gamma: np.ndarray,
-    before: np.ndarray,
-    inverse: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """(gamma, its inverse of `closing`), that of `before` where they are the same."""
-    if np.array_equal(gamma, before):
-        return before, inverse
-    return gamma, closing(place, flexibility, gamma)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(u, g, moved) with u = free - seen moved, g = gamma u + force and moved = weight (into g):
+    what the force at the end of a step does within it, solved for the fewer of the two."""
+    nc, n2 = seen.shape
+    if nc <= n2:
+        end = times(weight, into)
+        system = np.eye(nc) + acting(place, gamma.transpose(0, 2, 1), np.dot(seen, end).T).T
+        u = np.linalg.solve(system, free - np.dot(seen, np.dot(end, force)))
+        g = acting(place, gamma, u) + force
+        return u, g, times(weight, np.dot(into, g))
+    system = np.eye(n2) + times(weight, np.dot(into, acting(place, gamma, seen)))
+    moved = np.linalg.solve(system, times(weight, np.dot(into, acting(place, gamma, free) + force)))
+    u = free - np.dot(seen, moved)
+    return u, acting(place, gamma, u) + force, moved
 
 
 @njit(cache=True)
@@ -179,21 +178,15 @@ def by_sliders(
 
 
 @njit(cache=True)
-def seen(poles: Poles) -> np.ndarray:
-    """(2 nc, 2n): the motion of the components and its rate, both without their force, of z."""
-    nc = len(poles.out)
-    rows = np.empty((2 * nc, poles.out.shape[1]))
-    rows[:nc] = poles.out
-    rows[nc:] = times(poles.s.conj(), poles.out.T).T
-    return rows
-
-
-@njit(cache=True)
 def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarray:
     """(2n + k, 2n + k) derivative of [z, w] after a period by those before; begins (k,) :
-    components whose sliders rest at t = 0."""
-    n2, nc = poles.into.shape
-    place, static, carried = segments.place, poles.static, segments.turning
+    components whose sliders rest at t = 0.
+
+    The motion of the components is u = seen z - flexibility f, with f what the sliders hold: both
+    belong to the tangents gamma, and change with them.
+    """
+    s, into, place, carried = poles.s, poles.into, segments.place, segments.turning
+    n2, nc = into.shape
     turns = place[carried.of]
     m = n2 + len(begins)
     z, w = np.zeros((n2, m)), np.zeros((nc, m))
@@ -201,60 +194,65 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
         z[j, j] = 1.0
     for j in range(len(begins)):
         w[begins[j], n2 + j] = 1.0
-    rows, across = seen(poles), np.dot(poles.out, poles.into)
     gamma = segments.gamma[1, 0]
-    inverse = closing(place, static, gamma)  # with the static flexibility, at gamma
-    W, length = np.empty((5, len(poles.s)), np.complex128), -1.0
-    last, stepping, known = gamma, inverse, False  # the same with D, of a step
+    seen, flexibility = at(place, poles.out, poles.static, gamma)
+    W, length, changes = np.empty((5, len(s)), np.complex128), -1.0, 0
     for k in range(len(segments.length)):
         h = segments.length[k]
         if abs(h - length) > 1e-12 * h:
-            fill_weights(poles.s, h, W)
-            begin, rise = times(W[1], poles.into), times(W[2], poles.into)
-            end, defect = times(W[3], poles.into), times(W[4], poles.into)
-            by_end = np.dot(rows, end)  # of the force at the end, on what is seen there
-            D, onward, length, known = by_end[:nc] + static, by_end[nc:] + across, h, False
-        free = np.dot(rows, z)
+            fill_weights(s, h, W)
+            length = h
         if segments.captured[k].any():
             # by the motion before: what comes to rest now has had the forces of before
             sliders = by_sliders(segments, turns, max(k - 1, 0), 1, w)
-            u = solved(place, static, inverse, gamma, sliders, free[:nc])[0]
+            u = np.dot(seen, z) - yielded(flexibility, sliders)
             rest = acting(place, segments.capture[k], u)
             for p in range(len(place)):
                 for d in range(place.shape[1]):
                     if segments.captured[k, p, d]:
                         w[place[p, d]] = rest[place[p, d]]
         force = by_sliders(segments, turns, k, 0, w)
-        gamma, inverse = at(place, static, segments.gamma[0, k], gamma, inverse)
-        u, g = solved(place, static, inverse, gamma, force, free[:nc])
+        if changes == AFRESH:  # rounding adds up
+            gamma, changes = segments.gamma[0, k], 0
+            seen, flexibility = at(place, poles.out, poles.static, gamma)
+        change, gamma = segments.gamma[0, k] - gamma, segments.gamma[0, k]
+        seen, flexibility = at(place, seen, flexibility, change)
+        given = yielded(flexibility, force)
+        u = np.dot(seen, z) - given
+        g = acting(place, gamma, u) + force
         turning = acting(place, segments.rate[0, k], u)
         if len(turns):
             turning += acting(turns, carried.rate[0, k], w)
-        moving, rising = solved(
-            place, static, inverse, gamma, turning, free[nc:] - np.dot(across, g)
-        )
+        drive = np.dot(into, g)
+        moving = np.dot(seen, times(s, z) - drive) - yielded(flexibility, turning)
+        rising = acting(place, gamma, moving) + turning
         if len(turns):
             led = acting(turns, carried.kept[k], w) + acting(turns, carried.follows[0, k], u)
             led += acting(turns, carried.follows[1, k], moving)
             w = replaced(turns, w, led)
             force = by_sliders(segments, turns, k, 1, w)
         before = u
-        z = times(W[0], z) - np.dot(begin, g) - np.dot(rise, rising)
-        free = np.dot(rows, z)
-        gamma, inverse = at(place, static, segments.gamma[1, k], gamma, inverse)
+        z = times(W[0], z) - times(W[1], drive) - times(W[2], np.dot(into, rising))
+        change, gamma = segments.gamma[1, k] - gamma, segments.gamma[1, k]
+        seen, flexibility = at(place, seen, flexibility, change)
+        changes += 1
         whole = with_sliders(gamma, carried, k)
-        if not known or not np.array_equal(whole, last):
-            last, stepping, known = whole, closing(place, D, whole), True
-        u, g1 = solved(place, D, stepping, whole, force, free[:nc])
+        there, yields = at(place, seen, flexibility, whole - gamma)
+        if len(turns) or change.any():
+            given = yielded(yields, force)
+        free = np.dot(there, z) - given
+        u, g1, moved = stepped(place, into, W[3], there, whole, force, free)
         turning = acting(place, segments.rate[1, k], u)
         if len(turns):
             w = replaced(turns, w, led + acting(turns, carried.follows[2, k], u))
             turning += acting(turns, carried.rate[1, k], w)
-        moved, ends = solved(place, static, inverse, gamma, turning, free[nc:] - np.dot(onward, g1))
+        z -= moved
+        moving_on = np.dot(seen, times(s, z) - np.dot(into, g1)) - yielded(flexibility, turning)
         if len(turns):
-            beyond = moved - (2 / h * (u - before) - moving)
+            beyond = moving_on - (2 / h * (u - before) - moving)
             w += acting(turns, carried.follows[3, k], beyond)
-        z -= np.dot(end, g1) + np.dot(defect, ends - (2 / h * (g1 - g) - rising))
+        ends = acting(place, gamma, moving_on) + turning
+        z -= times(W[4], np.dot(into, ends - (2 / h * (g1 - g) - rising)))
     found = np.empty((m, m))
     found[:n2] = z
     for j in range(len(begins)):

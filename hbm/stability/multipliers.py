@@ -34,11 +34,12 @@ class StabilitySettings:
         move the leading multiplier of the rig by 4e-4
     slow : poles that keep their mass however fast
     foreign_share : as in `IntegrationSettings`
-    steps, per_mode : of a period at first, and for each period of the fastest mode
-    halved : change of the leading multipliers, by modulus, between half the steps and all of them;
-        what is larger takes twice as many: a contact that is open or slips and would be stiff
-        where it sticks needs more, and errors fall by 16
-    doublings, work : at most so many, and so many operations of dense systems at the contacts
+    steps, per_mode : of a period at first, and for each period of the fastest mode; no fewer than
+        the events, which are instants in any case
+    halved : change of the leading multipliers, by modulus and relative to those above 1, between
+        half the steps and all of them; what is larger takes twice as many: a contact that is open
+        or slips and would be stiff where it sticks needs more, and errors fall by 16
+    doublings, work : at most so many, and so many intervals times the square of the components
         that act, which takes seconds; what still changes is not known
     kept : leading multipliers
     neutral : distance from 1 within which a multiplier is that of a motion that nothing holds
@@ -51,7 +52,7 @@ class StabilitySettings:
     per_mode: int = 3
     halved: float = 1e-4
     doublings: int = 6
-    work: float = 2e9
+    work: float = 3e8
     kept: int = 4
     neutral: float = 1e-7
 
@@ -117,14 +118,17 @@ class Stability:
         # faster ones follow what acts on them, which a step resolves
         fastest = min(np.abs(slow.s).max() / w, 2 * self.settings.massless_above)
         steps = max(
-            self.settings.steps, variation.steps, int(np.ceil(self.settings.per_mode * fastest))
+            self.settings.steps,
+            variation.steps,
+            int(np.ceil(self.settings.per_mode * fastest)),
+            len(variation.events),
         )
         before = np.empty(0)
         for doubling in range(self.settings.doublings + 2):
             half = max(steps // 2, 1) * 2**doubling
-            if doubling > 1 and half * float(acts.sum()) ** 3 > self.settings.work:
-                break
             instants = _joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
+            if doubling > 1 and len(instants) * float(acts.sum()) ** 2 > self.settings.work:
+                break
             every = self._after(variation.between(instants), instants / w, slow, place, balance, w)
             if self._same(every, before):
                 return every
@@ -135,8 +139,8 @@ class Stability:
         """Whether the leading multipliers of two numbers of steps are."""
         if not len(every) or len(every) != len(before):
             return False
-        moduli = (np.sort(np.abs(some))[::-1][: self.settings.kept] for some in (every, before))
-        return bool(np.abs(np.subtract(*moduli)).max() <= self.settings.halved)
+        now, then = (np.sort(np.abs(some))[::-1][: self.settings.kept] for some in (every, before))
+        return bool((np.abs(now - then) <= self.settings.halved * np.maximum(now, 1.0)).all())
 
     def _after(
         self,
@@ -147,7 +151,8 @@ class Stability:
         balance: HarmonicBalance,
         w: float,
     ) -> np.ndarray:
-        """All multipliers, with the tangents between the times, s; none where they overflow."""
+        """All multipliers, with the tangents between the times, s; none where they overflow,
+        or where contacts make the system singular."""
         acts = place >= 0
         of = np.flatnonzero(acts.any(axis=1))
         gamma, diagonal = tangents.gamma[:, :, of], np.arange(balance.nd)
@@ -172,7 +177,10 @@ class Stability:
                 by_time * turning.follows,
             ),
         )
-        matrix = monodromy(slow, segments, place[rests])
+        try:
+            matrix = monodromy(slow, segments, place[rests])
+        except np.linalg.LinAlgError:
+            return np.empty(0)
         return eigvals(matrix) if np.isfinite(matrix).all() else np.empty(0)
 
     def _poles(self, balance: HarmonicBalance, w: float, acts: np.ndarray) -> Poles:

@@ -33,13 +33,15 @@ def run(folder, *changes):
 
 
 def test_held_along_its_axis(tmp_path):
-    """Both ways are complete: 1042.6 um/N at 823.6 Hz, and what a stop along the axis would have to
-    take."""
+    """Both ways are complete: 1042.6 um/N at 823.6 Hz, what a stop along the axis would have to
+    take, and with 102 pairs that slip and lift whether the peak is stable: with one harmonic it is
+    not."""
     code, store = run(tmp_path, ("pull = 60", 'pull = 60\nhold = "y"'))
     up = store.read_json("summary.json")["responses"][0]
     assert code == 0 and up["complete"] and up["alike_backwards"] and up["held_change"] < 1e-4
     assert up["peak_m"] / 3 == pytest.approx(1042.6e-6, rel=1e-3)
     assert up["peak_hz"] == pytest.approx(823.6, rel=1e-3)
+    assert up["unstable"]
     study = load_study(tmp_path / "coarse.toml")
     [(down, peak, held)] = followed_back(study, store, [up])
     assert down.complete and peak.peak_m == pytest.approx(up["peak_m"], rel=1e-6)

@@ -91,6 +91,39 @@ def test_kinked_maximum_is_found_by_its_two_tangents():
     assert found.best.value == pytest.approx(1.0, rel=1e-10)
 
 
+def straight(x, p):
+    """x = p."""
+    return Implicit(x[0] - p, 1.0, -1.0)
+
+
+def by_value(height, at):
+    """Maximum of a height over x = p around the middle one of three points."""
+
+    def measure(q):
+        return arc.MeasuredPoint(q, height(q.parameter), np.nan)
+
+    def point(p):
+        return heading(Point(np.array([p]), p, True, 1, straight(np.array([p]), p)), 1)
+
+    three = [measure(point(p)) for p in at]
+    return arc.maximum_by_value(straight, three, measure, METRIC, DEFAULT)
+
+
+@pytest.mark.parametrize(
+    "height", [lambda p: 1 - (p - 0.1) ** 2, lambda p: 1 - abs(p - 0.1)], ids=["smooth", "kink"]
+)
+def test_maximum_by_values_alone(height):
+    found = by_value(height, (-1.0, 0.0, 1.3))
+    assert found.solved and found.best.value == pytest.approx(1.0, rel=2e-9)
+
+
+def test_a_point_on_a_step_is_no_maximum():
+    """One that is higher than all beside it, however near they are, is left after some halvings;
+    where the step is that of the curve, its upper side is the highest."""
+    found = by_value(lambda p: 1.0 if p == 0 else 1 - 1e-7 - 1e-9 * abs(p), (-1.0, 0.0, 1.3))
+    assert not found.solved and found.best.point.parameter == 0 and len(found.points) < 15
+
+
 @pytest.mark.parametrize("short", [1e-1, 1e-2, 1e-4])
 @pytest.mark.parametrize("beyond", [-1e-3, 0.5])
 @pytest.mark.parametrize("tangents", [True, False])

@@ -1,0 +1,72 @@
+"""Steps of the monodromy matrix against the dense systems that they stand for."""
+
+import numpy as np
+import pytest
+
+from tipdamp.hbm.stability import kernels
+
+rng = np.random.default_rng(3)
+CONTACTS, ND = 5, 3
+NC = CONTACTS * ND - 2
+
+
+@pytest.fixture
+def place():
+    """Of 5 contacts with three components, two of which do not act."""
+    found = np.full((CONTACTS, ND), -1)
+    found.ravel()[rng.permutation(CONTACTS * ND)[:NC]] = np.arange(NC)
+    return found
+
+
+def tangents(place, of):
+    """(a, nd, nd), of some contacts."""
+    gamma = np.zeros((CONTACTS, ND, ND))
+    for p in of:
+        acts = place[p] >= 0
+        gamma[p] = rng.normal(size=(ND, ND)) * np.outer(acts, acts)
+    return gamma
+
+
+def whole(place, gamma):
+    """(nc, nc), the same of the components that act."""
+    dense = np.zeros((NC, NC))
+    for p, i, j in zip(*np.nonzero(gamma), strict=True):
+        dense[place[p, i], place[p, j]] = gamma[p, i, j]
+    return dense
+
+
+def test_tangents_change_contact_by_contact(place):
+    """As if all had been there from the begin, after several events."""
+    out, root = rng.normal(size=(NC, 4)), rng.normal(size=(NC, NC))
+    static = 0.1 * root @ root.T
+    seen, flexibility, before = out, static, np.zeros((CONTACTS, ND, ND))
+    for of in ([0, 1, 2, 3, 4], [2], [], [0, 3]):
+        gamma = before.copy()
+        gamma[of] = tangents(place, of)[of]
+        seen, flexibility = kernels.at(place, seen, flexibility, gamma - before)
+        system = np.eye(NC) + static @ whole(place, gamma)
+        assert seen == pytest.approx(np.linalg.solve(system, out), rel=1e-9, abs=1e-10)
+        assert flexibility == pytest.approx(np.linalg.solve(system, static), rel=1e-9, abs=1e-10)
+        before = gamma
+
+
+@pytest.mark.parametrize("modes", [2, NC])
+def test_a_step_with_fewer_modes_or_fewer_components(place, modes):
+    """u + seen moved = free with moved = weight into (gamma u + force), either way."""
+    gamma = tangents(place, range(CONTACTS))
+    into, seen = rng.normal(size=(2 * modes, NC)), 0.1 * rng.normal(size=(NC, 2 * modes))
+    weight = rng.normal(size=modes) + 1j * rng.normal(size=modes)
+    force, free = rng.normal(size=(2, NC, 7))
+    u, g, moved = kernels.stepped(place, into, weight, seen, gamma, force, free)
+    assert g == pytest.approx(whole(place, gamma) @ u + force, abs=1e-9)
+    real, imaginary = np.split(into @ g, 2)
+    z = weight[:, None] * (real + 1j * imaginary)
+    assert moved == pytest.approx(np.vstack([z.real, z.imag]), abs=1e-9)
+    assert u == pytest.approx(free - seen @ moved, abs=1e-9)
+
+
+def test_a_force_of_few_rows():
+    flexibility, force = rng.normal(size=(NC, NC)), rng.normal(size=(NC, 4))
+    force[2:9] = 0
+    for one in (force, np.zeros_like(force), rng.normal(size=force.shape)):
+        assert kernels.yielded(flexibility, one) == pytest.approx(flexibility @ one, abs=1e-12)
