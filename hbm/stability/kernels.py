@@ -96,11 +96,8 @@ def at(
                 if change[p, i, j] != 0.0:
                     pushed[:, n] += flexibility[:, place[p, i]] * change[p, i, j]
             n += 1
-    own = np.eye(n) + pushed[of]
-    return (
-        seen - np.dot(pushed, np.linalg.solve(own, seen[of])),
-        flexibility - np.dot(pushed, np.linalg.solve(own, flexibility[of])),
-    )
+    pushed = np.dot(pushed, np.linalg.inv(np.eye(n) + pushed[of]))
+    return seen - np.dot(pushed, seen[of]), flexibility - np.dot(pushed, flexibility[of])
 
 
 @njit(cache=True)
@@ -119,6 +116,21 @@ def yielded(flexibility: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
+def closing(
+    place: np.ndarray, into: np.ndarray, weight: np.ndarray, seen: np.ndarray, gamma: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(flexibility within a step, by its poles alone, and the inverse that `stepped` needs), of
+    the fewer of components and poles."""
+    nc, n2 = seen.shape
+    within = np.dot(seen, times(weight, into)) if nc <= n2 else np.empty((0, 0))
+    if nc <= n2:
+        system = np.eye(nc) + acting(place, gamma.transpose(0, 2, 1), within.T).T
+    else:
+        system = np.eye(n2) + times(weight, np.dot(into, acting(place, gamma, seen)))
+    return within, np.linalg.inv(system)
+
+
+@njit(cache=True)
 def stepped(
     place: np.ndarray,
     into: np.ndarray,
@@ -127,20 +139,35 @@ def stepped(
     gamma: np.ndarray,
     force: np.ndarray,
     free: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(u, g, moved) with u = free - seen moved, g = gamma u + force and moved = weight (into g):
-    what the force at the end of a step does within it, solved for the fewer of the two."""
-    nc, n2 = seen.shape
-    if nc <= n2:
-        end = times(weight, into)
-        system = np.eye(nc) + acting(place, gamma.transpose(0, 2, 1), np.dot(seen, end).T).T
-        u = np.linalg.solve(system, free - np.dot(seen, np.dot(end, force)))
-        g = acting(place, gamma, u) + force
-        return u, g, times(weight, np.dot(into, g))
-    system = np.eye(n2) + times(weight, np.dot(into, acting(place, gamma, seen)))
-    moved = np.linalg.solve(system, times(weight, np.dot(into, acting(place, gamma, free) + force)))
-    u = free - np.dot(seen, moved)
-    return u, acting(place, gamma, u) + force, moved
+    closed: tuple[np.ndarray, np.ndarray],
+) -> np.ndarray:
+    """(nc, m) u = free - seen weight (into (gamma u + force)), the motion at the end of a step
+    with what the force there does within it; closed : of `closing`."""
+    within, inverse = closed
+    if len(within):
+        return np.dot(inverse, free - yielded(within, force))
+    ahead = times(weight, np.dot(into, acting(place, gamma, free) + force))
+    return free - np.dot(seen, np.dot(inverse, ahead))
+
+
+@njit(cache=True)
+def carried_on(weights: np.ndarray, z: np.ndarray, g: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """(2n, m) weights[0] z - weights[1] g - weights[2] rate."""
+    n = weights.shape[1]
+    found = np.empty_like(z)
+    for j in range(n):
+        E, G, R = weights[0, j], weights[1, j], weights[2, j]
+        for c in range(z.shape[1]):
+            a, b = z[j, c], z[n + j, c]
+            d, e = g[j, c], g[n + j, c]
+            p, q = rate[j, c], rate[n + j, c]
+            found[j, c] = (
+                E.real * a - E.imag * b - G.real * d + G.imag * e - R.real * p + R.imag * q
+            )
+            found[n + j, c] = (
+                E.real * b + E.imag * a - G.real * e - G.imag * d - R.real * q - R.imag * p
+            )
+    return found
 
 
 @njit(cache=True)
@@ -197,11 +224,12 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
     gamma = segments.gamma[1, 0]
     seen, flexibility = at(place, poles.out, poles.static, gamma)
     W, length, changes = np.empty((5, len(s)), np.complex128), -1.0, 0
+    closed, known = closing(place, into, s, seen, gamma), False  # of a step, by its length
     for k in range(len(segments.length)):
         h = segments.length[k]
         if abs(h - length) > 1e-12 * h:
             fill_weights(s, h, W)
-            length = h
+            length, known = h, False
         if segments.captured[k].any():
             # by the motion before: what comes to rest now has had the forces of before
             sliders = by_sliders(segments, turns, max(k - 1, 0), 1, w)
@@ -212,10 +240,11 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
                     if segments.captured[k, p, d]:
                         w[place[p, d]] = rest[place[p, d]]
         force = by_sliders(segments, turns, k, 0, w)
-        if changes == AFRESH:  # rounding adds up
-            gamma, changes = segments.gamma[0, k], 0
-            seen, flexibility = at(place, poles.out, poles.static, gamma)
         change, gamma = segments.gamma[0, k] - gamma, segments.gamma[0, k]
+        known = known and not change.any()
+        if changes == AFRESH:  # rounding adds up
+            seen, flexibility, changes = poles.out, poles.static, 0
+            change = gamma
         seen, flexibility = at(place, seen, flexibility, change)
         given = yielded(flexibility, force)
         u = np.dot(seen, z) - given
@@ -232,22 +261,26 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
             w = replaced(turns, w, led)
             force = by_sliders(segments, turns, k, 1, w)
         before = u
-        z = times(W[0], z) - times(W[1], drive) - times(W[2], np.dot(into, rising))
+        z = carried_on(W[:3], z, drive, np.dot(into, rising))
         change, gamma = segments.gamma[1, k] - gamma, segments.gamma[1, k]
+        alike = not change.any()
         seen, flexibility = at(place, seen, flexibility, change)
         changes += 1
         whole = with_sliders(gamma, carried, k)
         there, yields = at(place, seen, flexibility, whole - gamma)
-        if len(turns) or change.any():
+        if len(turns) or not alike:
             given = yielded(yields, force)
-        free = np.dot(there, z) - given
-        u, g1, moved = stepped(place, into, W[3], there, whole, force, free)
+        if not (known and alike and len(turns) == 0):
+            closed, known = closing(place, into, W[3], there, whole), True
+        u = stepped(place, into, W[3], there, whole, force, np.dot(there, z) - given, closed)
+        g1 = acting(place, whole, u) + force
+        drive = np.dot(into, g1)
         turning = acting(place, segments.rate[1, k], u)
         if len(turns):
             w = replaced(turns, w, led + acting(turns, carried.follows[2, k], u))
             turning += acting(turns, carried.rate[1, k], w)
-        z -= moved
-        moving_on = np.dot(seen, times(s, z) - np.dot(into, g1)) - yielded(flexibility, turning)
+        z -= times(W[3], drive)
+        moving_on = np.dot(seen, times(s, z) - drive) - yielded(flexibility, turning)
         if len(turns):
             beyond = moving_on - (2 / h * (u - before) - moving)
             w += acting(turns, carried.follows[3, k], beyond)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from tipdamp.hbm.stability import kernels
 
@@ -52,17 +53,59 @@ def test_tangents_change_contact_by_contact(place):
 
 @pytest.mark.parametrize("modes", [2, NC])
 def test_a_step_with_fewer_modes_or_fewer_components(place, modes):
-    """u + seen moved = free with moved = weight into (gamma u + force), either way."""
+    """u + seen weight into (gamma u + force) = free, either way."""
     gamma = tangents(place, range(CONTACTS))
     into, seen = rng.normal(size=(2 * modes, NC)), 0.1 * rng.normal(size=(NC, 2 * modes))
     weight = rng.normal(size=modes) + 1j * rng.normal(size=modes)
     force, free = rng.normal(size=(2, NC, 7))
-    u, g, moved = kernels.stepped(place, into, weight, seen, gamma, force, free)
-    assert g == pytest.approx(whole(place, gamma) @ u + force, abs=1e-9)
-    real, imaginary = np.split(into @ g, 2)
+    closed = kernels.closing(place, into, weight, seen, gamma)
+    u = kernels.stepped(place, into, weight, seen, gamma, force, free, closed)
+    real, imaginary = np.split(into @ (whole(place, gamma) @ u + force), 2)
     z = weight[:, None] * (real + 1j * imaginary)
-    assert moved == pytest.approx(np.vstack([z.real, z.imag]), abs=1e-9)
-    assert u == pytest.approx(free - seen @ moved, abs=1e-9)
+    assert u == pytest.approx(free - seen @ np.vstack([z.real, z.imag]), abs=1e-9)
+
+
+@pytest.mark.parametrize("refreshed", [2, 10**6])
+def test_a_period_in_one_route_or_another(place, monkeypatch, refreshed):
+    """The period map of random tangents, whether they are taken afresh now and then or never, is
+    that of the dense system of each interval."""
+    n, K = 3, 9
+    poles = kernels.Poles(
+        -0.1 * rng.random(n) + 1j * (1 + rng.random(n)),
+        rng.normal(size=(NC, 2 * n)),
+        0.1 * rng.normal(size=(2 * n, NC)),
+        np.zeros((NC, NC)),
+    )
+    monkeypatch.setattr(kernels, "AFRESH", refreshed)
+    gamma = np.repeat([tangents(place, [k % 3, 4]) for k in range(K)], 2, axis=0)
+    gamma = gamma.reshape(K, 2, CONTACTS, ND, ND).swapaxes(0, 1).copy()
+    length = np.full(K, 0.02)
+    nothing = np.zeros((K, CONTACTS, ND))
+    segments = kernels.Segments(
+        place,
+        length,
+        gamma,
+        np.zeros_like(gamma),
+        nothing,
+        nothing.astype(bool),
+        np.zeros((K, CONTACTS, ND, ND)),
+        kernels.Carried(
+            np.empty(0, dtype=int),
+            np.zeros((2, K, 0, ND, ND)),
+            np.zeros((2, K, 0, ND, ND)),
+            np.zeros((K, 0, ND, ND)),
+            np.zeros((4, K, 0, ND, ND)),
+        ),
+    )
+    found = kernels.monodromy.py_func(poles, segments, np.empty(0, dtype=int))
+    exact, s = np.eye(2 * n), np.diag(poles.s)
+    system = np.block([[s.real, -s.imag], [s.imag, s.real]])
+    for k in range(K):
+        exact = (
+            expm(length[k] * (system - poles.into @ whole(place, gamma[0, k]) @ poles.out)) @ exact
+        )
+    assert found == pytest.approx(exact, rel=1e-5, abs=1e-5)
+    assert not np.allclose(exact, np.eye(2 * n), atol=1e-2)
 
 
 def test_a_force_of_few_rows():
