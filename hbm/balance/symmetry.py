@@ -1,10 +1,12 @@
 """Symmetries of a harmonic balance: changes of the motion that turn solutions into solutions.
 
-Alike contacts may change places, as those of a ring of equal blades under equal forces; and where
-every force is odd, a solution half a period later and with the other sign is one as well.
+Alike contacts may change places, as those of a ring of equal blades under equal forces; where every
+force is odd, a solution half a period later and with the other sign is one as well; and where two
+equal stops face each other, they change places half a period later.
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import product
 
 import numpy as np
 
@@ -17,14 +19,10 @@ MOST = 48  # symmetries of places: those of a cube; more are not used
 
 
 class Symmetry:
-    """One of them; order (P,) : contact p moves as contact order[p] did; half : half a period later
-    with the other sign."""
+    """One of them; order (P,), signs (nh,) : contact p moves as contact order[p] did, times these,
+    which turn it round or move it by half a period."""
 
-    def __init__(self, balance: HarmonicBalance, order: np.ndarray, half: bool) -> None:
-        signs = np.ones(balance.nh)
-        if half:
-            orders = np.r_[0, np.repeat(np.arange(1, balance.H + 1), 2)]
-            signs = -((-1.0) ** orders)
+    def __init__(self, balance: HarmonicBalance, order: np.ndarray, signs: np.ndarray) -> None:
         self.order, self.signs, self.shape = order, signs, (len(order), balance.nd, balance.nh)
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
@@ -38,17 +36,17 @@ def symmetries(balance: HarmonicBalance, w: float) -> list[Symmetry]:
     linear = balance.linear(w).reshape(len(balance.problem.contacts), balance.nd, balance.nh)
     x = np.random.default_rng(0).normal(size=linear.shape) * max(size(linear.ravel()), 1e-300)
     residual = balance.evaluate(x.ravel(), w).residual
-    orders = list[np.ndarray]()
-    for order in _places(balance, linear, w):
-        orders.append(order)
-        if len(orders) > MOST:
-            return []
-    found = list[Symmetry]()
-    for half in (False, True):
-        for order in orders:
-            one = Symmetry(balance, order, half)
-            if not half and np.array_equal(order, np.arange(len(order))):
+    later = (-1.0) ** np.r_[0, np.repeat(np.arange(1, balance.H + 1), 2)]  # by half a period
+    receptance, found, tried = _between_contacts(balance, w), list[Symmetry](), 0
+    for half, sign in product((False, True), (1.0, -1.0)):
+        signs = sign * (later if half else np.ones(balance.nh))
+        for order in _places(linear, signs, receptance):
+            tried += 1
+            if tried > MOST:
+                return []
+            if (signs == 1).all() and np.array_equal(order, np.arange(len(order))):
                 continue
+            one = Symmetry(balance, order, signs)
             error = size(balance.evaluate(one(x.ravel()), w).residual - one(residual))
             if error <= SAME * size(residual):
                 found.append(one)
@@ -67,14 +65,18 @@ def kept_by_symmetry(balance: HarmonicBalance, w: float, x: np.ndarray, near: fl
     return lambda moved: sum((image(moved) for image in own), moved) / (1 + len(own))
 
 
-def _places(balance: HarmonicBalance, linear: np.ndarray, w: float) -> Iterator[np.ndarray]:
-    """Orders (P,) of the contacts that leave the response of the stuck system and the receptance
-    between the contacts as they are, one place after the other."""
-    P, nd = len(linear), balance.nd
-    shapes = balance.shapes
+def _between_contacts(balance: HarmonicBalance, w: float) -> np.ndarray:
+    """(P, P, 2, nd, nd) receptance between the contacts at rest and at w rad/s."""
+    P, nd, shapes = len(balance.problem.contacts), balance.nd, balance.shapes
     factors = balance.receptance.factors(np.array([0.0, w]))[0]
     G = np.array([(shapes * factors[:, k]) @ balance.into.T for k in range(2)])
-    G = G.reshape(2, P, nd, P, nd).transpose(1, 3, 0, 2, 4)  # (P, P, 2, nd, nd)
+    return G.reshape(2, P, nd, P, nd).transpose(1, 3, 0, 2, 4)
+
+
+def _places(linear: np.ndarray, signs: np.ndarray, G: np.ndarray) -> Iterator[np.ndarray]:
+    """Orders (P,) of the contacts that, with the signs, leave the response of the stuck system and
+    the receptance G between the contacts as they are, one place after the other."""
+    P, image = len(linear), linear * signs
     near, alike = SAME * np.abs(G).max(), SAME * np.abs(linear).max()
 
     def extended(order: Sequence[int]) -> Iterator[np.ndarray]:
@@ -84,7 +86,7 @@ def _places(balance: HarmonicBalance, linear: np.ndarray, w: float) -> Iterator[
             return
         for q in set(range(P)).difference(order):
             same = (
-                np.abs(linear[p] - linear[q]).max() <= alike
+                np.abs(linear[p] - image[q]).max() <= alike
                 and np.abs(G[p, p] - G[q, q]).max() <= near
                 and all(np.abs(G[p, k] - G[q, order[k]]).max() <= near for k in range(p))
             )

@@ -307,11 +307,11 @@ def lies_between(new: Point, a: Point, b: Point, metric: Metric) -> bool:
     chord does.
 
     The plane across the chord of a hairpin may meet the branch before a or behind b, where it runs
-    against the chord."""
+    against the chord. At a branch point between a and b the orientation changes its sign."""
     if not new.converged:
         return False
     apart = distance(a, b, metric)
-    return new.orientation == a.orientation and all(
+    return new.orientation in (a.orientation, b.orientation) and all(
         distance(end, new, metric) <= 1.2 * apart for end in (a, b)
     )
 
@@ -348,7 +348,7 @@ def _step_from(
             ):
                 exact = polished(evaluate, new, plane, metric, settings)
                 calls += exact.iterations - new.iterations
-                if exact.converged and exact.orientation == a.orientation:
+                if exact.converged and exact.orientation in (a.orientation, b.orientation):
                     return exact, calls
                 # no shorter step helps where Newton's are not small at a solution: a motion is all
                 # but undetermined

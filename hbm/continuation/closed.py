@@ -85,7 +85,8 @@ def follow_away(
     way = (low, high) if away >= 0 else (high, low)
     settings = replace(settings, max_points=most, outside=0.0)
     branch = _one_way(evaluate, start, way, weights, settings, None, meets)
-    branch.points.insert(0, root)
+    chord = start.x - root.x, start.parameter - root.parameter  # the root has tangents of both
+    branch.points.insert(0, replace(root, tangent=chord, orientation=start.orientation))
     return branch
 
 

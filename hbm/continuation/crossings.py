@@ -119,16 +119,27 @@ def insert_crossings(
 
 def with_tangent(evaluate: Evaluate, points: Sequence[Point], k: int, metric: Metric) -> Point:
     """Point k of a branch with its tangent, found anew from its orientation where it is not
-    known."""
+    known.
+
+    An end that lies on another branch has tangents of both: there the chord stands for it."""
     point = points[k]
     if point.tangent is not None:
         return point
     a, b = points[max(k - 1, 0)], points[min(k + 1, len(points) - 1)]
     a, b = (q if q.converged else point for q in (a, b))
-    row, corner = metric.border(b.x - a.x, b.parameter - a.parameter)
-    return oriented(
+    chord = b.x - a.x, b.parameter - a.parameter
+    row, corner = metric.border(*chord)
+    found = oriented(
         replace(point, detail=evaluate(point.x, point.parameter)), point.orientation, row, corner
     )
+    if (a is point or b is point) and not _along(found.tangent, chord, metric):
+        return replace(found, tangent=chord)
+    return found
+
+
+def _along(tangent: tuple[np.ndarray, float], chord: tuple[np.ndarray, float], m: Metric) -> bool:
+    """Whether a tangent runs within 60 degrees of a chord."""
+    return m.inner(*tangent, *chord) > 0.5 * m.norm(*tangent) * m.norm(*chord)
 
 
 def _turns(points: Sequence[Point], i: int, parameter: float) -> bool:

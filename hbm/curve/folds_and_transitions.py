@@ -9,6 +9,7 @@ parameter; every other change is enclosed by halving the arc.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -33,7 +34,9 @@ JUMP = 0.02  # of a multiplier at the unit circle: with more it has not passed, 
 SYMMETRIC = 1e-6  # of the motion, within which it has a symmetry
 ITERATIONS = 30  # of the inverse iteration for the direction in which it is lost
 ALIKE = 1e-4  # of a multiplier, from 1: nearer it may be missing on the other side
+AT_END = 1e-3  # arc length: nearer to an end of the curve, it is where this one leaves another
 BESIDE = 1e-3  # of the way from a fold to the next point
+LOOKED = 2  # points at which contacts open, at most, at which multipliers are looked at too
 REAL = 1e-3  # imaginary part, relative, below which a multiplier is real
 
 
@@ -141,39 +144,74 @@ class _Along:
         self, a: Point, b: Point, index: int, metric: Metric
     ) -> list[tuple[float, NamedPoint]]:
         """(place, named point) of all changes between two neighbouring points of the curve."""
-        start, end, found = self._leading(a), self._leading(b), []
-        apart = max(arc.distance(a, b, metric), 1e-300)
+        turn = self._fold(a, b, metric)
+        # in a hairpin the arc leaves its chord: its sides are looked at one by one
+        sides = [(a, b)] if turn is None else [(a, turn), (turn, b)]
+        found, opens = list[tuple[float, NamedPoint]](), list[Point]()
 
         def named(
             kind: Kind,
-            near: tuple[Point, Point],
+            near: Near,
             contact: int = -1,
             multiplier: complex = complex("nan"),
+            side: int = 0,
         ) -> None:
             p, q = near
-            place = index + min(arc.distance(a, q, metric) / apart, 1 - 1e-9)
+            begin, end = sides[side]
+            way = arc.distance(begin, q, metric) / max(arc.distance(begin, end, metric), 1e-300)
+            place = index + (side + min(way, 1 - 1e-9)) / len(sides)
             within = abs(p.parameter - q.parameter)
             found.append((place, self._named(kind, q, within, index, contact, multiplier)))
 
-        turn = self._fold(a, b, metric)
         if turn is not None:
-            named("fold", (turn, turn), multiplier=self._at_one(turn, b, metric))
-        if start.known and end.known and start.outside != end.outside:
-            if start.beside != end.beside:
-                near = self._enclosed(a, b, metric, lambda point: self._leading(point).beside)
-                named(*self._passed(near))
-            elif turn is None:
-                near = self._enclosed(a, b, metric, lambda point: self._leading(point).outside)
-                named(*self._passed(near))
-        elif turn is not None:
+            named("fold", (turn, turn), multiplier=self._at_one(turn, (a, b), metric))
+        for (kind, of), (side, (one, other)) in product(CONTACTS.items(), enumerate(sides)):
+            for contact in np.flatnonzero(of(_shares(one)) != of(_shares(other))):
+                near = self._of_contact(int(contact), of, one, other, metric)
+                named(kind, near, int(contact), side=side)
+                opens += [near[1]] * (kind != "onset of slip")
+        if turn is not None and not self._differ(a, b):
             self.silent.append(index)
-        for kind, of in CONTACTS.items():
-            for contact in np.flatnonzero(of(_shares(a)) != of(_shares(b))):
-                named(kind, self._of_contact(int(contact), of, a, b, metric), int(contact))
+        for before, after in pairwise(self._looked_at(a, b, opens, metric)):
+            self._stability(before, after, turn is not None, metric, named)
         return found
 
+    def _looked_at(self, a: Point, b: Point, opens: list[Point], metric: Metric) -> list[Point]:
+        """The points from a to b whose multipliers are looked at: where contacts open they may
+        leave the unit circle and come back, so there and half way too."""
+        if not 0 < len(opens) <= LOOKED or not self.estimate:
+            return [a, b]
+        opens.sort(key=lambda point: arc.distance(a, point, metric))
+        found = [a]
+        for point in (*opens, b):
+            middle = between(self.equation.evaluate, found[-1], point, 0.5, metric.weights)
+            if arc.lies_between(middle, found[-1], point, metric):
+                found.append(middle)
+            found.append(point)
+        return found
+
+    def _stability(
+        self, a: Point, b: Point, folds: bool, metric: Metric, named: Callable[..., None]
+    ) -> None:
+        """Name what multipliers tell between two points, beside what a fold itself does to them."""
+        if not self._differ(a, b):
+            return
+        if self._leading(a).beside != self._leading(b).beside:
+            near = self._enclosed(a, b, metric, lambda point: self._leading(point).beside)
+            named(*self._passed(near))
+        elif not folds:
+            near = self._enclosed(a, b, metric, lambda point: self._leading(point).outside)
+            if not self._at_end(near[1], metric):
+                named(*self._passed(near))
+
+    def _differ(self, a: Point, b: Point) -> bool:
+        """Whether as many multipliers are not outside the unit circle at both points."""
+        start, end = self._leading(a), self._leading(b)
+        return start.known and end.known and start.outside != end.outside
+
     def _fold(self, a: Point, b: Point, metric: Metric) -> Point | None:
-        """The point between at which the parameter turns back; None where it does not."""
+        """The point between at which the parameter turns back; None where it does not, or where it
+        does so at an end of the curve, on another one."""
         ways = [np.sign(end.tangent[1]) for end in (a, b)]
         if ways[0] * ways[1] >= 0:
             return None
@@ -183,14 +221,24 @@ class _Along:
             return arc.MeasuredPoint(point, ways[0] * point.parameter, ways[0] * slope)
 
         ends = measure(a), measure(b)
-        return arc.maximum(self.equation.evaluate, ends, measure, metric, DEFAULT).best.point
+        found = arc.maximum(self.equation.evaluate, ends, measure, metric, DEFAULT).best.point
+        return None if self._at_end(found, metric) else found
 
-    def _at_one(self, fold: Point, end: Point, metric: Metric) -> complex:
+    def _at_end(self, point: Point, metric: Metric) -> bool:
+        """Whether a point is the first or the last of a curve that is not closed."""
+        first, last = self.points[0], self.points[-1]
+        if first.converged and last.converged and arc.distance(first, last, metric) <= AT_END:
+            return False
+        ends = (end for end in (first, last) if end.converged)
+        return any(arc.distance(end, point, metric) <= AT_END for end in ends)
+
+    def _at_one(self, fold: Point, ends: Near, metric: Metric) -> complex:
         """The multiplier at a fold between points: the nearest to 1. NaN where none is near, as
         where multipliers jump across it, or more orders change the motion."""
         nearest = self._nearest_one(fold)
         if abs(nearest - 1) <= JUMP or np.isnan(nearest):
             return nearest
+        end = max(ends, key=lambda end: arc.distance(fold, end, metric))
         beside = between(self.equation.evaluate, fold, end, BESIDE, metric.weights)
         # one that is 1 to rounding is taken for one of what nothing holds
         return 1 + 0j if abs(self._nearest_one(beside) - 1) <= JUMP else complex("nan")

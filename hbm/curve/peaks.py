@@ -119,7 +119,7 @@ def find_peaks(
     orders = orders_of(kind, order, curve.H, curve.force_orders)
     equation, points = restored(curve, problem, parameter)
     row = curve.output_rows[[j]]
-    output = Output(equation, Branch(points), Outputs(row, kind, orders), DEFAULT)
+    output = Output(equation, Branch(list(points)), Outputs(row, kind, orders), DEFAULT)
     if not np.nanmax(heights, initial=0.0) > _noise_of(curve, equation, points, row):
         return np.empty((0, 2))
     found = []
@@ -266,10 +266,7 @@ class Output:
             {int(np.nanargmax(np.where(high, heights, -np.inf))), *near, *(i + 1 for i in near)}
         )
         runs = np.split(wanted, [k for k in range(1, len(wanted)) if wanted[k - 1] not in near])
-        chains = [
-            measured([with_tangent(self.equation.evaluate, points, i, metric) for i in run])
-            for run in runs
-        ]
+        chains = [measured([self._with_tangent(points, i, metric) for i in run]) for run in runs]
         highest = max((end for chain in chains for end in chain), key=lambda end: end.value).point
         if not self._sampled(highest):
             return chains, True
@@ -281,6 +278,13 @@ class Output:
         except TooManyRipples as many:
             self.branch.calls += many.calls
             return chains, False
+
+    def _with_tangent(self, points: Sequence[Point], i: int, metric: Metric) -> Point:
+        """Point i with its tangent, which the branch then has too."""
+        found = with_tangent(self.equation.evaluate, points, i, metric)
+        if i < len(self.branch.points) and self.branch.points[i] is points[i]:
+            self.branch.points[i] = found
+        return found
 
     def _resolved(
         self,

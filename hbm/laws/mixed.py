@@ -179,7 +179,8 @@ class MixedLaw(ContactLaw):
     def variation(
         self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
     ) -> Variation | None:
-        """Of each law; None where one does not know."""
+        """Of each law; None where one does not know, and of forces of the velocity beside those
+        with a memory."""
         P, nd, _ = x.shape
         parts: list[tuple[Any, np.ndarray, Any]] = [
             (
@@ -193,6 +194,10 @@ class MixedLaw(ContactLaw):
         ]
         if any(variation is None for variation, *_ in parts):
             return None
+        of_velocity = any(one.of_velocity for one, *_ in parts)
+        all_smooth = all(one.smooth for one, *_ in parts)
+        if of_velocity and not all_smooth:
+            return None
 
         def between(instants: np.ndarray) -> CycleTangents:
             found = CycleTangents.none(len(instants) - 1, P, nd)
@@ -200,8 +205,16 @@ class MixedLaw(ContactLaw):
                 found = found.put(at, columns, variation.between(instants))
             return found
 
+        def smooth(instants: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            both = np.zeros((2, len(instants), P, nd, nd))
+            for variation, at, columns in parts:
+                place = np.ix_(np.arange(2), np.arange(len(instants)), at, columns, columns)
+                both[place] = variation.smooth(instants)
+            return both[0], both[1]
+
         steps = max(one.steps for one, *_ in parts)
-        return Variation(steps, np.concatenate([one.events for one, *_ in parts]), between)
+        events = np.concatenate([one.events for one, *_ in parts])
+        return Variation(steps, events, between, smooth if all_smooth else None, of_velocity)
 
     def sticks_surely(self, contacts: Contacts, amplitude: np.ndarray) -> np.ndarray:
         """(P,) bool of each law."""

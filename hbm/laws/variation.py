@@ -101,37 +101,41 @@ class CycleTangents(NamedTuple):
         return self._replace(turning=self.turning.beside(turning))
 
 
+Smooth = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
 class Variation(NamedTuple):
     """steps : of a period at least, for what happens between the events
     events : (n,) instants in (0, 2 pi) at which a contact changes its state
     between : of instants (K+1,) from 0 to 2 pi, events among them, the CycleTangents
+    smooth : of instants (K,), the tangents of a law without memory (K, P, nd, nd) by the motion in
+        N/m and by its velocity in N s/m; None of other laws
+    of_velocity : whether the latter are not zero: then `between` tells nothing
     """
 
     steps: int
     events: np.ndarray
     between: Callable[[np.ndarray], CycleTangents]
+    smooth: Smooth | None = None
+    of_velocity: bool = False
 
 
 def of_smooth_force(
     law: "ContactLaw", contacts: Contacts, x: np.ndarray, omega: float
-) -> Variation | None:
-    """Of a law without memory, at the motion x (P, nd, nh); None where the force depends on the
-    velocity."""
+) -> Variation:
+    """Of a law without memory, at the motion x (P, nd, nh)."""
     P, nd, nh = x.shape
     H = (nh - 1) // 2
 
-    def tangents(tau: np.ndarray) -> tuple[np.ndarray, bool]:
-        """(len(tau), P, nd, nd) N/m, and whether the velocity counts."""
+    def tangents(tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         u = np.einsum("pdh,th->tpd", x, fourier.basis(tau, H)).reshape(-1, nd)
         v = omega * np.einsum("pdh,th->tpd", x, fourier.basis_rate(tau, H)).reshape(-1, nd)
         every = np.tile(np.arange(P), len(tau))
         found = law.select(every).tangents(
             Motion(u, v, 2 * np.pi / omega), np.zeros((len(u), 0)), contacts.select(every)
         )[2]
-        return found.force_u.reshape(len(tau), P, nd, nd), found.of_rate
-
-    if tangents(np.linspace(0, 6, 7))[1]:
-        return None
+        shape = len(tau), P, nd, nd
+        return found.force_u.reshape(shape), found.force_v.reshape(shape)
 
     def between(instants: np.ndarray) -> CycleTangents:
         found = CycleTangents.none(len(instants) - 1, P, nd)
@@ -141,4 +145,5 @@ def of_smooth_force(
             into[0], into[1] = values[:-1], values[1:]
         return found
 
-    return Variation(PER_ORDER * H, np.empty(0), between)
+    of_velocity = bool(tangents(np.linspace(0, 6, 7))[1].any())
+    return Variation(PER_ORDER * H, np.empty(0), between, tangents, of_velocity)

@@ -19,7 +19,7 @@ from tipdamp.hbm.balance.symmetry import Kept, kept_by_symmetry
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.closed import follow_away
-from tipdamp.hbm.continuation.corrector import damped, solve_fixed
+from tipdamp.hbm.continuation.corrector import damped, leaving, solve_fixed
 from tipdamp.hbm.continuation.crossings import crossings
 from tipdamp.hbm.continuation.point import Plane, Point, size
 from tipdamp.hbm.continuation.settings import DEFAULT
@@ -47,6 +47,9 @@ class BranchSettings:
     1, up to which a second one counts as zero; directions : tried in the plane of two null vectors
     place : of the amplitude, within which a point is where the curve has it; between : times the
     distance of its neighbours, the most from it to either
+    nearer, left, beside : how often the meeting of two branches is told again from a point nearer
+        to it, what share that leaves of what is lost there, and of the motion, below which it is
+        near enough
     points : most of a branch, each way; same : distance, of the motion, below which points are one
     """
 
@@ -59,6 +62,9 @@ class BranchSettings:
     directions: int = 12
     place: float = 1e-3
     between: float = 1.2
+    nearer: int = 3
+    left: float = 0.1
+    beside: float = 1e-3
     points: int = 1000
     same: float = 1e-3
 
@@ -290,13 +296,28 @@ def _followed(
         if lost @ gained >= 0 and not gone:
             return None
         before_nearer = gone or size(lost) < size(gained)
-        near, rest = (before, lost) if before_nearer else (new, gained)
-        # what is kept, and the parameter, change with the square of what is lost
-        dx, dp = near.tangent
-        back = 0.5 * (rest @ rest) / (rest @ dx)
-        x, p = keeps(near.x - back * dx), near.parameter - back * dp
-        return solve_fixed(equation.evaluate, x, p, equation.weights)
+        near = before if before_nearer else new
+        for _ in range(SETTINGS.nearer):
+            lost = near.x - keeps(near.x)
+            if size(lost) <= SETTINGS.beside * size(near.x):
+                break
+            x, p = _meeting(near, keeps)
+            row, corner = arc.metric_at(near, equation.weights).border(lost, 0.0)
+            plane = Plane(x + SETTINGS.left * lost, p, row, corner)
+            beside = damped(equation.evaluate, plane, equation.weights, DEFAULT, SETTINGS.calls)
+            if not beside.converged:
+                break
+            near = leaving(beside, row, corner)
+        return solve_fixed(equation.evaluate, *_meeting(near, keeps), equation.weights)
 
     return follow_away(
         equation.evaluate, ends, band, equation.weights, DEFAULT, SETTINGS.points, meets
     )
+
+
+def _meeting(near: Point, keeps: Kept) -> tuple[np.ndarray, float]:
+    """x (n,) and parameter where a branch meets the curve that it leaves, from a point beside it:
+    what is kept, and the parameter, change with the square of what is lost."""
+    (dx, dp), rest = near.tangent, near.x - keeps(near.x)
+    back = 0.5 * (rest @ rest) / (rest @ dx)
+    return keeps(near.x - back * dx), near.parameter - back * dp

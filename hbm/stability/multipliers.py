@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import eigvals
+from scipy.linalg import eigvals, expm
 
 from tipdamp.hbm.balance.aft import sample_grid
 from tipdamp.hbm.balance.newton import Linearisation
@@ -25,7 +25,7 @@ from tipdamp.hbm.time.poles import poles, split
 
 if TYPE_CHECKING:
     from tipdamp.hbm.balance.receptance import Receptance
-    from tipdamp.hbm.laws.variation import CycleTangents
+    from tipdamp.hbm.laws.variation import CycleTangents, Smooth
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class StabilitySettings:
     slow : poles that keep their mass however fast
     foreign_share : as in `IntegrationSettings`
     steps, per_mode : of a period at first, and for each period of the fastest mode; no fewer than
-        the events, which are instants in any case
+        half the events, which are instants in any case
     halved : change of the leading multipliers, by modulus and relative to those above 1, between
         half the steps and all of them; what is larger takes twice as many: a contact that is open
         or slips and would be stiff where it sticks needs more, and errors fall by 16
@@ -107,6 +107,8 @@ class Stability:
         variation = law.variation(contacts, u, balance.start, grid, w)
         if variation is None:
             return np.empty(0)
+        if variation.of_velocity and variation.smooth:
+            return self._of_velocity(variation.smooth, variation.steps, balance, w)
         coarse = variation.between(_joined(np.linspace(0, 2 * np.pi, 65), variation.events))
         acts = _acting(coarse, balance.springs)
         if not acts.any():  # all stick: the poles alone
@@ -121,7 +123,7 @@ class Stability:
             self.settings.steps,
             variation.steps,
             int(np.ceil(self.settings.per_mode * fastest)),
-            len(variation.events),
+            len(variation.events) // 2,
         )
         before = np.empty(0)
         for doubling in range(self.settings.doublings + 2):
@@ -183,6 +185,23 @@ class Stability:
             return np.empty(0)
         return eigvals(matrix) if np.isfinite(matrix).all() else np.empty(0)
 
+    def _of_velocity(
+        self, smooth: "Smooth", steps: int, balance: HarmonicBalance, w: float
+    ) -> np.ndarray:
+        """All multipliers under forces of the velocity, without memory; faster modes follow their
+        disturbance without a velocity of their own."""
+        acts = np.zeros(balance.springs.shape, dtype=bool)
+        for tangents in smooth(np.linspace(0, 2 * np.pi, 65)):
+            acts |= tangents.any(axis=(0, 2)) | tangents.any(axis=(0, 3))
+        slow = self._poles(balance, w, acts)
+        half, before = max(self.settings.steps, steps) // 2, np.empty(0)
+        for doubling in range(self.settings.doublings + 2):
+            every = _smooth_map(smooth, acts, balance.springs, slow, w, half * 2**doubling)
+            if self._same(every, before):
+                return every
+            before = every
+        return np.empty(0)
+
     def _poles(self, balance: HarmonicBalance, w: float, acts: np.ndarray) -> Poles:
         """Of the stuck system at the components that act, kept for frequencies up to half an octave
         apart."""
@@ -211,6 +230,48 @@ class Stability:
                 self._known.clear()
             self._known[key] = receptance, slow  # held, so that its id stays its own
         return self._known[key][1]
+
+
+def _smooth_map(
+    smooth: "Smooth", acts: np.ndarray, springs: np.ndarray, slow: Poles, w: float, steps: int
+) -> np.ndarray:
+    """Multipliers of z' = A(t) z under forces of motion and velocity, by Magnus' expansion to the
+    fourth order [Blanes et al., Phys. Rep. 470 (2009), eq. 253]; none where it overflows.
+
+    dg = gamma du + delta dv with du = out z - static dg and dv = out s z - out into dg.
+    """
+    h, root = 2 * np.pi / steps, np.sqrt(3) / 6
+    middle = h * (np.arange(steps) + 0.5)
+    P, nd = acts.shape
+    rows = np.flatnonzero(acts.ravel())
+    s = np.block(
+        [
+            [np.diag(slow.s.real), -np.diag(slow.s.imag)],
+            [np.diag(slow.s.imag), np.diag(slow.s.real)],
+        ]
+    )
+    across = slow.out @ slow.into
+
+    def rate(instants: np.ndarray) -> np.ndarray:
+        """(steps, 2n, 2n) A."""
+        gamma, delta = smooth(instants)
+        gamma[..., np.arange(nd), np.arange(nd)] -= springs
+        dense = np.zeros((2, len(instants), P, nd, P, nd))
+        each = np.arange(P)
+        dense[:, :, each, :, each] = np.moveaxis(np.array([gamma, delta]), 2, 0)
+        G, D = dense.reshape(2, len(instants), P * nd, P * nd)[:, :, rows][..., rows]
+        closed = np.eye(len(rows)) + G @ slow.static + D @ across
+        return s - slow.into @ np.linalg.solve(closed, G @ slow.out + D @ (slow.out @ s))
+
+    first, last = rate(middle - root * h), rate(middle + root * h)
+    h /= w
+    each = 0.5 * h * (first + last) + np.sqrt(3) / 12 * h**2 * (last @ first - first @ last)
+    if not np.isfinite(each).all():
+        return np.empty(0)
+    whole = np.eye(len(s))
+    for step in expm(each):
+        whole = step @ whole
+    return eigvals(whole) if np.isfinite(whole).all() else np.empty(0)
 
 
 def _springs_alone(balance: HarmonicBalance) -> HarmonicBalance:

@@ -20,8 +20,8 @@ from tipdamp.hbm.laws.coupled.period import (
     settle,
 )
 from tipdamp.hbm.laws.coupled.resting_place import resting_place
-from tipdamp.hbm.laws.coupled.slip import PIECE, STAGES, Panel, Sums
-from tipdamp.hbm.laws.uncoupled.breaks import TWO_PI
+from tipdamp.hbm.laws.coupled.slip import PIECE, STAGES, Panel, Sums, keep
+from tipdamp.hbm.laws.uncoupled.breaks import STICK, TWO_PI
 
 if TYPE_CHECKING:
     from tipdamp.hbm.laws.records import SliderStart
@@ -188,7 +188,10 @@ def paths(
     found: tuple[np.ndarray, np.ndarray],
 ) -> None:
     """Fill path (P, m, PIECE) and counts (P,) with the pieces of the periodic cycle, as in `Sums`;
-    none of a contact that carries no tangential force. The others are as in `cycle`."""
+    none of a contact that carries no tangential force. The others are as in `cycle`.
+
+    A slider that has a place of rest stays there: that it slips where it touches its limit would be
+    rounding."""
     (path, counts), (P, _, nh) = found, c.shape
     panel, sums, light = room_for(nh)
     raw = np.empty((nh, 2, 3 * nh))
@@ -198,7 +201,11 @@ def paths(
         if kt[p] == 0 or contact.scale <= 0:
             continue
         r, given = start.positions[p].copy(), (start.from_position, start.nearest)
-        one_contact(contact, r, given, panel, light, sums, raw)
+        slid = one_contact(contact, r, given, panel, light, sums, raw)[0]
         kept = Sums(light.g, light.D, light.dr, light.turn, light.e, path[p], light.count)
-        one_period(contact, r, panel, kept, False)
+        if slid > 0 or len(contact.opened):
+            one_period(contact, r, panel, kept, False)
+        else:
+            kept.count[0] = 0
+            keep(kept, STICK, 0.0, TWO_PI, 0.0, panel.psi)
         counts[p] = light.count[0]

@@ -237,3 +237,95 @@ def test_a_fold_leads_to_no_other_branch():
     fold = named_points(curve, duffing.contact_problem, stability=False)[0]
     with pytest.raises(InputError, match="is a fold, from which no other branch"):
         branch_from(curve, duffing.contact_problem, fold)
+
+
+def test_a_symmetry_breaks_where_the_half_period_says(tmp_path):
+    """Strongly forced: the half-period map, turned round, of scipy's integration has there a
+    multiplier of -1, and the motions that branch off come back."""
+    duffing = Problem([[1.0]], [[0.2]], [[1.0]]).add(CubicSpring(0.5), 0).force(0, 6.0)
+    given = {"outputs": {"x": 0}, "harmonics": 15, "stability": "all"}
+    curve = duffing.follow_band((0.8 * HZ, 1.4 * HZ), **given)
+    broken = of_kind(curve.named_points, "symmetry breaking")
+    assert len(broken) == 2
+
+    def system(t, y, w):
+        A = np.array([[0, 1], [-1 - 1.5 * y[0] ** 2, -0.2]])
+        a = 6 * np.cos(w * t) - 0.2 * y[1] - y[0] - 0.5 * y[0] ** 3
+        return np.r_[y[1], a, (A @ y[2:].reshape(2, 2)).ravel()]
+
+    for point in broken:
+        w = point.frequency / HZ
+        found = duffing.solve_at(
+            hz=point.frequency, guess=curve.unknowns[point.index], outputs={"x": 0}, harmonics=15
+        )
+        y = np.r_[state(found.harmonics, w), np.eye(2).ravel()]
+        tight = {"rtol": 1e-11, "atol": 1e-12, "method": "DOP853"}
+        half = solve_ivp(system, (0, np.pi / w), y, args=(w,), **tight).y[:, -1]
+        assert half[:2] == pytest.approx(-y[:2], abs=1e-4)
+        assert np.linalg.det(half[2:].reshape(2, 2) - np.eye(2)) == pytest.approx(0, abs=1e-4)
+        assert point.within < 1e-6
+        for branch in branch_from(curve, duffing.contact_problem, point):
+            assert "from which it branches off" in branch.ended
+            assert sorted(branch.frequency[[0, -1]]) == pytest.approx(
+                [point.frequency for point in broken], rel=1e-6
+            )
+            assert not of_kind(branch.named_points, "fold")
+
+
+def test_two_stops_that_face_each_other_are_alike():
+    """Half a period later and with their places changed the motion is the same, until it is lost;
+    the branch comes back where the symmetry does."""
+    stop = {"kn": 15.0, "preload": -4.5}
+    stops = Problem([[1.0]], [[0.1]], [[1.0]]).force(0, 1.5)
+    for side in (1.0, -1.0):
+        stops = stops.add(UnilateralSpring(), [side], **stop)
+    curve = stops.follow_band(
+        (0.79 * HZ, 1.6 * HZ), outputs={"x": 0}, harmonics=25, stability="all"
+    )
+    broken = of_kind(curve.named_points, "symmetry breaking")
+    assert len(broken) == 2 and not of_kind(curve.named_points, "branch point")
+    for branch in branch_from(curve, stops.contact_problem, broken[1]):
+        ends = sorted(branch.frequency[[0, -1]])
+        assert ends == pytest.approx(sorted(point.frequency for point in broken), rel=1e-5)
+        assert np.abs(branch.harmonics[len(branch) // 2, 0, 0]) > 0.01
+
+
+def test_a_branch_has_no_folds_but_its_own():
+    """At its ends, on the curve that it leaves, it has tangents of both; and every named point is
+    where it runs."""
+    stopped = Problem([[1.0]], [[0.05]], [[1.0]]).add(UnilateralSpring(), 0, kn=5.0).force(0, 1.0)
+    curve = stopped.follow_band((1.2 * HZ, 5 * HZ), outputs={"x": 0}, harmonics=25, stability="all")
+    doublings = of_kind(curve.named_points, "period doubling")
+    assert len(doublings) == 2
+    for point in doublings:
+        (branch,) = branch_from(curve, stopped.contact_problem, point)
+        low, high = sorted(branch.frequency[[0, -1]])
+        assert not of_kind(branch.named_points, "fold")
+        assert all(low < named.frequency < high for named in branch.named_points)
+
+
+def test_a_peak_at_the_root_of_a_branch():
+    """Two masses and a stop: the branch is highest beside the point that it leaves."""
+    M, C = np.diag([1.0, 0.6]), 0.04 * np.array([[2, -1], [-1, 1.5]])
+    pair = Problem(M, C, np.array([[2, -1], [-1, 1.6]]))
+    pair = pair.add(UnilateralSpring(), 1, kn=16.0, preload=-3.2).force(0, 0.8)
+    curve = pair.follow_band(
+        (1.05 * HZ, 1.12 * HZ), outputs={"x": 0, "y": 1}, harmonics=25, stability="all"
+    )
+    [point] = of_kind(curve.named_points, "period doubling")
+    (branch,) = branch_from(curve, pair.contact_problem, point)
+    assert branch.periods == 2 and len(branch) > 5
+
+
+def test_a_range_between_two_points_is_not_stepped_over():
+    """Where a stop is left, multipliers leave the unit circle and come back before the next point:
+    doublings at 2.0373 and 2.0823 rad/s (both to 1e-4 by an integration with shooting)."""
+    stops = Problem([[1.0]], [[0.05]], [[1.0]]).force(0, 1.0).force(0, 0.2j, harmonic=2)
+    stops = stops.add(UnilateralSpring(), 0, kn=30.0, preload=-9.0)
+    stops = stops.add(UnilateralSpring(), [-1.0], kn=8.0, preload=-4.0)
+    curve = stops.follow_band((1.9 * HZ, 4 * HZ), outputs={"x": 0}, harmonics=45, stability="all")
+    doublings = [p.frequency / HZ for p in of_kind(curve.named_points, "period doubling")]
+    assert doublings == pytest.approx([2.0373, 2.0823], abs=1e-4)
+    # beside a fold the parting of a stop is where it was with other steps (1.9684814 by shooting)
+    parted = [p.frequency / HZ for p in of_kind(curve.named_points, "separation")]
+    assert parted == pytest.approx([1.9684814, 2.0823163], abs=2e-6)

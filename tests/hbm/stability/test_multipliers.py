@@ -25,6 +25,7 @@ from tipdamp.hbm.laws import (
     UnilateralSpring,
 )
 from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.coordinates import OwnForce
 from tipdamp.hbm.laws.uncoupled import breaks
 from tipdamp.hbm.laws.uncoupled.law import located
 from tipdamp.hbm.problem import Problem
@@ -474,3 +475,109 @@ def test_matrices_that_are_not_symmetric_beside_the_equation_in_variations(place
         own = np.linalg.eigvals(found.y[:, -1].reshape(4, 4))
         for one in curve.multipliers[i][~np.isnan(curve.multipliers[i])]:
             assert np.abs(own - one).min() < 1e-4
+
+
+def van_der_pol(w, with_derivative):
+    """Two masses, a cubic spring on one and van der Pol's force between both."""
+
+    def by(u, v):
+        return (0.6 * u * v)[..., None], (0.3 * (u**2 - 1))[..., None]
+
+    force = OwnForce(
+        lambda u, v: 0.3 * (u**2 - 1) * v, 1, derivative=by if with_derivative else None
+    )
+    M, C, K = np.diag([1.0, 0.5]), 0.2 * np.eye(2), np.array([[1.5, -0.5], [-0.5, 1.5]])
+    problem = Problem(M, C, K).add(CubicSpring(0.4), 0).add(force, (0, 1)).force(0, 1.0)
+
+    def system(t, y):
+        x, v, phi = y[:2], y[2:4], y[4:].reshape(4, 4)
+        u, rate = x[0] - x[1], v[0] - v[1]
+        f = 0.3 * (u**2 - 1) * rate
+        push = np.array([np.cos(w * t) - 0.4 * x[0] ** 3 - f, f])
+        stretch = np.outer([1, -1], [1, -1])
+        by_x = K + 0.6 * u * rate * stretch + np.diag([1.2 * x[0] ** 2, 0.0])
+        by_v = C + 0.3 * (u**2 - 1) * stretch
+        below = -np.linalg.solve(M, np.hstack([by_x, by_v]))
+        A = np.vstack([np.hstack([np.zeros((2, 2)), np.eye(2)]), below])
+        a = (push - C @ v - K @ x) / M.diagonal()
+        return np.r_[v, a, (A @ phi).ravel()]
+
+    return problem, system
+
+
+@pytest.mark.parametrize("w", [0.9, 1.35, 1.9])
+@pytest.mark.parametrize("with_derivative", [True, False])
+def test_forces_of_the_velocity_beside_the_equation_in_variations(w, with_derivative):
+    """Of one's own, beside a cubic spring: the multipliers are those of scipy's integration."""
+    problem, system = van_der_pol(w, with_derivative)
+    found = problem.solve_at(omega=w, harmonics=25, outputs={"x": 0, "y": 1}, stability="all")
+    assert found.converged
+    k = np.arange(26)
+    y = np.r_[found.harmonics.real.sum(axis=1), -(w * k * found.harmonics.imag).sum(axis=1)]
+    given = {"rtol": 1e-11, "atol": 1e-12, "method": "DOP853"}
+    end = solve_ivp(system, (0, 2 * np.pi / w), np.r_[y, np.eye(4).ravel()], **given).y[:, -1]
+    assert end[:4] == pytest.approx(y, abs=1e-6)
+    own = np.linalg.eigvals(end[4:].reshape(4, 4))
+    assert np.sort(np.abs(found.multipliers)) == pytest.approx(np.sort(np.abs(own)), abs=1e-4)
+    assert found.stable == (np.abs(own).max() < 1)
+
+
+def test_van_der_pol_loses_its_periodic_motion():
+    """Forced: where the modulus of scipy's multipliers is 1 there is the second frequency."""
+    force = OwnForce(lambda u, v: 0.3 * (u**2 - 1) * v, 1)
+    problem = Problem([[1.0]], [[0.0]], [[1.0]]).add(force, 0).force(0, 1.0)
+    given = {"outputs": {"x": 0}, "harmonics": 11, "stability": "all"}
+    curve = problem.follow_band(omega=(1.1, 1.5), **given)
+    [point] = curve.named_points
+    assert point.kind == "Neimark-Sacker"
+    w, x = 2 * np.pi * point.frequency, problem.solve_at(hz=point.frequency, **given).harmonics[0]
+
+    def system(t, y):
+        A = np.array([[0, 1], [-1 - 0.6 * y[0] * y[1], 0.3 * (1 - y[0] ** 2)]])
+        a = np.cos(w * t) - y[0] - 0.3 * (y[0] ** 2 - 1) * y[1]
+        return np.r_[y[1], a, (A @ y[2:].reshape(2, 2)).ravel()]
+
+    y = [x.real.sum(), -(w * np.arange(12) * x.imag).sum(), 1, 0, 0, 1]
+    tight = {"rtol": 1e-11, "atol": 1e-12, "method": "DOP853"}
+    end = solve_ivp(system, (0, 2 * np.pi / w), y, **tight).y[:, -1]
+    assert np.linalg.det(end[2:].reshape(2, 2)) == pytest.approx(1.0, abs=1e-5)
+
+
+def test_forces_of_the_velocity_beside_friction_are_not_told():
+    problem, _ = van_der_pol(1.0, True)
+    problem = problem.add(Jenkins1D(), 0, kt=0.5, mu=0.5, preload=0.3)
+    found = problem.solve_at(omega=1.0, harmonics=5, outputs={"x": 0}, stability="all")
+    assert found.converged and np.isnan(found.multipliers).all()
+
+
+def test_a_slider_that_touches_its_limit_leaves_the_poles():
+    """Coupled friction that sticks through the cycle, at points of a curve that come down to its
+    limit: the multipliers are the exponentials of the poles of the stuck system."""
+    M, C = (
+        np.diag([0.83, 1.18, 0.5]),
+        0.02 * np.array([[2, -0.3, 0], [-0.3, 2.5, -0.5], [0, -0.5, 1.6]]),
+    )
+    K = np.array([[1.6, -0.475, 0], [-0.475, 2.48, -0.756], [0, -0.756, 1.78]])
+    kn, kt, limit = 0.86, 1.0, 0.415 * 4.7
+    problem = Problem(M, C, K).add(
+        IsotropicFriction(), [2, 1, 0], kn=kn, kt=kt, mu=0.415, preload=4.7
+    )
+    problem = problem.force(2, 0.43).force(0, 0.38 - 0.3j)
+    stuck = np.linalg.solve(M, np.hstack([K + np.diag([kn, kt, kt]), C]))
+    A = np.block([[np.zeros((3, 3)), np.eye(3)], [-stuck]])
+    given = {"outputs": {"x": 0}, "harmonics": 15, "stability": "all"}
+    onset = [
+        point.frequency
+        for point in problem.follow_band(omega=(0.7, 3.2), **given).named_points
+        if point.kind == "onset of slip"
+    ]
+    assert len(onset) > 1 and limit > 0
+    sticks = 0
+    for hz in np.outer(onset, 1 + np.array([-1e-8, 0.0, 1e-8])).ravel():
+        found = problem.solve_at(hz=hz, **given)
+        if not found.converged or found.share_slip.max() > 0:
+            continue
+        sticks += 1
+        own = np.abs(np.exp(np.linalg.eigvals(A) / hz))
+        assert abs(found.multipliers[0]) == pytest.approx(own.max(), abs=1e-9)
+    assert sticks > 3
