@@ -19,6 +19,7 @@ from tipdamp.checks.pairs import spacing
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.contact_doubts import LIMITS
 from tipdamp.hbm.errors import InputError
+from tipdamp.modal.cell_shape import sliver_warning
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.mesh_checks import parts
 from tipdamp.results.static_results import InspectResult, SideCheck
@@ -49,6 +50,7 @@ def mesh_warnings(study: Study, name: str, mesh: Mesh, mass: float | None = None
     found = [f"{name}: {w}" for w in mesh.warnings]
     found += _loose_pieces(study, name, mesh)
     found += _locking(name, mesh)
+    found += _slivers(study, name, mesh)
     found += _wave_speed(study) if name == "blades" else []
     return found + _size(study, name, mesh) + ([] if mass is None else _mass(name, mass))
 
@@ -75,6 +77,12 @@ def _locking(name: str, mesh: Mesh) -> Iterator[str]:
                 f"stiff, with two {percent[1]} %, of quadratic ones 3 and 2 %; use quadratic "
                 "cells"
             )
+
+
+def _slivers(study: Study, name: str, mesh: Mesh) -> list[str]:
+    unit = study.length_unit
+    said = sliver_warning(mesh, unit, "m" if unit == 1 else "mm")
+    return [f"{name}: {said}"] if said else []
 
 
 def _loose_pieces(study: Study, name: str, mesh: Mesh) -> Iterator[str]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from tipdamp.checks import only_friction
 from tipdamp.hbm.errors import InputError
+from tipdamp.modal.cell_shape import sliver_warning
 from tipdamp.proposal.propose import Proposal, propose
 from tipdamp.proposal.study_text import study_text
 from tipdamp.proposal.trial import Trial, trial
@@ -55,6 +56,8 @@ def _lines(found: Proposal) -> Iterator[str]:
     for body, mesh in found.meshes.items():
         cells = ", ".join(f"{len(c)} {kind}" for kind, c in mesh.cells.items())
         yield f"{body}: {found.files[body].name}, {len(mesh.node)} nodes, {cells}"
+        if said := sliver_warning(mesh, 1.0, found.length):  # read in the unit of the file
+            yield f"warning: {found.files[body].name}: {said}"
     for side in found.sides:
         yield (
             f"side '{side.name}': {len(side.patch.damper)} faces of the damper"

@@ -312,3 +312,27 @@ def test_tangential_stiffness_of_another_unit(share, said):
     )
     assert len(found) == said * len(pairs.sides)
     assert all("kt is" in one and "unit" in one for one in found)
+
+
+def test_slivers_are_told_of_a_study(tmp_path, capsys):
+    """Tetrahedra pressed flat along the axis: each is two hundred times as wide as high."""
+    thin = [
+        replace(m, position=m.position * [1, 5e-3, 1])
+        for m in (corner_study.blades("tetra10"), corner_study.damper("tetra10"))
+    ]
+    _, _, found = inspect(corner_study.write(tmp_path, *thin), capsys)
+    for body, cells in (("blades", 96), ("damper", 48)):
+        said = [w for w in found if w.startswith(f"{body}: {cells} of {cells} cells are slivers")]
+        assert len(said) == 1 and "worst 0.0" in said[0]
+        assert ") m): frequencies and stresses come out too high or wrong there" in said[0]
+    _, _, found = inspect(corner_study.write(tmp_path), capsys)
+    assert not any("slivers" in w for w in found)
+
+
+def test_slivers_are_told_of_meshes(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("tipdamp.proposal.trial.LONGEST", 0.0)
+    monkeypatch.setattr("tipdamp.modal.cell_shape.SLIVER", 0.9)  # of the bricks' tetrahedra some
+    corner_study.write(tmp_path, corner_study.blades("tetra10"), corner_study.damper("tetra10"))
+    assert main(["inspect", str(tmp_path / "damper.inp"), str(tmp_path / "blades.inp")]) == 0
+    said = capsys.readouterr().out
+    assert "warning: blades.inp: " in said and " of 96 cells are slivers" in said
