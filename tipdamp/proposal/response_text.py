@@ -1,5 +1,7 @@
 """[tune] and [respond] of a proposed study, with what each value was taken from."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tipdamp.bodies import BLADES
@@ -52,6 +54,7 @@ def _groups(found: Proposal, tried: Trial | None) -> list[str]:
         return [
             f"excitation = {group_names(excitation)}"
             + group_comment(found, BLADES, "the node that is excited", not excitation),
+            *_shared(found, excitation),
             direction,
             f"patches = {group_names(patches)}"
             + group_comment(
@@ -63,10 +66,18 @@ def _groups(found: Proposal, tried: Trial | None) -> list[str]:
         "in the two",
         f"# lowest modes, at {tried.moved}",
         f"excitation = {group_names(tried.excitation)}",
-        *(["share_force = true"] if excitation else []),
+        *_shared(found, excitation),
         direction,
         f"patches = {group_names(tried.patches)}",
     ]
+
+
+def _shared(found: Proposal, excitation: Sequence[str]) -> list[str]:
+    """Of a set of several nodes, which a study refuses otherwise."""
+    count = sum(len(found.meshes[BLADES].groups[name]) for name in excitation)
+    if count < 2:
+        return []
+    return [f"share_force = true          # equally, among the {count} nodes of that set"]
 
 
 def _levels(pull: float | None, tried: Trial | None) -> list[str]:

@@ -46,6 +46,7 @@ from tipdamp.report.libraries import missing
 from tipdamp.report.subjects.pairs import covered
 from tipdamp.results.static_results import InspectedBody, InspectResult, SideCheck
 from tipdamp.stages.stage import Stage
+from tipdamp.statics.model_inputs import check_shared
 from tipdamp.study.view import Study
 
 
@@ -58,6 +59,8 @@ def inspect(study: Study, store: Store, tick: Tick) -> list[str]:
 
 def _matrices(study: Study, store: Store) -> InspectResult:
     model, pairs = given_model(study)
+    prefix = f"{BLADES}/"
+    check_shared(study, {k.removeprefix(prefix): len(v) for k, v in model.groups.items()})
     check_gaps(study, pairs, model.position[(model.body == DAMPER) & model.moves])
     shown = Inspected({}, pairs, pair_checks.places_in(model, pairs))
     warnings = [*ground_warnings(model, pairs), *unknown_places(model, pairs)]
@@ -71,6 +74,7 @@ def _meshes(study: Study, store: Store, tick: Tick) -> InspectResult:
     pairs."""
     meshes = read_meshes(study)
     loads.check(study, meshes)
+    check_shared(study, {name: len(found) for name, found in meshes[BLADES].groups.items()})
     bodies = {
         name: _of_mesh(mesh, study.blades.mesh if name == BLADES else study.damper.mesh)
         for name, mesh in meshes.items()
@@ -312,5 +316,14 @@ STAGE = Stage(
     outputs=("inspect.json",),
     may_write=("inspect.html",),
     reads_files=BODY_FILES,
-    reads=("title", "loads", "contact.mu", "sides.gap", "sides.rows", "driver.hold", *BODY_READS),
+    reads=(
+        "title",
+        "loads",
+        "contact.mu",
+        "sides.gap",
+        "sides.rows",
+        "driver.hold",
+        "respond.share_force",
+        *BODY_READS,
+    ),
 )

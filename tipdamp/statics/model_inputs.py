@@ -1,7 +1,7 @@
 """Inputs of the reduced model from the study: contact line, roll springs, force, outputs, damping,
 held motions."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -140,17 +140,27 @@ def excitation(study: Study, model: ReducedModel) -> np.ndarray:
     """
     settings = study.respond
     force = np.zeros(model.size, dtype=complex)
+    nodes_of = {name: group(model, study, name) for name in settings.excitation}
+    check_shared(study, {name: len(nodes) for name, nodes in nodes_of.items()})
     for name, factor in zip(settings.excitation, force_factors(settings), strict=True):
-        nodes = group(model, study, name)
-        if len(nodes) > 1 and not settings.share_force:
-            raise InputError(
-                f"{study.path}: [respond] excitation: group '{name}' has {len(nodes)} nodes; set "
-                "share_force = true to share its force equally, or name a group of one node"
-            )
+        nodes = nodes_of[name]
         force += factor * np.mean(
             [model.displacement_row(BLADES, n, settings.direction) for n in nodes], axis=0
         )
     return force if force.imag.any() else force.real
+
+
+def check_shared(study: Study, counts: Mapping[str, int]) -> None:
+    """InputError where a group of the excitation has several nodes that are not told to share its
+    force. counts {group: nodes}"""
+    if "respond" not in study or study.respond.share_force:
+        return
+    for name in study.respond.excitation:
+        if counts.get(name, 1) > 1:
+            raise InputError(
+                f"{study.path}: [respond] excitation: group '{name}' has {counts[name]} nodes; set "
+                "share_force = true to share its force equally, or name a group of one node"
+            )
 
 
 def force_factors(settings: Respond) -> np.ndarray:

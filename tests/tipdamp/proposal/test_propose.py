@@ -137,6 +137,19 @@ def test_what_is_not_filled_in_is_named(tmp_path, capsys):
     assert "[material] E = '?'" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("nodes, line", [(6, "share_force = true"), (1, "direction = ")])
+def test_a_set_of_several_nodes_shares_its_force(tmp_path, monkeypatch, nodes, line):
+    monkeypatch.setattr("tipdamp.proposal.trial.LONGEST", 0.0)
+    blades = corner_study.blades()
+    blades.groups["N_EXC"] = blades.groups["touch_one"][:nodes]
+    corner_study.write(tmp_path, blades)
+    assert main(["inspect", str(tmp_path / "damper.inp"), str(tmp_path / "blades.inp")]) == 0
+    lines = (tmp_path / "damper.toml").read_text().splitlines()
+    at = next(i for i, text in enumerate(lines) if text.startswith('# excitation = "N_EXC"'))
+    assert lines[at + 1].startswith(f"# {line}")
+    assert nodes == 1 or lines[at + 1].endswith("# equally, among the 6 nodes of that set")
+
+
 def test_wedge_under_platforms():
     """Sides of 30 and 45 degrees, in mm, by surfaces that go on beyond the damper; pairs that
     match."""

@@ -40,13 +40,16 @@ def test_force_on_two_blades(matrices_study, keys, factor):
     np.testing.assert_allclose(excitation(study, model), one + factor * two, rtol=1e-15)
 
 
-def test_a_group_shares_its_force_only_when_told(matrices_study):
+def test_a_group_shares_its_force_only_when_told(matrices_study, capsys):
     model = ReducedModel.load(matrices_study.parent / "model.npz")
     groups = {**model.groups, "blades/both": np.array([2, 12])}
     wide = ReducedModel(**{**vars(model), "groups": groups})
     study = with_keys(matrices_study, '[respond]\nexcitation = "both"\n')
     with pytest.raises(InputError, match="group 'both' has 2 nodes; set share_force = true"):
         excitation(study, wide)
+    wide.save(matrices_study.parent / "model.npz")
+    assert main(["inspect", str(matrices_study), "--quiet"]) == 2
+    assert "group 'both' has 2 nodes; set share_force = true" in capsys.readouterr().err
     shared = excitation(
         with_keys(matrices_study, '[respond]\nexcitation = "both"\nshare_force = true\n'), wide
     )

@@ -47,3 +47,13 @@ def test_no_finite_elements_are_loaded_to_look_at_meshes(tmp_path):
     cube = 7850 * corner_study.A**3
     assert abs(found["damper"]["moving_mass_kg"][0] / cube - 1) < 1e-12
     assert (found["blades"]["rigid_modes"], found["damper"]["rigid_modes"]) == (0, 6)
+
+
+def test_a_set_that_is_not_told_to_share_its_force_is_refused_at_once(tmp_path, capsys):
+    """And not after the reduction; the damper's sets have nothing to do with it."""
+    path = corner_study.write(tmp_path, change=[("share_force = true\n", "")])
+    assert main(["inspect", str(path), "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert "[respond] excitation: group 'touch_one' has 9 nodes; set share_force = true" in said
+    path.write_text(corner_study.TEXT)
+    assert main(["inspect", str(path), "--quiet"]) == 0
