@@ -322,17 +322,28 @@ CURVES = _number(
     "all cores); 1: in this process",
 )
 OF_STAGES = {  # beside the options of every stage
-    "inspect": _number(
-        "--pull",
-        "pull on the damper, for the study that meshes propose: its levels follow",
-        _positive,
+    "inspect": (
+        _number(
+            "--pull",
+            "pull on the damper, for the study that meshes propose: its levels follow",
+            _positive,
+        ),
+        _value(
+            "--load-points",
+            "group of the damper's nodes that share the pull, for the study that meshes propose, "
+            "where its name does not tell (load, pull, cf, centrifugal)",
+            metavar="NAME",
+            default="",
+        ),
     ),
-    "preload": _flag(
-        "--full",
-        "also by Newton's method on the unreduced bodies, for comparison; with mpirun -n N over N "
-        "processes, after a preload without it",
+    "preload": (
+        _flag(
+            "--full",
+            "also by Newton's method on the unreduced bodies, for comparison; with mpirun -n N "
+            "over N processes, after a preload without it",
+        ),
     ),
-    "respond": CURVES,
+    "respond": (CURVES,),
 }
 
 
@@ -353,7 +364,7 @@ def _parser() -> argparse.ArgumentParser:
 
     of_all = *RESULTS, _flag("--force", "run even when nothing has changed"), QUIET
     for name, text in STAGES.items():
-        of_one = [OF_STAGES[name]] if name in OF_STAGES else []
+        of_one = OF_STAGES.get(name, ())
         if name == "inspect":
             verb(name, text, _inspect, STUDY_OR_MESHES, *of_all, *of_one)
         else:
@@ -562,11 +573,15 @@ def _inspect(arguments: argparse.Namespace) -> int:
     if len(paths) == 1 and paths[0].suffix.lower() == ".toml":
         if arguments.pull is not None:
             raise InputError("--pull is for meshes without a study; this one has its own pull")
+        if arguments.load_points:
+            raise InputError(
+                "--load-points is for meshes without a study; this one has its own load_points"
+            )
         arguments.study = arguments.study[0]
         return _one_stage(arguments)
     from tipdamp.proposal.write import write_proposal
 
-    print(write_proposal(paths, arguments.pull, arguments.quiet))
+    print(write_proposal(paths, arguments.pull, arguments.load_points, arguments.quiet))
     return 0
 
 

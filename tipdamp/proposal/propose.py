@@ -29,7 +29,7 @@ from tipdamp.readers.dispatch import read_mesh
 # parts of the names that pre-processors and people give to groups, by what they are for
 WORDS = {
     "clamp": "clamp|bound|fix|encastre|root|spc|support|ground",
-    "load_points": "load|pull",
+    "load_points": "load|pull|(?<![a-z])cf(?![a-z])|centrifugal",
     "excitation": "excit|(?<![a-z])exc(?![a-z])|shaker|drive",
     "patches": "patch|resp|tip",
 }
@@ -72,10 +72,12 @@ class Proposal:
     materials: dict[str, GivenMaterial]
 
 
-def propose(paths: list[Path]) -> Proposal:
+def propose(paths: list[Path], load_points: str = "") -> Proposal:
     """From one file with all bodies, or one of the blades and one of the damper, in any order.
+    load_points - group of the damper that shares the pull, '' to tell it by its name.
 
-    Raises InputError for more files, and where no two bodies are found or nothing of them touches.
+    Raises InputError for more files, where no two bodies are found or nothing of them touches, and
+    for a group that the damper does not have.
     """
     if len(paths) > 2:
         raise InputError(
@@ -84,8 +86,10 @@ def propose(paths: list[Path]) -> Proposal:
             "pre-processor"
         )
     read = [read_mesh(path) for path in paths]
-    meshes, files, cells = _bodies(paths, read)
+    meshes, files, cells = _bodies(paths, read, load_points)
     blades, damper = meshes[BLADES], meshes[DAMPER]
+    if load_points:
+        _of_nodes(damper, load_points)
     reach = reach_of(damper)
     patches = contact_patches(damper, blades, reach)
     size = float(np.ptp(np.concatenate([m.position for m in read]), axis=0).max())
@@ -111,6 +115,10 @@ def propose(paths: list[Path]) -> Proposal:
         )
         for what, words in WORDS.items()
     }
+    if load_points:
+        groups["load_points"] = [load_points]
+    # loads of the centrifugal force may be others than the pull
+    groups["load_points"].sort(key=lambda name: not re.search("load|pull", name, re.IGNORECASE))
     # a tip that is excited is no patch, and any tip is the last choice for one
     groups["patches"] = sorted(
         set(groups["patches"]) - set(groups["excitation"]),
@@ -129,6 +137,14 @@ def propose(paths: list[Path]) -> Proposal:
         groups,
         _given_materials(read, length),
     )
+
+
+def _of_nodes(mesh: Mesh, load_points: str) -> np.ndarray:
+    """Nodes of the group that the command line names."""
+    try:
+        return mesh.group(load_points, (0, 1, 2))
+    except InputError as error:
+        raise InputError(f"--load-points: {error}") from None
 
 
 def _given_materials(read: Sequence[Mesh], length: str) -> dict[str, GivenMaterial]:
@@ -152,7 +168,7 @@ def _given_materials(read: Sequence[Mesh], length: str) -> dict[str, GivenMateri
 
 
 def _bodies(
-    paths: Sequence[Path], read: Sequence[Mesh]
+    paths: Sequence[Path], read: Sequence[Mesh], load_points: str
 ) -> tuple[dict[str, Mesh], dict[str, Path], str]:
     """Meshes and files by body, and the damper's group of cells in a common file: the damper is the
     piece with a group that sounds like a load, or the smallest."""
@@ -170,12 +186,16 @@ def _bodies(
             f"{mesh.source}: all its cells are connected: blades and damper cannot be told apart; "
             'separate their nodes, or write a study with cells = "..." in [damper]'
         )
-    pulled = {
-        int(i)
-        for name, nodes in mesh.groups.items()
-        if re.search(WORDS["load_points"], name, re.IGNORECASE)
-        for i in label[mesh.index(nodes)]
-    }
+    loaded = (
+        [_of_nodes(mesh, load_points)]
+        if load_points
+        else [
+            nodes
+            for name, nodes in mesh.groups.items()
+            if re.search(WORDS["load_points"], name, re.IGNORECASE)
+        ]
+    )
+    pulled = {int(i) for nodes in loaded for i in label[mesh.index(nodes)]}
     chosen = pulled.pop() if len(pulled) == 1 else first_largest(-_volumes(mesh))
     mine = {kind: label[cells[:, 0]] == chosen for kind, cells in mesh.cells.items()}
     own = np.sort(np.concatenate([mesh.number[kind][m] for kind, m in mine.items()]))

@@ -14,7 +14,15 @@ from tipdamp.modal.mesh import GivenMaterial
 from tipdamp.proposal.propose import Proposal
 from tipdamp.proposal.response_text import response_text
 from tipdamp.proposal.trial import SOFTEST, Stiffness, Trial
-from tipdamp.proposal.words import ASK, group_comment, group_names, made_of, quoted, vector
+from tipdamp.proposal.words import (
+    ASK,
+    command_again,
+    group_comment,
+    group_names,
+    made_of,
+    quoted,
+    vector,
+)
 from tipdamp.static_contact.bodies.rigid_motions import SETTINGS
 
 if TYPE_CHECKING:
@@ -48,7 +56,7 @@ def study_text(
     ]
     lines += [
         *_blades(found, folder_of[BLADES]),
-        *_damper(found, folder_of[DAMPER], tried, pull),
+        *_damper(found, folder_of, tried, pull),
         *_contact(found, tried),
     ]
     return "\n".join([*lines, *response_text(found, tried, pull), ""])
@@ -105,7 +113,9 @@ def _blades(found: Proposal, file: str) -> list[str]:
     ]
 
 
-def _damper(found: Proposal, file: str, tried: Trial | None, pull: float | None) -> list[str]:
+def _damper(
+    found: Proposal, folder_of: dict[str, str], tried: Trial | None, pull: float | None
+) -> list[str]:
     cells = [f'cells = "{found.cells}"'] if found.cells else []
     points, known = found.groups["load_points"], ASK if pull is None else f"{pull:g}"
     if found.together and not cells:
@@ -115,15 +125,28 @@ def _damper(found: Proposal, file: str, tried: Trial | None, pull: float | None)
         ]
     return [
         "[damper]",
-        f'mesh = "{file}"',
+        f'mesh = "{folder_of[DAMPER]}"',
         *cells,
         f"axis = {vector(found.axis)}         # along both contact sides",
         f"pull = {known}                  # N, total pull on the damper",
         f"pull_direction = {vector(found.pull)}         # into both sides",
+        *([] if points else _unknown_points(found, folder_of, pull)),
         f"load_points = {group_names(points[:1])}"
         + group_comment(found, DAMPER, "nodes that share the pull", not points),
         *_hold(found, tried),
         "",
+    ]
+
+
+def _unknown_points(found: Proposal, folder_of: dict[str, str], pull: float | None) -> list[str]:
+    """How the rest is computed, where the damper has groups among which they may be."""
+    if not found.meshes[DAMPER].groups:
+        return []
+    return [
+        "# no group has a name that tells the load points; with one of them band, levels and "
+        "nodes are",
+        "# computed: move this file away, then",
+        f"#   {command_again(folder_of.values(), pull)}",
     ]
 
 

@@ -92,8 +92,9 @@ def trial(found: Proposal, text: str, target: Path, quiet: bool = False) -> Tria
     """Of the study text that would stand at target. Raises InputError with the reason where a group
     is missing, the bodies are too large, or a stage refuses them."""
     content = tomllib.loads(text)
-    if "?" in (content["damper"]["load_points"], content["blades"]["clamp"]):
-        raise InputError("a group of nodes for clamp or load_points is missing")
+    unknown = {"clamp": content["blades"]["clamp"], "load_points": content["damper"]["load_points"]}
+    if missing := [what for what, group in unknown.items() if group == "?"]:
+        raise InputError(f"no group of nodes has a name that tells {' and '.join(missing)}")
     if not found.materials:
         E, nu, density = STEEL[found.length]
         content["material"] = {"E": E, "nu": nu, "density": density}

@@ -1,10 +1,12 @@
 """Parts of a proposed study: groups, vectors, and what only a person knows."""
 
 import json
-from collections.abc import Sequence
+import shlex
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from tipdamp.hbm.errors import shown
 from tipdamp.proposal.propose import Proposal
 
 ASK = '"?"'
@@ -30,6 +32,16 @@ def group_names(groups: Sequence[str]) -> str:
         if len(groups) == 1
         else f"[{', '.join(map(quoted, groups))}]"
     )
+
+
+def command_again(files: Iterable[str], pull: float | None) -> str:
+    """The command line of a proposal with the load points named."""
+    words = " ".join(shown(shlex.quote(file), 1000) for file in dict.fromkeys(files))
+    return f"tipdamp inspect {words}" + _pull(pull) + " --load-points NAME"
+
+
+def _pull(pull: float | None) -> str:
+    return "" if pull is None else f" --pull {pull:.12g}"
 
 
 def quoted(group: str) -> str:

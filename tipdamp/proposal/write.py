@@ -3,18 +3,22 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from tipdamp.bodies import DAMPER
 from tipdamp.checks import only_friction
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import InputError, shown
 from tipdamp.modal.cell_shape import sliver_warning
 from tipdamp.proposal.propose import Proposal, propose
 from tipdamp.proposal.study_text import study_text
 from tipdamp.proposal.trial import Trial, trial
-from tipdamp.proposal.words import made_of
+from tipdamp.proposal.words import command_again, made_of
 
 
-def write_proposal(paths: list[Path], pull: float | None = None, quiet: bool = False) -> str:
+def write_proposal(
+    paths: list[Path], pull: float | None = None, load_points: str = "", quiet: bool = False
+) -> str:
     """Write <first mesh>.toml beside the first mesh; what was found, line by line. Never overwrites
-    a file. pull - N, where it is known."""
+    a file. pull - N, where it is known; load_points - the group that shares it, '' to tell it by
+    its name."""
     if toml := next((p for p in paths if p.suffix.lower() == ".toml"), None):
         raise InputError(f"{toml}: one study at a time, or mesh files alone")
     target = paths[0].with_suffix(".toml")
@@ -22,10 +26,10 @@ def write_proposal(paths: list[Path], pull: float | None = None, quiet: bool = F
         raise InputError(
             f"{target} is there already and stays as it is; move it away for a new proposal"
         )
-    found = propose(paths)
+    found = propose(paths, load_points)
     names = {
         body: path.name if path.parent == target.parent else str(path.resolve())
-        for body, path in found.files.items()
+        for body, path in sorted(found.files.items(), key=lambda item: paths.index(item[1]))
     }
     tried, said = None, []
     try:
@@ -33,8 +37,19 @@ def write_proposal(paths: list[Path], pull: float | None = None, quiet: bool = F
         said = list(_computed(found, tried))
     except InputError as error:
         said = [f"band and nodes are not computed: {error}"]
+        if not found.groups["load_points"] and found.meshes[DAMPER].groups:
+            said.append(_named(found, paths, target, pull))
     target.write_text(study_text(found, names, tried, pull), encoding="utf-8")
     return "\n".join([*_lines(found), *said, f"study to be completed: {target}"])
+
+
+def _named(found: Proposal, paths: list[Path], target: Path, pull: float | None) -> str:
+    """What to do where no group is known as the load points."""
+    groups = ", ".join(map(shown, sorted(found.meshes[DAMPER].groups)))
+    return (
+        f"with the load points they are: move {target} away, then "
+        f"{command_again(map(str, paths), pull)}, which is one of {groups}"
+    )
 
 
 def _computed(found: Proposal, tried: Trial) -> Iterator[str]:

@@ -150,6 +150,59 @@ def test_a_set_of_several_nodes_shares_its_force(tmp_path, monkeypatch, nodes, l
     assert nodes == 1 or lines[at + 1].endswith("# equally, among the 6 nodes of that set")
 
 
+def with_load_set(folder, name):
+    """Both meshes, the load points of the damper under another name; their paths."""
+    damper = corner_study.damper()
+    damper.groups[name] = damper.groups.pop("load")
+    corner_study.write(folder, None, damper)
+    return [str(folder / file) for file in ("damper.inp", "blades.inp")]
+
+
+@pytest.mark.parametrize("name", ["N_CF", "CF_NODES", "cf", "Centrifugal_set"])
+def test_a_set_of_the_centrifugal_force_is_that_of_the_pull(tmp_path, name):
+    found = propose([Path(file) for file in with_load_set(tmp_path, name)])
+    assert found.groups["load_points"] == [name]
+
+
+@pytest.mark.parametrize("name", ["scfold", "CFRP", "back"])
+def test_parts_of_words_are_no_centrifugal_force(tmp_path, name):
+    found = propose([Path(file) for file in with_load_set(tmp_path, name)])
+    assert found.groups["load_points"] == []
+
+
+def test_load_points_that_are_named(tmp_path, capsys, monkeypatch):
+    """Unknown, the proposal says the command that names them; with it the study has them."""
+    monkeypatch.setattr("tipdamp.proposal.trial.LONGEST", 0.0)
+    meshes, study = with_load_set(tmp_path, "back"), tmp_path / "damper.toml"
+    assert main(["inspect", *meshes, "--pull", "10"]) == 0
+    said = capsys.readouterr().out
+    assert "no group of nodes has a name that tells load_points" in said
+    assert f"move {study} away, then tipdamp inspect {' '.join(meshes)} --pull 10 " in said
+    assert "--load-points NAME, which is one of back, face_x, face_z" in said
+    text = study.read_text()
+    again = "#   tipdamp inspect damper.inp blades.inp --pull 10 --load-points NAME\n"
+    assert again + 'load_points = "?"' in text
+    study.unlink()
+    assert main(["inspect", *meshes, "--load-points", "bakc"]) == 2
+    error = capsys.readouterr().err
+    assert "--load-points: damper.inp: no group 'bakc'; did you mean 'back'" in error
+    assert main(["inspect", *meshes, "--load-points", "back"]) == 0
+    assert '\nload_points = "back"' in study.read_text() and again not in study.read_text()
+    assert main(["inspect", str(study), "--load-points", "back"]) == 2
+    assert "this one has its own load_points" in capsys.readouterr().err
+
+
+def test_named_load_points_tell_the_damper_of_one_file(tmp_path):
+    """The larger body is the damper where the set lies on it, and its name tells nothing."""
+    mesh, _ = joined()
+    (tmp_path / "all.inp").write_text(mesh_texts.plain(mesh))
+    whole = read_mesh(tmp_path / "all.inp")
+    found = propose([tmp_path / "all.inp"], "load")
+    assert np.isin(whole.groups["load"], found.meshes["damper"].node).all()
+    found = propose([tmp_path / "all.inp"], "clamp_one")
+    assert np.isin(whole.groups["clamp_one"], found.meshes["damper"].node).all()
+
+
 def test_wedge_under_platforms():
     """Sides of 30 and 45 degrees, in mm, by surfaces that go on beyond the damper; pairs that
     match."""
