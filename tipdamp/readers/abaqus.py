@@ -48,9 +48,10 @@ def read(path: Path, data: bytes) -> Content:
         content.unused.append(
             f"element types {', '.join(sorted(f.integration))}: {FULL_INTEGRATION}"
         )
-    if f.skipped:
+    offered = _OFFERED if content.materials else ()  # whether a study has them is seen there
+    if skipped := {k: n for k, n in f.skipped.items() if k not in offered}:
         content.unused.append(
-            "keywords " + ", ".join(f"*{k} ({n})" for k, n in sorted(f.skipped.items()))
+            "keywords " + ", ".join(f"*{k} ({n})" for k, n in sorted(skipped.items()))
         )
     return content
 

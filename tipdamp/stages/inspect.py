@@ -27,6 +27,7 @@ from tipdamp.bodies.surfaces import SurfaceContact, damper_areas
 from tipdamp.bodies.table_checks import surface_angles, unknown_places
 from tipdamp.checks import only_friction
 from tipdamp.checks import pairs as pair_checks
+from tipdamp.checks.materials import unlike_materials
 from tipdamp.checks.plausibility import (
     distance_warnings,
     expectations,
@@ -76,7 +77,7 @@ def _meshes(study: Study, store: Store, tick: Tick) -> InspectResult:
     loads.check(study, meshes)
     check_shared(study, {name: len(found) for name, found in meshes[BLADES].groups.items()})
     bodies = {
-        name: _of_mesh(mesh, study.blades.mesh if name == BLADES else study.damper.mesh)
+        name: _of_mesh(study, mesh, study.blades.mesh if name == BLADES else study.damper.mesh)
         for name, mesh in meshes.items()
     }
     bodies[BLADES] = bodies[BLADES].model_copy(
@@ -146,8 +147,8 @@ def _refused(study: Study, meshes: dict[str, Mesh], trouble: str) -> Inspected:
         return Inspected(meshes, trouble=trouble)
 
 
-def _of_mesh(mesh: Mesh, file: str) -> InspectedBody:
-    """What a mesh alone tells."""
+def _of_mesh(study: Study, mesh: Mesh, file: str) -> InspectedBody:
+    """What a mesh alone tells, and what of it the study does not have."""
     return InspectedBody(
         file=file,
         format=mesh.format,
@@ -158,7 +159,7 @@ def _of_mesh(mesh: Mesh, file: str) -> InspectedBody:
         groups={k: len(v) for k, v in sorted(mesh.groups.items())},
         groups_are={k: DIMENSION[mesh.dimension.get(k, 0)] for k in sorted(mesh.groups)},
         cell_groups={k: len(v) for k, v in sorted(mesh.cell_groups.items())},
-        not_read=tuple(mesh.unused),
+        not_read=(*mesh.unused, *unlike_materials(study, mesh)),
     )
 
 

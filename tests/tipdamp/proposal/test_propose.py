@@ -114,6 +114,31 @@ def test_materials_of_the_file(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "old, new, left",
+    [
+        ("", "", {}),
+        ("E = 2.32e+11", "E = 2.321e11", {}),  # rounded
+        ("E = 2.32e+11", "E = 200e9", {"damper": "Co"}),
+        ("nu = 0.3\n", "nu = 0.28\n", {"blades": "X22"}),
+    ],
+)
+def test_materials_are_left_out_only_where_the_study_has_others(tmp_path, old, new, left):
+    """Other keywords are named as ever."""
+    path = of_two_materials(tmp_path, more="*BOUNDARY\nclamp_one, 1, 3\n")
+    text = path.read_text().replace('pull = "?"', "pull = 10").replace('mu = "?"', "mu = 0.3")
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    assert main(["inspect", str(path), "--quiet"]) == 0
+    bodies = read(tmp_path / "results" / "all", "inspect.json")["bodies"]
+    for name, body in bodies.items():
+        said = "; ".join(body["not_read"])
+        assert "keywords *BOUNDARY (1)" in said
+        assert not any(word in said for word in ("*MATERIAL", "*ELASTIC", "*SOLID", "*DENSITY"))
+        assert (f"material {left.get(name, '').upper()} of '" in said) == (name in left)
+        assert said.count("material ") == (name in left)
+
+
+@pytest.mark.parametrize(
     "change",
     [
         dict(E="210e3"),  # MPa in a file in m
