@@ -75,7 +75,6 @@ def _meshes(study: Study, store: Store, tick: Tick) -> InspectResult:
     pairs."""
     meshes = read_meshes(study)
     loads.check(study, meshes)
-    check_shared(study, {name: len(found) for name, found in meshes[BLADES].groups.items()})
     bodies = {
         name: _of_mesh(study, mesh, study.blades.mesh if name == BLADES else study.damper.mesh)
         for name, mesh in meshes.items()
@@ -100,6 +99,7 @@ def _meshes(study: Study, store: Store, tick: Tick) -> InspectResult:
     check_gaps(study, pairs, meshes[DAMPER].position)
     counts = shape_counts(study, pairs, master_nodes(study, meshes, pairs))
     bodies, warnings = _weighed(study, meshes, contact, counts, bodies, tick)
+    check_shared(study, {name: len(found) for name, found in meshes[BLADES].groups.items()})
     angles = surface_angles(pairs, meshes)
     if not study.contact.pairs:
         warnings += distance_warnings(study, pairs, meshes)
