@@ -1,7 +1,9 @@
 """One point of a branch after the other: steps and their size, kinks, and why the branch ended."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -66,6 +68,8 @@ ENDS = {  # why a branch ended, and the remedy
 }
 COMPLETE = ("end", "round", "through", "meets")
 ACROSS = (0.003, 0.01, 0.03, 0.1)  # arc lengths tried across a place where branches cross
+BEFORE = 12  # points behind a kink, onto which no step beyond it may lead back ...
+RETRACED = 0.05  # ... by this share of the step
 ALONG = 0.9  # cosine of the angle by which the branch may turn there
 
 
@@ -338,9 +342,18 @@ class BranchTracer:
                 if not tried.converged:
                     continue
                 length = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
-                if 0.1 * reach < length < 3 * reach and forward(tried, last, metric):
+                on = 0.1 * reach < length < 3 * reach and forward(tried, last, metric)
+                if on and not self._retraces(tried, length, metric):
                     return tried
         return None
+
+    def _retraces(self, tried: Point, length: float, metric: Metric) -> bool:
+        """Whether a point beyond a kink, so far from the last one, lies where the branch came
+        from: where the force jumps the determinant may change its sign."""
+        points = [point for point in self.branch.points[-BEFORE:] if point.converged]
+        return any(
+            _beside_segment(tried, a, b, metric) <= RETRACED * length for a, b in pairwise(points)
+        )
 
     def _across(self) -> Point | None:
         """The next point behind a place where another branch crosses: the determinant changes its
@@ -386,6 +399,16 @@ class BranchTracer:
         new = self.solve_between(self.run[-1], beyond, self.end)
         self._append(new, on_point)
         self.branch.finish("end" if new.converged else "last", self.end)
+
+
+def _beside_segment(point: Point, a: Point, b: Point, metric: Metric) -> float:
+    """Distance of a point from the straight line between two others; infinite beyond its ends."""
+    chord = b.x - a.x, b.parameter - a.parameter
+    way = point.x - a.x, point.parameter - a.parameter
+    share = metric.inner(*way, *chord) / max(metric.inner(*chord, *chord), 1e-300)
+    if not 0 <= share <= 1:
+        return math.inf
+    return metric.norm(way[0] - share * chord[0], way[1] - share * chord[1])
 
 
 def next_step(

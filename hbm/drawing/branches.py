@@ -33,24 +33,39 @@ class Place(NamedTuple):
     y: float
 
 
+def with_gaps(curve: ForcedResponse, *values: np.ndarray) -> list[np.ndarray]:
+    """The parameter of the points of a curve and values (n,) there, with NaN wherever the branch
+    does not lead from one point to the next."""
+    at = np.flatnonzero(curve.jumps)
+    gaps = (np.insert(np.asarray(value, dtype=float), at, np.nan) for value in values)
+    return [np.insert(curve.parameter, at, curve.parameter[at]), *gaps]
+
+
 def branch_lines(
     curve: ForcedResponse, amplitude: np.ndarray, name: str, color: str, width: float = 1.6
 ) -> Iterator[Item]:
-    """An amplitude (n,) along a curve: unstable parts dashed, each up to the points beside it."""
-    x, unstable = curve.parameter, curve.unstable
-    yield Curve(x, np.where(unstable, np.nan, amplitude), name, color, width=width)
+    """An amplitude (n,) along a curve: unstable parts dashed, each up to the points beside it; a
+    gap where the branch does not lead on, and a dot for a point by itself."""
+    x, drawn, lost = with_gaps(curve, amplitude, curve.unstable)
+    unstable = lost == 1
+    yield Curve(x, np.where(unstable, np.nan, drawn), name, color, width=width)
     if unstable.any():
         beside = unstable | np.r_[False, unstable[:-1]] | np.r_[unstable[1:], False]
-        yield Curve(x, np.where(beside, amplitude, np.nan), "", color, "dash", width)
+        yield Curve(x, np.where(beside, drawn, np.nan), "", color, "dash", width)
+    known = np.isfinite(drawn)
+    alone = known & ~np.r_[False, known[:-1]] & ~np.r_[known[1:], False]
+    if alone.any():
+        yield Marks(x[alone], drawn[alone], "", color, size=2 * width)
 
 
 def error_band(
     curve: ForcedResponse, amplitude: np.ndarray, error: np.ndarray, name: str, color: str
 ) -> Band:
     """Around an amplitude (n,): what the orders left out may change, by their estimate (n,); a gap
-    where that is no estimate."""
+    where that is no estimate, or the branch does not lead on."""
     error = np.where(curve.doubtful, np.nan, error)
-    return Band(curve.parameter, amplitude - error, amplitude + error, name, color, 0.4)
+    x, low, high = with_gaps(curve, amplitude - error, amplitude + error)
+    return Band(x, low, high, name, color, 0.4)
 
 
 def named_marks(places: Sequence[Place], kinds: Mapping[str, str], color: str) -> Iterator[Item]:

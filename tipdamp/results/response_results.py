@@ -125,7 +125,8 @@ class CurveResult(Peak):
     `pair_names` of those that slip or open, lift_off_pairs - of those that open somewhere and
     are closed at rest; further, searched - see ForcedResponse; beside - the curves that were
     found; mac - of the outputs at the peak with those at the peak of the next lower level;
-    energy_error - of input = damping + friction over a period, relative to the input, the
+    left_out - Hz and Hz between which a branch that folds again and again was left and taken up
+    again; energy_error - of input = damping + friction over a period, relative to the input, the
     largest of its points; tried, within_tolerance - with harmonics = 'auto': the numbers of
     harmonics, and whether this one meets the tolerance; worst_truncation - the largest
     `relative_truncation` of its points; unstable - whether the largest amplitude of the first
@@ -150,6 +151,7 @@ class CurveResult(Peak):
     searched: str = NOT_SEARCHED
     beside: tuple[BesideCurve, ...] = ()
     named: tuple[NamedPlace, ...] = ()
+    left_out: tuple[tuple[float, float], ...] = ()
     origin: str
     start: str
     energy_error: Number = None

@@ -16,9 +16,10 @@ T = TypeVar("T")
 
 
 class InspectedBody(Record):
-    """A body as read. Given matrices have `dofs` alone; mass (x, y, z) and rigid modes are known
-    once the body is assembled. pieces - that share no node; first_hz - bounds of the first natural
-    frequency of a solid of this size (blades)."""
+    """A body as read. Given matrices have `dofs` alone; masses and rigid modes are known once the
+    matrices are, or are told by the mesh. mass_kg - of the whole mesh; moving_mass_kg - of a unit
+    translation along x, y, z of all but the fixed nodes; pieces - that share no node; first_hz -
+    bounds of the first natural frequency of a solid of this size (blades)."""
 
     dofs: int | None = None
     file: str | None = None
@@ -27,6 +28,7 @@ class InspectedBody(Record):
     pieces: int | None = None
     cells: dict[str, int] = {}
     free_dofs: int | None = None
+    mass_kg: Number = None
     moving_mass_kg: Numbers | None = None
     box_m: Annotated[tuple[Numbers, ...], BeforeValidator(plain)] = ()
     rigid_modes: int | None = None

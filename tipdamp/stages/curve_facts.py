@@ -86,6 +86,7 @@ def curve_result(
         searched=curve.searched,
         beside=tuple(_beside(file, one, first) for file, one in beside.items()),
         named=tuple(_named(one, kept, first) for one in curve.named_points),
+        left_out=tuple((float(low), float(high)) for low, high in np.sort(curve.restarts, axis=1)),
         origin=curve.origin,
         start=curve.start,
         alike_backwards=curve.alike_backwards,

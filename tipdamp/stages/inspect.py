@@ -178,7 +178,12 @@ def _weighed(
     )
     found, warnings = {}, []
     for name, of_body in figures.items():
-        found[name] = bodies[name].model_copy(update=of_body)
+        whole = moving_mass(
+            meshes[name],
+            np.zeros(len(meshes[name].node), dtype=bool),
+            *materials(study, meshes[name]),
+        )
+        found[name] = bodies[name].model_copy(update=of_body | {"mass_kg": whole})
         warnings += mesh_warnings(study, name, meshes[name], max(of_body["moving_mass_kg"]))
     return found, warnings
 
@@ -288,7 +293,7 @@ def line(store: Store) -> str:
         pieces = f" in {b.pieces} pieces" if b.pieces and b.pieces > 1 else ""
         lines.append(
             f"{name}: {b.nodes} nodes{pieces}, {cells}, {b.free_dofs} free dofs, {size} mm, "
-            f"moving mass {b.moving_mass_kg[0]:.4g} kg, {b.rigid_modes} rigid modes; groups "
+            f"mass {b.mass_kg:.4g} kg, {b.rigid_modes} rigid modes; groups "
             f"(nodes): {groups}"
         )
     if found.only_friction:

@@ -76,6 +76,7 @@ class ResponseLimits:
     balanced: float = 1e-6  # of the input: larger errors of the energy balance
     small: float = 1e-2  # of the size of the bodies: larger motions are no small displacements
     near: float = 0.03  # of the frequency, up to which a peak is that of the tracked mode
+    softened: float = 0.1  # the same, where no other stuck mode is nearer
     points: int = 801  # of the linear stuck response
     damped: int = 1500  # dofs up to which the damping of open contacts is looked at, in seconds
 
@@ -388,7 +389,12 @@ def warnings(study: Study, store: Store) -> list[str]:
     hold = _to_hold(study, store) if solved_nothing(whole) else ""
     return [
         *(text for c in found for text in _incomplete(c, hold)),
-        *(text for kind in (_unsolved, _further, _hold) for c in found for text in kind(c)),
+        *(
+            text
+            for kind in (_unsolved, _left_out, _further, _hold)
+            for c in found
+            for text in kind(c)
+        ),
         *doubts(whole.interface),
         *filter(None, [whole.open_damping]),
         *_unbalanced(found),
@@ -522,6 +528,19 @@ def _unsolved(case: CurveResult) -> Iterator[str]:
             )
 
 
+def _left_out(case: CurveResult) -> Iterator[str]:
+    if case.left_out:
+        places = ", ".join(f"{low:.1f} and {high:.1f} Hz" for low, high in case.left_out)
+        known = (case.peak_m, case.peak_hz)
+        if case.peak_m is None:
+            known = (case.at_least_m, case.at_least_hz)
+        yield (
+            f"the curve Fe = {case.Fe_N:g} N, H = {case.H} is not one branch: it folds again and "
+            f"again between {places}, was left there and taken up behind; a solution there may be "
+            f"higher than {_micro(*known)}"
+        )
+
+
 def _another_mode(found: Sequence[CurveResult]) -> Iterator[str]:
     for family in families(found):
         for below, one in pairwise(family):
@@ -543,9 +562,17 @@ def _not_the_tracked(found: Sequence[CurveResult], store: Store) -> Iterator[str
     tune, free = TuneResult.load(store), ReduceResult.load(store).free_hz
     ends = [tune.stuck_hz.tuned, *(hz for name, hz in free.items() if name not in tune.other_modes)]
     low, high = (1 - LIMITS.near) * min(ends), (1 + LIMITS.near) * max(ends)
-    off = [one for one in found if one.peak_hz is not None and not low <= one.peak_hz <= high]
+    modes, tuned = np.array(tune.stuck_modes_hz.tuned), tune.stuck_hz.tuned
+
+    def is_of_it(hz: float) -> bool:
+        """Between its ends, or softened by slip and still nearer to it than to another one."""
+        nearest = modes[np.abs(modes - hz).argmin()]
+        softened = 0 < tuned - hz <= LIMITS.softened * tuned
+        return low <= hz <= high or softened and abs(nearest - tuned) <= 1e-3 * tuned
+
+    off = [one for one in found if one.peak_hz is not None and not is_of_it(one.peak_hz)]
     if off:
-        one, modes = min(off, key=lambda c: (c.Fe_N, c.H)), np.array(tune.stuck_modes_hz.tuned)
+        one = min(off, key=lambda c: (c.Fe_N, c.H))
         nearest = int(np.abs(modes - one.peak_hz).argmin())
         yield (
             f"the largest amplitude, {_micro(one.peak_m, one.peak_hz)} at Fe = {one.Fe_N:g} N, H = "

@@ -19,6 +19,7 @@ from tipdamp import (
     detach_until,
     preload,
 )
+from tipdamp.hbm.drawing.branches import branch_lines, error_band
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.example import two_blades
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
@@ -52,6 +53,21 @@ def slipping():
 @pytest.fixture(scope="module")
 def rubbed(slipping):
     return slipping.follow_band((600, 1000), outputs={"tip": 0}, stability="all")
+
+
+def test_no_line_where_the_branch_does_not_lead(duffing):
+    """A gap, for the line and for the band of the error; a point by itself is a dot."""
+    curve = duffing.follow_band((0.12, 0.14), outputs={"x": 0}, harmonics=3)
+    jumps = np.zeros(len(curve), dtype=bool)
+    jumps[[3, 4]] = True
+    a = curve.amplitude()[:, 0]
+    line, dot = branch_lines(replace(curve, jumps=jumps), a, "x", "b")
+    assert np.flatnonzero(np.isnan(line.y)).tolist() == [3, 5]
+    assert np.asarray(line.y)[[2, 4, 6]] == pytest.approx(a[[2, 3, 4]])
+    assert np.asarray(dot.y) == pytest.approx(a[3:4])
+    band = error_band(replace(curve, jumps=jumps), a, 1e-3 * a, "", "b")
+    assert np.isnan(np.asarray(band.low)[[3, 5]]).all()
+    assert len(list(branch_lines(curve, a, "x", "b"))) == 1
 
 
 def lines(ax, style):

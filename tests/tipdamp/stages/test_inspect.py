@@ -46,6 +46,9 @@ def test_no_finite_elements_are_loaded_to_look_at_meshes(tmp_path):
     found = json.loads((tmp_path / "results" / "corner" / "inspect.json").read_text())["bodies"]
     cube = 7850 * corner_study.A**3
     assert abs(found["damper"]["moving_mass_kg"][0] / cube - 1) < 1e-12
+    assert abs(found["damper"]["mass_kg"] / cube - 1) < 1e-12
+    blades = found["blades"]["mass_kg"] / cube  # with what is clamped of them: so many cubes
+    assert blades > 1 and abs(blades - round(blades)) < 1e-9
     assert (found["blades"]["rigid_modes"], found["damper"]["rigid_modes"]) == (0, 6)
 
 

@@ -499,6 +499,21 @@ def test_what_moves_too_far_and_another_mode_than_the_tracked_are_told(tmp_path)
         and "9.8 % of the extent of the nodes of the model, 130 mm" in second
     )
     assert told(500.0, 1e-3) == [] and len(told(620.0, 1e-3)) == 1
+    # below the stuck mode, as slip softens it, and no other mode is nearer
+    tune["other_modes"]["out_of_phase"] = {"hz": 428.3, "mac": 0.9}
+    store.write_json("tune.json", tune)
+    assert told(550.0, 1e-3) == [] and len(told(510.0, 1e-3)) == 1
+
+
+def test_a_curve_that_is_not_one_branch_is_told(tmp_path):
+    """Between the frequencies at which it was left and taken up something may be higher."""
+    study, store = artefacts(tmp_path, sections=FULL)
+    whole = RespondResult.load(store)
+    first, *others = whole.responses
+    broken = first.model_copy(update={"left_out": ((1541.4, 1554.61),)})
+    whole.model_copy(update={"responses": (broken, *others)}).save(store)
+    [said] = [text for text in respond.warnings(study, store) if "not one branch" in text]
+    assert f"Fe = {first.Fe_N:g} N" in said and "between 1541.4 and 1554.6 Hz" in said
 
 
 def test_damping_of_pairs_that_are_open_at_rest():

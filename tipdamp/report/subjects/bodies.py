@@ -181,7 +181,7 @@ def _body(name: str, body: InspectedBody) -> dict[str, str]:
             f"{MM * (high - low):.4g}" for low, high in zip(*body.box_m, strict=True)
         )
         or NOTHING,
-        "moving mass (kg)": number(body.moving_mass_kg[0] if body.moving_mass_kg else None),
+        "mass (kg)": number(body.mass_kg),
         "rigid modes": _count(body.rigid_modes),
     }
 

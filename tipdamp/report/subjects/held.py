@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from tipdamp.hbm.drawing.branches import with_gaps
 from tipdamp.hbm.drawing.figure import DASHES, Curve, Figure, Item, Marks, Panel, level_colors
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import ReportedCurve, Results
@@ -109,8 +110,9 @@ def _panel(results: Results, cases: list[ReportedCurve], k: int, name: str, unit
     for i, (case, color) in enumerate(zip(cases, level_colors(len(cases)), strict=True)):
         facts, force = case.facts.held[name], case.curve.reaction[:, k, 0].real
         dash = DASHES[i % len(DASHES)]
+        hz, shown = with_gaps(case.curve, force)
         items += [
-            Curve(case.curve.frequency, force, f"Fe = {case.Fe:g} N", color, dash),
+            Curve(hz, shown, f"Fe = {case.Fe:g} N", color, dash),
             Marks([facts.hz], [facts.mean], "", color, filled=False),
         ]
     band = tuple(results.study.respond.band)

@@ -15,6 +15,7 @@ from tipdamp.hbm.drawing.branches import (
     named_marks,
     outermost,
     peak_mark,
+    with_gaps,
 )
 from tipdamp.hbm.drawing.figure import (
     BLUE,
@@ -98,8 +99,9 @@ def _family_curve(
 ) -> Iterator[Item]:
     amplitude = factor * case.patch(results.first_patch)
     top, low = amplitude.max(axis=1), amplitude.min(axis=1)
-    hz, facts = case.curve.frequency, case.facts
-    yield Band(hz, low, top, "", color, 0.13)
+    facts = case.facts
+    hz, below, above = with_gaps(case.curve, low, top)
+    yield Band(hz, below, above, "", color, 0.13)
     error = case.error_of_top(results.first_patch)
     if error is not None:
         yield error_band(case.curve, top, factor * error, "", color)
