@@ -348,8 +348,12 @@ class BranchTracer:
         return None
 
     def _retraces(self, tried: Point, length: float, metric: Metric) -> bool:
-        """Whether a point beyond a kink, so far from the last one, lies where the branch came
-        from: where the force jumps the determinant may change its sign."""
+        """Whether a point so far from the last one lies back where the branch came from: where the
+        force jumps the determinant may change its sign, and with it the way of the tangent."""
+        last = self.run[-1]
+        (tx, tp), dx, dp = last.tangent, tried.x - last.x, tried.parameter - last.parameter
+        if metric.inner(tx, tp, dx, dp) >= 0:
+            return False
         points = [point for point in self.branch.points[-BEFORE:] if point.converged]
         return any(
             _beside_segment(tried, a, b, metric) <= RETRACED * length for a, b in pairwise(points)

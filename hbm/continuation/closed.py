@@ -116,7 +116,8 @@ def _one_way(
         before = branch.points[-1]
         met = meets(before, new) if meets else None
         if met is not None:
-            branch.points.append(met)
+            chord = met.x - before.x, met.parameter - before.parameter
+            branch.points.append(replace(met, tangent=chord, orientation=before.orientation))
             branch.finish("meets", met.parameter)
             continue
         tracer.accept(new, on_point)

@@ -121,7 +121,8 @@ def with_tangent(evaluate: Evaluate, points: Sequence[Point], k: int, metric: Me
     """Point k of a branch with its tangent, found anew from its orientation where it is not
     known.
 
-    An end that lies on another branch has tangents of both: there the chord stands for it."""
+    At an end on another branch the determinant is rounding: there the chord tells the way.
+    """
     point = points[k]
     if point.tangent is not None:
         return point
@@ -132,14 +133,10 @@ def with_tangent(evaluate: Evaluate, points: Sequence[Point], k: int, metric: Me
     found = oriented(
         replace(point, detail=evaluate(point.x, point.parameter)), point.orientation, row, corner
     )
-    if (a is point or b is point) and not _along(found.tangent, chord, metric):
-        return replace(found, tangent=chord)
+    (tx, tp), at_end = found.tangent, a is point or b is point
+    if at_end and metric.inner(tx, tp, *chord) < 0:
+        return replace(found, tangent=(-tx, -tp))
     return found
-
-
-def _along(tangent: tuple[np.ndarray, float], chord: tuple[np.ndarray, float], m: Metric) -> bool:
-    """Whether a tangent runs within 60 degrees of a chord."""
-    return m.inner(*tangent, *chord) > 0.5 * m.norm(*tangent) * m.norm(*chord)
 
 
 def _turns(points: Sequence[Point], i: int, parameter: float) -> bool:

@@ -1,10 +1,12 @@
 """The continuation by itself, on equations that have nothing to do with vibration."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.hbm.continuation.equations import Dense, s_curve, start_at
-from tipdamp.hbm.continuation.branch import COMPLETE, ENDS, Branch
+from tipdamp.hbm.continuation.branch import COMPLETE, ENDS, Branch, BranchTracer
 from tipdamp.hbm.continuation.corrector import between, correct
 from tipdamp.hbm.continuation.follow import follow
 from tipdamp.hbm.continuation.point import Metric, Plane
@@ -245,3 +247,23 @@ def test_the_way_back_into_the_band_is_marked():
     jumps = [b for b in branch.points if b.jump]
     assert branch.complete and len(jumps) == 1 and jumps[0].parameter == -1.0
     assert jumps[0].x[0] == pytest.approx(2 * np.cos(2 * np.pi / 9))
+
+
+def test_a_step_beyond_a_kink_does_not_lead_back():
+    """Onto the line that was followed: not; ahead, and beside it on another line: yes."""
+
+    def line(x, p):
+        return Dense(np.array([x[0] - p]), np.eye(1), np.array([-1.0]))
+
+    tracer = BranchTracer(line, start_at(line, 1.0, 1.0), 10.0, np.ones(1), DEFAULT, None)
+    while len(tracer.branch.points) < 8:
+        tracer.accept(tracer.next_point(), None)
+    last, metric = tracer.run[-1], tracer.metric()
+
+    def retraces(dx, dp):
+        found = start_at(line, last.x[0] + dx, last.parameter + dx)
+        found = replace(found, parameter=last.parameter + dp)
+        length = metric.norm(found.x - last.x, dp)
+        return tracer._retraces(found, length, metric)
+
+    assert retraces(-0.02, -0.02) and not retraces(0.02, 0.02) and not retraces(-0.02, 0.02)
