@@ -16,9 +16,20 @@ AHEAD = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 
 def bridge_gap(tracer: BranchTracer) -> None:
     """Past a place where the corrector fails: the same branch close by, else a gap with failed
-    points in it."""
+    points in it.
+
+    A branch that ran back when it was lost has behind it what lies ahead of there: it is taken up
+    where it had come furthest."""
     last, metric = tracer.run[-1], tracer.metric()
     found, tried = _solution_ahead(tracer, last.parameter, (last.x, np.zeros_like(last.x)))
+    if found is not None and tracer.knows(found):
+        left = tracer.furthest
+        found, tried = _solution_ahead(tracer, left.parameter, (left.x, np.zeros_like(left.x)))
+        if found is not None and tracer.gaps < tracer.settings.max_gaps:
+            tracer.branch.restarts.append((left.parameter, found.parameter))
+            tracer.gaps += 1
+            tracer.resume(replace(found, jump=True))
+            return
     if found is None or metric.norm(found.x - last.x, found.parameter - last.parameter) > 0.1:
         marks = [last.parameter + tracer.sense * 1e-3 * tracer.length, *tried]
         tracer.branch.points += [failed(len(last.x), p) for p in marks]

@@ -359,6 +359,16 @@ class BranchTracer:
             _beside_segment(tried, a, b, metric) <= RETRACED * length for a, b in pairwise(points)
         )
 
+    def knows(self, point: Point) -> bool:
+        """Whether a solution lies on the branch as it is so far."""
+        metric = self.metric()
+        return any(
+            _beside_segment(point, a, b, metric)
+            <= RETRACED * metric.norm(b.x - a.x, b.parameter - a.parameter)
+            for a, b in pairwise(self.branch.points)
+            if a.converged and b.converged
+        )
+
     def _across(self) -> Point | None:
         """The next point behind a place where another branch crosses: the determinant changes its
         sign there, and with it the orientation of this one. None where there is no such place."""
