@@ -184,11 +184,13 @@ class _Along:
         opens.sort(key=lambda point: arc.distance(a, point, metric))
         found = [a]
         for point in (*opens, b):
+            if arc.distance(found[-1], point, metric) <= ENCLOSED:  # two that open at one instant
+                continue
             middle = between(self.equation.evaluate, found[-1], point, 0.5, metric.weights)
             if arc.lies_between(middle, found[-1], point, metric):
                 found.append(middle)
             found.append(point)
-        return found
+        return [*found[:-1], b] if len(found) > 1 else [a, b]
 
     def _stability(
         self, a: Point, b: Point, folds: bool, metric: Metric, named: Callable[..., None]
