@@ -23,7 +23,8 @@ def bridge_gap(tracer: BranchTracer) -> None:
     last, metric = tracer.run[-1], tracer.metric()
     found, tried = _solution_ahead(tracer, last.parameter, (last.x, np.zeros_like(last.x)))
     if found is not None and tracer.knows(found):
-        left = tracer.furthest
+        solved = (point for point in tracer.branch.points if point.converged)
+        left = max(solved, key=lambda point: tracer.sense * point.parameter)
         found, tried = _solution_ahead(tracer, left.parameter, (left.x, np.zeros_like(left.x)))
         if found is not None and tracer.gaps < tracer.settings.max_gaps:
             tracer.branch.restarts.append((left.parameter, found.parameter))

@@ -267,3 +267,21 @@ def test_a_step_beyond_a_kink_does_not_lead_back():
         return tracer._retraces(found, length, metric)
 
     assert retraces(-0.02, -0.02) and not retraces(0.02, 0.02) and not retraces(-0.02, 0.02)
+
+
+def test_a_branch_lost_on_its_way_back_does_not_run_home():
+    """Behind the first fold of the S the branch ends at a step: ahead of there lies what was just
+    followed, and beyond the fold the upper part."""
+
+    def broken(x, p):
+        whole = s_curve(x, p)
+        lifted = 5.0 * ((x > 0.2) & (x < 1.2))
+        return Dense(whole.residual + lifted, whole.J, whole.by_parameter)
+
+    branch = follow(broken, start_at(broken, -2.5, -8.0), 8.0, np.ones(1))
+    p = np.array([b.parameter for b in branch.points if b.converged])
+    x = np.array([b.x[0] for b in branch.points if b.converged])
+    assert branch.complete and p[-1] == 8.0 and 0 < len(branch.restarts) <= DEFAULT.max_gaps
+    left, taken_up = branch.restarts[-1]
+    assert left == pytest.approx(2, abs=0.1) and taken_up > left
+    assert p[x > -1].min() > -1  # nowhere back down to the start
