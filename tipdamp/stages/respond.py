@@ -26,7 +26,7 @@ from tipdamp.engine.curves import CurveCase, Curves, forget, sweep
 from tipdamp.engine.progress import Ticker
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
-from tipdamp.hbm.balance.open_damping import damping_of_what_is_open
+from tipdamp.hbm.balance.open_damping import damping_of_what_is_open, ratios_of_what_is_open
 from tipdamp.hbm.balance.problem import ContactProblem, doubted_problem
 from tipdamp.hbm.balance.receptance import linear_response, linear_response_with_peaks
 from tipdamp.hbm.contact import ContactTable
@@ -127,6 +127,9 @@ class Assembly:
     ]:
         closed = self.kept.select(self.kept.preload > 0)
         force, zeta = level * self.curves.force, ratio(settings.damping_ratio)
+        own = ratios_of_what_is_open(self.curves.problem, LIMITS.damped)
+        if own is not None and len(own) == self.vibrating.size:
+            zeta = own
         return self.vibrating, closed, force, hz, zeta, self.curves.rows
 
 
@@ -208,9 +211,8 @@ def _open_damping(problem: ContactProblem) -> str:
     return (
         f"damping_ratio = {other.asked:.4g} is that of modes with every kept pair closed; with "
         f"those open that are open at rest mode {other.mode}, {other.hz:.4g} Hz, has "
-        f"{other.own:.4g}, without friction: the linear stuck response, drawn with "
-        f"{other.asked:.4g}, is not its limit at small amplitudes; [respond] damping_ratio = "
-        f"{other.asked**2 / other.own:.4g} would give it {other.asked:.4g}"
+        f"{other.own:.4g}, without friction, as the linear stuck response is drawn; [respond] "
+        f"damping_ratio = {other.asked**2 / other.own:.4g} would give it {other.asked:.4g}"
     )
 
 
