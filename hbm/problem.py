@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm import response, self_excited
-from tipdamp.hbm.balance.open_damping import damping_of_what_is_open
+from tipdamp.hbm.balance.open_damping import open_modes
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem
 from tipdamp.hbm.balance.varying import Amplitude, Varying, amplitude_at, constant
 from tipdamp.hbm.curve.options import CurveKeywords, with_options_named
@@ -275,7 +275,8 @@ class Problem(AnyProblem):
             structural=self.structural,
             varying=self.varying,
         )
-        if other := damping_of_what_is_open(found):
+        opens = open_modes(found)
+        if opens and (other := opens.farthest):
             doubt = (
                 f"damping_ratio: {other.asked:.4g} is that of a mode with every contact closed; "
                 f"while those stay open that are open at rest, mode {other.mode}, {other.hz:.4g} "

@@ -14,6 +14,9 @@ from tipdamp.hbm.errors import InputError, nearest, shown
 DIMENSION = ("nodes", "a curve", "a surface", "a volume")
 
 
+SI = {1.0: (1.0, 1.0), 1e-3: (1e6, 1e12)}  # Pa and kg/m3 that are 1 of a file in m, and in mm
+
+
 class GivenMaterial(NamedTuple):
     """An isotropic material as a mesh file has it, in the units of the file."""
 
@@ -21,6 +24,12 @@ class GivenMaterial(NamedTuple):
     E: float
     nu: float
     density: float
+
+    def in_si(self, length_unit: float) -> tuple[float, float, float]:
+        """E in Pa, nu, and density in kg/m3, of a file in m (N, kg) or in mm (N, t); NaN in others,
+        which have no usual ones. length_unit - m"""
+        pascal, kilogram = SI.get(length_unit, (np.nan, np.nan))
+        return pascal * self.E, self.nu, kilogram * self.density
 
 
 @dataclass(frozen=True)

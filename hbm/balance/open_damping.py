@@ -26,35 +26,28 @@ class OtherRatio(NamedTuple):
     own: float
 
 
-def damping_of_what_is_open(
-    problem: ContactProblem, most: int = MOST_LOOKED_AT
-) -> OtherRatio | None:
-    """Of the lowest modes that leave the contacts open that are open at rest, the one whose damping
-    ratio is farthest from what is asked for; None where none is far, or there are more dofs than
-    `most`."""
-    found = _modes(problem, most)
-    if found is None:
-        return None
-    asked, own, hz = found
-    few = slice(0, SEEN_MODES)
-    i = int(np.abs(own[few] - asked[few]).argmax())
-    if abs(own[i] - asked[i]) <= OTHER_RATIO * asked[i]:
-        return None
-    return OtherRatio(float(asked[i]), i + 1, float(hz[i]), float(own[i]))
+class OpenModes(NamedTuple):
+    """Of all modes that leave the contacts open that are open at rest, (r,) each, ascending: the
+    damping ratio asked for with every contact closed, the one that follows, and Hz. What couples
+    the modes is left out."""
+
+    asked: np.ndarray
+    own: np.ndarray
+    hz: np.ndarray
+
+    @property
+    def farthest(self) -> OtherRatio | None:
+        """Of the lowest modes the one whose ratio is farthest from what is asked for; None where
+        none is far."""
+        away = np.abs(self.own - self.asked)[:SEEN_MODES]
+        i = int(away.argmax())
+        if away[i] <= OTHER_RATIO * self.asked[i]:
+            return None
+        return OtherRatio(float(self.asked[i]), i + 1, float(self.hz[i]), float(self.own[i]))
 
 
-def ratios_of_what_is_open(
-    problem: ContactProblem, most: int = MOST_LOOKED_AT
-) -> np.ndarray | None:
-    """(r,) damping ratios of all modes that leave the contacts open that are open at rest, as the
-    damping with every contact closed gives them; None where none is open, or there are more dofs
-    than `most`. What couples the modes is left out."""
-    found = _modes(problem, most)
-    return None if found is None else found[1]
-
-
-def _modes(problem: ContactProblem, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """(asked, own (r,) damping ratios, Hz) of the modes that leave contacts open."""
+def open_modes(problem: ContactProblem, most: int = MOST_LOOKED_AT) -> OpenModes | None:
+    """None where no contact is open at rest, or there are more dofs than `most`."""
     is_open, r = problem.contacts.preload < 0, len(problem.K)
     known = problem.damping_ratio is not None and problem.preloaded
     if not known or not is_open.any() or r > most:
@@ -70,4 +63,4 @@ def _modes(problem: ContactProblem, most: int) -> tuple[np.ndarray, np.ndarray, 
         return None
     asked = ratios(problem.damping_ratio, r)
     own = (2 * asked * np.sqrt(stuck)) @ (shapes.T @ problem.M @ modes) ** 2 / (2 * np.sqrt(w2))
-    return asked, own, np.sqrt(w2) / (2 * np.pi)
+    return OpenModes(asked, own, np.sqrt(w2) / (2 * np.pi))

@@ -1,6 +1,5 @@
 """One point of a branch after the other: steps and their size, kinks, and why the branch ended."""
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -356,14 +355,14 @@ class BranchTracer:
             return False
         points = [point for point in self.branch.points[-BEFORE:] if point.converged]
         return any(
-            _beside_segment(tried, a, b, metric) <= RETRACED * length for a, b in pairwise(points)
+            metric.beside_chord(tried, a, b) <= RETRACED * length for a, b in pairwise(points)
         )
 
     def knows(self, point: Point) -> bool:
         """Whether a solution lies on the branch as it is so far."""
         metric = self.metric()
         return any(
-            _beside_segment(point, a, b, metric)
+            metric.beside_chord(point, a, b)
             <= RETRACED * metric.norm(b.x - a.x, b.parameter - a.parameter)
             for a, b in pairwise(self.branch.points)
             if a.converged and b.converged
@@ -413,16 +412,6 @@ class BranchTracer:
         new = self.solve_between(self.run[-1], beyond, self.end)
         self._append(new, on_point)
         self.branch.finish("end" if new.converged else "last", self.end)
-
-
-def _beside_segment(point: Point, a: Point, b: Point, metric: Metric) -> float:
-    """Distance of a point from the straight line between two others; infinite beyond its ends."""
-    chord = b.x - a.x, b.parameter - a.parameter
-    way = point.x - a.x, point.parameter - a.parameter
-    share = metric.inner(*way, *chord) / max(metric.inner(*chord, *chord), 1e-300)
-    if not 0 <= share <= 1:
-        return math.inf
-    return metric.norm(way[0] - share * chord[0], way[1] - share * chord[1])
 
 
 def next_step(

@@ -137,10 +137,6 @@ def _passes(tracer: BranchTracer, before: Point, new: Point) -> bool:
     """Whether the branch passes through its start between two points."""
     start, metric = tracer.branch.points[0], tracer.metric()
     step = new.x - before.x, new.parameter - before.parameter
-    away = start.x - before.x, start.parameter - before.parameter
-    length = metric.norm(*step)
-    along = metric.inner(*away, *step) / length**2
     tx, tp = start.tangent
-    if not 0 < along <= 1 or metric.inner(tx, tp, *step) <= 0:
-        return False
-    return metric.norm(away[0] - along * step[0], away[1] - along * step[1]) < ASIDE * length
+    near = metric.beside_chord(start, before, new) < ASIDE * metric.norm(*step)
+    return near and metric.inner(tx, tp, *step) > 0

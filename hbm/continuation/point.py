@@ -158,6 +158,13 @@ class Metric:
         unit = 1 / self.norm(dx, dp)
         return self.weights**2 * (dx / self.size) * (unit / self.size), dp * unit / self.length**2
 
+    def beside_chord(self, point: Point, a: Point, b: Point) -> float:
+        """Distance of a point from the chord from a to b; infinite before a and beyond b."""
+        dx, dp = b.x - a.x, b.parameter - a.parameter
+        wx, wp = point.x - a.x, point.parameter - a.parameter
+        share = self.inner(wx, wp, dx, dp) / max(self.norm(dx, dp) ** 2, 1e-300)
+        return self.norm(wx - share * dx, wp - share * dp) if 0 < share <= 1 else math.inf
+
     def plane(self, x: np.ndarray, p: float, dx: np.ndarray, dp: float) -> Plane:
         """The plane through (x, p) normal to (dx, dp)."""
         return Plane(x, p, *self.border(dx, dp))

@@ -10,6 +10,7 @@ solutions beside each other, no loss of stability. They are left out. A slider t
 limit and does not slip counts as one that never moves: what drags it leaves it further inside.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -125,13 +126,26 @@ class Stability:
             int(np.ceil(self.settings.per_mode * fastest)),
             len(variation.events) // 2,
         )
+
+        def after(half: int, least: bool) -> np.ndarray | None:
+            instants = _joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
+            if not least and len(instants) * float(acts.sum()) ** 2 > self.settings.work:
+                return None
+            return self._after(variation.between(instants), instants / w, slow, place, balance, w)
+
+        return self._settled(after, max(steps // 2, 1))
+
+    def _settled(self, after: Callable[[int, bool], np.ndarray | None], half: int) -> np.ndarray:
+        """The multipliers that twice as many steps leave as they are; none where none are.
+
+        after(steps, least) : those with so many, or None where that is too much; least : of the
+        first two, which are not to be refused
+        """
         before = np.empty(0)
         for doubling in range(self.settings.doublings + 2):
-            half = max(steps // 2, 1) * 2**doubling
-            instants = _joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
-            if doubling > 1 and len(instants) * float(acts.sum()) ** 2 > self.settings.work:
+            every = after(half * 2**doubling, doubling < 2)
+            if every is None:
                 break
-            every = self._after(variation.between(instants), instants / w, slow, place, balance, w)
             if self._same(every, before):
                 return every
             before = every
@@ -194,13 +208,11 @@ class Stability:
         for tangents in smooth(np.linspace(0, 2 * np.pi, 65)):
             acts |= tangents.any(axis=(0, 2)) | tangents.any(axis=(0, 3))
         slow = self._poles(balance, w, acts)
-        half, before = max(self.settings.steps, steps) // 2, np.empty(0)
-        for doubling in range(self.settings.doublings + 2):
-            every = _smooth_map(smooth, acts, balance.springs, slow, w, half * 2**doubling)
-            if self._same(every, before):
-                return every
-            before = every
-        return np.empty(0)
+
+        def after(half: int, _: bool) -> np.ndarray:
+            return _smooth_map(smooth, acts, balance.springs, slow, w, half)
+
+        return self._settled(after, max(self.settings.steps, steps) // 2)
 
     def _poles(self, balance: HarmonicBalance, w: float, acts: np.ndarray) -> Poles:
         """Of the stuck system at the components that act, kept for frequencies up to half an octave

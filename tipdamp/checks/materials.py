@@ -9,22 +9,19 @@ from tipdamp.modal.mesh import Mesh
 from tipdamp.study.view import Study
 
 ALIKE = 1e-3  # of each constant: people round them
-# Pa and kg/m3 that are 1 of a file in m (N, kg) and in mm (N, t)
-UNITS = {1.0: (1.0, 1.0), 1e-3: (1e6, 1e12)}
 
 
 def unlike_materials(study: Study, mesh: Mesh) -> Iterator[str]:
     """Of each group of cells the material of the file, in its own units, where the study has
     another for these cells: it is not taken over."""
     stated = {one.group: one for one in study.materials.values()}
-    pascal, kilogram = UNITS.get(study.length_unit, (np.nan, np.nan))
     for group, given in mesh.materials.items():
         if group not in mesh.cell_groups:  # of the other body of the file
             continue
         own = stated.get(group, study.material)
         alike = np.isclose(
             [own.E, own.nu, own.density],
-            [pascal * given.E, given.nu, kilogram * given.density],
+            given.in_si(study.length_unit),
             rtol=ALIKE,
             atol=0.0,
         )

@@ -157,12 +157,10 @@ def _given_materials(read: Sequence[Mesh], length: str) -> dict[str, GivenMateri
             return {}
     every = [item for mesh in read for item in mesh.materials.items()]
     given = dict(every)
-    pascal, kilogram = (1.0, 1.0) if length == "m" else (1e6, 1e12)
+    in_si = (one.in_si(1.0 if length == "m" else 1e-3) for one in given.values())
     fits = all(
-        YOUNG[0] <= pascal * one.E <= YOUNG[1]
-        and DENSITY[0] <= kilogram * one.density <= DENSITY[1]
-        and 0 <= one.nu < 0.5
-        for one in given.values()
+        YOUNG[0] <= E <= YOUNG[1] and DENSITY[0] <= density <= DENSITY[1] and 0 <= nu < 0.5
+        for E, nu, density in in_si
     )
     return given if fits and all(given[group] == one for group, one in every) else {}
 

@@ -4,6 +4,7 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise, product
 from warnings import warn
 
@@ -26,8 +27,8 @@ from tipdamp.engine.curves import CurveCase, Curves, forget, sweep
 from tipdamp.engine.progress import Ticker
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
-from tipdamp.hbm.balance.open_damping import damping_of_what_is_open, ratios_of_what_is_open
-from tipdamp.hbm.balance.problem import ContactProblem, doubted_problem
+from tipdamp.hbm.balance.open_damping import OpenModes, open_modes
+from tipdamp.hbm.balance.problem import doubted_problem
 from tipdamp.hbm.balance.receptance import linear_response, linear_response_with_peaks
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.curve.enough_harmonics import not_met
@@ -106,6 +107,11 @@ class Assembly:
             else _on_springs(self.interface.model, self.interface.held)
         )
 
+    @cached_property
+    def open_modes(self) -> OpenModes | None:
+        """Those that leave open what is open at rest."""
+        return open_modes(self.curves.problem, LIMITS.damped)
+
     def linear(self, settings: Respond, hz: np.ndarray, level: float) -> np.ndarray:
         """(n, outputs) m: response with all kept pairs stuck that are in contact at rest."""
         return linear_response(*self._stuck(settings, hz, level))
@@ -127,9 +133,8 @@ class Assembly:
     ]:
         closed = self.kept.select(self.kept.preload > 0)
         force, zeta = level * self.curves.force, ratio(settings.damping_ratio)
-        own = ratios_of_what_is_open(self.curves.problem, LIMITS.damped)
-        if own is not None and len(own) == self.vibrating.size:
-            zeta = own
+        if self.open_modes is not None and len(self.open_modes.own) == self.vibrating.size:
+            zeta = self.open_modes.own
         return self.vibrating, closed, force, hz, zeta, self.curves.rows
 
 
@@ -184,7 +189,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
             study, assembly.interface, found, pair_names(assembly.kept, slice(None))
         ),
         size_m=_size(assembly.model),
-        open_damping=_open_damping(assembly.curves.problem),
+        open_damping=_open_damping(assembly.open_modes),
     ).save(store)
     own = dict.fromkeys(file for of_case in files for file in of_case)
     return [*own, *keep_shapes(store, assembly.interface)]
@@ -203,9 +208,9 @@ def _size(model: ReducedModel) -> float | None:
     return float(np.ptp(placed, axis=0).max()) if len(placed) else None
 
 
-def _open_damping(problem: ContactProblem) -> str:
+def _open_damping(found: OpenModes | None) -> str:
     """A sentence where pairs that are open at rest give a mode another damping ratio."""
-    other = damping_of_what_is_open(problem, LIMITS.damped)
+    other = found.farthest if found else None
     if other is None:
         return ""
     return (
@@ -533,13 +538,11 @@ def _unsolved(case: CurveResult) -> Iterator[str]:
 def _left_out(case: CurveResult) -> Iterator[str]:
     if case.left_out:
         places = ", ".join(f"{low:.1f} and {high:.1f} Hz" for low, high in case.left_out)
-        known = (case.peak_m, case.peak_hz)
-        if case.peak_m is None:
-            known = (case.at_least_m, case.at_least_hz)
+        highest = _micro(case.largest_m, case.peak_hz or case.at_least_hz)
         yield (
             f"the curve Fe = {case.Fe_N:g} N, H = {case.H} is not one branch: it folds again and "
             f"again between {places}, was left there and taken up behind; a solution there may be "
-            f"higher than {_micro(*known)}"
+            f"higher than {highest}"
         )
 
 
@@ -568,9 +571,9 @@ def _not_the_tracked(found: Sequence[CurveResult], store: Store) -> Iterator[str
 
     def is_of_it(hz: float) -> bool:
         """Between its ends, or softened by slip and still nearer to it than to another one."""
-        nearest = modes[np.abs(modes - hz).argmin()]
-        softened = 0 < tuned - hz <= LIMITS.softened * tuned
-        return low <= hz <= high or softened and abs(nearest - tuned) <= 1e-3 * tuned
+        if low <= hz <= high or not 0 < tuned - hz <= LIMITS.softened * tuned:
+            return low <= hz <= high
+        return abs(modes[np.abs(modes - hz).argmin()] - tuned) <= 1e-3 * tuned
 
     off = [one for one in found if one.peak_hz is not None and not is_of_it(one.peak_hz)]
     if off:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tipdamp import DryFriction2T, forced_response, linear_response
-from tipdamp.hbm.balance.open_damping import ratios_of_what_is_open
+from tipdamp.hbm.balance.open_damping import open_modes
 from tipdamp.hbm.balance.problem import contact_problem
 from tipdamp.hbm.example import two_blades
 
@@ -24,7 +24,7 @@ def test_the_linear_response_with_a_pair_open_at_rest():
     tip = model.displacement_row("blade1", 1, [0, 1, 0])
     given = {"outputs": {"tip": tip}, "damping_ratio": ZETA}
     problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=ZETA)
-    own = ratios_of_what_is_open(problem)
+    own = open_modes(problem).own
     hz = np.linspace(600.0, 1400.0, 4001)
     tops = [
         np.abs(linear_response(model, closed, tip, hz, ratio, {"tip": tip})).max()
@@ -42,4 +42,4 @@ def test_the_linear_response_with_a_pair_open_at_rest():
 def test_nothing_where_all_are_closed():
     model, pairs = two_blades()
     problem, _ = contact_problem(model, pairs, DryFriction2T(), damping_ratio=ZETA)
-    assert ratios_of_what_is_open(problem) is None
+    assert open_modes(problem) is None

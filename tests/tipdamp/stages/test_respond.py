@@ -17,6 +17,7 @@ from tipdamp.cli import main
 from tipdamp.engine import curves
 from tipdamp.engine.curves import CurveCase
 from tipdamp.engine.store import Store
+from tipdamp.hbm.balance.open_damping import open_modes
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.receptance import linear_response
 from tipdamp.hbm.contact import ContactTable
@@ -523,9 +524,9 @@ def test_damping_of_pairs_that_are_open_at_rest():
     def said(zeta, preload):
         contact = Contacts([3.0], [0.0], [0.0], [preload])
         one = np.eye(1)
-        return respond._open_damping(
-            ContactProblem(one, None, one, one, UnilateralSpring(), contact, damping_ratio=zeta)
-        )
+        law = UnilateralSpring()
+        problem = ContactProblem(one, None, one, one, law, contact, damping_ratio=zeta)
+        return respond._open_damping(open_modes(problem))
 
     assert "mode 1, 0.1592 Hz, has 0.02, without friction" in said(0.01, -1.0)
     assert "damping_ratio = 0.005 would give it 0.01" in said(0.01, -1.0)
