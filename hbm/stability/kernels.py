@@ -57,9 +57,9 @@ def held(place: np.ndarray, memory: np.ndarray, w: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def acting(place: np.ndarray, blocks: np.ndarray, u: np.ndarray) -> np.ndarray:
-    """(nc, m) blocks (a, nd, nd) of every contact on its rows of u."""
-    found, nd = np.zeros_like(u), blocks.shape[1]
+def add_acting(found: np.ndarray, place: np.ndarray, blocks: np.ndarray, u: np.ndarray) -> None:
+    """Add to found (nc, m) blocks (a, nd, nd) of every contact on its rows of u."""
+    nd = blocks.shape[1]
     for p in range(len(blocks)):
         for i in range(nd):
             for j in range(nd):
@@ -67,7 +67,81 @@ def acting(place: np.ndarray, blocks: np.ndarray, u: np.ndarray) -> np.ndarray:
                 if value != 0.0:
                     for c in range(u.shape[1]):
                         found[place[p, i], c] += value * u[place[p, j], c]
+
+
+@njit(cache=True)
+def acting(place: np.ndarray, blocks: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """(nc, m) blocks (a, nd, nd) of every contact on its rows of u."""
+    found = np.zeros_like(u)
+    add_acting(found, place, blocks, u)
     return found
+
+
+@njit(cache=True)
+def minus(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(n, m) a - b."""
+    found = np.empty_like(a)
+    for i in range(a.shape[0]):
+        for j in range(a.shape[1]):
+            found[i, j] = a[i, j] - b[i, j]
+    return found
+
+
+@njit(cache=True)
+def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """a b, in a place of its own: what calls BLAS takes long to compile."""
+    return np.dot(a, b)
+
+
+@njit(cache=True)
+def changed(now: np.ndarray, before: np.ndarray) -> tuple[np.ndarray, bool]:
+    """(now - before, whether they differ) of tangents (a, nd, nd)."""
+    change, differ = np.empty_like(now), False
+    for p in range(now.shape[0]):
+        for i in range(now.shape[1]):
+            for j in range(now.shape[2]):
+                change[p, i, j] = now[p, i, j] - before[p, i, j]
+                differ = differ or change[p, i, j] != 0.0
+    return change, differ
+
+
+@njit(cache=True)
+def defect(h: float, end: np.ndarray, begin: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    """(n, m) rate at the end of the quadratic with its values at both ends of an interval h and
+    its rate at the begin."""
+    found = np.empty_like(end)
+    for i in range(end.shape[0]):
+        for j in range(end.shape[1]):
+            found[i, j] = 2 / h * (end[i, j] - begin[i, j]) - rate[i, j]
+    return found
+
+
+@njit(cache=True)
+def rows_of(a: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """Some rows of a (n, m)."""
+    found = np.empty((len(of), a.shape[1]))
+    for i in range(len(of)):
+        for j in range(a.shape[1]):
+            found[i, j] = a[of[i], j]
+    return found
+
+
+@njit(cache=True)
+def inverse_beside_one(a: np.ndarray) -> np.ndarray:
+    """(1 + a)^-1, a (n, n)."""
+    system = a.copy()
+    for i in range(len(a)):
+        system[i, i] += 1.0
+    return np.linalg.inv(system.T).T  # in the order of rows, as all others
+
+
+@njit(cache=True)
+def pushes(change: np.ndarray, p: int, j: int) -> bool:
+    """Whether component j of contact p changes a force of the contact."""
+    for i in range(change.shape[1]):
+        if change[p, i, j] != 0.0:
+            return True
+    return False
 
 
 @njit(cache=True)
@@ -81,7 +155,7 @@ def at(
     n = 0
     for p in range(len(place)):
         for j in range(place.shape[1]):
-            if change[p, :, j].any():
+            if pushes(change, p, j):
                 of[n] = place[p, j]
                 n += 1
     if n == 0:
@@ -90,14 +164,19 @@ def at(
     pushed = np.zeros((len(flexibility), len(of)))  # flexibility change, in the columns `of`
     for p in range(len(place)):
         for j in range(place.shape[1]):
-            if not change[p, :, j].any():
+            if not pushes(change, p, j):
                 continue
             for i in range(place.shape[1]):
-                if change[p, i, j] != 0.0:
-                    pushed[:, n] += flexibility[:, place[p, i]] * change[p, i, j]
+                value = change[p, i, j]
+                if value != 0.0:
+                    for row in range(len(pushed)):
+                        pushed[row, n] += flexibility[row, place[p, i]] * value
             n += 1
-    pushed = np.dot(pushed, np.linalg.inv(np.eye(n) + pushed[of]))
-    return seen - np.dot(pushed, seen[of]), flexibility - np.dot(pushed, flexibility[of])
+    pushed = product(pushed, inverse_beside_one(rows_of(pushed, of)))
+    return (
+        minus(seen, product(pushed, rows_of(seen, of))),
+        minus(flexibility, product(pushed, rows_of(flexibility, of))),
+    )
 
 
 @njit(cache=True)
@@ -106,13 +185,19 @@ def yielded(flexibility: np.ndarray, force: np.ndarray) -> np.ndarray:
     rows = np.empty(len(force), np.int64)
     n = 0
     for i in range(len(force)):
-        if force[i].any():
-            rows[n] = i
-            n += 1
+        for c in range(force.shape[1]):
+            if force[i, c] != 0.0:
+                rows[n] = i
+                n += 1
+                break
     if n == len(force):
-        return np.dot(flexibility, force)
+        return product(flexibility, force)
     rows = rows[:n]
-    return np.dot(np.ascontiguousarray(flexibility[:, rows]), force[rows])
+    columns = np.empty((len(flexibility), n))
+    for i in range(len(flexibility)):
+        for j in range(n):
+            columns[i, j] = flexibility[i, rows[j]]
+    return product(columns, rows_of(force, rows))
 
 
 @njit(cache=True)
@@ -122,12 +207,11 @@ def closing(
     """(flexibility within a step, by its poles alone, and the inverse that `stepped` needs), of
     the fewer of components and poles."""
     nc, n2 = seen.shape
-    within = np.dot(seen, times(weight, into)) if nc <= n2 else np.empty((0, 0))
-    if nc <= n2:
-        system = np.eye(nc) + acting(place, gamma.transpose(0, 2, 1), within.T).T
-    else:
-        system = np.eye(n2) + times(weight, np.dot(into, acting(place, gamma, seen)))
-    return within, np.linalg.inv(system)
+    if nc > n2:
+        by_poles = times(weight, product(into, acting(place, gamma, seen)))
+        return np.empty((0, 0)), inverse_beside_one(by_poles)
+    within, each = product(seen, times(weight, into)), np.eye(nc)
+    return within, inverse_beside_one(product(within, acting(place, gamma, each)))
 
 
 @njit(cache=True)
@@ -145,9 +229,11 @@ def stepped(
     with what the force there does within it; closed : of `closing`."""
     within, inverse = closed
     if len(within):
-        return np.dot(inverse, free - yielded(within, force))
-    ahead = times(weight, np.dot(into, acting(place, gamma, free) + force))
-    return free - np.dot(seen, np.dot(inverse, ahead))
+        return product(inverse, minus(free, yielded(within, force)))
+    pushed = force.copy()
+    add_acting(pushed, place, gamma, free)
+    ahead = times(weight, product(into, pushed))
+    return minus(free, product(seen, product(inverse, ahead)))
 
 
 @njit(cache=True)
@@ -176,32 +262,84 @@ def with_sliders(gamma: np.ndarray, carried: Carried, k: int) -> np.ndarray:
     if not len(carried.of):
         return gamma
     whole = gamma.copy()
+    nd = gamma.shape[1]
     for q in range(len(carried.of)):
-        whole[carried.of[q]] += np.dot(carried.memory[1, k, q], carried.follows[2, k, q])
+        for i in range(nd):
+            for j in range(nd):
+                for n in range(nd):
+                    led = carried.memory[1, k, q, i, n] * carried.follows[2, k, q, n, j]
+                    whole[carried.of[q], i, j] += led
     return whole
 
 
 @njit(cache=True)
-def replaced(place: np.ndarray, w: np.ndarray, by: np.ndarray) -> np.ndarray:
-    """w with the rows of some contacts, place (q, nd), of another."""
-    new = w.copy()
+def put(place: np.ndarray, w: np.ndarray, by: np.ndarray) -> None:
+    """Replace the rows of w of some contacts, place (q, nd)."""
     for p in range(len(place)):
         for i in range(place.shape[1]):
             if place[p, i] >= 0:
-                new[place[p, i]] = by[place[p, i]]
-    return new
+                for c in range(w.shape[1]):
+                    w[place[p, i], c] = by[place[p, i], c]
 
 
 @njit(cache=True)
-def by_sliders(
-    segments: Segments, turns: np.ndarray, k: int, end: int, w: np.ndarray
-) -> np.ndarray:
-    """(nc, m) force by the places w of the sliders in interval k, at its begin (0) or its end (1);
-    turns (q, nd) : places of the contacts that are `turning`."""
+def capture(segments: Segments, k: int, u: np.ndarray, w: np.ndarray) -> None:
+    """Set the places w of the sliders that come to rest at the begin of interval k."""
+    place = segments.place
+    rest = acting(place, segments.capture[k], u)
+    for p in range(len(place)):
+        for d in range(place.shape[1]):
+            if segments.captured[k, p, d]:
+                for c in range(w.shape[1]):
+                    w[place[p, d], c] = rest[place[p, d], c]
+
+
+@njit(cache=True)
+def by_sliders(segments: Segments, k: int, turning: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """(nc, m) force by the places w of the sliders in interval k; turning (q, nd, nd) : memory of
+    those that turn, at an end of it."""
     force = held(segments.place, segments.memory[k], w)
-    if len(turns):
-        force += acting(turns, segments.turning.memory[end, k], w)
+    if len(turning):
+        add_acting(force, segments.place[segments.turning.of], turning, w)
     return force
+
+
+@njit(cache=True)
+def rate_of_tangents(
+    segments: Segments, rate: np.ndarray, turning: np.ndarray, u: np.ndarray, w: np.ndarray
+) -> np.ndarray:
+    """(nc, m) rate of the force since the tangents change; rate (a, nd, nd), turning (q, nd, nd) :
+    by u and by the sliders w that turn, at an end of an interval."""
+    found = acting(segments.place, rate, u)
+    if len(turning):
+        add_acting(found, segments.place[segments.turning.of], turning, w)
+    return found
+
+
+@njit(cache=True)
+def led_on(
+    segments: Segments, k: int, w: np.ndarray, u: np.ndarray, moving: np.ndarray
+) -> np.ndarray:
+    """(nc, m) places at the end of interval k of sliders that turn, by what is known at its
+    begin."""
+    carried, turns = segments.turning, segments.place[segments.turning.of]
+    led = acting(turns, carried.kept[k], w)
+    add_acting(led, turns, carried.follows[0, k], u)
+    add_acting(led, turns, carried.follows[1, k], moving)
+    return led
+
+
+@njit(cache=True)
+def moving_by(
+    poles: Poles,
+    tangents: tuple[np.ndarray, np.ndarray],
+    z: np.ndarray,
+    drive: np.ndarray,
+    turning: np.ndarray,
+) -> np.ndarray:
+    """(nc, m) velocity of the components; tangents : (seen, flexibility)."""
+    seen, flexibility = tangents
+    return minus(product(seen, minus(times(poles.s, z), drive)), yielded(flexibility, turning))
 
 
 @njit(cache=True)
@@ -232,62 +370,64 @@ def monodromy(poles: Poles, segments: Segments, begins: np.ndarray) -> np.ndarra
             length, known = h, False
         if segments.captured[k].any():
             # by the motion before: what comes to rest now has had the forces of before
-            sliders = by_sliders(segments, turns, max(k - 1, 0), 1, w)
-            u = np.dot(seen, z) - yielded(flexibility, sliders)
-            rest = acting(place, segments.capture[k], u)
-            for p in range(len(place)):
-                for d in range(place.shape[1]):
-                    if segments.captured[k, p, d]:
-                        w[place[p, d]] = rest[place[p, d]]
-        force = by_sliders(segments, turns, k, 0, w)
-        change, gamma = segments.gamma[0, k] - gamma, segments.gamma[0, k]
-        known = known and not change.any()
+            last = max(k - 1, 0)
+            sliders = by_sliders(segments, last, carried.memory[1, last], w)
+            capture(segments, k, minus(product(seen, z), yielded(flexibility, sliders)), w)
+        force = by_sliders(segments, k, carried.memory[0, k], w)
+        change, differ = changed(segments.gamma[0, k], gamma)
+        gamma, known = segments.gamma[0, k], known and not differ
         if changes == AFRESH:  # rounding adds up
             seen, flexibility, changes = poles.out, poles.static, 0
             change = gamma
         seen, flexibility = at(place, seen, flexibility, change)
         given = yielded(flexibility, force)
-        u = np.dot(seen, z) - given
-        g = acting(place, gamma, u) + force
-        turning = acting(place, segments.rate[0, k], u)
+        u = minus(product(seen, z), given)
+        g = force.copy()
+        add_acting(g, place, gamma, u)
+        turning = rate_of_tangents(segments, segments.rate[0, k], carried.rate[0, k], u, w)
+        drive = product(into, g)
+        moving = moving_by(poles, (seen, flexibility), z, drive, turning)
+        rising = turning.copy()
+        add_acting(rising, place, gamma, moving)
+        led = w
         if len(turns):
-            turning += acting(turns, carried.rate[0, k], w)
-        drive = np.dot(into, g)
-        moving = np.dot(seen, times(s, z) - drive) - yielded(flexibility, turning)
-        rising = acting(place, gamma, moving) + turning
-        if len(turns):
-            led = acting(turns, carried.kept[k], w) + acting(turns, carried.follows[0, k], u)
-            led += acting(turns, carried.follows[1, k], moving)
-            w = replaced(turns, w, led)
-            force = by_sliders(segments, turns, k, 1, w)
+            led = led_on(segments, k, w, u, moving)
+            w = w.copy()
+            put(turns, w, led)
+            force = by_sliders(segments, k, carried.memory[1, k], w)
         before = u
-        z = carried_on(W[:3], z, drive, np.dot(into, rising))
-        change, gamma = segments.gamma[1, k] - gamma, segments.gamma[1, k]
-        alike = not change.any()
+        z = carried_on(W[:3], z, drive, product(into, rising))
+        change, differ = changed(segments.gamma[1, k], gamma)
+        gamma, alike = segments.gamma[1, k], not differ
         seen, flexibility = at(place, seen, flexibility, change)
         changes += 1
         whole = with_sliders(gamma, carried, k)
-        there, yields = at(place, seen, flexibility, whole - gamma)
+        there, yields = at(place, seen, flexibility, changed(whole, gamma)[0])
         if len(turns) or not alike:
             given = yielded(yields, force)
         if not (known and alike and len(turns) == 0):
             closed, known = closing(place, into, W[3], there, whole), True
-        u = stepped(place, into, W[3], there, whole, force, np.dot(there, z) - given, closed)
-        g1 = acting(place, whole, u) + force
-        drive = np.dot(into, g1)
-        turning = acting(place, segments.rate[1, k], u)
+        free = minus(product(there, z), given)
+        u = stepped(place, into, W[3], there, whole, force, free, closed)
+        g1 = force.copy()
+        add_acting(g1, place, whole, u)
+        drive = product(into, g1)
         if len(turns):
-            w = replaced(turns, w, led + acting(turns, carried.follows[2, k], u))
-            turning += acting(turns, carried.rate[1, k], w)
-        z -= times(W[3], drive)
-        moving_on = np.dot(seen, times(s, z) - drive) - yielded(flexibility, turning)
+            add_acting(led, turns, carried.follows[2, k], u)
+            put(turns, w, led)
+        turning = rate_of_tangents(segments, segments.rate[1, k], carried.rate[1, k], u, w)
+        z = minus(z, times(W[3], drive))
+        moving_on = moving_by(poles, (seen, flexibility), z, drive, turning)
         if len(turns):
-            beyond = moving_on - (2 / h * (u - before) - moving)
-            w += acting(turns, carried.follows[3, k], beyond)
-        ends = acting(place, gamma, moving_on) + turning
-        z -= times(W[4], np.dot(into, ends - (2 / h * (g1 - g) - rising)))
+            beyond = minus(moving_on, defect(h, u, before, moving))
+            add_acting(w, turns, carried.follows[3, k], beyond)
+        ends = turning
+        add_acting(ends, place, gamma, moving_on)
+        z = minus(z, times(W[4], product(into, minus(ends, defect(h, g1, g, rising)))))
     found = np.empty((m, m))
-    found[:n2] = z
-    for j in range(len(begins)):
-        found[n2 + j] = w[begins[j]]
+    for c in range(m):
+        for i in range(n2):
+            found[i, c] = z[i, c]
+        for j in range(len(begins)):
+            found[n2 + j, c] = w[begins[j], c]
     return found

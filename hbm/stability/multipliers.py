@@ -177,7 +177,14 @@ class Stability:
         turning = tangents.turning
         rests[turning.of] = turning.memory[0, 0].any(axis=2)
         by_time = np.array([1, 1 / w, 1, 1 / w])[:, None, None, None, None]
-        segments = Segments(
+        carried = (
+            np.searchsorted(of, turning.of),
+            turning.memory,
+            w * turning.rate,
+            turning.kept,
+            by_time * turning.follows,
+        )
+        segments = (
             place[of],
             np.diff(times),
             gamma,
@@ -185,16 +192,13 @@ class Stability:
             tangents.memory[:, of] * acts[of],
             tangents.captured[:, of],
             tangents.capture[:, of],
-            Carried(
-                np.searchsorted(of, turning.of),
-                turning.memory,
-                w * turning.rate,
-                turning.kept,
-                by_time * turning.follows,
-            ),
+        )
+        # laid out alike, whatever the law: compiled once for all
+        alike = Segments(
+            *map(np.ascontiguousarray, segments), Carried(*map(np.ascontiguousarray, carried))
         )
         try:
-            matrix = monodromy(slow, segments, place[rests])
+            matrix = monodromy(slow, alike, place[rests])
         except np.linalg.LinAlgError:
             return np.empty(0)
         return eigvals(matrix) if np.isfinite(matrix).all() else np.empty(0)

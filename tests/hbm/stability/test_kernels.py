@@ -1,9 +1,12 @@
 """Steps of the monodromy matrix against the dense systems that they stand for."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from tipdamp import CubicSpring, IsotropicFriction, Jenkins1D, Problem
 from tipdamp.hbm.stability import kernels
 
 rng = np.random.default_rng(3)
@@ -113,3 +116,21 @@ def test_a_force_of_few_rows():
     force[2:9] = 0
     for one in (force, np.zeros_like(force), rng.normal(size=force.shape)):
         assert kernels.yielded(flexibility, one) == pytest.approx(flexibility @ one, abs=1e-12)
+
+
+def test_the_period_map_is_compiled_once_for_all_laws():
+    """A law that lays its tangents out otherwise would wait for a minute."""
+    contact = {"kt": 1.0, "kn": 1.0, "mu": 0.5, "preload": 0.4}
+    laws = (
+        (CubicSpring(1.0), 0, {}),
+        (Jenkins1D(), 0, {"kt": 1.0, "mu": 0.5, "preload": 0.2}),
+        (IsotropicFriction(), [0, 1, 2], contact),
+    )
+    for (law, where, settings), more in product(laws, (False, True)):
+        problem = Problem(np.eye(6), 0.05 * np.eye(6), np.eye(6)).force(0, 0.4).force(3, 0.4)
+        problem = problem.add(law, where, **settings)
+        if more:  # several contacts are laid out otherwise than one
+            problem = problem.add(law, 3 + np.array(where), **settings)
+        curve = problem.follow_band((0.18, 0.22), outputs={"x": 0}, harmonics=3, stability="all")
+        assert np.isfinite(curve.multipliers).any()
+    assert len(kernels.monodromy.signatures) == 1
