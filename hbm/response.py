@@ -53,7 +53,7 @@ from tipdamp.hbm.curve.probes import probed
 from tipdamp.hbm.curve.starts import first_of, starts
 from tipdamp.hbm.curve.trace import record, slides, trace
 from tipdamp.hbm.curve.truncation import TruncationEstimate, peak_multipliers
-from tipdamp.hbm.curve.watched import watched
+from tipdamp.hbm.curve.watched import Finishing, watched
 from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.hold.spring import Hold
 from tipdamp.hbm.laws.base import ContactLaw
@@ -355,54 +355,59 @@ def _branch(
     along = scale * first, scale * last
     with watched(options.progress, first, last, parameter.unit) as progress:
         branch = trace(equation, *along, settings, progress, note, past, begin)
-    at_ends = band_ends(equation, branch, scale * last, past, settings)
-    for p in insert_crossings(equation.evaluate, branch, scale * at, equation.weights, settings):
-        warnings.warn(
-            f"at = {parameter.named(p / scale)}: a crossing could not be solved",
-            Doubt,
-            stacklevel=3,
+        equation.balance.on_call = finishing = Finishing(progress, last)
+        at_ends = band_ends(equation, branch, scale * last, past, settings)
+        for p in insert_crossings(
+            equation.evaluate, branch, scale * at, equation.weights, settings
+        ):
+            warnings.warn(
+                f"at = {parameter.named(p / scale)}: a crossing could not be solved",
+                Doubt,
+                stacklevel=3,
+            )
+        if len(branch.points) > 2:
+            peak_points = refine_largest(equation, branch, outputs, case.groups, settings)
+            peak_points = refine_drawn(equation, branch, outputs, peak_points, settings)
+        for point in branch.points:  # those that were put between have not been noted
+            if point.converged:
+                note(point)
+                finishing()
+            if point.detail is not None:
+                point.detail.forget()
+        change = stiffer_change(equation, branch, outputs, settings)
+        residuals, energies, bad = settle(
+            equation, branch.points, (scale * first, scale * last, *scale * at)
         )
-    if len(branch.points) > 2:
-        peak_points = refine_largest(equation, branch, outputs, case.groups, settings)
-        peak_points = refine_drawn(equation, branch, outputs, peak_points, settings)
-    for point in branch.points:  # those that were put between have not been noted
-        if point.converged:
-            note(point)
-        if point.detail is not None:
-            point.detail.forget()
-    change = stiffer_change(equation, branch, outputs, settings)
-    residuals, energies, bad = settle(
-        equation, branch.points, (scale * first, scale * last, *scale * at)
-    )
-    curve = record(
-        branch,
-        equation,
-        (case.names, outputs),
-        options.contact,
-        (peak_points, change),
-        time.perf_counter() - began,
-    )
-    errors = multipliers = np.empty((0, 0))
-    if estimate and options.truncation:
-        errors = np.array([estimate.of(point) for point in branch.points])
-    if options.stability != "none":
-        multipliers = (
-            np.array([estimate.multipliers(point) for point in branch.points])
-            if estimate and everywhere
-            else peak_multipliers(equation, case.rows, branch.points, peak_points)
+        curve = record(
+            branch,
+            equation,
+            (case.names, outputs),
+            options.contact,
+            (peak_points, change),
+            time.perf_counter() - began,
         )
-    curve = replace(
-        curve,
-        truncation=errors,
-        multipliers=multipliers,
-        energy_error=energies,
-        further=at_ends.further,
-        end_confirmed=at_ends.confirmed,
-        ended=f"{curve.ended}; {at_ends.further}" if at_ends.further else curve.ended,
-    )
-    curve = with_residuals(curve, residuals, bad, equation, branch.points)
-    if everywhere and curve.converged.any():
-        curve = replace(curve, named_points=named_points(curve, problem, parameter))
+        errors = multipliers = np.empty((0, 0))
+        if estimate and options.truncation:
+            errors = np.array([estimate.of(point) for point in branch.points])
+        if options.stability != "none":
+            multipliers = (
+                np.array([estimate.multipliers(point) for point in branch.points])
+                if estimate and everywhere
+                else peak_multipliers(equation, case.rows, branch.points, peak_points)
+            )
+        curve = replace(
+            curve,
+            truncation=errors,
+            multipliers=multipliers,
+            energy_error=energies,
+            further=at_ends.further,
+            end_confirmed=at_ends.confirmed,
+            ended=f"{curve.ended}; {at_ends.further}" if at_ends.further else curve.ended,
+        )
+        curve = with_residuals(curve, residuals, bad, equation, branch.points)
+        if everywhere and curve.converged.any():
+            named = named_points(curve, problem, parameter, on_call=finishing)
+            curve = replace(curve, named_points=named)
     return curve
 
 

@@ -80,11 +80,13 @@ def named_points(
     problem: AnyProblem,
     parameter: Parameter | None = None,
     stability: bool = True,
+    on_call: Callable[[], None] | None = None,
 ) -> tuple[NamedPoint, ...]:
     """The named points of a curve, in the order of the curve.
 
     problem : the ContactProblem that the curve was made with; parameter : as in `solutions_at`;
-    stability : False leaves out what multipliers tell, which costs most
+    stability : False leaves out what multipliers tell, which costs most; on_call : called at each
+    evaluation of the equations, for progress
     What begins and ends between two neighbouring points of the curve is not seen. Raises InputError
     where the problem is another one.
 
@@ -95,7 +97,9 @@ def named_points(
     fold at 0.1952 Hz, 1.00
     fold at 0.1687 Hz, 1.00
     """
-    return _Along(curve, *restored(curve, problem, parameter), stability).every()
+    equation, points = restored(curve, problem, parameter)
+    equation.balance.on_call = on_call
+    return _Along(curve, equation, points, stability).every()
 
 
 class _Along:

@@ -73,6 +73,8 @@ def probed(
         x, p = with_orders(unknowns, balance), parameter.scale * value
         weights, calls = equation.weights, SETTINGS.calls
         point = solve_fixed(equation.evaluate, x, p, weights, case.settings, calls)
+        if callable(options.progress):
+            options.progress(value, 0.0, point.iterations)
         if point.converged:
             size = fourier.rms(outputs.at(point.detail)).max()
             change = np.max(estimate.of(point), initial=0.0)

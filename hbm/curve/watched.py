@@ -42,22 +42,38 @@ def _stream() -> TextIO | None:
     return sys.stderr if sys.stderr is not None and sys.stderr.isatty() else None
 
 
+class Finishing:
+    """Called at each evaluation once the branch is there, for what is done at its points; tells
+    `progress(value, 0.0, calls)` with the value at its end."""
+
+    def __init__(self, progress: Progress | None, value: float) -> None:
+        self.progress, self.value, self.calls = progress, value, 0
+
+    def __call__(self) -> None:
+        self.calls += 1
+        if self.progress:
+            self.progress(self.value, 0.0, self.calls)
+
+
 class _ProgressLine:
-    """`line(value, step, calls)` of a curve between two values."""
+    """`line(value, step, calls)` of a curve between two values; its share never falls, though a
+    branch may fold."""
 
     def __init__(self, stream: TextIO, first: float, last: float, unit: str) -> None:
         self.stream, self.first, self.last, self.unit = stream, first, last, unit
         self.began = time.monotonic()
         self.next, self.points, self.width = self.began + PATIENCE, 0, 0
+        self.share = 0.0
 
     def __call__(self, value: float, step: float, calls: int) -> None:
         self.points += step != 0
+        share = (value - self.first) / (self.last - self.first)
+        self.share = min(max(share, self.share), 1.0)
         now = time.monotonic()
         if now < self.next:
             return
         self.next = now + EVERY
-        share = min(max((value - self.first) / (self.last - self.first), 0.0), 1.0)
-        bar = ("#" * round(BAR * share)).ljust(BAR, ".")
+        bar = ("#" * round(BAR * self.share)).ljust(BAR, ".")
         said = f"{bar} {value:.6g}{self.unit}, {self.points} points, {now - self.began:.0f} s"
         self._write(said)
 

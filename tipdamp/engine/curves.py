@@ -222,7 +222,6 @@ class Curves:
     def _more(self, case: CurveCase, progress: Callable) -> None:
         """How many harmonics the tolerance needs, by points of the curve."""
         began, curve = time.perf_counter(), ForcedResponse.load(self.store.path(case.file))
-        progress(case.band[1], 0.0, curve.residual_calls)
         harmonics = more_harmonics(
             self.problem,
             case.Fe_N * self.force,
@@ -231,6 +230,7 @@ class Curves:
             outputs=self.rows,
             start=self.start,
             samples=self.samples,
+            progress=lambda _, step, calls: progress(case.band[1], step, calls),
         )
         file = f"responses/{case.more}.json"
         self.store.write_json(file, {"harmonics": harmonics})

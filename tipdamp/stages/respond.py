@@ -273,9 +273,15 @@ def _make(settings: Respond, curves: Curves, tick: Ticker, workers: Workers) -> 
 def make_curve(curves: Curves, case: CurveCase, report: Callable[[float, str], None]) -> None:
     """Work of one process: one curve into the store."""
     begin, end = case.band
+    furthest = 0.0
 
     def progress(hz: float, step: float, iterations: int) -> None:
-        report((hz - begin) / (end - begin), f"{hz:.1f} Hz  step {step:.2g}  {iterations} it")
+        nonlocal furthest
+        furthest = max(furthest, (hz - begin) / (end - begin))
+        figures = f"{hz:.1f} Hz  step {step:.2g}  {iterations} it"
+        if hz == end and not step:
+            figures = f"{hz:.1f} Hz reached: peaks, errors, branches  {iterations} calls"
+        report(furthest, figures)
 
     curves.make(case, progress)
 
