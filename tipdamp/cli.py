@@ -101,6 +101,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     before = signal.signal(signal.SIGTERM, _terminate)
     try:
         return _main(argv)
+    except Terminated:  # while libraries are loaded, too
+        return _complain(f"terminated; {KEPT}", 143)
+    except KeyboardInterrupt:
+        return _complain(f"interrupted; {KEPT}", 130)
     finally:
         signal.signal(signal.SIGTERM, before)
 
@@ -160,10 +164,6 @@ def _main(argv: Sequence[str] | None) -> int:
         return _complain(f"could not be solved: {' '.join(str(error).split())}", 3)
     except MemoryError as error:
         return _complain(f"not enough memory: {error or 'an allocation failed'}{_limit()}", 4)
-    except Terminated:
-        return _complain(f"terminated; {KEPT}", 143)
-    except KeyboardInterrupt:
-        return _complain(f"interrupted; {KEPT}", 130)
 
 
 class _Said:

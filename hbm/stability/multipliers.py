@@ -194,9 +194,8 @@ class Stability:
             tangents.capture[:, of],
         )
         # laid out alike, whatever the law: compiled once for all
-        alike = Segments(
-            *map(np.ascontiguousarray, segments), Carried(*map(np.ascontiguousarray, carried))
-        )
+        turns = Carried._make(map(np.ascontiguousarray, carried))
+        alike = Segments._make((*map(np.ascontiguousarray, segments), turns))
         try:
             matrix = monodromy(slow, alike, place[rests])
         except np.linalg.LinAlgError:

@@ -228,6 +228,29 @@ def test_a_signal_while_the_interpreter_is_taken_down(late):
     assert (ended.returncode, ended.stderr) == (0, "")
 
 
+@pytest.mark.parametrize(
+    "early, code, said", [("SIGINT", 130, "interrupted"), ("SIGTERM", 143, "terminated")]
+)
+def test_a_signal_while_libraries_are_loaded(early, code, said, tmp_path):
+    """In the first second of a command: a line and its code, as later."""
+    program = (
+        "import os, signal, sys\nclass Early:\n    def find_spec(self, name, *_):\n"
+        "        if name == 'numpy':\n"
+        f"            os.kill(os.getpid(), signal.{early})\n"
+        "from tipdamp import cli\nsys.meta_path.insert(0, Early())\n"
+        "sys.argv[1:] = ['inspect', 'none.toml']\ncli.command()"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    assert ended.returncode == code, ended.stderr
+    assert ended.stderr.startswith(f"tipdamp: {said}; ") and ended.stderr.count("\n") == 1
+
+
 def test_a_reader_that_leaves_costs_nothing():
     """As `head` does: `tipdamp keys` writes more than a pipe holds."""
     reader, writer = os.pipe()
