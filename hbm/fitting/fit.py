@@ -49,12 +49,15 @@ STIFFNESS = ("kn", "kt")
 
 @dataclass(frozen=True)
 class _Unknown:
-    """settings - of the contacts, or modes - whose ratio it is."""
+    """settings - of the contacts, or modes - whose ratio it is; or of - which of amplitude and
+    frequency of the measured curve it is a factor on, by its place."""
 
     name: str
     start: float
     settings: tuple[str, ...] = ()
     modes: tuple[int, ...] = ()
+    of: str = ""
+    curve: int = -1
 
 
 @dataclass(frozen=True)
@@ -77,6 +80,7 @@ def fit_damping(
     modes: Sequence[int] | None = None,
     mu: bool = False,
     stiffness: bool = False,
+    scatter: bool = False,
     band: tuple[float, float] | None = None,
     harmonics: int = 5,
     start: str | np.ndarray = "zero_slider",
@@ -89,6 +93,8 @@ def fit_damping(
     force : (r,) N - of the level 1
     modes : of the stuck system, 1 the lowest, whose ratios alone are unknown
     mu, stiffness : whether a factor on mu, or on kn and kt, of all contacts is unknown, too
+    scatter : whether each measured curve has a factor of its own on its amplitudes and, where the
+        stiffness is known, on its frequencies, as from one mounting to the next
     band : Hz, of the measured points that count; default: all
     harmonics, start, samples : as in CurveOptions
 
@@ -111,6 +117,8 @@ def fit_damping(
     inside = [one if band is None else one.within(*band) for one in measured]
     options = {"harmonics": harmonics, "start": start, "samples": samples}
     unknowns = _unknowns(given, modes, mu, stiffness)
+    if scatter:
+        unknowns += _scattering(len(inside), () if stiffness else ("frequency",))
     fit = _Residuals(given, np.asarray(force), inside, unknowns, options)
     values = sum(one.values for one in inside)
     if values <= len(fit.unknowns):
@@ -171,6 +179,15 @@ def _unknowns(
     if not found:
         raise InputError("fit_damping: nothing is unknown: give modes, mu or stiffness")
     return found
+
+
+def _scattering(curves: int, further: Sequence[str]) -> list[_Unknown]:
+    """Factors on the amplitude of each measured curve, and on what else scatters."""
+    return [
+        _Unknown(f"{of} of measured curve {k + 1}", 1.0, of=of, curve=k)
+        for of in ("amplitude", *further)
+        for k in range(curves)
+    ]
 
 
 class _Residuals:
@@ -247,7 +264,7 @@ class _Residuals:
         """At unknowns, from what is known a step before."""
         problem, parts = self.problem_at(theta), []
         for k, one in enumerate(self.measured):
-            points = None
+            hz, points = self._factor(theta, "frequency", k) * one.hz, None
             if before is not None:
                 guesses = [
                     p.x + m.T @ way
@@ -256,68 +273,86 @@ class _Residuals:
                 forces = {1: one.level * self.force}
                 old = before.equations[k]
                 equation = replace(old, balance=old.balance.rebuilt(problem, forces))
-                points = _from_guesses(equation, one.hz, guesses)
+                points = _from_guesses(equation, hz, guesses)
             if points is None:
-                equation, points = self._followed(problem, one)
-            parts.append((equation, points, *self._responses(equation, points, one)))
+                equation, points = self._followed(problem, one, hz)
+            gain = self._factor(theta, "amplitude", k)
+            parts.append((equation, points, *self._responses(equation, points, k, gain)))
         return _Solved(*map(list, zip(*parts, strict=True)))
 
+    def _factor(self, theta: np.ndarray, of: str, curve: int) -> float:
+        """On amplitude or frequency of a measured curve; 1 where it is not unknown."""
+        return float(
+            np.exp(theta[[(one.of, one.curve) == (of, curve) for one in self.unknowns]].sum())
+        )
+
     def _followed(
-        self, problem: ContactProblem, one: MeasuredResponse
+        self, problem: ContactProblem, one: MeasuredResponse, hz: np.ndarray
     ) -> tuple[Equation, list[Point]]:
-        """The points at the measured frequencies of a curve that is followed; where it folds, those
-        nearest to what was measured."""
-        low, high = one.hz[0] * (1 - BESIDE), one.hz[-1] * (1 + BESIDE)
+        """The points at frequencies, those measured or beside them, of a curve that is followed;
+        where it folds, those nearest to what was measured."""
+        low, high = hz[0] * (1 - BESIDE), hz[-1] * (1 + BESIDE)
         rows = {f"measured {i + 1}": row for i, row in enumerate(one.output)}
         curve = follow_band(
             problem,
             one.level * self.force,
             (low, high),
-            **{**self.options, "outputs": rows, "at": one.hz, "truncation": False, "peaks": []},
+            **{**self.options, "outputs": rows, "at": hz, "truncation": False, "peaks": []},
         )
         equation, points = restored(curve, problem)
         found = []
-        for hz, wanted in zip(one.hz, one.response, strict=True):
-            here = np.flatnonzero(curve.converged & np.isclose(curve.frequency, hz, 1e-12, 0.0))
+        for value, wanted in zip(hz, one.response, strict=True):
+            here = np.flatnonzero(curve.converged & np.isclose(curve.frequency, value, 1e-12, 0.0))
             there = [
                 solve_fixed(equation.evaluate, p.x, p.parameter, equation.weights)
                 for p in (points[i] for i in here)
             ]
             there = [p for p in there if p.converged]
             if not there:
-                raise InputError(f"fit_damping: no solution at {hz:g} Hz; {curve.ended}")
+                raise InputError(f"fit_damping: no solution at {value:g} Hz; {curve.ended}")
             far = [abs(_measure(_outputs(p.detail, one.output), wanted)[0] - wanted) for p in there]
             found.append(there[int(np.argmin(far))])
         return equation, found
 
     def _responses(
-        self, equation: Equation, points: Sequence[Point], one: MeasuredResponse
+        self, equation: Equation, points: Sequence[Point], curve: int, gain: float
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(computed (n,), changes (n, p), motions (n, p, x)) of a measured curve."""
-        computed, changes, motions = [], [], []
+        one, computed, changes, motions = self.measured[curve], [], [], []
+        own = np.array([(each.of, each.curve) == ("amplitude", curve) for each in self.unknowns])
         outputs = Outputs(one.output)
         rates = [by_factor(equation.balance, each.settings) for each in self.unknowns]
         for point, wanted in zip(points, one.response, strict=True):
             here, X = point.detail, outputs.at(point.detail)
             value, slope = _measure(X[:, 1], wanted)
             pairs = [
-                self._change(here, unknown, rate)
+                self._change(here, unknown, rate, curve, point.parameter)
                 for unknown, rate in zip(self.unknowns, rates, strict=True)
             ]
             moved = [
                 outputs.at(replace(other, modal=other.modal + modal)) - X
                 for other, modal, _ in pairs
             ]
-            computed.append(value)
-            changes.append([slope(dX[:, 1]) for dX in moved])
+            computed.append(gain * value)
+            changes.append(gain * np.array([slope(dX[:, 1]) for dX in moved]) + own * gain * value)
             motions.append([dx for *_, dx in pairs])
         return np.array(computed), np.array(changes), np.array(motions)
 
     def _change(
-        self, here: Linearisation, unknown: _Unknown, rate: Callable[[Linearisation], np.ndarray]
+        self,
+        here: Linearisation,
+        unknown: _Unknown,
+        rate: Callable[[Linearisation], np.ndarray],
+        curve: int,
+        parameter: float,
     ) -> tuple[Linearisation, np.ndarray, np.ndarray]:
         """(linearisation moved, change of the modal q beside it, change of x) by a relative change
-        of an unknown; rate : by its settings, `by_factor`."""
+        of an unknown; rate : by its settings, `by_factor`; parameter : of the point."""
+        if unknown.of:
+            still = np.zeros(len(here.x))
+            by = parameter if (unknown.of, unknown.curve) == ("frequency", curve) else 0.0
+            dx, dp = here.solve(still, 1.0, by, still)
+            return here.moved(dx, dp), np.zeros_like(here.modal), dx
         if unknown.settings:
             modal = rate(here)
         else:
@@ -363,8 +398,8 @@ class _Residuals:
     def _untold(self, which: np.ndarray, why: str) -> InputError:
         names = [name for name, one in zip(self.names, which, strict=True) if one]
         return InputError(
-            f"fit_damping: {', '.join(names)} {why}: leave it out, or measure where the contacts "
-            "slip or the mode responds"
+            f"fit_damping: {', '.join(names)} {why}: leave it out (scatter = false those of "
+            "measured curves), or measure where the contacts slip or the mode responds"
         )
 
 

@@ -82,8 +82,9 @@ class MeasuredResponse:
 class DampingFit:
     """What a fit to measured responses has found.
 
-    names (p,); values, low, high, start (p,) : damping ratios, and factors on mu ('mu') or on kn
-        and kt ('stiffness'); low to high is the 95 % interval, from the scatter about the fit
+    names (p,); values, low, high, start (p,) : damping ratios, and factors on mu ('mu'), on kn and
+        kt ('stiffness') or on a measured curve; low to high is the 95 % interval, from the scatter
+        about the fit
     computed : for each measured curve (n,) m, as it was measured, on the measured frequencies of
         the band
     misfit : for each of them the root mean square of the difference, weighted by the deviations,

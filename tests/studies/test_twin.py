@@ -142,7 +142,7 @@ def test_tuned_to_synthetic_measurements(folder, twin):
     _, store = run(
         folder,
         "overlay",
-        ("inspect", "reduce", "preload", "measured", "tune", "respond", "agreement"),
+        ("inspect", "reduce", "preload", "measured", "tune", "respond", "agreement", "fit"),
     )
     measured, tune = (store.read_json(f"{name}.json") for name in ("measured", "tune"))
     one = measured["curves"]["SYNTHETIC_1N"]
@@ -159,3 +159,9 @@ def test_tuned_to_synthetic_measurements(folder, twin):
             and abs(curve["peak"]) < peak
             and abs(curve["frequency"]) < 5e-3
         )
+    # what was put in: 0.022, and friction limits of 0.88 times those of the study; each curve is
+    # the mean of repeats whose height scatters by 1.5 %
+    fitted = {one["name"]: one["value"] for one in store.read_json("fit.json")["values"]}
+    assert fitted["damping ratio"] == pytest.approx(0.022, rel=0.01)
+    assert fitted["mu"] == pytest.approx(0.55 * 0.96 / 0.6, rel=0.05)
+    assert 0.95 < fitted["amplitude of SYNTHETIC_12N"] < 1.05

@@ -59,6 +59,7 @@ def fit(study: Study, store: Store, tick: Tick) -> list[str]:
             modes=settings.modes or None,
             mu=settings.mu,
             stiffness=settings.stiffness,
+            scatter=settings.scatter,
             band=settings.band or study.respond.band,
             harmonics=max(named_orders(study.respond.harmonics), default=HARMONICS),
             start="zero_slider" if curves.start is None else curves.start,
@@ -70,10 +71,16 @@ def fit(study: Study, store: Store, tick: Tick) -> list[str]:
 
 def result(found: DampingFit, names: Sequence[str], facts: Sequence[MeasuredFacts]) -> FitResult:
     """The record of a fit to measured curves."""
+    called = {f"measured curve {k + 1}": name for k, name in enumerate(names)}
+
+    def in_study(unknown: str) -> str:
+        what, _, curve = unknown.partition(" of ")
+        return f"{what} of {called[curve]}" if curve in called else unknown
+
     values = zip(found.names, found.values, found.low, found.high, found.start, strict=True)
     return FitResult(
         values=tuple(
-            FittedValue(name=name, value=value, low=low, high=high, start=start)
+            FittedValue(name=in_study(name), value=value, low=low, high=high, start=start)
             for name, value, low, high, start in values
         ),
         curves=tuple(

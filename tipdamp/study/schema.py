@@ -1133,6 +1133,14 @@ class Fit(StudySection):
     stiffness: Annotated[
         bool, Key(FLAG, "whether a factor on kn and kt of all pairs is unknown, too")
     ] = False
+    scatter: Annotated[
+        bool,
+        Key(
+            FLAG,
+            "whether each measured curve has a factor of its own on its amplitudes and, where the "
+            "stiffness is known, on its frequencies, as from one mounting to the next",
+        ),
+    ] = True
     band: Annotated[
         Band | None,
         Key(

@@ -59,6 +59,32 @@ def test_what_was_put_in_comes_back_under_friction(phase):
     assert (found.low <= found.values).all() and (found.values <= found.high).all()
 
 
+@pytest.mark.parametrize("phase", [False, True])
+def test_curves_that_scatter_from_one_mounting_to_the_next(phase):
+    """2 % in height and 0.1 % in frequency between the curves: each has factors of its own, without
+    which the damping is 2 % off."""
+    given, runs = ((1.02, 0.999), (0.98, 1.001)), []
+    for (amplitude, frequency), level in zip(given, (0.5, 5.0), strict=True):
+        run, _ = measured(ONE, level, np.linspace(650, 1000, 40), phase)
+        runs.append(replace(run, hz=run.hz / frequency, response=amplitude * run.response))
+    start = guess(ONE, damping_ratio=0.03, mu=0.4)
+    found = fit_damping(start, [1.0], runs, mu=True, scatter=True)
+    factors = np.ravel(given, order="F")
+    assert found.values == pytest.approx([0.02, MU / 0.4, *factors], rel=1e-6)
+    assert found.names[2:4] == ("amplitude of measured curve 1", "amplitude of measured curve 2")
+    plain = fit_damping(guess(ONE, damping_ratio=0.03), [1.0], runs[:1])
+    assert abs(plain.values[0] / 0.02 - 1) > 0.01
+
+
+def test_a_frequency_that_scatters_is_no_stiffness():
+    """Both move the resonance: with the stiffness unknown the frequencies are as measured."""
+    run, _ = measured(ONE, 3.0, np.linspace(650, 1000, 40))
+    start = guess(ONE, damping_ratio=0.02, kt=6e5)
+    found = fit_damping(start, [1.0], [run], stiffness=True, scatter=True)
+    assert found.names[1:] == ("stiffness", "amplitude of measured curve 1")
+    assert found.values == pytest.approx([0.02, KT / 6e5, 1.0], rel=1e-6)
+
+
 def test_half_power_counts_friction_twice():
     """On a curve that slips, where the fit finds the damping that is there."""
     run, slip = measured(ONE, 3.0, np.linspace(650, 1000, 141))

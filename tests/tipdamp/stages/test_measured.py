@@ -132,7 +132,7 @@ def fitted(study, section, expected=0):
 def test_damping_of_a_measured_curve_comes_back(study):
     """0.01 made it; from 0.02, with the contacts in the model. The report has it beside
     half-power."""
-    found = fitted(study, "[fit]\nband = [1050, 1250]\n")
+    found = fitted(study, "[fit]\nband = [1050, 1250]\nscatter = false\n")
     (one,), (curve,) = found["values"], found["curves"]
     assert one["start"] == 0.02
     assert one["value"] == pytest.approx(0.01, rel=0.01)
@@ -141,6 +141,16 @@ def test_damping_of_a_measured_curve_comes_back(study):
     assert run(study, "cycles", "agreement", "report") == [0] * 3
     page = (study.parent / "results" / "study" / "report.html").read_text()
     assert "Fitted to the measured curves" in page and "half-power over fit" in page
+
+
+def test_a_measured_curve_has_factors_of_its_own(study):
+    """They take up what the straight links of the made curve cut off its peak."""
+    one, *own = fitted(study, "[fit]\nband = [1050, 1250]\n")["values"]
+    assert one["value"] == pytest.approx(0.01, rel=0.02)
+    assert {each["name"]: each["value"] for each in own} == {
+        "amplitude of run": pytest.approx(1.0, abs=0.02),
+        "frequency of run": pytest.approx(1.0, abs=1e-3),
+    }
 
 
 def test_what_a_fit_cannot_do_is_said(study, capsys):
