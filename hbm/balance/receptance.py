@@ -90,6 +90,16 @@ class Receptance:
         return len(self.free_mass)
 
     @property
+    def masses(self) -> np.ndarray:
+        """(m,) of all shapes, 0 of those that answer at order 0 alone; NaN with poles."""
+        if self.poles.size:
+            return np.full(self.shapes.shape[1], np.nan)
+        found = np.zeros(self.shapes.shape[1])
+        both = np.concatenate([self.mass, self.free_mass])
+        found[: len(both)] = both
+        return found
+
+    @property
     def modes(self) -> np.ndarray:
         """(r, m) the shapes of the modes."""
         behind = self.free + len(self.constraint_forces) + self.still

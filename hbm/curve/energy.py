@@ -12,12 +12,21 @@ from tipdamp.hbm.balance.settings import DEFAULT
 @dataclass(frozen=True)
 class EnergyBalance:
     """J per period: input of the excitation, loss in the structure's damping, friction (P,) of each
-    contact; apparent - input if each force were in phase with its velocity."""
+    contact; apparent - input if each force were in phase with its velocity; kinetic - J, largest of
+    a motion whose points move in phase, NaN under a general damping matrix."""
 
     input: float
     damping: float
     friction: np.ndarray
     apparent: float
+    kinetic: float
+
+    @property
+    def damping_ratio(self) -> float:
+        """Of the structure alone in this motion, contacts left out. Where contacts slip or part the
+        motion is one of several modes with closed contacts, and it is another ratio than theirs;
+        NaN under a general damping matrix."""
+        return self.damping / (4 * np.pi * self.kinetic) if self.kinetic else 0.0
 
     @property
     def error(self) -> float:
@@ -54,6 +63,7 @@ def energies(
     if balance.circulation is not None:
         turned = balance.circulation @ modal
         lost += np.pi * np.einsum("nmk,nmk->nk", modal.conj(), turned).imag @ k
+    squares = np.einsum("nmk,m,nmk->nk", modal.conj(), balance.receptance.masses, modal).real @ k**2
     powers = [
         {order: complex(row @ q[:, order].conj()) for order, row in one.items()}
         for one, q in zip(excited, modal, strict=True)
@@ -64,6 +74,9 @@ def energies(
             float(loss),
             taken,
             np.pi * sum(order * abs(power) for order, power in one.items()),
+            float(kinetic),
         )
-        for one, loss, taken in zip(powers, lost, friction, strict=True)
+        for one, loss, taken, kinetic in zip(
+            powers, lost, friction, 0.5 * w**2 * squares, strict=True
+        )
     ]

@@ -282,6 +282,7 @@ class PeakCycle(Record):
     damping_J: float
     friction_J: dict[str, float]
     error: float
+    damping_ratio: float
     integration: Integration | None = None
 
     @property

@@ -32,6 +32,7 @@ from tipdamp.stages.respond import READS, Assembly, assembled
 from tipdamp.stages.stage import Stage, recorded
 from tipdamp.study.view import Study
 
+MORE_DAMPED = 1.5  # times the largest damping ratio: more is told
 SAMPLES = 256  # a period: the loops are drawn with them, the energies do not depend on them
 
 
@@ -70,7 +71,7 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
         if study.respond.animate and case in families(respond.responses)[-1]:
             motion = whole_motion(curve, assembly.curves.problem, point)
             files += _animated(store, assembly, case, motion, cycle)
-    said += _too_far(slid)
+    said += [*_too_far(slid), *_otherwise_damped(found, max(study.respond.damping_ratio))]
     CyclesResult(curves=tuple(found), pairs=tuple(names), warnings=tuple(said)).save(store)
     return [*(one.file for one in found), *files]
 
@@ -83,6 +84,19 @@ def _too_far(slid: list[tuple[Slide, CurveResult]]) -> Iterator[str]:
             f"Fe = {case.Fe_N:g} N, H = {case.H}: {farthest.said}: the model keeps the partners "
             "and the stiffness of the place at rest, so the figures hold less and less from "
             "there on; check the level, its unit and the damping"
+        )
+
+
+def _otherwise_damped(found: Sequence[PeakCycle], asked: float) -> Iterator[str]:
+    """The peak at which the structure itself is damped most beyond the ratio of its modes with
+    every pair closed."""
+    most = max(found, key=lambda one: one.damping_ratio, default=None)
+    if most is not None and most.damping_ratio > MORE_DAMPED * asked > 0:
+        yield (
+            f"damping_ratio = {asked:.4g} is that of modes with every kept pair closed; at the "
+            f"peak of Fe = {most.Fe_N:g} N, {most.hz:.4g} Hz, where pairs slip or are open, the "
+            f"structure itself is damped by {most.damping_ratio:.4g}, friction left out: the peak "
+            "is lower by that; where it matters give the damping_ratio that fits this motion"
         )
 
 
@@ -137,6 +151,7 @@ def _facts(
         damping_J=energy.damping,
         friction_J=dict(zip(names, map(float, energy.friction), strict=True)),
         error=energy.error,
+        damping_ratio=energy.damping_ratio,
     )
 
 

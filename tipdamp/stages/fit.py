@@ -71,16 +71,14 @@ def fit(study: Study, store: Store, tick: Tick) -> list[str]:
 
 def result(found: DampingFit, names: Sequence[str], facts: Sequence[MeasuredFacts]) -> FitResult:
     """The record of a fit to measured curves."""
-    called = {f"measured curve {k + 1}": name for k, name in enumerate(names)}
-
-    def in_study(unknown: str) -> str:
-        what, _, curve = unknown.partition(" of ")
-        return f"{what} of {called[curve]}" if curve in called else unknown
-
+    said = {"mu": "factor on mu", "stiffness": "factor on kn and kt"}
+    for k, name in enumerate(names):
+        for of in ("amplitude", "frequency"):
+            said[f"{of} of measured curve {k + 1}"] = f"factor on {of} of {name}"
     values = zip(found.names, found.values, found.low, found.high, found.start, strict=True)
     return FitResult(
         values=tuple(
-            FittedValue(name=in_study(name), value=value, low=low, high=high, start=start)
+            FittedValue(name=said.get(name, name), value=value, low=low, high=high, start=start)
             for name, value, low, high, start in values
         ),
         curves=tuple(

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from tests.hbm.cases import beam, load, rig, unilateral
 from tests.hbm.conformance import SteppedFriction, random_case
@@ -14,6 +15,7 @@ from tipdamp import (
     DryFriction2T,
     IsotropicFriction,
     Jenkins1D,
+    Problem,
     contact_cycles,
     energy_balance,
 )
@@ -160,3 +162,26 @@ def test_points_that_are_not_there():
             contact_cycles(curve, jenkins(), point)
     with pytest.raises(InputError, match="n = 2"):
         contact_cycles(curve, jenkins(), 0, n=2)
+
+
+def test_the_ratio_of_the_structure_in_a_motion():
+    """Two masses: with the contact stuck the ratio of the modes, at the frequency of one; where it
+    slips that of the matrices at the motion, ten times as much."""
+    M, K = np.eye(2), np.diag([1.0, 20.0])
+    contact = {"kt": 200.0, "mu": 1.0, "preload": 1e-3}
+    ratios = []
+    for level, band in ((1e-9, (0.45, 0.55)), (0.2, (0.1, 0.2))):
+        problem = Problem(M=M, K=K, damping_ratio=0.01).add(Jenkins1D(), (0, 1), **contact)
+        problem = problem.force(0, level)
+        curve = problem.follow_band(band, outputs={"x": 0, "y": 1}, harmonics=1)
+        point = int(curve.amplitude()[:, 0].argmax())
+        energy = energy_balance(curve, problem, point)
+        w, X = 2 * np.pi * curve.frequency[point], curve.harmonics[point, :, 1]
+        stuck = K + 200.0 * np.array([[1, -1], [-1, 1]])
+        squares, modes = eigh(stuck, M)
+        C = M @ modes @ np.diag(2 * 0.01 * np.sqrt(squares)) @ modes.T @ M
+        by_matrices = (X.conj() @ C @ X).real / (2 * w * (X.conj() @ M @ X).real)
+        assert energy.damping_ratio == pytest.approx(by_matrices, rel=1e-7)
+        ratios.append(energy.damping_ratio)
+    assert ratios[0] == pytest.approx(0.01, rel=1e-3)
+    assert ratios[1] > 0.1  # of 3.2 and 20 rad/s, vibrating at 1

@@ -28,6 +28,7 @@ def drawn(tmp_path):
         input_J=1e-3,
         damping_J=9e-4,
         error=1e-9,
+        damping_ratio=0.01,
         friction_J={name: 1e-6 * k for k, name in enumerate(names)},
     )
     share = np.full((len(results.cases[0].curve.frequency), len(kept)), 0.2)

@@ -10,6 +10,8 @@ from tipdamp.hbm.result import ForcedResponse
 from tipdamp.report.results import load_results
 from tipdamp.report.subjects import peaks
 from tipdamp.report.text import NOTHING, number
+from tipdamp.results.response_results import PeakCycle
+from tipdamp.stages.cycles import _otherwise_damped
 from tipdamp.stages.report import said
 from tipdamp.stages.respond import assembled
 from tipdamp.study.study import load_study
@@ -50,3 +52,22 @@ def test_a_slide_farther_than_the_contact_is_said(matrices_study):
         "warnings"
     ]
     assert "Fe = 20000 N" in said and "slide by up to" in said and "distance of its pairs" in said
+
+
+def test_a_structure_that_is_damped_otherwise_is_said():
+    """From half as much again on, the peak at which it is most."""
+    one = PeakCycle(
+        file="a.npz",
+        Fe_N=5.0,
+        H=1,
+        hz=1000.0,
+        input_J=1.0,
+        damping_J=1.0,
+        friction_J={},
+        error=0.0,
+        damping_ratio=0.014,
+    )
+    assert not list(_otherwise_damped([one], 0.01)) and not list(_otherwise_damped([], 0.01))
+    more = one.model_copy(update={"Fe_N": 20.0, "damping_ratio": 0.07})
+    (said,) = _otherwise_damped([one, more], 0.01)
+    assert "at the peak of Fe = 20 N" in said and "damped by 0.07, friction left out" in said

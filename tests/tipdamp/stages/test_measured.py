@@ -148,8 +148,8 @@ def test_a_measured_curve_has_factors_of_its_own(study):
     one, *own = fitted(study, "[fit]\nband = [1050, 1250]\n")["values"]
     assert one["value"] == pytest.approx(0.01, rel=0.02)
     assert {each["name"]: each["value"] for each in own} == {
-        "amplitude of run": pytest.approx(1.0, abs=0.02),
-        "frequency of run": pytest.approx(1.0, abs=1e-3),
+        "factor on amplitude of run": pytest.approx(1.0, abs=0.02),
+        "factor on frequency of run": pytest.approx(1.0, abs=1e-3),
     }
 
 

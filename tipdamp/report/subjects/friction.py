@@ -90,7 +90,8 @@ def energies(results: Results) -> Iterator[Table]:
             "Energy of one period at the highest point of each curve: what the excitation puts in "
             "is lost in the damping of the structure and in friction. Friction is taken from the "
             "slip of each contact in time, not from harmonics, so that the error of the balance "
-            "is a check of the solution.",
+            "is a check of the solution. Ratio: the damping ratio of the structure alone in this "
+            "motion, which is that of the study with every pair closed.",
             [_energy(one) for one in sorted(curves, key=lambda c: (c.H, c.Fe_N))],
         )
 
@@ -102,6 +103,7 @@ def _energy(one: PeakCycle) -> dict[str, str]:
         "at (Hz)": hertz(one.hz),
         "input (µJ)": number(one.input_J, 4, MICRO),
         "damping (µJ)": number(one.damping_J, 4, MICRO),
+        "ratio": percent(one.damping_ratio, 2).lstrip("+"),
         "friction (µJ)": number(sum(one.friction_J.values()), 4, MICRO),
         "friction share": percent(one.friction_share, 1).lstrip("+"),
         "error": number(one.error, 1),

@@ -46,9 +46,8 @@ def fitted(results: Results) -> Iterator[Table]:
         return
     yield Table(
         "Fitted to the measured curves with the contacts in the model, by least squares, with the "
-        "interval of 95 % from the scatter about the fit; factors are those on mu, or on kn and "
-        "kt, of all pairs, and on the amplitudes and frequencies of a measured curve. The computed "
-        "curves of this report have the values of the study.",
+        "interval of 95 % from the scatter about the fit; factors on mu, or on kn and kt, are "
+        "those of all pairs. The computed curves of this report have the values of the study.",
         [
             {
                 "": one.name,
