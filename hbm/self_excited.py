@@ -32,6 +32,8 @@ from tipdamp.hbm.validation import positive
 
 LADDER = np.logspace(-6, 6, 73)  # times the amplitude: where the energy balance is looked at
 CALLS = 200  # of the residual, from each place where it holds
+ALIKE = 1e-6  # of a frequency: modes no farther apart have the same
+NEITHER = 1e-12  # growth over rad/s, below which it is rounding: nothing damps or excites
 VANISHED = 1e-3  # of the motion begun with: what is left is the rest, or almost
 
 
@@ -107,7 +109,10 @@ def _energy_balances(balance: HarmonicBalance, hz: float, amplitude: float) -> l
     swings = np.flatnonzero(found.s.imag > 0)
     if not len(swings):
         return []
-    j = swings[np.abs(found.s.imag[swings] - 2 * np.pi * hz).argmin()]
+    away = np.abs(found.s.imag[swings] - 2 * np.pi * hz)
+    # two modes that flutter have one frequency: the one that grows
+    near = swings[away <= away.min() + ALIKE * 2 * np.pi * hz]
+    j = near[found.s.real[near].argmax()]
     s, into = found.s[j], problem.B @ found.into[:, j]
     shape = problem.B @ found.out[:, j]
     unit = shape[np.abs(shape).argmax()]  # motion of the contact that moves most
@@ -128,7 +133,10 @@ def _energy_balances(balance: HarmonicBalance, hz: float, amplitude: float) -> l
         return rate
 
     sizes = amplitude * LADDER
-    growth = np.array([exponent(a).real for a in sizes])
+    rates = np.array([exponent(a) for a in sizes])
+    growth = rates.real
+    if (np.abs(growth) <= NEITHER * np.abs(rates.imag)).all():
+        return []
     at = np.flatnonzero(np.sign(growth[:-1]) * np.sign(growth[1:]) < 0)
     at = np.array(sorted(at, key=lambda i: (growth[i] < 0, i)), dtype=int)
     roots = [brentq(lambda a: exponent(a).real, sizes[i], sizes[i + 1], rtol=1e-6) for i in at]

@@ -151,15 +151,19 @@ def check_forcing(forcing: Any, r: int, H: int) -> dict[int, np.ndarray]:
 
 
 def check_outputs(outputs: Any, r: int) -> tuple[list[str], np.ndarray]:
-    """Names and rows (m, r) of {name: row, or the number of a dof}."""
+    """Names and rows (m, r) of {name: row, the number of a dof, or two dofs (a, b): a less b}."""
     if not isinstance(outputs, dict):
         raise InputError(f"outputs = {brief(outputs)}: must be a dict {{name: row of length {r}}}")
     if not outputs:
         raise InputError("outputs: at least one {name: row} is needed")
     rows = []
     for name, row in outputs.items():
-        if isinstance(row, int | np.integer) and not isinstance(row, bool) and r > 1:
-            rows.append(_unit(f"output '{shown(name)}'", int(row), r))
+        what = f"output '{shown(name)}'"
+        if is_dof(row):
+            rows.append(_unit(what, row, r))
+            continue
+        if isinstance(row, tuple) and len(row) == 2 and all(map(is_dof, row)):
+            rows.append(_unit(what, row[0], r) - _unit(what, row[1], r))
             continue
         row = numbers(f"output '{shown(name)}'", row, f"must be a row of {r} real numbers", float)
         row = row.ravel() if row.size == r else row
@@ -169,6 +173,10 @@ def check_outputs(outputs: Any, r: int) -> tuple[list[str], np.ndarray]:
             )
         rows.append(row)
     return list(outputs), np.array(rows)
+
+
+def is_dof(value: Any) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
 def _unit(name: str, dof: int, r: int) -> np.ndarray:

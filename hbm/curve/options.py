@@ -54,7 +54,8 @@ class CurveOptions:
     """What may be asked of a curve beside the problem, the forcing and the band: the keywords of
     `hbm.response`.
 
-    outputs : {name: a dof, or the (r,) row that takes the output out of q}
+    outputs : {name: a dof, two dofs (a, b) for q_a - q_b, or the (r,) row that takes the output
+        out of q}
     harmonics : H, orders 0..H are kept; 'auto' takes as many as `tolerance` needs
     periods : of the excitation in one of the motion: 2 for subharmonic motions of the order 1/2.
         `harmonics` are then counted in the frequency of the motion, the excitation stands at that

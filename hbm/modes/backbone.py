@@ -134,7 +134,7 @@ def _equation(
         raise InputError(
             f"outputs: '{names[0]}', the first, does not see mode {mode}; put one that does first"
         )
-    if not modes.at_contacts[:, index].any():
+    if modes.unmoved[index]:
         raise InputError(f"mode = {mode}: does not move any contact, it is linear")
     balance = HarmonicBalance(problem, {}, H, samples=samples)
     return ModeEquation(balance, modes, index, row), rows, names

@@ -56,14 +56,28 @@ class StuckModalSystem:
         drag = self.damping * Q if self.damping.ndim == 1 else Q @ self.damping.T
         return 1j * k * drag - (2 * k + 4j * zeta) * k * w * inertia, -2j * k * w**2 * inertia
 
+    @property
+    def unmoved(self) -> np.ndarray:
+        """(m,) bool : shapes that no contact sees, nor moves by way of the damping: they are at
+        rest in all orders but 0, also at a resonance."""
+        size = np.linalg.norm(self.at_contacts, axis=0)
+        found = size <= UNMOVED * size.max(initial=0.0)
+        if self.damping.ndim == 2:
+            apart = np.abs(self.damping - np.diag(np.diag(self.damping)))
+            scale = UNMOVED * np.abs(self.damping).max(initial=0.0)
+            found &= (apart.max(axis=0) <= scale) & (apart.max(axis=1) <= scale)
+        return found
+
     def flexibility(self, Z: np.ndarray, mode: int) -> np.ndarray:
         """Inverse of an impedance, in order 1 with coordinate `mode` in the place of its force."""
-        takes_part = np.repeat(self.moves, [1, len(Z) - 1], axis=0)
+        still = self.unmoved
         if Z.ndim == 2:
+            takes_part = np.repeat([self.moves[0], self.moves[1] & ~still], [1, len(Z) - 1], axis=0)
             Z = np.where(takes_part, Z, np.inf)
             Z[1, mode] = 1.0
             return 1 / Z
         Z = Z.copy()
+        Z[1:, still, still] = 1.0
         Z[1, mode] = np.arange(Z.shape[1]) == mode
         return np.linalg.inv(Z)
 
@@ -118,15 +132,12 @@ def seen_alone(modes: StuckModalSystem, index: int, row: np.ndarray) -> StuckMod
     seen = row @ modes.shapes[:, alike]
     if len(alike) == 1 or not seen.any() or np.ptp(modes.damping[alike]) > REPEATED:
         return modes
-    apart = modes.moves.copy()
     turn = la.qr(np.column_stack([seen, np.eye(len(alike))]), mode="economic")[0]
     turn = np.roll(turn, int(np.flatnonzero(alike == index)[0]), axis=1)
     shapes, at_contacts = modes.shapes.copy(), modes.at_contacts.copy()
     shapes[:, alike] = shapes[:, alike] @ turn
     at_contacts[:, alike] = at_contacts[:, alike] @ turn
-    size = np.linalg.norm(at_contacts, axis=0)
-    apart[1, alike] &= size[alike] > UNMOVED * size.max()
-    return replace(modes, shapes=shapes, at_contacts=at_contacts, moves=apart)
+    return replace(modes, shapes=shapes, at_contacts=at_contacts)
 
 
 def _dense(A: np.ndarray) -> np.ndarray:

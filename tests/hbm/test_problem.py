@@ -182,3 +182,26 @@ def test_a_single_unstable_solution_says_so():
     )
     assert found.unstable and not found.stable
     assert found.multipliers[0] == pytest.approx(curve.multipliers[i, 0], rel=1e-6)
+
+
+def test_an_output_is_a_dof_wherever_it_is_given():
+    """Of one dof, too, where a whole number could be a row; two dofs are a difference, as in
+    `add`."""
+    blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    blade = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    given = blade.contact_problem, np.array([5.0]), 850.0
+    one, row, own = (
+        solve_at(*given, outputs={"x": 0}),
+        solve_at(*given, outputs={"x": [1.0]}),
+        blade.solve_at(850.0, outputs={"x": 0}),
+    )
+    assert one.amplitude() == row.amplitude() == own.amplitude() > 0
+    with pytest.raises(InputError, match="output 'x': dof 3 does not exist, 0..0 do"):
+        solve_at(*given, outputs={"x": 3})
+    pair = Problem(np.eye(2), 0.01 * np.eye(2), [[2.0, -1.0], [-1.0, 2.0]]).force(0, 0.1)
+    pair = pair.add(CubicSpring(0.1), 0)
+    apart = solve_at(pair.contact_problem, np.array([0.1, 0.0]), 0.1, outputs={"x": (0, 1)})
+    own = pair.solve_at(0.1, outputs={"x": (0, 1)})
+    assert apart.harmonics == pytest.approx(own.harmonics, rel=1e-12)
+    # a row
+    assert np.isfinite(pair.solve_at(0.1, outputs={"x": (0, 1.0)}).harmonics).all()

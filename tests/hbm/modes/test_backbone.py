@@ -260,6 +260,31 @@ def test_of_a_repeated_frequency_the_one_that_the_output_sees():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("mode", [1, 2])
+def test_of_equal_frequencies_the_one_at_the_contact(mode):
+    """Whichever number it has; that which no contact sees is linear."""
+    plane = Problem(np.eye(2), 0.01 * np.eye(2), np.eye(2)).add(CubicSpring(0.5), 0)
+    alone = Problem([[1.0]], [[0.01]], [[1.0]]).add(CubicSpring(0.5), 0)
+    found, single = (
+        backbone(one, mode if one is plane else 1, (0.01, 3.0), outputs={"x": 0}, harmonics=3)
+        for one in (plane, alone)
+    )
+    assert found.frequency[-1] == pytest.approx(single.frequency[-1], rel=1e-9)
+    with pytest.raises(InputError, match=f"mode = {mode}: does not move any contact, it is linear"):
+        backbone(plane, mode, (0.01, 3.0), outputs={"y": 1}, harmonics=3)
+
+
+@pytest.mark.parametrize("squared", [1.0, 4.0, 9.0])
+@pytest.mark.parametrize("damping", [0.0, 0.01])
+def test_a_mode_that_no_contact_sees_has_no_say(squared, damping):
+    """Not at twice or three times the frequency either, where its impedance is 0."""
+    alone = Problem([[1.0]], [[damping]], [[1.0]]).add(CubicSpring(0.5), 0)
+    both = Problem(np.eye(2), damping * np.eye(2), np.diag([1.0, squared]))
+    both = both.add(CubicSpring(0.5), 0)
+    a, b = (backbone(one, 1, (0.01, 3.0), outputs={"x": 0}, harmonics=3) for one in (alone, both))
+    assert b.complete and b.frequency[-1] == pytest.approx(a.frequency[-1], rel=1e-9)
+
+
 def test_the_rig_drifts_where_nothing_holds_its_damper():
     """As its curves say."""
     problem, _, outputs = rig()
