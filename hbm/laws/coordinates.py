@@ -122,12 +122,15 @@ class OwnForce(CoordinateForce):
         if self.derivative is None:
             return super().tangents(motion, state, contacts)
         n, size = np.shape(motion.u)
-        by_u, by_v = (np.asarray(one, dtype=float) for one in self.derivative(motion.u, motion.v))
-        if by_u.shape != (n, size, size) or by_v.shape != (n, size, size):
+        given = self.derivative(motion.u, motion.v)
+        pair = isinstance(given, tuple | list) and len(given) == 2
+        each = [np.shape(one) for one in given] if pair else [np.shape(given)]
+        if not pair or set(each) != {(n, size, size)}:
             raise InputError(
-                f"OwnForce: derivative gives {by_u.shape} and {by_v.shape}, must be two of "
+                f"OwnForce: derivative gives {' and '.join(map(str, each))}, must be two of "
                 f"(n, {size}, {size}): by u and by v"
             )
+        by_u, by_v = (np.asarray(one, dtype=float) for one in given)
         none = Tangents(
             by_u,
             by_v,

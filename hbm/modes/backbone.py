@@ -26,6 +26,7 @@ from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.modes.stuck_modes import seen_alone, stuck_modes
 from tipdamp.hbm.validation import (
     LEAST,
+    MOST,
     brief,
     check_harmonics,
     check_outputs,
@@ -107,9 +108,10 @@ def backbone(
 def _check_amplitudes(amplitudes: Sequence[float]) -> np.ndarray:
     given = numbers("amplitudes", amplitudes, "must be numbers in m")
     good = given.ndim == 1 and len(given) > 1 and np.isfinite(given).all()
-    if not good or given[0] <= LEAST or (np.diff(given) <= 0).any():
+    if not good or given[0] <= LEAST or given[-1] >= MOST or (np.diff(given) <= 0).any():
         raise InputError(
-            f"amplitudes = {brief(amplitudes)}: must be two or more in m, positive and ascending"
+            f"amplitudes = {brief(amplitudes)}: must be two or more in m, positive and ascending, "
+            f"below {MOST:g}"
         )
     return given
 

@@ -285,7 +285,8 @@ COUNTS_OR_AUTO = Kind("'auto', whole number or list", _or("auto", _each(whole, T
 COUNT_OR_AUTO = Kind("'auto' or whole number", _or("auto", whole))
 PHASE = Kind(
     "degrees, list, 'in_phase' or 'out_of_phase'",
-    _or("in_phase", _or("out_of_phase", _each(number, False))),
+    _or("in_phase", _or("out_of_phase", _each(number, True))),
+    alone=True,
 )
 VECTOR = Kind("[x, y, z]", _vector)
 TRIPLE = Kind("[x, y, z]", _triple)

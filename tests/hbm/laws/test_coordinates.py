@@ -120,6 +120,9 @@ BAD = {
     "derivative gives": lambda: four().add(
         OwnForce(energy_force, 4, lambda u, v: (u, v)), range(4)
     ),
+    r"derivative gives \(1, 4, 4\), must be two": lambda: four().add(
+        OwnForce(energy_force, 4, lambda u, v: energy_rate(u, v)[0]), range(4)
+    ),
 }
 
 

@@ -337,6 +337,10 @@ WRONG = {
     "mode zero": (dict(mode=0), "mode = 0: must be a whole number, 1 or more"),
     "amplitudes down": (dict(amplitudes=(1.0, 0.1)), r"amplitudes = \(1.0, 0.1\): must be two"),
     "amplitude alone": (dict(amplitudes=[1.0]), "must be two or more in m, positive and asc"),
+    "amplitude beyond all": (
+        dict(amplitudes=[1.0, 1e300]),
+        r"positive and ascending, below 1e\+100",
+    ),
     "amplitude zero": (dict(amplitudes=[0.0, 1.0]), "positive and ascending"),
     "no harmonic": (dict(harmonics=0), "harmonics = 0: a mode vibrates in order 1"),
     "blind output": (dict(outputs={"x": [0.0]}), "outputs: 'x', .* does not see mode 1"),

@@ -28,6 +28,7 @@ def with_keys(study, text):
         ('phase = "in_phase"', 1),
         ('phase = "out_of_phase"', -1),
         ("phase = [60]", 0.5 + 1j * np.sqrt(0.75)),
+        ("phase = 60", 0.5 + 1j * np.sqrt(0.75)),
         ("engine_order = 6\nblade_count = 24", 1j),
         ("engine_order = 24\nblade_count = 24", 1),
         ("amplitudes = [1, 0.25]\nphase = [-90]", -0.25j),
