@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tipdamp.hbm import fourier
+from tipdamp.hbm import fourier, tables
 from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
@@ -79,6 +79,15 @@ class Comparison:
         """Whether the integration is periodic and stayed on the orbit: then `difference` is an
         error."""
         return self.steady.periodic and not self.left
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "difference": f"{self.difference:.2e} of the amplitude",
+            "agrees": str(self.agrees),
+            "stable": "not known" if self.stable is None else str(self.stable),
+            "said": self.said,
+        }
+        return tables.notebook_table(f"Time integration at {self.hz:.6g} Hz", rows)
 
 
 def compare(

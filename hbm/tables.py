@@ -16,9 +16,11 @@ if TYPE_CHECKING:
     import xarray
     from pandas.core.frame import DataFrame
 
+    from tipdamp.hbm.fitting.result import DampingFit
     from tipdamp.hbm.following.result import Followed
     from tipdamp.hbm.modes.influence import Derivatives
     from tipdamp.hbm.modes.result import Backbone
+    from tipdamp.hbm.modes.synthesis import Synthesis
     from tipdamp.hbm.result import ForcedResponse
 
 
@@ -90,6 +92,20 @@ def mode_as_frame(mode: Backbone, kind: str) -> pandas.DataFrame:
     }
     columns |= {name: mode.amplitudes(name, kind) for name in mode.output_names.tolist()}
     return _frame(columns, "place")
+
+
+def synthesis_as_frame(made: Synthesis, kind: str) -> pandas.DataFrame:
+    """A row for each place: see `Synthesis.to_pandas`."""
+    names, amplitude = made.output_names.tolist(), made.amplitude(kind)
+    columns: dict[str, Any] = {"frequency": made.frequency}
+    return _frame(columns | dict(zip(names, amplitude.T, strict=True)), "place")
+
+
+def fit_as_frame(fit: DampingFit) -> pandas.DataFrame:
+    """A row for each unknown: see `DampingFit.to_pandas`."""
+    columns: dict[str, Any] = {"unknown": list(fit.names)}
+    columns |= {name: vars(fit)[name] for name in ("values", "low", "high", "start")}
+    return _frame(columns, "row")
 
 
 def followed_as_frame(peaks: Followed) -> pandas.DataFrame:

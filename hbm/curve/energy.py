@@ -2,11 +2,17 @@
 take."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tipdamp.hbm import tables
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.settings import DEFAULT
+from tipdamp.hbm.drawing import pictures
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -35,6 +41,22 @@ class EnergyBalance:
         rounding."""
         left = abs(self.input - self.damping - self.friction.sum())
         return left / max(abs(self.input), DEFAULT.no_input * self.apparent, np.finfo(float).tiny)
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw a bar for the input, for what the damping takes, and for each contact.
+
+        ax : axes of matplotlib to draw on; new ones without
+        Returns the axes. Raises InputError where matplotlib is not installed.
+        """
+        contacts = [(f"contact {c}", float(one)) for c, one in enumerate(self.friction)]
+        rows = [("input", self.input), ("damping", self.damping), *contacts]
+        return pictures.bars(rows[::-1], "energy of a period (J)", ax)
+
+    def _repr_html_(self) -> str:
+        friction = f"{self.friction.sum():.4g} J in {len(self.friction)} contacts"
+        rows = {"input": f"{self.input:.4g} J", "damping": f"{self.damping:.4g} J"}
+        rows |= {"friction": friction, "error": f"{self.error:.1e}"}
+        return tables.notebook_table("Energy of a period", rows)
 
 
 def excitation(balance: HarmonicBalance, forces: dict) -> dict[int, np.ndarray]:

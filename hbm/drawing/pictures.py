@@ -28,6 +28,7 @@ from tipdamp.hbm.drawing.figure import (
     INK,
     ORANGE,
     VERMILION,
+    Band,
     Curve,
     Item,
     Line,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.named_point import NamedPoint
     from tipdamp.hbm.result import ForcedResponse
 
+BAR = 0.3  # half the thickness of a bar
 CYCLE = (BLUE, VERMILION, GREEN, ORANGE, INK)
 UNITS = {"m": 1.0, "mm": 1e3, "um": 1e6}
 KEPT_STATIONS = "kept stations on each side"
@@ -171,6 +173,17 @@ def over_frequency(hz: np.ndarray, amplitude: np.ndarray, name: str, unit: str, 
     response."""
     line = Curve(hz, factor_of(unit) * amplitude, name, INK, "dashdot")
     return on_axes(Panel("", "frequency (Hz)", f"amplitude ({SHOWN[unit]})", (line,)), ax)
+
+
+def bars(rows: Sequence[tuple[str, float]], label: str, ax: Any) -> Any:
+    """A bar for each (name, value), the first below."""
+    items: list[Item] = [Curve([0.0, 0.0], [0.0, len(rows)], "", INK, width=0.8)]
+    for i, (_, value) in enumerate(rows):
+        low, high = np.full(2, i + 0.45 - BAR), np.full(2, i + 0.45 + BAR)
+        color = VERMILION if value > 0 else BLUE
+        items.insert(i, Band(np.array([0.0, value]), low, high, "", color, 0.9))
+    panel = Panel("", label, "", tuple(items), y_names=[name for name, _ in rows])
+    return on_axes(panel, ax)
 
 
 def preload_map(pairs: ContactTable, side: str, ax: Any) -> Any:

@@ -136,6 +136,7 @@ def fit_damping(
         low=found * np.exp(-half),
         high=found * np.exp(half),
         start=first,
+        measured=tuple(inside),
         computed=tuple(solved.computed),
         misfit=tuple(
             _misfit(one, computed) for one, computed in zip(inside, solved.computed, strict=True)

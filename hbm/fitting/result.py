@@ -1,13 +1,21 @@
 """Measured responses that a fit takes, and what it finds."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tipdamp.hbm import tables
 from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.drawing import pictures
+from tipdamp.hbm.drawing.figure import Curve, Item, Marks, Panel
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.validation import numbers, positive
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
 
 MOST_MISFIT = 0.05  # above what scatter of a measurement is, a root mean square
 
@@ -85,8 +93,8 @@ class DampingFit:
     names (p,); values, low, high, start (p,) : damping ratios, and factors on mu ('mu'), on kn and
         kt ('stiffness') or on a measured curve; low to high is the 95 % interval, from the scatter
         about the fit
-    computed : for each measured curve (n,) m, as it was measured, on the measured frequencies of
-        the band
+    measured : the measured responses, in the band; computed : for each of them (n,) m, as it was
+        measured, at its frequencies
     misfit : for each of them the root mean square of the difference, weighted by the deviations,
         relative to its largest
     iterations; converged : whether the last step was small
@@ -109,6 +117,7 @@ class DampingFit:
     low: np.ndarray
     high: np.ndarray
     start: np.ndarray
+    measured: tuple[MeasuredResponse, ...]
     computed: tuple[np.ndarray, ...]
     misfit: tuple[float, ...]
     iterations: int
@@ -133,8 +142,35 @@ class DampingFit:
 
     def __str__(self) -> str:
         """A line for each unknown."""
+        return "\n".join(f"{name} {said}" for name, said in self._said().items())
+
+    def _said(self) -> dict[str, str]:
         rows = zip(self.names, self.values, self.low, self.high, self.start, strict=True)
-        return "\n".join(
-            f"{name} {value:.4g} ({low:.4g} to {high:.4g}), from {start:.4g}"
+        return {
+            name: f"{value:.4g} ({low:.4g} to {high:.4g}), from {start:.4g}"
             for name, value, low, high, start in rows
-        )
+        }
+
+    def plot(self, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
+        """Draw the amplitudes: hollow circles as measured, lines as the fit computes them.
+
+        unit : 'm', 'mm' or 'um'; ax : axes of matplotlib to draw on; new ones without
+        Returns the axes. Raises InputError where matplotlib is not installed.
+        """
+        factor, items = pictures.factor_of(unit), list[Item]()
+        for k, (one, found) in enumerate(zip(self.measured, self.computed, strict=True)):
+            color, of = pictures.free_color(ax, k), f"at level {one.level:g}"
+            y = factor * np.abs(one.response)
+            items.append(Marks(one.hz, y, "", color, filled=False, size=4.0))
+            items.append(Curve(one.hz, factor * np.abs(found), f"fit {of}", color))
+        label = f"harmonic ({pictures.SHOWN[unit]})"
+        return pictures.on_axes(Panel("", "frequency (Hz)", label, tuple(items)), ax)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A row for each unknown: its name, value, the ends of its interval and what it started
+        from. Raises InputError where pandas is not installed."""
+        return tables.fit_as_frame(self)
+
+    def _repr_html_(self) -> str:
+        rows = self._said() | {"misfit": ", ".join(f"{one:.2%}" for one in self.misfit)}
+        return tables.notebook_table("Fit to measured responses", rows)

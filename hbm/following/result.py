@@ -122,6 +122,17 @@ class Followed(ArrayRecord):
         not installed."""
         return tables.followed_as_frame(self)
 
+    def _repr_html_(self) -> str:
+        p, h = self.parameter, self.height
+        rows = {
+            f"{which} height": f"{h[i]:.4g} m at {self.parameter_name} {p[i]:.6g}, "
+            f"{self.frequency[i]:.6g} Hz"
+            for which, i in (("lowest", h.argmin()), ("largest", h.argmax()))
+        }
+        rows |= {"places": f"{len(self)}", "harmonics": f"{self.H}", "ended": self.ended}
+        caption = f"{self.what} of '{self.output}' over {self.parameter_name}".capitalize()
+        return tables.notebook_table(caption, rows)
+
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
         path = Path(path)

@@ -9,7 +9,6 @@ import numpy as np
 
 from tipdamp.hbm import tables
 from tipdamp.hbm.drawing import pictures
-from tipdamp.hbm.drawing.figure import BLUE, INK, VERMILION, Band, Curve, Panel
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.untrusted import open_npz
 
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
 
-BAR = 0.3  # half the thickness of a bar
 WHAT = ("amplitude", "frequency")
 
 
@@ -72,17 +70,26 @@ class Derivatives:
         else:
             self.total(setting)
             rows = [(f"contact {c}", one / size) for c, one in enumerate(by[setting])][::-1]
-        bars = [_bar(i, v) for i, (_, v) in enumerate(rows)]
         label = f"{of}, % by 1 %" + ("" if setting is None else f" of {setting}")
-        names = [name for name, _ in rows]
-        zero = Curve([0.0, 0.0], [0.0, len(rows)], "", INK, width=0.8)
-        return pictures.on_axes(Panel("", label, "", (*bars, zero), y_names=names), ax)
+        return pictures.bars(rows, label, ax)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """A row for each setting of each contact: by how much one per cent more of it changes the
         amplitude and the frequency, in per cent. Raises InputError where pandas is not
         installed."""
         return tables.influence_as_frame(self)
+
+    def _repr_html_(self) -> str:
+        of = {"amplitude": self.amplitude, "frequency": self.frequency}
+        rows = {
+            name: ", ".join(
+                f"{part / of[what]:+.3g} % in {what}"
+                for what, part in zip(("frequency", "amplitude"), self.total(name), strict=True)
+                if np.isfinite(of[what])
+            )
+            for name in self.amplitude_by
+        }
+        return tables.notebook_table(f"By 1 % more, at {self.frequency:.6g} Hz", rows)
 
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays, to lie beside that of the curve."""
@@ -109,9 +116,3 @@ class Derivatives:
                 return cls(float(z["frequency"]), float(z["amplitude"]), **parts)
         except (OSError, ValueError, KeyError) as error:
             raise InputError(f"{path}: is not what Derivatives.save writes ({error})") from None
-
-
-def _bar(i: int, v: float) -> Band:
-    """From 0 to v, beside the name that stands at i + 0.45."""
-    low, high = np.full(2, i + 0.45 - BAR), np.full(2, i + 0.45 + BAR)
-    return Band(np.array([0.0, v]), low, high, "", VERMILION if v > 0 else BLUE, 0.9)

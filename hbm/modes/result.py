@@ -104,6 +104,18 @@ class Backbone(ArrayRecord):
         Raises InputError where pandas is not installed."""
         return tables.mode_as_frame(self, kind)
 
+    def _repr_html_(self) -> str:
+        a, f, zeta = self.amplitude, self.frequency, self.damping_ratio
+        rows = {
+            "amplitude": f"{a.min():.4g} to {a.max():.4g} m",
+            "frequency": f"{f.max():.6g} to {f.min():.6g} Hz",
+            "damping ratio": f"up to {zeta.max():.3%}, at {a[zeta.argmax()]:.4g} m",
+            "places": f"{len(a)}",
+            "harmonics": f"{self.H}",
+            "ended": self.ended,
+        }
+        return tables.notebook_table(f"Backbone of mode {self.mode}", rows)
+
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
         path = Path(path)

@@ -12,21 +12,27 @@ contacts add: a hysteresis does the same work at any frequency.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq
 
-from tipdamp.hbm import fourier
+from tipdamp.hbm import fourier, tables
 from tipdamp.hbm.amplitude import amplitude
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord
 from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.modes.stuck_modes import stuck_modes
 from tipdamp.hbm.validation import brief, check_forcing, numbers
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.axes import Axes
 
 FINER = 20  # places between two points of the backbone
 NEARER = 0.5 ** np.arange(1, 12)  # of the last way to the peak: places on it
@@ -74,10 +80,7 @@ class Synthesis(ArrayRecord):
     def peak(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
         """(Hz, m) of the peak of the mode: the maximum uphill from its phase resonance; NaN where
         the backbone does not reach it. Another one further away is that of a linear mode."""
-        names = self.output_names.tolist()
-        if name not in names:
-            raise InputError(f"output '{name}' is not in this synthesis; {nearest(name, names)}")
-        j = names.index(name)
+        j = self._column(name)
         if not self.peak_reached:
             return float("nan"), float("nan")
         a = self.amplitude(kind)[:, j]
@@ -86,6 +89,38 @@ class Synthesis(ArrayRecord):
             while 0 <= i + step < len(a) and a[i + step] > a[i]:
                 i += step
         return float(self.frequency[i]), float(a[i])
+
+    def _column(self, name: str) -> int:
+        names = self.output_names.tolist()
+        if name not in names:
+            raise InputError(f"output '{name}' is not in this synthesis; {nearest(name, names)}")
+        return names.index(name)
+
+    def plot(self, name: str | None = None, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
+        """Draw half of peak to peak of an output, as it stands among the curves of a forced
+        response.
+
+        name : of the output, the first without; unit : 'm', 'mm' or 'um'; ax : axes of matplotlib
+            to draw on; new ones without
+        Returns the axes. Raises InputError where matplotlib is not installed, and for an unknown
+        output.
+        """
+        a = self.amplitude()[:, 0 if name is None else self._column(name)]
+        return pictures.over_frequency(self.frequency, a, "synthesis", unit, ax)
+
+    def to_pandas(self, kind: str = "half_peak_to_peak") -> "pandas.DataFrame":
+        """A row for each place: frequency in Hz and the amplitude of each output in m, of a kind as
+        in `amplitude`. Raises InputError where pandas is not installed."""
+        return tables.synthesis_as_frame(self, kind)
+
+    def _repr_html_(self) -> str:
+        rows = {
+            f"peak of {name}": "{1:.4g} m at {0:.6g} Hz".format(*self.peak(name))
+            if self.peak_reached
+            else "beyond the backbone"
+            for name in self.output_names.tolist()
+        }
+        return tables.notebook_table("Synthesis from a backbone", rows | {"said": self.said})
 
 
 def synthesis(

@@ -2,10 +2,15 @@
 of the bodies."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tipdamp.hbm import tables
 from tipdamp.hbm.contact import ContactTable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,19 @@ class StaticForces:
     balance: float | None
     iterations: int
     method: str
+
+    def plot(self, side: str | None = None, ax: "Axes | None" = None) -> "Axes":
+        """Draw the preload map of a side, as `ContactTable.plot`."""
+        return self.pairs.plot(side, ax)
+
+    def _repr_html_(self) -> str:
+        rows = {}
+        for side in self.pairs.sides:
+            force = self.force[self.pairs.side == side]
+            closed = f"{int((force > 0).sum())} of {len(force)} pairs closed"
+            rows[f"side '{side}'"] = f"{closed}, {force.sum():.4g} N"
+        rows |= {one.name: f"{one.load:.4g} {one.unit}, no contact resists" for one in self.motions}
+        return tables.notebook_table("Preload", rows)
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import pytest
 from tipdamp import (
     CubicSpring,
     Jenkins1D,
+    MeasuredResponse,
     Problem,
     Search,
     backbone,
@@ -17,7 +18,12 @@ from tipdamp import (
     contact_cycles,
     curves_beside,
     detach_until,
+    energy_balance,
+    fit_damping,
+    follow_peak,
+    peak_derivatives,
     preload,
+    synthesis,
 )
 from tipdamp.hbm.drawing.branches import branch_lines, error_band
 from tipdamp.hbm.errors import InputError
@@ -280,6 +286,85 @@ def test_notebooks_show_a_table(folded):
     assert "fold" in shown[0] and "side &#x27;left&#x27;" in shown[2]
     point = folded.at(0.12)
     assert f"0.12 Hz, x {point.amplitude().item():.4g} m" in repr(point)
+
+
+@pytest.fixture(scope="module")
+def mode(slipping):
+    return backbone(slipping, 1, (1e-7, 1e-3), outputs={"tip": 0}, harmonics=3)
+
+
+@pytest.fixture(scope="module")
+def made(mode, slipping):
+    return synthesis(mode, slipping, [5.0])
+
+
+@pytest.fixture(scope="module")
+def fit(slipping, rubbed):
+    every = slice(None, None, 8)
+    tip = rubbed.amplitude("harmonic")[every, 0]
+    measured = MeasuredResponse(rubbed.frequency[every], tip, [1.0], level=5.0)
+    guess = replace(slipping.contact_problem, damping_ratio=0.012)
+    return fit_damping(guess, [1.0], [measured])
+
+
+def test_a_fit_draws_what_was_measured_and_what_it_computes(fit):
+    ax = fit.plot(unit="um")
+    measured, line = ax.lines
+    assert measured.get_marker() == "o" and line.get_label() == "fit at level 5"
+    assert measured.get_ydata() == pytest.approx(1e6 * fit.measured[0].response)
+    assert line.get_ydata() == pytest.approx(measured.get_ydata(), rel=1e-4)
+    pytest.importorskip("pandas")
+    (row,) = fit.to_pandas().itertuples()
+    assert row.unknown == "damping ratio" and row.values == pytest.approx(0.01, rel=1e-4)
+
+
+def test_a_synthesis_stands_among_curves(made, rubbed):
+    ax = made.plot(unit="um", ax=rubbed.plot(unit="um"))
+    line = ax.lines[-1]
+    assert line.get_label() == "synthesis"
+    assert line.get_ydata().max() == pytest.approx(1e6 * made.peak("tip")[1])
+    with pytest.raises(InputError, match="output 'y' is not in this synthesis"):
+        made.plot("y")
+    pytest.importorskip("pandas")
+    frame = made.to_pandas()
+    assert list(frame) == ["frequency", "tip"] and frame["tip"].max() == made.peak("tip")[1]
+
+
+def test_an_energy_balance_has_a_bar_for_each_taker(rubbed, slipping):
+    energy = energy_balance(rubbed, slipping, int(rubbed.amplitude()[:, 0].argmax()))
+    ax = energy.plot()
+    ends = {
+        name.get_text(): bar.get_path().vertices[:, 0].max()
+        for name, bar in zip(ax.get_yticklabels(), ax.patches, strict=True)
+    }
+    assert list(ends) == ["contact 0", "damping", "input"]
+    assert ends["input"] == pytest.approx(ends["damping"] + ends["contact 0"], rel=1e-6)
+    assert "1 contacts" in energy._repr_html_()
+
+
+def test_a_preload_draws_its_map():
+    model, pairs = two_blades()
+    found = preload(model, pairs, model.loads["pull"])
+    assert len(found.plot("right").lines) == len(found.pairs.plot("right").lines) > 0
+    n = len(pairs) // 2
+    assert f"{n} of {n} pairs closed" in found._repr_html_()
+
+
+def test_notebooks_show_results_in_words(fit, made, mode, rubbed, slipping):
+    given = dict(outputs={"tip": [1.0]}, band=(600, 1000), harmonics=1)
+    peaks = follow_peak(slipping, [5.0], "level", (1.0, 2.0), **given)
+    by = peak_derivatives(rubbed, slipping, "tip")
+    compared = compare(rubbed, slipping, 760.0)
+    shown = {
+        "0.01 (": fit,
+        f"{made.peak('tip')[1]:.4g} m": made,
+        mode.ended: mode,
+        f"{peaks.height.max():.4g} m at level 2": peaks,
+        f"{by.total('mu')[1] / by.amplitude:+.3g} % in amplitude": by,
+        compared.said: compared,
+    }
+    for words, one in shown.items():
+        assert words in one._repr_html_(), words
 
 
 @pytest.mark.parametrize(
