@@ -37,5 +37,6 @@ def test_runs_and_draws(path, tmp_path, monkeypatch):
         plt.close("all")
 
 
-def test_first_dozen_is_there():
-    assert len(EXAMPLES) >= 12
+def test_as_many_are_there_as_the_readme_says():
+    assert "has thirty short examples" in (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(EXAMPLES) >= 30

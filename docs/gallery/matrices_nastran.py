@@ -1,12 +1,13 @@
 """Matrices from Nastran
 
 A punch (EXTSEOUT(DMIGPCH) or PARAM,EXTOUT,DMIGPCH) names the node and dof of each entry itself:
-the model needs no table. OUTPUT4 (.op4) and OUTPUT2 (.op2) are read too.
+the model needs no table. OUTPUT4 (.op4) needs one, as OUTPUT2 (.op2) does, which pyNastran reads.
 """
 
 import numpy as np
 
 from tipdamp import Jenkins1D, Problem, ReducedModel, natural_frequencies
+from tipdamp.hbm.matrices_out import write_model
 
 # Two masses of 20 kg on springs of 30 kN/mm, as Nastran punches them
 entries = {"KAAX": (60e6, -30e6, 30e6), "MAAX": (20.0, 0.0, 20.0)}
@@ -19,6 +20,7 @@ for name, (a11, a21, a22) in entries.items():
 open("blade.pch", "w").write("\n".join(lines) + "\n")
 
 model = ReducedModel.from_files("blade.pch", "blade.pch")
+op4, dofs = write_model(model, ".", "op4")
 tip = model.dofs("body", 102)[0]
 blade = Problem(model.M, K=model.K, damping_ratio=0.002).add(
     Jenkins1D(), tip, kt=1e7, mu=0.4, preload=500
@@ -28,4 +30,5 @@ curve.plot(unit="um")
 
 golden = np.array([np.sqrt(5) - 1, np.sqrt(5) + 1]) / 2  # of a chain of two: closed form
 expected = np.sqrt(30e6 / 20.0) * golden / (2 * np.pi)
-assert np.allclose(natural_frequencies(model), expected)
+for one in (model, ReducedModel.from_files(op4, op4, dofs=dofs)):
+    assert np.allclose(natural_frequencies(one), expected)

@@ -1,11 +1,12 @@
-"""A chain with three kinds of force
+"""A chain with three kinds of force, a MixedLaw
 
-Friction, a gap and a cubic spring stand in one chain of masses, each where `add` puts it.
+Friction, a gap and a cubic spring stand in one chain of masses, each where `Problem.add` puts it;
+its `contact_problem` has them as one law.
 """
 
 import numpy as np
 
-from tipdamp import CubicSpring, Jenkins1D, Problem, UnilateralSpring
+from tipdamp import CubicSpring, Jenkins1D, MixedLaw, Problem, UnilateralSpring
 
 n, k = 5, 1e4
 springs = k * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
@@ -19,4 +20,7 @@ chain = (
 curve = chain.follow_band((6, 18), outputs={"first": 0, "last": 4}, harmonics=5)
 curve.plot(unit="mm")
 
+law = chain.contact_problem.law
+assert isinstance(law, MixedLaw)
+assert {type(part) for part in law.laws} == {Jenkins1D, UnilateralSpring, CubicSpring}
 assert curve.complete and curve.force_residual.max() < 1e-8
