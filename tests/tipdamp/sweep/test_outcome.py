@@ -3,8 +3,10 @@ disk leaves."""
 
 import csv
 import errno
+import re
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -70,6 +72,27 @@ def test_one_labelled_data_set(sweep):
     xarray.testing.assert_identical(
         xarray.load_dataset(folder(sweep) / NETCDF)["peak_m"], found["peak_m"]
     )
+
+
+def test_the_page_reads_it(sweep, monkeypatch):
+    """docs/sweeps.md, with the pull of a model in the place of a damper's."""
+    pytest.importorskip("xarray")
+    sweep.write_text(KILO + SWEEP.replace("[[0.005, 0.008], [0.005]]", "[0.005, 0.008]"))
+    assert swept(sweep) == 0
+    monkeypatch.chdir(sweep.parent)
+    page = (Path(__file__).parents[3] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    names: dict = {}
+    exec(compile(block.replace("damper.pull", "model.pull"), "sweeps.md", "exec"), names)
+    assert names["peak"].dims == ("case", "curve")
+    assert dict(names["table"].sizes) == {
+        "model.pull": 2,
+        "respond.levels": 2,
+        "curve": 1,
+        "patch": 2,
+    }
+    levels = names["table"].peak_m.sel({"model.pull": 0.06, "patch": "patch_1"})
+    assert levels.shape == (1, 2) and (levels > 0).all()
 
 
 def test_a_table_of_all_curves(sweep):
