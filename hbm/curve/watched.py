@@ -1,5 +1,7 @@
-"""A line that says how far a curve is, where somebody watches: in a terminal or a notebook."""
+"""A line that says how far a curve, or what is made of many, is, where somebody watches: in a
+terminal or a notebook."""
 
+import math
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -16,10 +18,11 @@ Progress = Callable[[float, float, int], None]
 
 @contextmanager
 def watched(
-    given: Progress | bool | None, first: float, last: float, unit: str
+    given: Progress | bool | None, first: float, last: float, unit: str, by_factors: bool = False
 ) -> Iterator[Progress | None]:
     """What is called at each point: the given function; where None is given, a line that is
-    overwritten and goes at the end, after a moment's patience.
+    overwritten and goes at the end, after a moment's patience. by_factors : whether the steps grow
+    with the value, as over an amplitude; where both ends are of one sign.
 
     Nothing where False is given, in a pipe, and in processes that others started.
     """
@@ -27,7 +30,7 @@ def watched(
     if stream is None:
         yield given if callable(given) else None
         return
-    line = _ProgressLine(stream, first, last, unit)
+    line = _ProgressLine(stream, first, last, unit, by_factors and first * last > 0)
     try:
         yield line
     finally:
@@ -59,15 +62,18 @@ class _ProgressLine:
     """`line(value, step, calls)` of a curve between two values; its share never falls, though a
     branch may fold."""
 
-    def __init__(self, stream: TextIO, first: float, last: float, unit: str) -> None:
-        self.stream, self.first, self.last, self.unit = stream, first, last, unit
+    def __init__(
+        self, stream: TextIO, first: float, last: float, unit: str, by_factors: bool = False
+    ) -> None:
+        self.stream, self.unit, self.by_factors = stream, unit, by_factors
+        self.first, self.last = self._place(first), self._place(last)
         self.began = time.monotonic()
         self.next, self.points, self.width = self.began + PATIENCE, 0, 0
         self.share = 0.0
 
     def __call__(self, value: float, step: float, calls: int) -> None:
         self.points += step != 0
-        share = (value - self.first) / (self.last - self.first)
+        share = (self._place(value) - self.first) / (self.last - self.first)
         self.share = min(max(share, self.share), 1.0)
         now = time.monotonic()
         if now < self.next:
@@ -76,6 +82,9 @@ class _ProgressLine:
         bar = ("#" * round(BAR * self.share)).ljust(BAR, ".")
         said = f"{bar} {value:.6g}{self.unit}, {self.points} points, {now - self.began:.0f} s"
         self._write(said)
+
+    def _place(self, value: float) -> float:
+        return math.log(max(abs(value), sys.float_info.min)) if self.by_factors else value
 
     def clear(self) -> None:
         """Nothing remains of it."""

@@ -10,7 +10,7 @@ Jacobian of the balance.
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,11 +26,12 @@ from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import restored
+from tipdamp.hbm.curve.watched import Progress, watched
 from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.fitting.result import DampingFit, MeasuredResponse
 from tipdamp.hbm.modes.derivatives import by_factor
 from tipdamp.hbm.response import follow_band
-from tipdamp.hbm.validation import check_whole
+from tipdamp.hbm.validation import check_settings, check_whole
 
 STEPS, HALVINGS = 40, 8
 LONGEST = 0.7  # step in the logarithm of an unknown
@@ -85,6 +86,7 @@ def fit_damping(
     harmonics: int = 5,
     start: str | np.ndarray = "zero_slider",
     samples: int | None = None,
+    progress: Callable[[float, float, int], None] | bool | None = None,
 ) -> DampingFit:
     """Damping ratios with which a problem, its contacts included, responds as was measured.
 
@@ -97,6 +99,9 @@ def fit_damping(
         stiffness is known, on its frequencies, as from one mounting to the next
     band : Hz, of the measured points that count; default: all
     harmonics, start, samples : as in CurveOptions
+    progress : function (hz, step, calls), called at each point of the curves that are followed and
+        at each measured one; without one a terminal or a notebook shows a line, and False shows
+        nothing
 
     Raises InputError where no measured point lies in the band, there are not more values than
     unknowns, or the curves do not tell an unknown, which is named.
@@ -126,7 +131,11 @@ def fit_damping(
             f"fit_damping: {values} measured values for {len(fit.unknowns)} unknowns "
             f"({', '.join(fit.names)}): more values than unknowns are needed"
         )
-    theta, solved, iterations, converged = fit.best()
+    check_settings(None, progress)
+    hz = np.concatenate([one.hz for one in inside])
+    with watched(progress, hz.min(), hz.max(), " Hz") as told:
+        fit.progress = told or False
+        theta, solved, iterations, converged = fit.best()
     half = fit.half_widths(solved)
     first = np.array([one.start for one in fit.unknowns])
     found = first * np.exp(theta)
@@ -205,6 +214,7 @@ class _Residuals:
         self.start, self.force, self.measured = start, force, measured
         self.unknowns, self.options = unknowns, options
         self.names = tuple(one.name for one in unknowns)
+        self.progress: Progress | Literal[False] = False
 
     def problem_at(self, theta: np.ndarray) -> ContactProblem:
         """With the unknowns at exp(theta) of what they start from."""
@@ -274,7 +284,7 @@ class _Residuals:
                 forces = {1: one.level * self.force}
                 old = before.equations[k]
                 equation = replace(old, balance=old.balance.rebuilt(problem, forces))
-                points = _from_guesses(equation, hz, guesses)
+                points = _from_guesses(equation, hz, guesses, self.progress)
             if points is None:
                 equation, points = self._followed(problem, one, hz)
             gain = self._factor(theta, "amplitude", k)
@@ -299,6 +309,7 @@ class _Residuals:
             one.level * self.force,
             (low, high),
             **{**self.options, "outputs": rows, "at": hz, "truncation": False, "peaks": []},
+            progress=self.progress,
         )
         equation, points = restored(curve, problem)
         found = []
@@ -405,7 +416,10 @@ class _Residuals:
 
 
 def _from_guesses(
-    equation: Equation, hz: np.ndarray, guesses: Sequence[np.ndarray]
+    equation: Equation,
+    hz: np.ndarray,
+    guesses: Sequence[np.ndarray],
+    progress: Progress | Literal[False],
 ) -> list[Point] | None:
     found = []
     for value, x in zip(hz, guesses, strict=True):
@@ -413,6 +427,8 @@ def _from_guesses(
         point = solve_fixed(equation.evaluate, x, p, equation.weights, max_calls=CALLS)
         if not point.converged:
             return None
+        if progress:
+            progress(float(value), 1.0, point.iterations)
         found.append(point)
     return found
 

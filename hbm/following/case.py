@@ -14,6 +14,7 @@ from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.outputs import ModalRows
+from tipdamp.hbm.curve.watched import Progress
 from tipdamp.hbm.following.extremum import Slope
 from tipdamp.hbm.following.start import folds, highest_peak
 from tipdamp.hbm.response import follow_band
@@ -35,7 +36,7 @@ class Extreme(NamedTuple):
 @dataclass(frozen=True)
 class Case:
     """What is followed. rows (m, r) and names of all outputs, of which those of `columns` are
-    measured, and the largest of them counts."""
+    measured, and the largest of them counts; progress - of `curve.watched`."""
 
     problem: ContactProblem
     forces: dict
@@ -50,6 +51,7 @@ class Case:
     start: str | np.ndarray | None
     samples: int | None
     settings: Settings
+    progress: Progress | None = None
 
     @property
     def orders(self) -> list[int]:
@@ -82,6 +84,12 @@ class Case:
     ) -> tuple[ForcedResponse, ContactProblem]:
         """(curve over the band, or over another one, its problem) at a value of the parameter."""
         problem, forces = self.parameter.rebuild(self.problem, self.forces, value)
+        told = self.progress
+
+        def alive(hz: float, step: float, calls: int) -> None:
+            if told:
+                told(value, 0.0, calls)
+
         curve = follow_band(
             problem,
             forces,
@@ -93,6 +101,7 @@ class Case:
             truncation=False,
             start=self.start,
             guess=guess,
+            progress=alive,
         )
         return curve, problem
 

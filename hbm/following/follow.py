@@ -5,6 +5,7 @@ peaks = follow_peak(problem, F, "level", (1, 300), outputs={"tip": row}, band=(9
 
 import time
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -17,6 +18,7 @@ from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
 from tipdamp.hbm.curve.checked_input import Forcing
 from tipdamp.hbm.curve.options import given_options, options_named
 from tipdamp.hbm.curve.trace import NO_PERIOD, slides
+from tipdamp.hbm.curve.watched import Progress, watched
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.highest import Path, highest
@@ -76,8 +78,10 @@ def follow_peak(
     """
     began = time.perf_counter()
     case, given, ends = _checked("peak", problem, forcing, parameter, between, options)
-    case = replace(case, columns=_columns(output, case.names), kind=one_of("kind", kind, KINDS))
-    path = highest(case, _first(case, ends[0], None), ends, given.progress)
+    columns, kind = _columns(output, case.names), one_of("kind", kind, KINDS)
+    with _watched(given, between, case) as progress:
+        case = replace(case, columns=columns, kind=kind, progress=progress)
+        path = highest(case, _first(case, ends[0], None), ends)
     return _record(path, _wanted(case, given, between), began)
 
 
@@ -106,7 +110,9 @@ def follow_fold(
     """
     began = time.perf_counter()
     case, given, ends = _checked("fold", problem, forcing, parameter, between, options)
-    run = run_from(case, _first(case, ends[0], near), ends, given.progress)
+    with _watched(given, between, case) as progress:
+        case = replace(case, progress=progress)
+        run = run_from(case, _first(case, ends[0], near), ends)
     if run is None:
         raise InputError(
             f"the fold at {case.named(ends[0])} is not smooth enough to be followed; begin at "
@@ -152,6 +158,13 @@ def _checked(
     )
     first, last = interval("between", between)
     return case, given, (parameter.scale * first, parameter.scale * last)
+
+
+def _watched(
+    given: FollowOptions, between: Sequence[float], case: Case
+) -> AbstractContextManager[Progress | None]:
+    first, last = interval("between", between)
+    return watched(given.progress, first, last, case.parameter.unit, by_factors=True)
 
 
 def _columns(output: Sequence[str] | None, names: list[str]) -> tuple[int, ...]:

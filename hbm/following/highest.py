@@ -58,11 +58,11 @@ class Path:
         return None
 
 
-def highest(case: Case, top: Extreme, ends: tuple[float, float], progress: Callable | None) -> Path:
+def highest(case: Case, top: Extreme, ends: tuple[float, float]) -> Path:
     """The highest peak from a top at the first of two values, in units of the branch."""
     path, value, back = Path(case, ends), ends[0], None
     for _ in range(MOST_TAKEN_UP):
-        run = _forward(path, top, value, progress)
+        run = _forward(path, top, value)
         if back is not None and not run.fitted:  # one branch, to both sides of its top
             path.runs.pop()
             run = replace(run, points=[*back.points, *run.points[1:]], calls=back.calls + run.calls)
@@ -85,7 +85,7 @@ def highest(case: Case, top: Extreme, ends: tuple[float, float], progress: Calla
     return path
 
 
-def _forward(path: Path, top: Extreme, value: float, progress: Callable | None) -> Run:
+def _forward(path: Path, top: Extreme, value: float) -> Run:
     """The run from a top; where a kink stands at the peak, one of fitted places up to its end."""
     case, (first, last) = path.case, path.ends
 
@@ -93,7 +93,7 @@ def _forward(path: Path, top: Extreme, value: float, progress: Callable | None) 
         heights = case.heights(point.detail.found)
         return heights[list(case.columns)].max() > (1 + HIGHER) * heights[top.column]
 
-    run = run_from(case, top, (value, last), progress, watch)
+    run = run_from(case, top, (value, last), watch)
     if run is not None and (not run.why or len(run.points) > 1):
         return run
     equation, _ = begin_at(case, top, value)
@@ -154,7 +154,7 @@ def _take_up(path: Path, top: Extreme, value: float) -> Run | None:
         return known is not None and case.heights(point.detail.found)[top.column] < known
 
     why, end = path.runs[-1].why, path.runs[-1].points[-1]
-    back = run_from(case, top, (value, path.ends[0]), None, until_lower)
+    back = run_from(case, top, (value, path.ends[0]), until_lower)
     if back is None:
         path.said.append(f"{why}; another peak was taken up" if why else _at_the_end(path, top))
         if path.complete:

@@ -20,7 +20,7 @@ class FollowKeywords(TypedDict, total=False):
     start: str | np.ndarray | None
     samples: int | None
     settings: Settings | None
-    progress: Callable[[float, float, int], None] | None
+    progress: Callable[[float, float, int], None] | bool | None
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,8 @@ class FollowOptions:
         ends: in it the highest peak counts
     harmonics, start, samples, settings : as in CurveOptions
     at : values of the parameter at which the peak is solved
-    progress : function (value, step, calls), called at each place
+    progress : function (value, step, calls), called at each place, and with step 0 on whole curves;
+        without one a terminal or a notebook shows a line, and False shows nothing
     """
 
     outputs: Mapping[str, ArrayLike]
@@ -42,4 +43,4 @@ class FollowOptions:
     start: str | np.ndarray | None = None
     samples: int | None = None
     settings: Settings | None = None
-    progress: Callable[[float, float, int], None] | None = None
+    progress: Callable[[float, float, int], None] | bool | None = None

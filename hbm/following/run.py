@@ -105,7 +105,6 @@ def run_from(
     case: Case,
     top: Extreme,
     ends: tuple[float, float],
-    progress: Callable | None,
     found: Callable[[Point], bool] = lambda point: False,
 ) -> Run | None:
     """The branch from a top at the first of two values (units of the branch) towards the second;
@@ -119,7 +118,8 @@ def run_from(
     equation, begin = begin_at(case, top, ends[0])
     if begin is None:
         return None
-    budget = Budget(settings, progress, ends[0], len(equation.weights))
+    first = ends[0] / case.parameter.scale
+    budget = Budget(settings, case.progress, first, len(equation.weights))
     sign = np.sign(begin.detail.curvature)
 
     def report(point: Point, step: float) -> None:

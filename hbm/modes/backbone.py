@@ -20,6 +20,7 @@ from tipdamp.hbm.continuation.follow import Budget, follow
 from tipdamp.hbm.continuation.point import Point, failed
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.trace import slides
+from tipdamp.hbm.curve.watched import watched
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.modes.free_motion import ModeEquation
 from tipdamp.hbm.modes.result import Backbone
@@ -55,7 +56,7 @@ def backbone(
     harmonics: int = 5,
     samples: int | None = None,
     settings: Settings | None = None,
-    progress: Callable[[float, float, int], None] | None = None,
+    progress: Callable[[float, float, int], None] | bool | None = None,
 ) -> Backbone:
     """The nonlinear mode that begins as a mode of the stuck system, over its amplitude, by the
     extended periodic motion concept [Krack 2015].
@@ -66,7 +67,8 @@ def backbone(
         followed from the first to the last; at each in between it is solved
     outputs : {name: a dof, or the (r,) row that takes the output out of q}
     harmonics : H, orders 0..H are kept; samples, settings : as in CurveOptions
-    progress : function (amplitude, step, calls), called at each point
+    progress : function (amplitude, step, calls), called at each point; without one a terminal or a
+        notebook shows a line, and False shows nothing
 
     Forces of the problem play no part, its damping counts: `damping_ratio` is that of structure and
     contacts together, by which a force that balances it at phase resonance is known. Raises
@@ -91,14 +93,15 @@ def backbone(
             f"amplitudes begin at {at[0]:g} m: no free motion of mode {mode} was found there; "
             "begin lower"
         )
-    budget = Budget(settings, progress, at[0], len(equation.weights))
+    with watched(progress, at[0], at[-1], " m", by_factors=True) as told:
+        budget = Budget(settings, told, at[0], len(equation.weights))
 
-    def report(point: Point, step: float) -> None:
-        budget.point(point.parameter, step, point.iterations)
+        def report(point: Point, step: float) -> None:
+            budget.point(point.parameter, step, point.iterations)
 
-    equation.balance.on_call = budget.call
-    branch = follow(equation.evaluate, begin, at[-1], equation.weights, settings, report)
-    equation.balance.on_call = None
+        equation.balance.on_call = budget.call
+        branch = follow(equation.evaluate, begin, at[-1], equation.weights, settings, report)
+        equation.balance.on_call = None
     _cut(branch)
     missed = insert_crossings(equation.evaluate, branch, at[1:-1], equation.weights, settings)
     _end_of_sticking(equation, branch, settings)

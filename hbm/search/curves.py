@@ -4,7 +4,7 @@ import itertools
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.curve.trace import record
 from tipdamp.hbm.curve.truncation import TruncationEstimate
+from tipdamp.hbm.curve.watched import Progress, watched
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.result import ForcedResponse
@@ -32,6 +33,9 @@ from tipdamp.hbm.stability.multipliers import Stability
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+# the cheapest way everywhere, before the others: the effort may not last
+WAYS = (Beside.above_level, Beside.over_level, Beside.from_starts)
 
 
 @dataclass(frozen=True)
@@ -80,14 +84,15 @@ def curves_beside(
     problem: AnyProblem,
     search: Search | None = None,
     parameter: Parameter | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], None] | Literal[False] | None = None,
 ) -> CurvesBeside:
     """Look for solutions beside a complete curve at some frequencies of its band, and follow each
     both ways: once round where its curve is closed, else to the ends of the band.
 
     problem : the ContactProblem that the curve was made with; search : how far is looked, None for
     the default; parameter : as in `solutions_at`; progress : function (values looked at, curves
-    found), called before each value
+    found), called before each value; without one a terminal or a notebook shows a line, and False
+    shows nothing
     None found is no proof that there is none. Raises InputError where the curve is incomplete or
     the problem is another one.
 
@@ -104,8 +109,12 @@ def curves_beside(
     if not curve.complete:
         raise InputError(f"curves_beside: the curve is incomplete, {curve.ended}")
     equation, points = restored(curve, problem, parameter)
-    looked = _Looked(equation, Branch(points), search, curve.residual_calls, progress)
-    looked.everywhere(float(curve.parameter.min()), float(curve.parameter.max()))
+    total = len(WAYS) * search.frequencies
+    shown = False if callable(progress) else progress
+    with watched(shown, 0.0, total, f" of {total} searches") as line:
+        told = progress or None, line
+        looked = _Looked(equation, Branch(points), search, curve.residual_calls, told)
+        looked.everywhere(float(curve.parameter.min()), float(curve.parameter.max()))
     outputs, of = (curve.output_names.tolist(), curve.output_rows), (problem, parameter)
     found = tuple(as_curve(branch, equation, outputs, of) for branch in looked.found)
     searched = replace(curve, searched=looked.words())
@@ -123,14 +132,14 @@ class _Looked:
         branch: Branch,
         search: Search,
         calls: int,
-        progress: Callable | None,
+        told: tuple[Callable[[int, int], None] | None, Progress | None],
     ) -> None:
         self.equation, self.search = equation, search
         self.branches, self.found, self.stopped = [branch], list[Branch](), ""
         self.most = max(search.effort * calls, search.least_calls)
         self.until = time.monotonic() + search.seconds
         self.calls, self.tried, self.by_start = 0, 0, 0
-        self.progress = progress or (lambda places, curves: None)
+        self.progress, self.line, self.searches = *told, 0
         self.besides, self.crossed = dict[float, Beside](), dict[float, int]()
         self.looked = set[float]()
 
@@ -142,12 +151,13 @@ class _Looked:
         try:
             # first where the motion grows faster than the force: a fold lies ahead
             values.sort(key=self._growth, reverse=True)
-            # the cheapest way everywhere, before the others: the effort may not last
-            for way in (Beside.above_level, Beside.over_level, Beside.from_starts):
+            for way in WAYS:
                 for i, value in enumerate(values):
-                    self.progress(i, len(self.found))
+                    if self.progress:
+                        self.progress(i, len(self.found))
                     self._at(value, way, (scale * low, scale * high))
                     self.looked.add(value)
+                    self.searches += 1
         except _LimitReached as limit:
             self.stopped = f"stopped after {limit}"
         finally:
@@ -221,10 +231,15 @@ class _Looked:
 
     def _call(self) -> None:
         self.calls += 1
+        self._show(0.0, self.calls)
         if self.calls > self.most:
             raise _LimitReached(f"{self.most:.0f} evaluations of the residual")
         if time.monotonic() > self.until:
             raise _LimitReached(f"{self.search.seconds:g} s")
+
+    def _show(self, step: float, calls: int) -> None:
+        if self.line:
+            self.line(self.searches, step, calls)
 
     def _crossing(self, branch: Branch, p: float) -> list[np.ndarray]:
         equation = self.equation
@@ -238,7 +253,13 @@ class _Looked:
         if not start.converged:
             return
         branch = follow_both_ways(
-            equation.evaluate, start, band, equation.weights, DEFAULT, self.search.points
+            equation.evaluate,
+            start,
+            band,
+            equation.weights,
+            DEFAULT,
+            self.search.points,
+            lambda point, step: self._show(step, point.iterations),
         )
         self.branches.append(branch)
         self.found.append(branch)

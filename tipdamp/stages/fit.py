@@ -64,6 +64,7 @@ def fit(study: Study, store: Store, tick: Tick) -> list[str]:
             harmonics=max(named_orders(study.respond.harmonics), default=HARMONICS),
             start="zero_slider" if curves.start is None else curves.start,
             samples=curves.samples,
+            progress=False,  # the stage says how far it is
         )
     result(found, names, [facts[name] for name in names]).save(store)
     return []
