@@ -56,6 +56,7 @@ def test_the_whole_route_from_python(tmp_path, monkeypatch):
         names["energy"].friction.sum() > 0.1 * names["energy"].input
         and names["energy"].error < 1e-6
     )
+    assert names["alone"].amplitude() == pytest.approx(names["curve"].peak("tip")[1], rel=1e-6)
     assert names["found"].stable and names["found"].difference < 1e-2
     assert ForcedResponse.load("curve.npz") == names["curve"]
 
