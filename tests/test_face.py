@@ -1,6 +1,9 @@
 """`import tipdamp` loads nothing, each of its names is there, and type checkers see them."""
 
 import ast
+import json
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -80,3 +83,24 @@ def test_a_checker_sees_wrong_use_in_a_script(tmp_path):
     assert 'Revealed type is "tipdamp.hbm.result.ForcedResponse"' in told
     assert {line for line, found in lines.items() if found} == set(WRONG), told
     assert all(text in lines[line][0] for line, text in WRONG.items()), told
+
+
+@pytest.mark.slow
+def test_pyright_sees_them_too(tmp_path):
+    """Where it is installed, also as basedpyright, which brings its own node."""
+    pyright = shutil.which("basedpyright") or shutil.which("pyright")
+    if not pyright or subprocess.run([pyright, "--version"], capture_output=True).returncode:
+        pytest.skip("no pyright")
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    told = subprocess.run(
+        [pyright, "--outputjson", "--pythonpath", sys.executable, str(script)],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+    ).stdout
+    found = json.loads(told)["generalDiagnostics"]
+    errors = {one["range"]["start"]["line"] + 1 for one in found if one["severity"] == "error"}
+    assert any('"ForcedResponse"' in one["message"] for one in found), told
+    assert errors == set(WRONG), told
