@@ -59,6 +59,8 @@ create table if not exists steps (
     key text primary key, stage text, state text, reason text, seconds real, bytes integer);
 create table if not exists curves ({", ".join(COLUMNS)});
 create index if not exists curves_of on curves (key);
+create table if not exists levels (level text, key text);
+create index if not exists levels_of on levels (key);
 create table if not exists chains (last text, key text);
 create table if not exists warnings (key text, text text);
 create index if not exists warnings_of on warnings (key);
@@ -143,7 +145,7 @@ class Index:
 
     def done(
         self,
-        steps: Iterable[tuple[SweepStep, float, int]],
+        steps: Sequence[tuple[SweepStep, float, int]],
         curves: Iterable[CurveRow] = (),
         warnings: Iterable[tuple[str, str]] = (),
     ) -> None:
@@ -151,12 +153,16 @@ class Index:
         (key of a step, warning of its stage)."""
         rows = [(s.key, s.stage, "done", "", seconds, size) for s, seconds, size in steps]
         with self._told(), self.base:
-            for table in ("curves", "warnings"):
+            for table in ("curves", "warnings", "levels"):
                 self._write(f"delete from {table} where key = ?", [row[:1] for row in rows])
             self._write("insert or replace into steps values (?, ?, ?, ?, ?, ?)", rows)
             marks = ", ".join("?" * len(COLUMNS))
             self._write(f"insert into curves values ({marks})", map(astuple, curves))
             self._write("insert into warnings values (?, ?)", warnings)
+            self._write(
+                "insert into levels values (?, ?)",
+                [(level, s.key) for s, _, _ in steps for level in s.levels],
+            )
 
     def failed(self, keys: Iterable[tuple[str, str]], reason: str) -> None:
         """(key, stage) of what will not be made, with the reason."""
@@ -175,6 +181,12 @@ class Index:
         """{key: 'done' or 'failed'} of steps."""
         with self._told():
             return dict(self.base.execute("select key, state from steps"))
+
+    def levels(self) -> dict[str, str]:
+        """{key of a level, see `SweepStep`: key of a finished step that has its curves}."""
+        sql = "select level, levels.key from levels join steps using (key) where state = 'done'"
+        with self._told():
+            return dict(self.base.execute(sql))
 
     def costs(self) -> dict[str, tuple[int, float, float]]:
         """{stage: (steps made, s, bytes of one)}, means."""

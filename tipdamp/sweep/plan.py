@@ -15,26 +15,34 @@ from tipdamp.study.view import Study
 from tipdamp.sweep.cases import Case, study_of_case
 
 LAST = "respond"  # stage that ends a case
+# its keys that choose among curves, and change none
+CHOICE = tuple(
+    f"[respond] {key}" for key in ("levels", "harmonics", "tolerance", "search", "both_ways")
+)
 
 
 @dataclass(frozen=True)
 class SweepStep:
     """One stage of one case or of several; key - of all that it follows from; needs - keys of the
-    steps that its stage reads."""
+    steps that its stage reads; levels - of the last stage: for each level a key of what its curves
+    follow from, so that steps which have one in common have the same curves there."""
 
     stage: str
     key: str
     needs: tuple[str, ...]
+    levels: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Task:
     """What one process does at a time: steps that no other case has, or a single one that several
-    share; before - steps whose products it needs; case - values of one that it belongs to."""
+    share; before - steps whose products it needs; case - values of one that it belongs to;
+    alike - keys of finished steps that have curves of its last one."""
 
     steps: tuple[SweepStep, ...]
     before: tuple[SweepStep, ...]
     case: Case
+    alike: tuple[str, ...] = ()
 
     @property
     def last(self) -> SweepStep:
@@ -106,9 +114,17 @@ def chain(study: Study) -> list[SweepStep]:
     steps = []
     for name in (*all_needed(last, study), LAST):
         needs = tuple(keys[need] for need in stages_needed(STAGES[name], study))
-        keys[name] = fingerprint(name, read_from(name, study, _mark), needs)
-        steps.append(SweepStep(name, keys[name], needs))
+        values = read_from(name, study, _mark)
+        keys[name] = fingerprint(name, values, needs)
+        steps.append(
+            SweepStep(name, keys[name], needs, _levels(values, needs) if name == LAST else ())
+        )
     return steps
+
+
+def _levels(values: dict[str, Any], needs: Sequence[str]) -> tuple[str, ...]:
+    common = fingerprint({key: v for key, v in values.items() if key not in CHOICE}, needs)
+    return tuple(f"{common} {level!r}" for level in values["[respond] levels"])
 
 
 def _mark(value: Any) -> Any:

@@ -6,6 +6,7 @@ import shutil
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 from zipfile import BadZipFile
@@ -106,11 +107,14 @@ class _Running:
         for key in self.made:
             self.cases_left.pop(key, None)
         self._give_up(failed)
+        levels = self.index.levels()
         for task in self.whole.tasks:
             to_make = [step for step in task.steps if step.key not in self.made | failed]
             if not to_make or any(step.key in failed for step in task.steps):
                 continue
             self.clock.left.update(step.stage for step in to_make)
+            alike = dict.fromkeys(levels[one] for one in task.last.levels if one in levels)
+            task = replace(task, alike=tuple(alike))
             if lacking := {step.key for step in task.before} - self.made:
                 self.missing[task.last.key] = lacking
                 for key in lacking:

@@ -6,7 +6,9 @@ import os
 import threading
 import zipfile
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
+from fnmatch import fnmatch
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -16,9 +18,10 @@ from tipdamp.stages.run import STAGES, run_stage
 from tipdamp.study.own_law import code_allowed
 from tipdamp.study.study import study_of
 from tipdamp.sweep.cases import content_of
-from tipdamp.sweep.plan import SweepStep, Task
+from tipdamp.sweep.plan import LAST, SweepStep, Task
 
 MADE, WORKING = "made", "working"  # folders in that of a sweep
+CURVES = "Fe_*.json"  # records of the curves of a step
 ONE_AT_A_TIME = threading.Lock()  # a worker of a cluster may have several threads
 THREADS_OF_BLAS = 1  # the same sums, in the same order, wherever a step is made
 
@@ -85,6 +88,9 @@ def _make(
         if product(common.folder, step.key).is_file():
             unpack(common.folder, step, store)
             continue
+        if step.stage == LAST:
+            for key in task.alike:
+                _unpack_curves(common.folder, key, store)
         try:
             run_stage(step.stage, study, store, quiet=True, locked=True)
             said = list(STAGES[step.stage].warnings(study, store))
@@ -107,7 +113,17 @@ def _pack(folder: Path, step: SweepStep, store: Store) -> None:
 
 def _files(step: SweepStep, store: Store) -> list[str]:
     records = (f".stages/{step.stage}.json", f".stages/{step.stage}.from", warned(step.stage))
-    return [*records, *store.outputs(step.stage)]
+    curves = [f".stages/{path.name}" for path in sorted(store.path(".stages").glob(CURVES))]
+    return [*records, *(curves if step.stage == LAST else ()), *store.outputs(step.stage)]
+
+
+def _unpack_curves(folder: Path, key: str, store: Store) -> None:
+    """Curves of a finished step with their records, for a step that has some of them, and removes
+    the others; one that is gone or damaged has none."""
+    with suppress(OSError, zipfile.BadZipFile), zipfile.ZipFile(product(folder, key)) as packed:
+        for name in packed.namelist():
+            if fnmatch(name, f".stages/{CURVES}") or name.startswith("responses/"):
+                packed.extract(name, store.folder)
 
 
 def unpack(folder: Path, step: SweepStep, store: Store) -> None:

@@ -1,8 +1,11 @@
 """Sweeps that run: the same numbers as one study at a time, whatever is killed meanwhile."""
 
+import io
 import json
+import re
 import zipfile
 
+import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
@@ -94,6 +97,59 @@ def test_further_cases_take_what_is_there(sweep, stages):
     sweep.write_text(CHAIN + SWEEP.replace("[5, 8]", "[5, 8, 9]"))
     assert swept(sweep) == 0
     assert stages == ["respond", "respond"]
+
+
+@pytest.mark.slow
+def test_a_level_more_computes_its_curves_alone(matrices_study, tmp_path, monkeypatch):
+    """Curves of an earlier sweep are taken over where they are the same, also when another
+    damping came between them, and damaged ones are made anew; the numbers are those of a sweep
+    from nothing."""
+    from tipdamp.engine.curves import Curves
+
+    made, real = [], Curves._make_curve
+    monkeypatch.setattr(
+        Curves, "_make_curve", lambda self, case, *a: made.append(case.Fe_N) or real(self, case, *a)
+    )
+
+    def levels(text, zeta=0.01, out=tmp_path / "r"):
+        del made[:]
+        over = f"[sweep.over]\nmodel.pull = [60, 30]\nrespond.damping_ratio = [{zeta}]\n"
+        matrices_study.write_text(CHAIN.replace("levels = [5]", f"levels = {text}") + over)
+        assert swept(matrices_study, "--out", str(out)) == 0
+        return sorted(made)
+
+    def cut():
+        for key in planned(matrices_study)[0].last:
+            product(tmp_path / "r" / "sweep", key).write_bytes(b"cut")
+
+    assert levels("[5, 8]") == [5, 5, 8, 8]
+    assert levels("[5, 8]", zeta=0.02) == [5, 5, 8, 8]
+    assert levels("[5, 8, 9]") == [9, 9]
+    assert levels("[9, 4]") == [4, 4]  # the others are not kept with it
+    cut()
+    assert levels("[4]") == [4, 4]
+    assert levels("[4, 5, 9]", zeta=0.02) == [4, 4, 9, 9]
+    taken = finished(tmp_path / "r", matrices_study)
+    assert levels("[4, 5, 9]", zeta=0.02, out=tmp_path / "anew") == [4, 4, 5, 5, 9, 9]
+    assert taken == finished(tmp_path / "anew", matrices_study)
+
+
+def finished(results, study):
+    """The table, and the files of the responses of all cases but for their seconds."""
+    found = [(results / "sweep" / "sweep.csv").read_bytes()]
+    for key in planned(study)[0].last:
+        with zipfile.ZipFile(product(results / "sweep", key)) as packed:
+            assert packed.testzip() is None
+            curves = [name for name in packed.namelist() if not name.startswith(".stages")]
+            for name in curves:
+                content = packed.read(name)
+                if name.endswith(".npz"):
+                    with np.load(io.BytesIO(content)) as z:
+                        content = {k: z[k].tobytes() for k in z.files if k != "seconds"}
+                elif name == "respond.json":
+                    content = re.sub(rb'"seconds": [^,\n]*', b"", content)
+                found.append((name, content))
+    return found
 
 
 def test_failures_are_listed_and_tried_again(sweep, stages, capsys, monkeypatch):
