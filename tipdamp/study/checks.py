@@ -62,15 +62,19 @@ def require_sections(path: Path, raw: dict, sides: dict) -> None:
         )
 
 
-def check_study(study: Study) -> None:
-    """All that concerns several keys."""
-    path, contact = study.path, study.contact
+def check_files(study: Study) -> None:
+    """What can be read, where it is there: no pipe, and not too large."""
     for key, file in study.inputs().items():
         # a pipe or a device, which may never end
         if file.exists() and not (file.is_file() or file.is_dir()):
-            raise InputError(f"{path}: {key} = {shown(file, 400)}: is not a file")
+            raise InputError(f"{study.path}: {key} = {shown(file, 400)}: is not a file")
         if file.is_file():
             check_size(file)
+
+
+def check_study(study: Study) -> None:
+    """All that concerns several keys."""
+    path, contact = study.path, study.contact
     check_limits(study)
     if not contact.pairs and contact.mu is None:
         raise InputError(

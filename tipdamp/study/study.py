@@ -4,9 +4,10 @@
 a value out of range is answered with file, section, key, value and range.
 """
 
+import json
 import re
-from collections.abc import Collection, Sequence
-from copy import deepcopy
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -61,9 +62,11 @@ def load_study(path: str | Path) -> Study:
     return study_of(path, read_toml(Path(path)))
 
 
-def study_of(path: str | Path, content: dict) -> Study:
-    """As `load_study`, of the content of a file that stands, or would stand, at the path."""
-    path, raw = Path(path), deepcopy(content)
+def study_of(path: str | Path, content: dict, checked: dict | None = None) -> Study:
+    """As `load_study`, of the content of a file that stands, or would stand, at the path; checked -
+    what was found in order in studies at this path, which those with the same content share."""
+    path, checked = Path(path), {} if checked is None else checked
+    raw = {key: dict(part) if isinstance(part, dict) else part for key, part in content.items()}
     sides, materials = (_named(raw, section) for section in ("contact", "material"))
     loads, measured = (_named_tables(path, raw, section) for section in TABLES)
     _refuse_unknown(
@@ -77,23 +80,24 @@ def study_of(path: str | Path, content: dict) -> Study:
         },
     )
     factors = _units(path, raw.pop("units", {}))
-    top = _read(Top, f"{path}:", {k: raw.pop(k) for k in Top.model_fields if k in raw}, factors)
+    read = partial(_read, factors=factors, checked=checked)
+    top = read(Top, f"{path}:", {k: raw.pop(k) for k in Top.model_fields if k in raw})
     checks.require_sections(path, raw, sides)
     given = {"free": {}, "preload": {}, **raw}
     sections: dict[str, Any] = {
-        name: _read(section, f"{path}: [{name}]", given[name], factors)
+        name: read(section, f"{path}: [{name}]", given[name])
         for name, section in SECTIONS.items()
         if name in given
     }
     if "respond" in sections:
         sections["respond"] = _with_law(path, sections["respond"])
     tables = {
-        "sides": _tables(SideSection, f"{path}: [contact.%s]", sides, factors),
-        "materials": _tables(OtherMaterial, f"{path}: [material.%s]", materials, factors),
-        "loads": _tables(LoadCase, f"{path}: [loads.%s]", loads, factors),
+        "sides": _tables(read, SideSection, f"{path}: [contact.%s]", sides),
+        "materials": _tables(read, OtherMaterial, f"{path}: [material.%s]", materials),
+        "loads": _tables(read, LoadCase, f"{path}: [loads.%s]", loads),
     }
     if "measured" in raw:
-        tables["measured"] = _tables(Measured, f"{path}: [measured.%s]", measured, factors)
+        tables["measured"] = _tables(read, Measured, f"{path}: [measured.%s]", measured)
     study = Study(
         path=path,
         title=top.title or path.stem,
@@ -104,6 +108,10 @@ def study_of(path: str | Path, content: dict) -> Study:
         **sections,
         **tables,
     )
+    files = tuple(study.inputs().items())
+    if files not in checked:
+        checks.check_files(study)
+        checked[files] = True
     checks.check_study(study)
     return study
 
@@ -202,21 +210,26 @@ def _reference(path: Path, given: dict[str, int]) -> dict[str, int]:
 def _with_law(path: Path, respond: Respond) -> Respond:
     """[respond] with the content of the file of a law of one's own."""
     try:
-        return respond.model_copy(update={"law": respond.law.beside(path)})
+        law = respond.law.beside(path)
     except InputError as error:
         raise InputError(f"{path}: [respond] law = '{respond.law}': {error}") from None
+    return respond if law is respond.law else respond.model_copy(update={"law": law})
 
 
-def _tables(section: type[S], where: str, given: dict, factors: dict) -> dict[str, S]:
-    return {name: _read(section, where % name, values, factors) for name, values in given.items()}
+def _tables(read: Callable, section: type[S], where: str, given: dict) -> dict[str, S]:
+    return {name: read(section, where % name, values) for name, values in given.items()}
 
 
-def _read(section: type[S], where: str, given: Any, factors: dict) -> S:
-    """One section in SI units; the first thing that is wrong with it as an InputError."""
+def _read(section: type[S], where: str, given: Any, factors: dict, checked: dict) -> S:
+    """One section in SI units, where it is not among those `checked`; the first thing that is wrong
+    with it as an InputError."""
     if not isinstance(given, dict):
         raise InputError(f"{where} must be a section, got {in_toml(given)}")
+    seen = where, json.dumps(given, default=repr), *factors.values()
     try:
-        return section.model_validate(given, context=factors)
+        if seen not in checked:
+            checked[seen] = section.model_validate(given, context=factors)
+        return checked[seen]
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
     key = str(wrong["loc"][0])

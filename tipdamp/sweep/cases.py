@@ -3,7 +3,7 @@
 import csv
 import tomllib
 from collections.abc import Iterator, Sequence
-from copy import deepcopy
+from functools import lru_cache
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -122,6 +122,7 @@ def _samples(study: Study) -> list[Case]:
     return [dict(zip(keys, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
+@lru_cache(maxsize=1000)
 def sheet(key: str) -> Key | None:
     """Data sheet of a dotted key, None where there is no such key."""
     section, *inside = key.split(".")
@@ -131,14 +132,16 @@ def sheet(key: str) -> Key | None:
 
 def content_of(content: dict, case: Case) -> dict:
     """Content of the study file with the values of a case, without its [sweep]."""
-    found = deepcopy({name: part for name, part in content.items() if name != "sweep"})
+    found = {name: part for name, part in content.items() if name != "sweep"}
     for key, value in case.items():
         *sections, last = key.split(".")
         place = found
         for name in sections:
-            place = place.setdefault(name, {})
-            if not isinstance(place, dict):
+            inside = place.get(name, {})
+            if not isinstance(inside, dict):
                 raise InputError(f"{shown(key)}: {shown(name)} is no section")
+            place[name] = dict(inside)  # the content itself stays as it is
+            place = place[name]
         if value is not None:
             place[last] = _listed(key, value)
     return found
@@ -154,10 +157,14 @@ def _listed(key: str, value: Any) -> Any:
     return [value] if lists else value
 
 
-def study_of_case(path: Path, content: dict, number: int, case: Case) -> Study:
-    """The study of a case, whose files are there; InputError names the case, counted from 1."""
+def study_of_case(
+    path: Path, content: dict, number: int, case: Case, checked: dict | None = None
+) -> Study:
+    """The study of a case, whose files are there; InputError names the case, counted from 1.
+
+    checked - as in `study_of`, of all cases"""
     try:
-        study = study_of(path, content_of(content, case))
+        study = study_of(path, content_of(content, case), checked)
         _check_files(study)
         return study
     except InputError as error:

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -77,8 +78,10 @@ class Plan:
 def plan(path: Path, content: dict, cases: Sequence[Case]) -> Plan:
     """The steps of all cases of a study file with this content; InputError where one of them is no
     valid study."""
+    checked, known = dict[tuple, Any](), dict[tuple, Any]()
     chains = [
-        chain(study_of_case(path, content, number, case)) for number, case in enumerate(cases, 1)
+        chain(study_of_case(path, content, number, case, checked), known)
+        for number, case in enumerate(cases, 1)
     ]
     last = [chain[-1].key for chain in chains]
     first = dict[str, int]()  # of cases that are the same
@@ -105,8 +108,20 @@ def _before(steps: Sequence[SweepStep], chain: Sequence[SweepStep]) -> tuple[Swe
     return tuple(step for step in chain if step.key in needed and step not in steps)
 
 
-def chain(study: Study) -> list[SweepStep]:
-    """Steps of a case in the order of a run."""
+@dataclass(frozen=True)
+class _Read:
+    """What a stage reads of a study: key of it, and of the last stage levels and a key without what
+    chooses among curves; study - the first, whose parts are those that others share."""
+
+    key: str
+    levels: tuple[float, ...]
+    common: str
+    study: Study
+
+
+def chain(study: Study, known: dict[tuple, Any] | None = None) -> list[SweepStep]:
+    """Steps of a case in the order of a run; known - what stages read of studies that share
+    sections with this one."""
     last = STAGES[LAST]
     for missing in last.lacks(study):
         raise InputError(f"{study.path}: section {missing} is missing: a sweep is of responses")
@@ -114,17 +129,50 @@ def chain(study: Study) -> list[SweepStep]:
     steps = []
     for name in (*all_needed(last, study), LAST):
         needs = tuple(keys[need] for need in stages_needed(STAGES[name], study))
-        values = read_from(name, study, _mark)
-        keys[name] = fingerprint(name, values, needs)
-        steps.append(
-            SweepStep(name, keys[name], needs, _levels(values, needs) if name == LAST else ())
-        )
+        read = _read(name, study, {} if known is None else known)
+        keys[name] = fingerprint(name, read.key, needs)
+        levels = tuple(fingerprint(read.common, level, needs) for level in read.levels)
+        steps.append(SweepStep(name, keys[name], needs, levels))
     return steps
 
 
-def _levels(values: dict[str, Any], needs: Sequence[str]) -> tuple[str, ...]:
-    common = fingerprint({key: v for key, v in values.items() if key not in CHOICE}, needs)
-    return tuple(f"{common} {level!r}" for level in values["[respond] levels"])
+def _read(name: str, study: Study, known: dict[tuple, Any]) -> _Read:
+    """What is the same is not read again."""
+    stage, parts = STAGES[name], vars(study)
+    reads = _by_part((*stage.reads, *stage.reads_more(study)))
+    files = tuple(study.inputs(*stage.reads_files).items()) if stage.reads_files else ()
+    seen = (name, reads, files, *(_identity(parts.get(part), keys, known) for part, keys in reads))
+    if seen not in known:
+        values = read_from(name, study, _mark)
+        last = name == LAST
+        common = {key: value for key, value in values.items() if last and key not in CHOICE}
+        levels = values["[respond] levels"] if last else ()
+        known[seen] = _Read(fingerprint(values), tuple(levels), fingerprint(common), study)
+    return known[seen]
+
+
+@lru_cache(maxsize=1000)
+def _by_part(reads: tuple[str, ...]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """(part of a study, its keys that are read) of each part."""
+    found: dict[str, list[str]] = {}
+    for part, _, key in (read.partition(".") for read in reads):
+        found.setdefault(part, []).append(key)
+    return tuple((part, tuple(keys)) for part, keys in found.items())
+
+
+def _identity(part: Any, keys: tuple[str, ...], known: dict[tuple, Any]) -> Any:
+    """Of a part of a study that is read whole, by the object itself, or of keys of it, by their
+    values."""
+    if isinstance(part, dict):
+        return tuple((table, _identity(one, keys, known)) for table, one in part.items())
+    if part is None or isinstance(part, str | int | float):
+        return part
+    if "" in keys:
+        return id(part)
+    if (id(part), keys) not in known:
+        values = tuple(repr(attrgetter(key)(part)) for key in keys)
+        known[id(part), keys] = values, part  # which keeps its identity
+    return known[id(part), keys][0]
 
 
 def _mark(value: Any) -> Any:

@@ -1,15 +1,20 @@
 """The cases of a sweep: what [sweep] makes of lists, ranges, tables and samples, and what it
 refuses."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
+from pydantic import BaseModel
 
 from tests.tipdamp.rig_study import CHAIN
 from tipdamp.hbm.errors import InputError
+from tipdamp.study.schema import StudySection
 from tipdamp.study.study import load_study
 from tipdamp.study.toml_file import read_toml
+from tipdamp.sweep import plan as plan_module
 from tipdamp.sweep.cases import cases_of, study_of_case
-from tipdamp.sweep.plan import plan
+from tipdamp.sweep.plan import chain, plan
 
 OVER = """
 [sweep.over]
@@ -97,6 +102,41 @@ respond.damping_ratio = {{ start = 0.001, stop = 0.1, spacing = "log" }}
     fortieths = np.sort((pull - 10) / 40 * 40).astype(int), np.sort(np.log10(zeta / 1e-3) * 20)
     assert fortieths[0].tolist() == list(range(40))
     assert fortieths[1].astype(int).tolist() == list(range(40))
+
+
+def test_cases_share_what_is_checked(sweep, monkeypatch):
+    """A section is validated once for each of its contents, and a stage reads once what is the
+    same; the steps are those of each case alone."""
+    path = sweep(
+        """
+[sweep.over]
+model.pull = [60, 30, 15]
+respond.levels = { start = 1, stop = 100, count = 5 }
+contact.mu = [0.3, 0.5]
+"""
+    )
+    cases, content = cases_of(load_study(path)), read_toml(path)
+    alone = [chain(study_of_case(path, content, 1, case))[-1].key for case in cases]
+    validated, read, real = [], [], plan_module.read_from
+
+    def validate(section, given, **options):
+        validated.append(section.__name__)
+        return BaseModel.model_validate.__func__(section, given, **options)
+
+    monkeypatch.setattr(StudySection, "model_validate", classmethod(validate))
+    monkeypatch.setattr(
+        plan_module, "read_from", lambda name, *a: read.append(name) or real(name, *a)
+    )
+    assert list(plan(path, content, cases).last) == alone
+    once = ("Top", "Tune", "Free", "PreloadSection")
+    assert Counter(validated) == {
+        **dict.fromkeys(once, 1),
+        "Model": 3,
+        "Respond": 5,
+        "ContactSection": 2,
+        "SideSection": 2,
+    }
+    assert Counter(read) == {"reduce": 1, "preload": 6, "tune": 3, "respond": 5}
 
 
 def test_a_table_of_cases(sweep, tmp_path):
