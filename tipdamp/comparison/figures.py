@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from tipdamp.comparison.events import marks, runs
 from tipdamp.comparison.peaks import ComparedPeak, Phase
 from tipdamp.comparison.record import ComparedStudies
 from tipdamp.hbm.drawing.branches import branch_lines, failures
@@ -26,7 +27,7 @@ from tipdamp.hbm.drawing.figure import (
 from tipdamp.report.results import Results
 from tipdamp.report.subjects import preload
 from tipdamp.report.subjects.amplitudes import level_title, orders_of
-from tipdamp.report.text import MICRO
+from tipdamp.report.text import MICRO, listing
 from tipdamp.statics.model_inputs import in_patch
 
 COLORS = (VERMILION, BLUE, GREEN, ORANGE, "#CC79A7", "#56B4E9", INK, GREY)
@@ -65,8 +66,12 @@ def optimisation(comparison: ComparedStudies) -> Iterator[Figure]:
         "Largest amplitude per newton, half of peak-to-peak over the patch of each blade, of the "
         "motions in which both blades move in phase and of those out of phase. Lines join levels "
         "whose peaks are of one mode; stars mark the least of both blades. Hollow triangles: the "
-        "curve does not cover the range of the phase, and its peak is at least that high. "
-        "Several pulls of a study draw one curve where the response per newton depends on Fc/Fe "
+        "curve does not cover the range of the phase, and its peak is at least that high. Hollow "
+        "circles: between them the peak drifts, by more than 2 % in frequency. Crosses: the phase "
+        "has no maximum of its own at this level, and the place is that between its neighbours. "
+        + "Bars: from the least to the largest of the scatter. "
+        * any(p.scatter for p in comparison.peaks)
+        + "Several pulls of a study draw one curve where the response per newton depends on Fc/Fe "
         "alone: its preload is in proportion to the pull. "
         "Corresponds to figure 3 of Zucca, Berruti and Cosi (2016).",
         panels,
@@ -106,9 +111,12 @@ def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[
             yield Curve(*_points(run, "m_per_N", MICRO), "", color)
         solved = [peak for peak in mine if peak.m_per_N is not None]
         aside = BESIDE ** (k - (len(comparison.names) - 1) / 2)
-        yield from _bars([(aside * p.ratio, *comparison.spread(p)) for p in solved], color)
+        spreads = [(aside * p.ratio, *comparison.spread(p)) for p in solved]
+        yield from _bars(spreads, f"scatter of {listing(comparison.scattered(name))}", color)
         yield Marks(*_points(solved, "m_per_N", MICRO), name, color, symbol)
     optima = comparison.optima(phase)
+    for name in comparison.names:
+        yield from marks(comparison.of(name, phase, blade), style_of(comparison, name)[0])
     for name in comparison.names:
         mine, (color, _) = comparison.of(name, phase, blade), style_of(comparison, name)
         for drifts, said in AT_LEAST.items():
@@ -122,13 +130,13 @@ def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[
             yield Marks(*_points(best, "m_per_N", MICRO), BEST, color, "star", size=16)
 
 
-def _bars(spreads: Sequence[tuple[float, float, float]], color: str) -> Iterator[Curve]:
+def _bars(spreads: Sequence[tuple[float, float, float]], name: str, color: str) -> Iterator[Curve]:
     """A bar at each (Fc/Fe, low m/N, high m/N) that has a height."""
     wide = [one for one in spreads if one[2] > one[1]]
     x = np.array([(ratio, ratio, ratio) for ratio, *_ in wide]).ravel()
     y = np.array([(MICRO * low, MICRO * high, np.nan) for _, low, high in wide]).ravel()
     if wide:
-        yield Curve(x, y, "scatter", color, width=1.2)
+        yield Curve(x, y, name, color, width=1.2)
 
 
 def _frequencies(comparison: ComparedStudies, phase: Phase) -> Iterator[Item]:
@@ -162,18 +170,6 @@ def _span(comparison: ComparedStudies, phase: Phase, blade: int) -> tuple[float,
     values = [MICRO * y for p in every if p.m_per_N is not None for y in comparison.spread(p)]
     values += [MICRO * p.at_least for p in every if p.at_least]
     return (min(values) / ROOM, max(values) * ROOM) if values else None
-
-
-def runs(peaks: Sequence[ComparedPeak]) -> list[list[ComparedPeak]]:
-    """Neighbouring levels whose peaks are of one mode, of the peaks of one study, phase and blade;
-    a level without a peak parts them."""
-    found: list[list[ComparedPeak]] = [[]]
-    for peak in sorted(peaks, key=lambda p: -p.ratio):
-        if peak.m_per_N is None or peak.of_another_mode:
-            found.append([])
-        if peak.m_per_N is not None:
-            found[-1].append(peak)
-    return [run for run in found if run]
 
 
 def _points(

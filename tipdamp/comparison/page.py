@@ -90,6 +90,12 @@ def introduction(comparison: ComparedStudies) -> Iterator[str]:
 
 def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
     optima = comparison.optima(phase)
+    lacking = [n for n in comparison.names if comparison.of(n, phase) and n not in optima]
+    if lacking:
+        yield (
+            f"{in_words(phase).capitalize()} there is no best pull, which needs peaks at two "
+            f"levels, of {listing(lacking)}."
+        )
     if not optima:
         return
     order = list(optima)

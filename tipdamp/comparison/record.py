@@ -1,5 +1,6 @@
 """Studies side by side: what was computed of them and the peaks of it."""
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import product
@@ -7,6 +8,8 @@ from itertools import product
 from tipdamp.comparison.optimum import Optimum, optimum, ranks
 from tipdamp.comparison.peaks import PHASES, ComparedPeak, Phase, peaks_of, why_missing
 from tipdamp.report.results import Results
+
+KEY = re.compile(r"(?:^|, )([\w.-]+) = ")  # in the words of a scatter
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,11 @@ class ComparedStudies:
             if other.place == peak.place and other.m_per_N is not None
         ]
         return min(heights), max(heights)
+
+    def scattered(self, name: str) -> list[str]:
+        """Keys that vary in the scatter of a study."""
+        said = [one.scatter for one in self.computed if one.name == name]
+        return list(dict.fromkeys(key for text in said for key in KEY.findall(text)))
 
     def optima(self, phase: Phase) -> dict[str, Optimum]:
         """{study: its optimum} of those that have one, the lowest first."""

@@ -5,7 +5,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tipdamp.comparison.figures import in_words, runs
+from tipdamp.comparison.events import drifts
+from tipdamp.comparison.figures import in_words
 from tipdamp.comparison.optimum import Optimum, envelope, lowest_at
 from tipdamp.comparison.peaks import ComparedPeak, Phase
 from tipdamp.comparison.record import ComparedStudies
@@ -16,7 +17,6 @@ from tipdamp.report.subjects.amplitudes import orders_of
 from tipdamp.report.text import NOTHING, hertz, listing, micro, number
 
 Row = dict[str, str]
-DRIFT = 0.02  # of the frequency: what a peak must have moved to be told
 
 
 def studies(comparison: ComparedStudies) -> Iterator[Table]:
@@ -83,17 +83,19 @@ def _from_to(values: np.ndarray) -> str:
 
 
 def best(comparison: ComparedStudies) -> Iterator[Table]:
-    """One row for each phase and study: where its curve is least, how flat it is, and rank."""
+    """One row for each phase and study that has one: where its curve is least, how flat it is, and
+    rank."""
     rows = [row for phase in comparison.phases for row in _best(comparison, phase)]
-    yield Table(
-        "The best pull. Least: of the curve of the larger of both blades, over the computed "
-        "levels. Flat: Fc/Fe within which it stays within 5 % of the least; open where that "
-        "reaches the first or the last level. Rank: by the least; lowest: at how many of the "
-        "levels in the range of all studies its curve is the lowest. Paper: the rank that the "
-        "study states as its reference.",
-        rows,
-        left=(0, 1),
-    )
+    if rows:
+        yield Table(
+            "The best pull. Least: of the curve of the larger of both blades, over the computed "
+            "levels. Flat: Fc/Fe within which it stays within 5 % of the least; open where that "
+            "reaches the first or the last level. Rank: by the least; lowest: at how many of the "
+            "levels in the range of all studies its curve is the lowest. Paper: the rank that the "
+            "study states as its reference.",
+            rows,
+            left=(0, 1),
+        )
 
 
 def _best(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
@@ -101,22 +103,18 @@ def _best(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
     rank = comparison.ranks(phase)
     lowest = lowest_at({name: envelope(comparison.of(name, phase)) for name in comparison.names})
     for name, results in comparison.studies.items():
-        one = optima.get(name)
-        stated = results.study.reference.get(f"{phase}_rank")
+        if name not in optima:
+            continue
+        one, stated = optima[name], results.study.reference.get(f"{phase}_rank")
         first, common = lowest.get(name, (0, 0))
-        row = {"phase": in_words(phase), "study": name}
-        if one is None:
-            columns = "best Fc/Fe", "least (µm/N)", "flat: Fc/Fe", "pull for Fe = 10 N (N)", "rank"
-            row |= dict.fromkeys(columns, NOTHING)
-        else:
-            row |= {
-                "best Fc/Fe": number(one.ratio, 3),
-                "least (µm/N)": micro(one.m_per_N),
-                "flat: Fc/Fe": _flat(one),
-                "pull for Fe = 10 N (N)": number(10 * one.ratio, 3),
-                "rank": f"{rank[name]}",
-            }
-        yield row | {
+        yield {
+            "phase": in_words(phase),
+            "study": name,
+            "best Fc/Fe": number(one.ratio, 3),
+            "least (µm/N)": micro(one.m_per_N),
+            "flat: Fc/Fe": _flat(one),
+            "pull for Fe = 10 N (N)": number(10 * one.ratio, 3),
+            "rank": f"{rank[name]}",
             "lowest": f"{first} of {common}" if common else NOTHING,
             "paper": NOTHING if stated is None else f"{stated:g}",
         }
@@ -209,13 +207,11 @@ def events(comparison: ComparedStudies) -> Iterator[Table]:
 def told(peaks: list[ComparedPeak]) -> Iterator[str]:
     """Of the peaks of one study, phase and blade: where they drift, change to another mode, merge,
     or are not reached, in words."""
-    for run in runs(peaks):
-        first, last = run[0], run[-1]
-        if first.hz and last.hz and abs(last.hz / first.hz - 1) > DRIFT:
-            yield (
-                f"drifts from {hertz(first.hz)} to {hertz(last.hz)} Hz between Fc/Fe = "
-                f"{number(first.ratio, 3)} and {number(last.ratio, 3)}"
-            )
+    for first, last in drifts(peaks):
+        yield (
+            f"drifts from {hertz(first.hz)} to {hertz(last.hz)} Hz between Fc/Fe = "
+            f"{number(first.ratio, 3)} and {number(last.ratio, 3)}"
+        )
     for peak in sorted(peaks, key=lambda p: -p.ratio):
         at = f"at Fc/Fe = {number(peak.ratio, 3)}"
         if peak.of_another_mode:

@@ -8,12 +8,14 @@ import pytest
 
 from tests.contact_tables import contact_table, frames
 from tests.tipdamp.comparison.test_peaks import results
-from tipdamp.comparison import tables
+from tipdamp.comparison import events, tables
+from tipdamp.comparison.figures import optimisation
 from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
 from tipdamp.comparison.record import ComparedStudies, Computed
 from tipdamp.comparison.swept import follows_ratio
 from tipdamp.comparison.wear import figures, has_areas, wear
+from tipdamp.hbm.drawing.figure import Marks
 from tipdamp.report.text import NOTHING
 from tipdamp.study.law import LawChoice
 
@@ -141,6 +143,52 @@ def test_what_happens_along_a_curve():
     assert said[0].startswith("drifts from 2800.0 to 2600.0 Hz")
     assert "another mode, at 1700.0 Hz" in said[1] and "Fc/Fe = 33.3" in said[1]
     assert "merged" in said[2] and "stopped at 20 Hz" in said[3]
+
+
+def test_what_happens_is_marked_on_the_curve(tmp_path):
+    """Ends of a drift, another mode and a merged level, which stands between its neighbours."""
+    given = comparison(tmp_path)
+    peaks = [
+        level("soft", 1.0, 8e-7),
+        level("soft", 2.0, 7e-7, hz=2790.0, mac=0.9),
+        level("soft", 4.0, 4e-7, hz=2600.0, mac=0.9),
+        level("soft", 8.0, None, hz=None),
+        level("soft", 16.0, 1e-7, hz=2600.0, mac=0.1),
+    ]
+    (figure,) = optimisation(replace(given, peaks=tuple(peaks)))
+    drawn = {one.name: one for one in figure.panels[0].items if isinstance(one, Marks)}
+    assert sorted(drawn[events.DRIFTS].x) == [25.0, 100.0]
+    assert (drawn[events.OTHER_MODE].x, drawn[events.OTHER_MODE].y) == (6.25, pytest.approx(0.1))
+    assert (drawn[events.MERGED].x, drawn[events.MERGED].y) == (12.5, pytest.approx(0.2))
+    assert "scatter" not in figure.caption + "".join(figure.legend)
+
+
+def test_scatter_names_what_varies(tmp_path):
+    """In the legend, each key once; of the study that has it."""
+    given = comparison(tmp_path)
+    several = ("contact.mu = 0.5, tune.stations = [5, 4]", "contact.mu = 0.7")
+    computed = [replace(given.computed[1], scatter=text) for text in several]
+    peaks = [replace(level("stiff", 1.0, 4e-7), scatter=text) for text in several]
+    (figure,) = optimisation(
+        replace(given, computed=(*given.computed, *computed), peaks=(*given.peaks, *peaks))
+    )
+    named = [name for name in figure.legend if "scatter" in name]
+    assert named == ["scatter of contact.mu and tune.stations"]
+    assert "Bars: from the least to the largest of the scatter." in figure.caption
+
+
+def test_one_level_has_no_best_pull(tmp_path):
+    """It is said in a sentence, and not in a table of dashes; of one study beside others too."""
+    given = comparison(tmp_path)
+    one = replace(given, peaks=tuple(p for p in given.peaks if p.Fe == 10.0))
+    assert list(tables.best(one)) == []
+    said = "Out of phase there is no best pull, which needs peaks at two levels, of "
+    assert list(introduction(one)) == [f"{said}soft and stiff."]
+    beside = replace(given, peaks=tuple(p for p in given.peaks if (p.study, p.Fe) < ("stiff", 2.0)))
+    (table,) = tables.best(beside)
+    assert [row["study"] for row in table.records] == ["soft"]
+    first, second = introduction(beside)
+    assert first == f"{said}stiff." and second.startswith("Out of phase the least response is")
 
 
 def test_cause_of_a_lower_curve(tmp_path):
