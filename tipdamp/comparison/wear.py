@@ -1,19 +1,15 @@
-"""Wear index: work of friction per hour and length of the damper, or area of the contact, at every
-station, at the best pull of each study."""
+"""Wear index at the best pull of each study."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from tipdamp.comparison.figures import in_words, style_of
-from tipdamp.comparison.peaks import ComparedPeak, Phase
+from tipdamp.comparison.peaks import Phase
 from tipdamp.comparison.record import ComparedStudies
 from tipdamp.hbm.drawing.figure import Figure, Item, Marks, Panel
-from tipdamp.report.results import Results
-from tipdamp.report.subjects.axial import AXIAL, of_side
-
-HOUR = 3600.0  # s
-MM2 = 1e6  # of a m2
+from tipdamp.report.subjects import wear
+from tipdamp.report.subjects.axial import AXIAL
 
 
 def figures(comparison: ComparedStudies) -> Iterator[Figure]:
@@ -67,36 +63,12 @@ def _marks(comparison: ComparedStudies, phase: Phase, side: str) -> Iterator[Ite
             if name in optima and peak.ratio == optima[name].ratio
         ]
         for peak in at[:1]:
-            x, work = wear(one, peak, side, per_area)
+            x, work = wear.wear_index(one, peak.friction_W, side, per_area)
             if len(x):
                 yield Marks(x, (one.study.driver.pull / peak.pull) ** 2 * work, name, *style)
 
 
-def wear(
-    one: Results, peak: ComparedPeak, side: str, per_area: bool = False
-) -> tuple[np.ndarray, np.ndarray]:
-    """(mm along the axis (s,), J per mm and hour (s,)) of the kept stations of a side, each of
-    which stands for the length from station to station, or J per mm2 and hour of the area of its
-    contact points; empty without kept pairs, or of a single station."""
-    if one.kept is None or one.whole is None:
-        return np.empty(0), np.empty(0)
-    carrying = one.kept.select(one.kept.carrying)
-    every, mine = of_side(one.whole, side), carrying.side == side
-    length = np.ptp(one.along(every)) / max(len(np.unique(every.station)) - 1, 1)
-    power = np.array(peak.friction_W)[mine]
-    pairs = of_side(carrying, side)
-    stations = np.unique(pairs.station)
-    if not length > 0 or not len(stations):
-        return np.empty(0), np.empty(0)
-    at = [pairs.station == s for s in stations]
-    x = np.array([one.along(pairs)[here].mean() for here in at])
-    work = HOUR * np.array([power[here].sum() for here in at])
-    return x, work / (
-        MM2 * np.array([pairs.area[here].sum() for here in at]) if per_area else length
-    )
-
-
 def has_areas(comparison: ComparedStudies) -> bool:
     """Whether all contacts of all studies know theirs."""
-    kept = [one.kept for one in comparison.studies.values() if one.kept is not None]
-    return bool(kept) and all((one.area[one.carrying] > 0).all() for one in kept)
+    kept = [one for one in comparison.studies.values() if one.kept is not None]
+    return bool(kept) and all(map(wear.has_areas, kept))

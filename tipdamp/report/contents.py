@@ -21,6 +21,7 @@ from tipdamp.report.subjects import (
     pressure,
     response,
     tuning,
+    wear,
 )
 
 # (anchor, title, what stands there): each of them yields its blocks, or nothing where the study has
@@ -68,7 +69,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
     (
         "contacts",
         "Inside the contacts",
-        (friction.energies, friction.friction_work, friction.hysteresis),
+        (friction.energies, friction.friction_work, wear.figure, friction.hysteresis),
     ),
     ("measured", "Measured and computed", (measured.tables, measured.fitted, measured.figure)),
     ("pairs", "Contact pairs", (pairs.scene,)),

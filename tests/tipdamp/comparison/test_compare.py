@@ -11,8 +11,8 @@ import pytest
 from tests.tipdamp.rig_study import CHAIN, write_chain
 from tipdamp.cli import main
 from tipdamp.comparison.read import read, source
-from tipdamp.comparison.wear import wear
 from tipdamp.report.subjects.axial import of_side
+from tipdamp.report.subjects.wear import wear_index
 from tipdamp.stages.run import results_folder
 from tipdamp.study.study import load_study
 
@@ -195,7 +195,10 @@ def test_wear_index_is_the_friction_of_the_period(run):
     for period in one.cycles.curves[-2:]:
         (peak,) = [p for p in comparison.peaks if (p.Fe, p.blade) == (period.Fe_N, 1)]
         assert peak.hz == pytest.approx(period.hz, rel=1e-9)
-        hour = sum(wear(one, peak, side)[1].sum() for side in ("left", "right")) * length
+        hour = (
+            sum(wear_index(one, peak.friction_W, side)[1].sum() for side in ("left", "right"))
+            * length
+        )
         assert hour == pytest.approx(3600 * period.hz * sum(period.friction_J.values()), rel=1e-6)
         assert hour > 0
 

@@ -14,8 +14,9 @@ from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
 from tipdamp.comparison.record import ComparedStudies, Computed
 from tipdamp.comparison.swept import follows_ratio
-from tipdamp.comparison.wear import figures, has_areas, wear
+from tipdamp.comparison.wear import figures, has_areas
 from tipdamp.hbm.drawing.figure import Marks
+from tipdamp.report.subjects.wear import wear_index
 from tipdamp.report.text import NOTHING
 from tipdamp.study.law import LawChoice
 
@@ -240,7 +241,9 @@ def test_wear_of_several_pulls_is_that_at_the_first(tmp_path):
     given = ComparedStudies((Computed("a", one),), peaks)
     (figure,) = figures(given)
     drawn = np.concatenate([marks.y for panel in figure.panels for marks in panel.items])
-    every = np.concatenate([wear(one, peaks[1], side)[1] for side in one.whole.sides])
+    every = np.concatenate(
+        [wear_index(one, peaks[1].friction_W, side)[1] for side in one.whole.sides]
+    )
     assert drawn == pytest.approx(every / 4)
 
 
@@ -256,7 +259,7 @@ def test_wear_per_area(tmp_path):
     given = ComparedStudies((Computed("a", one),), (peak,))
     assert has_areas(given)
     right = whole.side == "right"
-    x, work = wear(one, peak, "right", per_area=True)
+    x, work = wear_index(one, peak.friction_W, "right", per_area=True)
     of_station = [
         sum(p for p, r, s in zip(power, right, whole.station, strict=True) if r and s == k)
         for k in range(5)

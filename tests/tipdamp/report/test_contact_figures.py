@@ -10,7 +10,7 @@ from tests.tipdamp.report.files import artefacts, damage, results_of
 from tipdamp.checks.pairs import pair_names
 from tipdamp.hbm.drawing.figure import Line, Tiles, edges
 from tipdamp.report.drawing import matplotlib, plotly, table
-from tipdamp.report.subjects import friction, tuning
+from tipdamp.report.subjects import friction, tuning, wear
 from tipdamp.results.response_results import CyclesResult, PeakCycle
 
 
@@ -69,6 +69,30 @@ def test_every_pair_has_its_tile(drawn, tmp_path):
     assert (tmp_path / "map.csv").read_text().count("side 'left', cylinder\",tiles,") == (
         kept.side == "left"
     ).sum()
+
+
+def test_wear_index_of_every_level(drawn, tmp_path):
+    """Over length and hour it is the power of friction of each station; per area where the contacts
+    know theirs; nothing where nothing slips."""
+    results, kept, _ = drawn
+    (figure,) = wear.figure(results)
+    assert [panel.y_label for panel in figure.panels] == ["friction work (J per mm and hour)"] * 2
+    for panel, side in zip(figure.panels, kept.sides, strict=True):
+        _, marks = panel.items
+        every = results.along(results.whole.select(results.whole.side == side))
+        length = np.ptp(every) / (len(np.unique(every)) - 1)
+        joule = 3600 * 2800.0 * 1e-6 * np.flatnonzero(kept.side == side).sum()
+        assert (marks.name, sum(marks.y) * length) == ("Fe = 20 N", pytest.approx(joule))
+    matplotlib.draw(figure, tmp_path / "wear.png")
+    areas = replace(results, kept=results.kept.replace(area=np.full(len(results.kept), 2e-6)))
+    (figure,) = wear.figure(areas)
+    assert figure.panels[0].y_label == "friction work (J per mm² and hour)"
+    least = [
+        one.model_copy(update={"friction_J": dict.fromkeys(one.friction_J, 0.0)})
+        for one in results.cycles.curves
+    ]
+    stuck = results.cycles.model_copy(update={"curves": tuple(least)})
+    assert list(wear.figure(replace(results, cycles=stuck))) == []
 
 
 def test_names_beside_the_states(drawn, tmp_path):

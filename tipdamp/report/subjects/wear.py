@@ -1,0 +1,80 @@
+"""Wear index: work of friction per hour and length of the damper, or area of the contact, at every
+station."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from tipdamp.hbm.drawing.figure import Curve, Figure, Item, Marks, Panel, level_colors
+from tipdamp.report.results import Results
+from tipdamp.report.subjects.axial import AXIAL, of_side, side_title
+
+HOUR = 3600.0  # s
+MM2 = 1e6  # of a m2
+
+
+def figure(results: Results) -> Iterator[Figure]:
+    """A panel for each side, a line for each level, at the largest H."""
+    if results.cycles is None or results.kept is None:
+        return
+    if not any(one.friction_share > 0 for one in results.periods):
+        return
+    per_area = has_areas(results)
+    unit, over = ("mm²", "area of the contact") if per_area else ("mm", "length of the damper")
+    items = {side: list(_levels(results, side, per_area)) for side in results.kept.sides}
+    panels = [
+        Panel(side_title(results, side), AXIAL, f"friction work (J per {unit} and hour)", drawn)
+        for side, drawn in items.items()
+        if drawn
+    ]
+    if panels:
+        yield Figure(
+            "wear",
+            "Wear index",
+            f"Work of friction per hour and {over} at the kept stations, while the blades vibrate "
+            "at the peak of each level. Wear grows with it (Archard).",
+            panels,
+            row_height=310,
+        )
+
+
+def _levels(results: Results, side: str, per_area: bool) -> Iterator[Item]:
+    assert results.cycles is not None
+    for one, color in zip(results.periods, level_colors(len(results.periods)), strict=True):
+        power = [one.hz * one.friction_J[name] for name in results.cycles.pairs]
+        x, work = wear_index(results, power, side, per_area)
+        if len(x):
+            order = np.argsort(x)
+            yield Curve(x[order], work[order], "", color)
+            yield Marks(x, work, f"Fe = {one.Fe_N:g} N", color, size=5)
+
+
+def wear_index(
+    one: Results, power: Sequence[float], side: str, per_area: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """(mm along the axis (s,), J per mm and hour (s,)) of the kept stations of a side, each of
+    which stands for the length from station to station, or J per mm2 and hour of the area of its
+    contact points; empty without kept pairs, or of a single station.
+
+    power (P,) W - of friction in each kept pair"""
+    if one.kept is None or one.whole is None:
+        return np.empty(0), np.empty(0)
+    carrying = one.kept.select(one.kept.carrying)
+    every, mine = of_side(one.whole, side), carrying.side == side
+    length = np.ptp(one.along(every)) / max(len(np.unique(every.station)) - 1, 1)
+    own = np.array(power)[mine]
+    pairs = of_side(carrying, side)
+    stations = np.unique(pairs.station)
+    if not length > 0 or not len(stations):
+        return np.empty(0), np.empty(0)
+    at = [pairs.station == s for s in stations]
+    x = np.array([one.along(pairs)[here].mean() for here in at])
+    work = HOUR * np.array([own[here].sum() for here in at])
+    return x, work / (
+        MM2 * np.array([pairs.area[here].sum() for here in at]) if per_area else length
+    )
+
+
+def has_areas(one: Results) -> bool:
+    """Whether all kept contacts know theirs."""
+    return one.kept is not None and bool((one.kept.area[one.kept.carrying] > 0).all())
