@@ -1,11 +1,18 @@
 """Sweeps on a cluster of dask.distributed: the same numbers, and answers in one line."""
 
 import os
+import re
+import shutil
 import signal
+import subprocess
+import sys
 import time
+from contextlib import contextmanager
+from pathlib import Path
 
 import pytest
 
+import tipdamp
 from tests.tipdamp.rig_study import CHAIN
 from tipdamp.cli import main
 from tipdamp.sweep import cluster
@@ -43,6 +50,65 @@ def test_the_same_cases_and_numbers(sweep, tmp_path):
 
 
 @pytest.mark.slow
+def test_processes_of_their_own_give_the_same_table(sweep, tmp_path, capsys):
+    """A scheduler and two workers that were started apart, as on other machines: sweep.csv is that
+    of one job, byte for byte. One more, whose sources are others, is refused in one line."""
+    with started("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard") as scheduler:
+        address = told(scheduler, r"Scheduler at:\s+(tcp://\S+)")
+        options = [address, "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+        with started("worker", *options) as one, started("worker", *options) as other:
+            for worker in (one, other):
+                told(worker, r"Registered to:\s+(\S+)")
+            out = ["--out", str(tmp_path / "there")]
+            assert swept(sweep, "--scheduler", address, *out) == 0
+            capsys.readouterr()
+            with started("worker", *options, folder=other_sources(tmp_path)) as stranger:
+                told(stranger, r"Registered to:\s+(\S+)")
+                assert swept(sweep, "--scheduler", address, *out) == 2
+            error = capsys.readouterr().err
+            assert error.count("\n") == 1 and "has sources of tipdamp" in error
+    assert swept(sweep, "--jobs", "1", "--out", str(tmp_path / "here")) == 0
+    there, here = (tmp_path / name / "sweep" / "sweep.csv" for name in ("there", "here"))
+    assert there.read_bytes() == here.read_bytes()
+
+
+@contextmanager
+def started(*command, folder=None):
+    """A process of dask, ended by its number; folder - where it starts, and looks for packages
+    first."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "dask", *command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        cwd=folder,
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def other_sources(folder):
+    """A copy of the program with a comment more."""
+    copy = folder / "other" / "tipdamp"
+    no_cache = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(Path(tipdamp.__file__).parent, copy, ignore=no_cache)
+    with (copy / "sweep" / "work.py").open("a") as file:
+        file.write("# of another version\n")
+    return copy.parent
+
+
+def told(process, pattern):
+    """What a process says of itself, once it does."""
+    for line in process.stdout:
+        if found := re.search(pattern, line):
+            return found[1]
+    raise AssertionError(f"it ended without saying {pattern}")
+
+
+@pytest.mark.slow
 def test_a_scheduler_that_is_killed_costs_no_finished_case(sweep, tmp_path, capsys):
     """One line; on a new one, or here, the sweep goes on with what is there."""
     from multiprocessing import get_context
@@ -74,8 +140,6 @@ def own_cluster(ready):
 
 
 def kill_at(pid, folder, count):
-    from pathlib import Path
-
     from tipdamp.sweep.work import products
 
     for _ in range(12000):
