@@ -1,19 +1,16 @@
 """Sweeps on a cluster of dask.distributed: the same numbers, and answers in one line."""
 
 import os
-import re
 import shutil
 import signal
-import subprocess
-import sys
 import time
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 import tipdamp
 from tests.tipdamp.rig_study import CHAIN
+from tests.tipdamp.sweep.dask_processes import scheduler, worker
 from tipdamp.cli import main
 from tipdamp.sweep import cluster
 from tipdamp.sweep.index import Index
@@ -53,41 +50,17 @@ def test_the_same_cases_and_numbers(sweep, tmp_path):
 def test_processes_of_their_own_give_the_same_table(sweep, tmp_path, capsys):
     """A scheduler and two workers that were started apart, as on other machines: sweep.csv is that
     of one job, byte for byte. One more, whose sources are others, is refused in one line."""
-    with started("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard") as scheduler:
-        address = told(scheduler, r"Scheduler at:\s+(tcp://\S+)")
-        options = [address, "--nthreads", "1", "--no-nanny", "--no-dashboard"]
-        with started("worker", *options) as one, started("worker", *options) as other:
-            for worker in (one, other):
-                told(worker, r"Registered to:\s+(\S+)")
-            out = ["--out", str(tmp_path / "there")]
-            assert swept(sweep, "--scheduler", address, *out) == 0
-            capsys.readouterr()
-            with started("worker", *options, folder=other_sources(tmp_path)) as stranger:
-                told(stranger, r"Registered to:\s+(\S+)")
-                assert swept(sweep, "--scheduler", address, *out) == 2
-            error = capsys.readouterr().err
-            assert error.count("\n") == 1 and "has sources of tipdamp" in error
+    with scheduler() as (_, address), worker(address), worker(address):
+        out = ["--out", str(tmp_path / "there")]
+        assert swept(sweep, "--scheduler", address, *out) == 0
+        capsys.readouterr()
+        with worker(address, other_sources(tmp_path)):
+            assert swept(sweep, "--scheduler", address, *out) == 2
+        error = capsys.readouterr().err
+        assert error.count("\n") == 1 and "has sources of tipdamp" in error
     assert swept(sweep, "--jobs", "1", "--out", str(tmp_path / "here")) == 0
     there, here = (tmp_path / name / "sweep" / "sweep.csv" for name in ("there", "here"))
     assert there.read_bytes() == here.read_bytes()
-
-
-@contextmanager
-def started(*command, folder=None):
-    """A process of dask, ended by its number; folder - where it starts, and looks for packages
-    first."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "dask", *command],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        cwd=folder,
-    )
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.communicate()
 
 
 def other_sources(folder):
@@ -98,14 +71,6 @@ def other_sources(folder):
     with (copy / "sweep" / "work.py").open("a") as file:
         file.write("# of another version\n")
     return copy.parent
-
-
-def told(process, pattern):
-    """What a process says of itself, once it does."""
-    for line in process.stdout:
-        if found := re.search(pattern, line):
-            return found[1]
-    raise AssertionError(f"it ended without saying {pattern}")
 
 
 @pytest.mark.slow

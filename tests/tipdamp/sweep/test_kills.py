@@ -5,21 +5,26 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 from tests.tipdamp.rig_study import CHAIN
+from tests.tipdamp.sweep.dask_processes import scheduler, worker
 from tipdamp.cli import main
 from tipdamp.sweep.index import Index
 from tipdamp.sweep.work import products
 
-SWEEP = """
+KILLS = int(os.environ.get("TIPDAMP_KILLS", "6"))
+LEVELS = max(8, 2 * KILLS)  # so many that the sweep outlives the kills
+SWEEP = f"""
 [sweep.over]
 model.pull = [60, 30, 20]
-respond.levels = { start = 2, stop = 12, count = 8 }
+respond.levels = {{ start = 2, stop = 12, count = {LEVELS} }}
 """
-KILLS = 6
+VICTIMS = ("front process", "process") + ("scheduler",) * bool(find_spec("distributed"))
 PATIENCE = 120.0  # s for a step to be finished
 
 
@@ -62,32 +67,65 @@ def curves(folder):
         return [row for _, row in index.curves()]
 
 
+def kill_front(study, folder, count):
+    """Once so many steps are finished; False where the sweep ends before."""
+    process = begun(study, "--jobs", "2")
+    wait_for(folder, count, process)
+    alive = process.poll() is None
+    process.kill()
+    process.communicate()
+    return alive
+
+
+def kill_process(study, folder, count):
+    """As `kill_front`, one that computes; the front process goes on, and is killed later."""
+    process = begun(study, "--jobs", "2")
+    wait_for(folder, count, process)
+    alive = process.poll() is None
+    if alive:
+        os.kill(at_work(process.pid)[-1], signal.SIGKILL)
+        wait_for(folder, len(finished(folder)) + 2, process)
+    process.kill()
+    process.communicate()
+    return alive
+
+
+def kill_scheduler(study, folder, count):
+    """As `kill_front`, the scheduler of two workers: the front process ends by itself."""
+    with scheduler() as (victim, address), worker(address), worker(address):
+        process = begun(study, "--scheduler", address)
+        wait_for(folder, count, process)
+        alive = process.poll() is None
+        victim.kill()
+        process.communicate(timeout=PATIENCE)
+    return alive
+
+
+KILL = {"front process": kill_front, "process": kill_process, "scheduler": kill_scheduler}
+
+
 @pytest.mark.slow
 def test_killed_processes_cost_the_running_case_alone(matrices_study):
-    """The front process and one that computes, killed in turn without warning: what was finished
-    before is the same file at the end, and the numbers are those of a sweep in peace."""
+    """The front process, one that computes and the scheduler of a cluster, killed in turn without
+    warning: what was finished before is the same file at the end, and the numbers are those of a
+    sweep in peace."""
     matrices_study.write_text(CHAIN + SWEEP)
     folder = matrices_study.parent / "results" / "study" / "sweep"
-    before, lost = {}, 0
+    before, lost = {}, Counter()
     for kill in range(KILLS):
-        process = begun(matrices_study, "--jobs", "2")
-        wait_for(folder, len(before) + 3, process)
-        if process.poll() is not None:
+        victim = VICTIMS[kill % len(VICTIMS)]
+        if not KILL[victim](matrices_study, folder, len(before) + 3):
             break
-        victim = at_work(process.pid)[-1] if kill % 2 else process.pid
-        os.kill(victim, signal.SIGKILL)
-        lost += victim != process.pid
-        if victim != process.pid:
-            wait_for(folder, len(finished(folder)) + 2, process)
-            os.kill(process.pid, signal.SIGKILL)
-        process.communicate()
+        lost[victim] += 1
         now = finished(folder)
         assert before.items() <= now.items()  # not one was made again
         before = now
-    assert lost >= 2
-    assert "24 of 24 cases done, 0 failed" in begun(matrices_study).communicate()[0]
+    print(f"killed: {dict(lost)}; {len(before)} steps were finished by then")
+    assert lost.total() == KILLS and set(lost) == set(VICTIMS)
+    cases = 3 * LEVELS
+    assert f"{cases} of {cases} cases done, 0 failed" in begun(matrices_study).communicate()[0]
     assert before.items() <= finished(folder).items()
-    assert len(finished(folder)) == 1 + 3 + 3 + 24
+    assert len(finished(folder)) == 1 + 3 + 3 + cases
     killed = curves(folder)
     assert (
         main(["sweep", str(matrices_study), "--quiet", "--jobs", "1", "--out", str(folder / "p")])
