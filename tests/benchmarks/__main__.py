@@ -34,6 +34,7 @@ RUNS = (
     "interface",
     "many_points",
     "jobs",
+    "sweeps",
 )
 
 
