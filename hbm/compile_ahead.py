@@ -3,11 +3,12 @@
 python -m tipdamp.hbm.compile_ahead
 """
 
-from tipdamp.hbm.balance.problem import contact_problem
+import numpy as np
+
+from tipdamp.hbm.balance.problem import ContactProblem, contact_problem
 from tipdamp.hbm.comparison import compare
 from tipdamp.hbm.example import two_blades
-from tipdamp.hbm.laws import CubicSpring, DryFriction2T
-from tipdamp.hbm.problem import Problem
+from tipdamp.hbm.laws import Contacts, CubicSpring, DryFriction2T
 from tipdamp.hbm.response import follow_band
 
 
@@ -29,9 +30,11 @@ def compile_ahead() -> None:
         progress=False,
     )
     compare(curve, problem, point=len(curve) // 2)
-    duffing = Problem([[1.0]], [[0.1]], [[1.0]]).add(CubicSpring(1.0), 0).force(0, 0.1)
-    short = duffing.follow_band((0.1, 0.11), outputs={"x": 0}, harmonics=3, progress=False)
-    compare(short, duffing.contact_problem, point=0)
+    one, cubic = np.eye(1), Contacts([0.0], [0.0], [0.0], [0.0])
+    duffing = ContactProblem(one, 0.1 * one, one, one, CubicSpring(1.0), cubic)
+    force, band = 0.1 * one[0], (0.1, 0.11)
+    short = follow_band(duffing, force, band, outputs={"x": 0}, harmonics=3, progress=False)
+    compare(short, duffing, point=0)
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 SOLVED = 1e-8  # of the amplitude: to what peaks are solved
+MOVES = 1e-6  # of the cycle, above which a pair slips or is open
 DOUBTFUL = 0.1  # of the vibration: a larger estimate of the truncation is no estimate
 NOT_SEARCHED = "not looked for further curves"
 
@@ -533,17 +534,19 @@ class ForcedResponse(ArrayRecord):
 
     @property
     def slipping_pairs(self) -> np.ndarray:
-        """Indices of the pairs that slip or open anywhere in the band."""
-        return self._beyond(self.share_slip + self.share_open)
+        """Indices of the pairs that slip or open anywhere in the band; not of those that stay open
+        all along, as where they are open at rest."""
+        most, least = (
+            way(self.share_open, axis=0, initial=0.5 + sign * 0.5)
+            for way, sign in ((np.nanmax, -1), (np.nanmin, 1))
+        )
+        slips = np.nanmax(self.share_slip, axis=0, initial=0.0) > MOVES
+        return np.flatnonzero(slips | (most > MOVES) & (least < 1 - MOVES))
 
     @property
     def opening_pairs(self) -> np.ndarray:
         """Indices of the pairs that open anywhere in the band."""
-        return self._beyond(self.share_open)
-
-    @staticmethod
-    def _beyond(share: np.ndarray) -> np.ndarray:
-        return np.flatnonzero(np.nanmax(share, axis=0, initial=0.0) > 1e-6)
+        return np.flatnonzero(np.nanmax(self.share_open, axis=0, initial=0.0) > MOVES)
 
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
