@@ -17,7 +17,7 @@ from tipdamp.cli import main
 from tipdamp.sweep.index import Index
 from tipdamp.sweep.work import products
 
-KILLS = int(os.environ.get("TIPDAMP_KILLS", "6"))
+KILLS = int(os.environ.get("TIPDAMP_KILLS", "3"))
 LEVELS = max(8, 2 * KILLS)  # so many that the sweep outlives the kills
 SWEEP = f"""
 [sweep.over]
