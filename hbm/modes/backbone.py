@@ -84,7 +84,9 @@ def backbone(
     """
     began = time.perf_counter()
     at = _check_amplitudes(amplitudes)
-    equation, rows, names = _equation(problem, mode, outputs, check_harmonics(harmonics), samples)
+    equation, rows, names = mode_equation(
+        problem, mode, outputs, check_harmonics(harmonics), samples
+    )
     settings = check_settings(settings, progress)
     settings = replace(settings, widest=min(settings.widest, WIDEST))
     begin = _first(equation, at[0], settings)
@@ -119,9 +121,10 @@ def _check_amplitudes(amplitudes: Sequence[float]) -> np.ndarray:
     return given
 
 
-def _equation(
+def mode_equation(
     problem: AnyProblem, mode: int, outputs: Mapping[str, ArrayLike], H: int, samples: int | None
 ) -> tuple[ModeEquation, np.ndarray, list[str]]:
+    """(equation of a mode, rows (m, r) of the outputs, their names); InputError as `backbone`."""
     problem = contact_problem_of(problem)
     problem.check_plain("backbone")
     names, rows = check_outputs(outputs, len(problem.K))

@@ -26,6 +26,8 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord
+from tipdamp.hbm.modes.backbone import mode_equation
+from tipdamp.hbm.modes.free_motion import ModeEquation
 from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.modes.stuck_modes import stuck_modes
 from tipdamp.hbm.validation import brief, check_forcing, numbers
@@ -39,6 +41,8 @@ NEARER = 0.5 ** np.arange(1, 12)  # of the last way to the peak: places on it
 NEWTON, SOLVED = 20, 1e-9  # steps for a frequency; what is left of W / w0
 SLOW = 1e-9  # of a contact force: less of it does not depend on the speed
 SAME = 1e-6  # of a stuck frequency: by more it is another problem
+SOLVES = 1e-3  # residual of a free motion, whose samples are not known: by more likewise
+STILL = 1e-6  # of the motion of the contacts: with less one has no stiffness in that motion
 OVERLAP = 0.1  # of an output at phase resonance: more of it from other modes is told
 # damping ratio of the contacts: with more the amplitude, and with it shape and stiffness, differ
 # much between phase resonance and peak
@@ -54,8 +58,8 @@ class Synthesis(ArrayRecord):
     others : (n, m) share of harmonic 1 that is of the other modes
     top : place of phase resonance, where the mode has its largest amplitude
     peak_reached : whether the backbone reaches the amplitude of the peak
-    said : where other modes overlap, or the contacts damp much, in words; empty where this mode
-        rules
+    said : where other modes overlap, stuck or as the contacts are at the peak, or the contacts damp
+        much, in words; empty where this mode rules
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
     >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
@@ -131,7 +135,7 @@ def synthesis(
     mode : of `backbone`, from amplitudes far below those of the response; problem : that of it
     forcing : (r,) real or complex amplitude F of Re F exp(i w t) in N; level : factor on it
     No equation is solved: every level costs milliseconds. Raises InputError where the force does
-    not excite the mode.
+    not excite the mode, and where the backbone is not one of the problem.
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
     >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
@@ -147,7 +151,7 @@ def synthesis(
     factor = numbers("level", level, "must be one number")
     if factor.shape:
         raise InputError(f"level = {brief(level)}: must be one number")
-    _check_same(mode, problem)
+    equation = _same_equation(mode, problem)
     F = float(factor) * check_forcing(np.asarray(forcing), len(problem.K), 1)[1]
     line = _OverAmplitude.of(mode, problem)
     s = line.places
@@ -174,7 +178,8 @@ def synthesis(
     X[..., 1] += beside
     others = np.abs(beside) / np.maximum(np.abs(X[..., 1]), 1e-300)
     top = min(top, len(W) - 1)
-    most = float(others[top].max())
+    moving = _others_in_motion(mode, equation, int(way[top].round()), F, W[top])
+    most = max(float(others[top].max()), moving)
     said = [f"other modes are {most:.0%} of an output at its resonance"] * (most > OVERLAP)
     contacts = float(line.known["contacts"](way)[top])
     said += [f"contacts damp by {contacts:.0%}: the peak is good to some per cent"] * (
@@ -289,8 +294,9 @@ def _through(s: np.ndarray, values: np.ndarray) -> Callable:
     return parts[0]
 
 
-def _check_same(mode: Backbone, problem: ContactProblem) -> None:
-    """InputError where the stuck mode of a backbone is none of the problem."""
+def _same_equation(mode: Backbone, problem: ContactProblem) -> ModeEquation:
+    """The equation of a backbone; InputError where its stuck mode is none of the problem, or its
+    free motions none with the contacts of the problem."""
     fits = mode.shape.shape[1] == len(problem.K)
     if fits:
         modes, j = stuck_modes(problem), mode.mode - 1
@@ -301,6 +307,17 @@ def _check_same(mode: Backbone, problem: ContactProblem) -> None:
             f"problem: has not the stuck mode {mode.mode} of the backbone, at "
             f"{mode.stuck_frequency:.6g} Hz; give the problem that the backbone was made with"
         )
+    outputs = dict(zip(mode.output_names.tolist(), mode.output_rows, strict=True))
+    equation = mode_equation(problem, mode.mode, outputs, mode.H, None)[0]
+    for i in {len(mode.amplitude) // 2, len(mode.amplitude) - 1}:
+        x, a = mode.unknowns[i], mode.amplitude[i]
+        known = len(x) == len(equation.weights)
+        if not known or np.linalg.norm(equation.evaluate(x, a).residual) > SOLVES:
+            raise InputError(
+                f"problem: the free motion of the backbone at {a:g} m is none with its contacts; "
+                "give the problem that the backbone was made with"
+            )
+    return equation
 
 
 def _other_modes(
@@ -313,3 +330,25 @@ def _other_modes(
     beside = modes.moves[1] & (np.arange(len(modes.mass)) != mode.mode - 1)
     Q = np.where(beside, (modes.shapes.T @ F) / own, 0.0)
     return Q @ (mode.output_rows @ modes.shapes).T
+
+
+def _others_in_motion(
+    mode: Backbone, equation: ModeEquation, i: int, F: np.ndarray, W: float
+) -> float:
+    """Share of an output that is of the other modes, at most, where every contact has the stiffness
+    and damping that it has in harmonic 1 of free motion i: with slip the modes lie elsewhere than
+    stuck."""
+    here, modes = equation.evaluate(mode.unknowns[i], mode.amplitude[i]), equation.modes
+    vibrates = modes.moves[1]
+    shapes, S = modes.shapes[:, vibrates], modes.at_contacts[:, vibrates]
+    psi, Z = here.modal[1, vibrates], modes.impedance(W, 0.0, 1)[1]
+    Z = np.diag(Z[vibrates]) if Z.ndim == 1 else Z[np.ix_(vibrates, vibrates)]
+    u = S @ psi
+    g = fourier.to_complex(here.forces.g.reshape(len(u), -1))[:, 1]
+    moves = np.abs(u) > STILL * np.abs(u).max()
+    springs = np.where(moves, g, 0.0) / np.where(moves, u, 1.0)
+    Z = Z + (S.T * springs) @ S
+    push, rows = shapes.T @ F, mode.output_rows @ shapes
+    own = psi * (psi.conj() @ push) / (psi.conj() @ Z @ psi)
+    whole = np.linalg.solve(Z, push)
+    return float((np.abs(rows @ (whole - own)) / np.maximum(np.abs(rows @ whole), 1e-300)).max())

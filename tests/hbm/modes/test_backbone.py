@@ -234,7 +234,7 @@ def test_derivatives(name, monkeypatch):
     the regularisation, which is no part of the residual."""
     monkeypatch.setattr(residual, "regularise", lambda *given: None)
     problem, row, a = EQUATIONS[name]()
-    equation = backbones._equation(problem, 1, {"x": row}, 3, None)[0]
+    equation = backbones.mode_equation(problem, 1, {"x": row}, 3, None)[0]
     rng = np.random.default_rng(0)
     x = equation.stuck()
     x[:-2] += 0.1 * np.abs(x[:-2]).max() * rng.normal(size=len(x) - 2)

@@ -149,6 +149,20 @@ def test_other_modes_that_overlap_are_told():
     assert "other modes are" in synthesis(mode, pair, np.array([1.0, 0.0]), 1e-3).said
 
 
+def test_modes_that_overlap_where_the_contact_slips_are_told():
+    """5 % apart stuck, 1 % apart under slip: there the peak of the mode is a third too low."""
+    K = np.array([[1.01, -0.01], [-0.01, 1.01]])
+    pair = Problem(M=np.eye(2), K=K, damping_ratio=0.01)
+    pair = pair.add(Jenkins1D(), 0, kt=0.1, mu=1.0, preload=0.05)
+    mode = backbone(pair, 2, (1e-4, 20.0), outputs={"x": [1.0, 0.0]}, harmonics=1)
+    force, given = np.array([1.0, 0.0]), dict(outputs={"x": 0}, harmonics=1)
+    stuck, slips = (synthesis(mode, pair, force, level) for level in (1e-3, 0.5))
+    assert stuck.said == "" and "other modes are" in slips.said
+    for found, level, good in ((stuck, 1e-3, True), (slips, 0.5, False)):
+        height = pair.force(0, level).follow_band((0.13, 0.2), **given).peak("x")[1]
+        assert (abs(found.peak("x")[1] / height - 1) < 0.03) == good
+
+
 def test_the_peak_is_that_of_the_mode():
     """Not the higher resonance of the linear mode further up, which the way passes too."""
     K = np.array([[1.2, -0.2], [-0.2, 4.0]])
@@ -174,15 +188,16 @@ def test_the_backbone_must_reach_far_enough():
         found.peak("y")
 
 
-def one_blade(K=1e6):
+def one_blade(K=1e6, mu=0.5):
     blade = Problem(M=[[0.05]], K=[[K]], damping_ratio=0.01)
-    return blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    return blade.add(Jenkins1D(), 0, kt=5e5, mu=mu, preload=40.0)
 
 
 WRONG = {
     "mode = None: must be the Backbone": lambda mode: synthesis(None, one_blade(), [1.0]),
     r"level = \[1, 2\]: must be one": lambda mode: synthesis(mode, one_blade(), [1.0], [1, 2]),
     "has not the stuck mode 1 of the backbone": lambda mode: synthesis(mode, one_blade(2e6), [1.0]),
+    "at 0.0001 m is none with its contacts": lambda mode: synthesis(mode, one_blade(mu=0.1), [1.0]),
     "the stuck mode 1 of the backbone, at 871.": lambda mode: synthesis(
         mode, beam("B8")[0], beam("B8")[1]
     ),
