@@ -1,7 +1,7 @@
 """What is followed: the problem, the parameter, the outputs that are measured, and whole curves at
 one value."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -63,6 +63,22 @@ class Case:
         """Of all outputs."""
         return ModalRows(self.rows)
 
+    @cached_property
+    def damped(self) -> ContactProblem:
+        """The problem with a matrix of damping in the place of ratios where the stuck modes change
+        on the way, which the ratios would follow: the damping stays as it was given."""
+        stiffness = getattr(self.parameter, "setting", "") in ("kn", "kt")
+        if not stiffness or self.problem.damping_ratio is None:
+            return self.problem
+        known, M = self.problem.receptance(), self.problem.M
+        own = 2 * known.ratio * np.sqrt(known.stiffness * known.mass)
+        shapes = M @ known.shapes[:, : len(known.mass)] / np.maximum(known.mass, 1e-300)
+        return replace(self.problem, C=(shapes * own) @ shapes.T, damping_ratio=None)
+
+    def inside(self, w: float) -> bool:
+        """Whether w rad/s lies in the band."""
+        return self.band[0] <= w / (2 * np.pi) <= self.band[1]
+
     def balance(self) -> HarmonicBalance:
         """Of the problem, at the value 1."""
         start = "zero_slider" if self.start is None else self.start
@@ -83,7 +99,7 @@ class Case:
         guess: tuple[float, np.ndarray] | None = None,
     ) -> tuple[ForcedResponse, ContactProblem]:
         """(curve over the band, or over another one, its problem) at a value of the parameter."""
-        problem, forces = self.parameter.rebuild(self.problem, self.forces, value)
+        problem, forces = self.parameter.rebuild(self.damped, self.forces, value)
         told = self.progress
 
         def alive(hz: float, step: float, calls: int) -> None:

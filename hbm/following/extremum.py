@@ -20,10 +20,11 @@ from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.series import real_times
-from tipdamp.hbm.continuation.point import Bordered, Metric, Point
+from tipdamp.hbm.continuation.point import Bordered, Metric, Point, size
 from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
 STEP = 1e-6  # arc length of the differences of tangents
+NEARBY = 0.01  # of the frequency: a unit of arc length along a curve
 BESIDE = 0.05  # arc length within which a solution is that of a top
 NEAR = 0.02  # arc length within which their result is taken again by Newton's method
 # (linearisation by the frequency, tangent (dx, dw), arc length of that) -> relative slope
@@ -35,7 +36,9 @@ class Extremum:
     """R and e over a parameter; unknowns (n + 1,) : x, and the way of w from `w` in units of
     `by_w`.
 
-    metric : arc length of the branch, in which e is the slope
+    metric : arc length of the curve at `w`
+    grows : whether e is the slope in the arc length of its place, as a motion may grow by decades,
+        not in that
     along : (row, corner) of a plane across the branch; it says which way is forward, and is taken
         from the last point
     settings : of the continuation
@@ -51,6 +54,7 @@ class Extremum:
     along: tuple[np.ndarray, float]
     settings: Settings = DEFAULT
     near: float = NEAR
+    grows: bool = True
     recent: tuple | None = None
 
     @property
@@ -80,12 +84,12 @@ class Extremum:
         out = tx - fourier.to_real(real_times(there.balance.shapes, change)).ravel()
         dx, dw = near.found.solve(*self.along, 0.0, out)
         tangent = tx + dx, tw + dw
-        return self.metric.size * self.slope(there, tangent, self.metric.norm(*tangent))
+        return near.metric.size * self.slope(there, tangent, near.metric.norm(*tangent))
 
-    def apart(self, dy: np.ndarray, dp: float, p: float) -> float:
-        """Length of a way, that of the parameter relative to it."""
-        way = self.metric.norm(dy[:-1], dy[-1] / self.by_w)
-        return way + abs(dp) / max(abs(p), 1e-300)
+    def apart(self, dy: np.ndarray, dp: float, at: "ExtremumLinearisation") -> float:
+        """Length of a way from a place, that of the parameter relative to it."""
+        way = at.metric.norm(dy[:-1], dy[-1] / self.by_w)
+        return way + abs(dp) / max(abs(at.p), 1e-300)
 
     def evaluate(self, y: np.ndarray, p: float) -> "ExtremumLinearisation":
         """Linearisation at y (n + 1,) and p, in units of the parameter's branch."""
@@ -93,9 +97,12 @@ class Extremum:
         by_parameter = self.parameter.evaluate(self.balance, y[:-1], w, p)
         found = by_frequency(by_parameter)
         tangent, sign = self.tangent(found)
-        e = self.slope(found, tangent, self.metric.norm(*tangent))
-        residual = np.r_[found.residual, self.metric.size * e]
-        return ExtremumLinearisation(self, y, p, residual, found, by_parameter, tangent, sign)
+        metric = metric_at(found) if self.grows else self.metric
+        e = self.slope(found, tangent, metric.norm(*tangent))
+        residual = np.r_[found.residual, metric.size * e]
+        return ExtremumLinearisation(
+            self, y, p, residual, found, by_parameter, tangent, sign, metric
+        )
 
     def tangent(self, found: Linearisation) -> tuple[tuple[np.ndarray, float], float]:
         """((dx, dw), sign of the bordered determinant) of the branch, forward."""
@@ -117,7 +124,7 @@ class ExtremumLinearisation(Bordered):
     """Of an Extremum at one point; `hbm.continuation.point.Linearised`.
 
     found : Linearisation of the branch by the frequency; by_parameter : the same by the parameter
-    tangent : of the branch, sign : of its bordered determinant
+    tangent : of the branch, sign : of its bordered determinant; metric : arc length there
     """
 
     of: Extremum
@@ -128,6 +135,7 @@ class ExtremumLinearisation(Bordered):
     by_parameter: Linearisation
     tangent: tuple[np.ndarray, float]
     sign: float
+    metric: Metric
     kept: list = field(default_factory=list)
 
     def moved(self, dy: np.ndarray, dp: float) -> "ExtremumLinearisation":
@@ -150,7 +158,7 @@ class ExtremumLinearisation(Bordered):
     @property
     def curvature(self) -> float:
         """Derivative of e by the arc length: negative at a maximum."""
-        scale = self.of.metric.size * self.of.metric.norm(*self.tangent)
+        scale = self.metric.size * self.metric.norm(*self.tangent)
         return self._directions()[1] / scale
 
     def _directions(self) -> list[Any]:
@@ -162,7 +170,7 @@ class ExtremumLinearisation(Bordered):
             vx, vw = self.found.solve(*of.along, 0.0, self.by_parameter.by_parameter)
             t, v = np.r_[tx, tw * of.by_w], np.r_[vx, vw * of.by_w]
             known = of.recent
-            if known is None or of.apart(self.y - known[0], self.p - known[1], self.p) > of.near:
+            if known is None or of.apart(self.y - known[0], self.p - known[1], self) > of.near:
                 known = self.y, self.p, self._change(t, 0.0), self._change(v, 1.0)
                 of.recent = known
             self.kept.extend((t, known[2], v, known[3]))
@@ -171,7 +179,7 @@ class ExtremumLinearisation(Bordered):
     def _change(self, dy: np.ndarray, dp: float) -> float:
         """Derivative of the last residual along (dy, dp), by a difference."""
         of = self.of
-        long = of.apart(dy, dp, self.p)
+        long = of.apart(dy, dp, self)
         if not long:
             return 0.0
         h = STEP / long
@@ -193,6 +201,12 @@ class ExtremumLinearisation(Bordered):
             return np.full_like(self.y, np.nan), np.nan, 0.0
         a, b = np.linalg.solve(matrix, right / sizes)
         return d + a * t + b * v, float(b), sign
+
+
+def metric_at(found: Linearisation) -> Metric:
+    """Arc length of a curve around a place of it."""
+    weights = found.balance.weights
+    return Metric(weights, max(size(weights * found.x), 1e-300), NEARBY * found.w)
 
 
 def by_frequency(found: Linearisation) -> Linearisation:

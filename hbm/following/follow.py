@@ -21,10 +21,11 @@ from tipdamp.hbm.curve.trace import NO_PERIOD, slides
 from tipdamp.hbm.curve.watched import Progress, watched
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.following.case import Case, Extreme
-from tipdamp.hbm.following.highest import Path, highest
+from tipdamp.hbm.following.highest import highest
 from tipdamp.hbm.following.options import FollowKeywords, FollowOptions
 from tipdamp.hbm.following.result import Followed
 from tipdamp.hbm.following.run import Run, near, run_from
+from tipdamp.hbm.following.taken_up import Path
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     check_forcing,
@@ -62,11 +63,12 @@ def follow_peak(
     Raises InputError on unusable input, and where the first curve has no peak inside its band.
 
     At the last value, and where the branch of peaks ends (it meets a minimum of the curve, it is
-    lost at a kink), a whole curve tells the highest peak of the band. Another one that is higher is
-    followed back to where both are as high and taken up there. `ended` names each such place, and
-    the values of `at` that are not solved. Where the curve has a kink at its peak, places are
-    maxima of short pieces of the curve (`fitted`). A peak that is the highest only in between, and
-    not at such a place, is not seen.
+    lost at a kink, it leaves the band), a whole curve tells the highest peak of the band. Another
+    one that is higher is followed back to where both are as high and taken up there; where its way
+    back is lost, `ended` says between which values it may be the highest, and `complete` is False.
+    `ended` names each such place, and the values of `at` that are not solved. Where the curve has a
+    kink at its peak, places are maxima of short pieces of the curve (`fitted`). A peak that is the
+    highest only in between, and not at such a place, is not seen.
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
     >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
@@ -226,7 +228,9 @@ def _record(path: Path, at: np.ndarray, began: float) -> Followed:
         curvature=np.where(fitted, np.nan, curvature),
         jumps=_jumps(runs),
         fitted=fitted,
-        ended="; ".join(path.said) + _unsolved(case, points, at) + _slides(case, path),
+        ended="; ".join(filter(None, path.said))
+        + _unsolved(case, points, at)
+        + _slides(case, path),
         complete=path.complete,
         H=case.H,
         unknowns=np.array([one.x for one in found]),

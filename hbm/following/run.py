@@ -16,23 +16,39 @@ from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
 from tipdamp.hbm.continuation.point import Metric, Point, size
 from tipdamp.hbm.curve.trace import unrestrained
+from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.extremum import NEAR as NEAR_DERIVATIVES
-from tipdamp.hbm.following.extremum import Extremum, ExtremumLinearisation
+from tipdamp.hbm.following.extremum import NEARBY, Extremum, ExtremumLinearisation, metric_at
 
 if TYPE_CHECKING:
     from tipdamp.hbm.continuation.settings import Settings
 
 
 NEAR = 0.1  # arc length up to which a place belongs to the branch before
-NEARBY = 0.01  # of the frequency: a unit of arc length along a curve
 # of a chord: what two tangents at its ends do not explain, with a kink between them; more is a jump
 ASIDE = 0.5
 SHORT = 1e-4  # arc length of a chord that is rounding beside the tangents
+FIRST = 40  # evaluations within which a top is solved, or not at all
+LOWER = 1e-3  # of a height: by more a solution is a smooth maximum beside a top that is a kink
+SECANTS, AT_BORDER = 8, 1e-6  # to the border of the band; of its frequency
+CRAWLS = 20  # steps in a row as short as that: a kink ends the branch
 
 
 class Met(BudgetExceeded):
     """A maximum has met a minimum: what follows is the minimum."""
+
+
+class Crawled(BudgetExceeded):
+    """The steps stay short: a kink that Newton's method hardly passes."""
+
+
+class Left(BudgetExceeded):
+    """The peak has left the band."""
+
+
+class Refused(BudgetExceeded):
+    """The parameter makes no problem any more."""
 
 
 class Found(BudgetExceeded):
@@ -46,6 +62,7 @@ class Run:
     points : solved, in their order; column : of the output; calls : of the residual
     why : it ends short of the value, in words; empty where it reaches it
     enough : whether it ends as what was looked for is found
+    refused : whether it ends where the parameter makes no problem any more
     fitted : whether the points are maxima of pieces of a curve, not solutions of the equation
     """
 
@@ -55,6 +72,7 @@ class Run:
     calls: int
     why: str = ""
     enough: bool = False
+    refused: bool = False
     fitted: bool = False
 
     @property
@@ -68,7 +86,7 @@ class Run:
 
     def backwards(self) -> "Run":
         """From its end to its begin."""
-        return replace(self, points=[reverse(p) for p in self.points[::-1]])
+        return replace(self, points=[reverse(p) if p.tangent else p for p in self.points[::-1]])
 
     def at(self, value: float) -> bool:
         """Solve it at a value between two of its points; whether it is."""
@@ -85,7 +103,7 @@ class Run:
         """The equation that looks forward as the nearest point of the branch does: the way of the
         last one may be backwards there."""
         equation = self.equation
-        apart = [equation.apart(q.x - y, q.parameter - p, p) for q in self.points]
+        apart = [equation.apart(q.x - y, q.parameter - p, q.detail) for q in self.points]
         equation.look_along(self.points[int(np.argmin(apart))].detail.tangent)
         return equation.evaluate(y, p)
 
@@ -97,8 +115,10 @@ def equation_of(case: Case, top: Extreme) -> Extremum:
     forward = np.zeros(len(top.x)), 1.0
     if case.what == "fold":  # there the frequency is no way forward
         forward = metric.border(top.x / metric.size, 0.0)
-    slope = case.slope(top.column)
-    return Extremum(balance, case.parameter, slope, metric, top.w, forward, case.settings)
+    slope, grows = case.slope(top.column), case.what == "peak"
+    return Extremum(
+        balance, case.parameter, slope, metric, top.w, forward, case.settings, grows=grows
+    )
 
 
 def run_from(
@@ -120,33 +140,56 @@ def run_from(
         return None
     first = ends[0] / case.parameter.scale
     budget = Budget(settings, case.progress, first, len(equation.weights))
-    sign = np.sign(begin.detail.curvature)
+    sign, short, refused = np.sign(begin.detail.curvature), [0], []
+
+    def evaluate(y: np.ndarray, p: float) -> ExtremumLinearisation:
+        try:
+            return equation.evaluate(y, p)
+        except InputError as error:
+            named = case.named(p)
+            refused.append(f"{named}: {str(error).removeprefix(f'{named}: ')}")
+            raise Refused from None
 
     def report(point: Point, step: float) -> None:
+        short[0] = short[0] + 1 if step < SHORT else 0
         budget.point(point.parameter / case.parameter.scale, step, point.iterations)
         if point.detail is None or not point.converged:
             return
         equation.look_along(point.detail.tangent)
         if np.sign(point.detail.curvature) != sign:
             raise Met
+        if case.what == "peak" and not case.inside(point.detail.found.w):
+            raise Left
         if found(point):
             raise Found
+        if short[0] == CRAWLS:
+            raise Crawled
 
     equation.balance.on_call = budget.call
-    branch = follow(equation.evaluate, begin, ends[1], equation.weights, settings, report)
+    branch = follow(evaluate, begin, ends[1], equation.weights, settings, report)
     equation.balance.on_call = None
     branch.points = [p for p in branch.points if p.converged]
     met = np.sign(branch.points[-1].detail.curvature) != sign
     if met:
         _to_the_meeting(equation, branch, np.sign(ends[1] - ends[0]), settings)
+    left = case.what == "peak" and not case.inside(branch.points[-1].detail.found.w)
+    if left:
+        _to_the_border(case, equation, branch)
     last, whole = branch.points[-1], len(branch.points)
     branch.points = branch.points[: _first_jump(equation, branch.points)]
-    cut = len(branch.points) < whole
-    enough = not (met or cut or branch.complete) and len(branch.points) > 1 and found(last)
-    why = "" if branch.complete and not cut else _why(case, branch, met, cut)
+    cut = len(branch.points) < whole or short[0] == CRAWLS
+    enough = not (met or cut or left or branch.complete) and len(branch.points) > 1 and found(last)
+    why = "" if branch.complete and not (cut or left) else _why(case, branch, met, cut)
+    place = case.named(branch.points[-1].parameter)
+    if left:
+        why = f"at {place} the peak leaves the band"
+    elif refused:
+        why = f"stopped at {place}: {refused[0]}"
     if enough:
         why = f"at {case.named(last.parameter)} another output has the larger peak"
-    return Run(equation, branch.points, top.column, branch.calls, why, enough)
+    return Run(
+        equation, branch.points, top.column, branch.calls, why, enough, bool(refused) and not left
+    )
 
 
 def begin_at(case: Case, top: Extreme, p: float) -> tuple[Extremum, Point | None]:
@@ -154,19 +197,26 @@ def begin_at(case: Case, top: Extreme, p: float) -> tuple[Extremum, Point | None
     point of a curve is known only."""
     equation = equation_of(case, top)
     y = equation.unknowns(top.x, top.w)
-    begin = solve_fixed(equation.evaluate, y, p, equation.weights, case.settings)
+    begin = solve_fixed(equation.evaluate, y, p, equation.weights, case.settings, FIRST)
     if not begin.converged:  # once more with derivatives of every place, where they change fast
         equation.near, equation.recent = 0.0, None
-        begin = solve_fixed(equation.evaluate, y, p, equation.weights, case.settings)
+        begin = solve_fixed(equation.evaluate, y, p, equation.weights, case.settings, FIRST)
         equation.near = NEAR_DERIVATIVES
-    near_top = case.what == "fold" or equation.near_top(begin, y)
-    return equation, begin if begin.converged and near_top else None
+    if not begin.converged or case.what == "fold":
+        return equation, begin if begin.converged else None
+    high = case.heights(begin.detail.found)[top.column] > (1 - LOWER) * height_of(case, top, p)
+    return equation, begin if equation.near_top(begin, y) and high else None
+
+
+def height_of(case: Case, top: Extreme, p: float) -> float:
+    """m, of a top at a value."""
+    found = case.parameter.held(case.balance(), top.x, top.w, p)
+    return float(case.heights(found)[top.column])
 
 
 def near(found: Linearisation, x: np.ndarray, w: float) -> bool:
     """Whether x (n,) and w lie near a point of a curve: on the same branch of peaks."""
-    metric = Metric(found.balance.weights, size(found.balance.weights * found.x), NEARBY * w)
-    return metric.norm(found.x - x, found.w - w) < NEAR
+    return metric_at(found).norm(found.x - x, found.w - w) < NEAR
 
 
 def _to_the_meeting(equation: Extremum, branch: Branch, sense: float, settings: "Settings") -> None:
@@ -186,6 +236,25 @@ def _to_the_meeting(equation: Extremum, branch: Branch, sense: float, settings: 
         return
     top = arc.maximum(equation.evaluate, ends, measure, metric, settings).best
     branch.points[-1:] = [] if top.point is a else [top.point]
+
+
+def _to_the_border(case: Case, equation: Extremum, branch: Branch) -> None:
+    """End the branch where its frequency leaves the band, by regula falsi."""
+    outside = branch.points[-1].detail.found.w
+    border = 2 * np.pi * case.band[outside > 2 * np.pi * case.band[1]]
+    run = Run(equation, branch.points[-2:], 0, 0)
+    for _ in range(SECANTS):
+        a, b = run.points
+        w = [q.detail.found.w - border for q in (a, b)]
+        p = a.parameter - w[0] * (b.parameter - a.parameter) / (w[1] - w[0])
+        if p in run.values or not run.at(p):
+            break
+        middle = run.points[1]
+        inside = case.inside(middle.detail.found.w)
+        run = replace(run, points=[middle, b] if inside else [a, middle])
+        if abs(middle.detail.found.w - border) < AT_BORDER * border:
+            break
+    branch.points[-1:] = [] if run.points[0] is branch.points[-2] else [run.points[0]]
 
 
 def _first_jump(equation: Extremum, points: Sequence[Point]) -> int:

@@ -71,6 +71,22 @@ def test_oscillator_over_its_stiffness(parameter):
     check_against_sweeps(peaks, problem, FORCE, parameter, given)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("parameter", "last"), [("level", 1e6), ("damping", 1e-5)])
+def test_a_peak_that_grows_by_decades(parameter, last):
+    """To where friction hardly counts: a peak is one however far it grows. Closed form of
+    harmonic 1 under full slip."""
+    given = dict(outputs=TIP, band=(600, 1000), harmonics=1)
+    peaks = follow_peak(oscillator(), 10 * FORCE, parameter, (1.0, last), **given)
+    assert peaks.complete and "minimum" not in peaks.ended and not peaks.jumps.any()
+    level, damping = (last, 1.0) if parameter == "level" else (1.0, last)
+    a, w = peaks.height[-1], 2 * np.pi * peaks.frequency[-1]
+    friction = 4 / np.pi * 20 * (1 - 20 / (5e5 * a))
+    viscous = 2 * 0.01 * damping * np.sqrt(1.5e6 * 0.05) * w * a
+    assert friction + viscous == pytest.approx(50 * level, rel=2e-4)
+    assert (peaks.curvature < -0.1).all()
+
+
 def test_power_of_friction_and_places():
     """What the force puts in and the damper of the structure does not take."""
     problem, given = oscillator(C=[[4.0]]), dict(outputs=TIP, band=(600, 1200), harmonics=3)

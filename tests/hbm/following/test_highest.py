@@ -1,13 +1,17 @@
 """The highest of several branches of peaks: taken up where it is higher, by name."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from tests.hbm.following.test_follow import absorber
-from tipdamp.hbm.balance.parameter import as_parameter
+from tipdamp.hbm.balance.parameter import ModelParameter, as_parameter
 from tipdamp.hbm.curve.peaks import find_peaks
+from tipdamp.hbm.following import taken_up
 from tipdamp.hbm.following.follow import follow_peak
-from tipdamp.hbm.laws import CubicSpring, DryFriction2T, Jenkins1D
+from tipdamp.hbm.laws import CubicSpring, DryFriction1T, DryFriction2T, Jenkins1D, UnilateralSpring
 from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band
 
@@ -78,3 +82,86 @@ def test_the_largest_of_a_patch():
     assert peaks.height[at] == pytest.approx(peaks.height[at + 1], rel=1e-8)
     assert "becomes higher than" in peaks.ended
     check_places(peaks, problem, force, given, ["x", "y"], 5)
+
+
+def system_with_a_stop():
+    """Three coordinates, a stop with a gap and a rubbing contact: the peak of the lower resonance
+    stands at kinks of the curve."""
+    M = np.diag([1.74, 1.88, 0.886])
+    C = [[0.093, -0.018, 0], [-0.018, 0.111, -0.008], [0, -0.008, 0.079]]
+    K = [[3.37, -0.66, 0], [-0.66, 4.03, -0.284], [0, -0.284, 2.86]]
+    one = Problem(M, C, K).add(UnilateralSpring(), 1, kn=1.606, preload=-0.388)
+    contact = dict(kn=1.26, kt=1.729, mu=0.322, preload=1.381)
+    return one.add(DryFriction1T(), [(0, 2), 2], **contact).contact_problem
+
+
+WITH_A_STOP = dict(outputs={"o": [0, 0, 1.0]}, band=(0.18, 0.32), harmonics=2)
+PUSH = np.array([0.0775, -0.1278, -0.0319])
+
+
+@pytest.mark.slow
+def test_the_way_back_goes_on_beyond_a_kink():
+    """The other peak is the higher one from level 1.54 on; its way back from the last value meets a
+    kink at 1.69."""
+    problem = system_with_a_stop()
+    peaks = follow_peak(problem, PUSH, "level", (1.5, 1.72), at=[1.53], **WITH_A_STOP)
+    assert peaks.complete and peaks.jumps.sum() == 1
+    assert peaks.parameter[peaks.jumps][0] == pytest.approx(1.5416, abs=2e-4)
+    check_places(peaks, problem, PUSH, WITH_A_STOP, ["o"], 5)
+
+
+@pytest.mark.slow
+def test_a_way_back_that_is_lost_is_told(monkeypatch):
+    monkeypatch.setattr(taken_up, "MOST_TAKEN_UP", 1)
+    peaks = follow_peak(system_with_a_stop(), PUSH, "level", (1.5, 1.72), **WITH_A_STOP)
+    assert not peaks.complete
+    assert "between level = 1.5 and level = 1.69" in peaks.ended
+    assert "another peak may be the highest" in peaks.ended
+
+
+@pytest.mark.parametrize("parameter", ["kn", "kt"])
+def test_over_a_stiffness_ratios_damp_as_at_the_first_value(parameter):
+    """Of whole curves too: else the one at the last value has another peak than the followed."""
+    K = np.array([[1.5e6, -5e5], [-5e5, 1e6]])
+    blades = Problem(np.diag([0.05, 0.04]), K=K, damping_ratio=[0.01, 0.04])
+    problem = blades.add(DryFriction1T(), [0, 1], kn=2e5, kt=5e5, mu=0.5, preload=40.0)
+    problem, force = problem.contact_problem, np.array([5.0, 0.0])
+    given = dict(outputs={"x": [1.0, 0.0]}, band=(500, 1100), harmonics=1)
+    peaks = follow_peak(problem, force, parameter, (1.0, 1.3), **given)
+    assert peaks.complete and peaks.ended == "reached the last value"
+    mass = np.diag([0.05, 0.04])
+    w2, shapes = eigh(K + np.diag([5e5, 2e5]), mass)
+    C = mass @ shapes @ np.diag(2 * np.array([0.01, 0.04]) * np.sqrt(w2)) @ shapes.T @ mass
+    with_matrix = replace(problem, C=C, damping_ratio=None)
+    check_places(peaks, with_matrix, force, given, ["x"], 3)
+
+
+def test_a_peak_that_leaves_the_band_ends_there_or_gives_way():
+    def springs(problem, k):
+        return replace(problem, K=np.diag([1e6 * (2 - k), 1.3e6]))
+
+    blades = Problem(0.05 * np.eye(2), 4 * np.eye(2), np.diag([1e6, 1.3e6]))
+    problem = blades.add(Jenkins1D(), (0, 1), kt=1e3, mu=0.5, preload=0.4).contact_problem
+    parameter = ModelParameter("k", springs)
+    given = dict(outputs={"t": [1.0, 0.0]}, band=(690, 790), harmonics=1)
+    alone = follow_peak(problem, np.array([5.0, 0.0]), parameter, (1.0, 1.3), **given)
+    assert not alone.complete and alone.ended.endswith("the peak leaves the band")
+    assert alone.frequency[-1] == pytest.approx(690, rel=1e-5)
+    given = dict(outputs={"t": [1.0, 1.0]}, band=(690, 1000), harmonics=1)
+    both = follow_peak(problem, np.array([5.0, 2.0]), parameter, (1.0, 1.3), **given)
+    assert both.complete and "the peak leaves the band; another peak was taken" in both.ended
+    hz = of_the_curve(problem, np.array([5.0, 2.0]), parameter, 1.3, given, ["t"])[0]
+    assert both.frequency[-1] == pytest.approx(hz, rel=1e-6) and hz > 800
+
+
+@pytest.mark.parametrize("wrong", ["K", "M"])
+def test_a_parameter_that_ends_the_problem_keeps_what_was_followed(wrong):
+    def scaled(problem, k):
+        return replace(problem, **{wrong: getattr(problem, wrong) * (2 - k)})
+
+    blade = Problem(M=[[0.05]], K=[[1e6]], C=[[4.0]])
+    problem = blade.add(Jenkins1D(), 0, kt=1e3, mu=0.5, preload=0.4).contact_problem
+    given = dict(outputs={"t": [1.0]}, band=(1, 20000), harmonics=1)
+    peaks = follow_peak(problem, np.array([5.0]), ModelParameter("k", scaled), (1.0, 2.5), **given)
+    assert not peaks.complete and len(peaks) > 5 and 1.5 < peaks.parameter[-1] < 2.001
+    assert "k = 2" in peaks.ended and wrong in peaks.ended

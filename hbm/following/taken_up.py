@@ -1,0 +1,296 @@
+"""Where another peak becomes the highest: it is followed back to the value at which both are as
+high, and taken up there."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
+
+from tipdamp.hbm.continuation.point import Point
+from tipdamp.hbm.following.case import Case, Extreme
+from tipdamp.hbm.following.run import Run, begin_at, equation_of, height_of, near, run_from
+
+if TYPE_CHECKING:
+    from tipdamp.hbm.following.extremum import Extremum
+
+MOST_TAKEN_UP = 20  # times that a peak is taken up, and found again on its way back
+BEYOND = 1e-3  # of the range: how far past an end a peak is looked for
+HIGHER = 1e-6  # of a height: another peak is higher by more
+FITTED = 0.01  # of the range: steps in which a peak with a kink is found again
+ABOUT = 1e-3  # the same, beside a height that is interpolated
+EQUAL = 1e-9  # of a height: two peaks are as high
+SECANTS = 12
+HALVINGS = 8  # of the way on which a peak joins the curve
+
+
+@dataclass
+class Path:
+    """Runs in their order, and what is said where one follows the other, at the end too.
+
+    complete : the last value is reached; doubtful : where another peak becomes the highest is not
+    known
+    """
+
+    case: Case
+    ends: tuple[float, float]
+    runs: list[Run] = field(default_factory=list)
+    said: list[str] = field(default_factory=list)
+    complete: bool = False
+    doubtful: bool = False
+
+    @property
+    def sense(self) -> float:
+        """Of the parameter along the runs."""
+        return float(np.sign(self.ends[1] - self.ends[0]))
+
+    def passes(self, p: float, q: float) -> bool:
+        """Whether p lies beyond q."""
+        return self.sense * (p - q) > 0
+
+    def run_at(self, p: float) -> Run | None:
+        """With a value between two of its places; None in a gap."""
+        for run in self.runs:
+            values = self.sense * run.values
+            if values[0] <= self.sense * p <= values[-1] and len(values) > 1:
+                return run
+        return None
+
+    def height(self, p: float) -> float | None:
+        """m, at a value between two places of a run; None in a gap."""
+        run = self.run_at(p)
+        return None if run is None else float(_line(run, self.case, self.sense)(self.sense * p))
+
+
+def stretch(
+    path: Path,
+    top: Extreme,
+    ends: tuple[float, float],
+    found: Callable[[Point], bool],
+) -> Run:
+    """The run from a top at the first of two values towards the second; where a kink stands at the
+    peak, one of fitted places up to its end, or until `found`."""
+    case, (value, end), column = path.case, ends, top.column
+    if value == end:
+        equation, begin = begin_at(case, top, value)
+        if begin is not None:
+            return Run(equation, [begin], column, begin.iterations)
+    else:
+        run = run_from(case, top, ends, found)
+        if run is not None and (not run.why or len(run.points) > 1):
+            return run
+        equation = equation_of(case, top)
+    points = [_fitted(equation, top, value)]
+    step = FITTED * abs(path.ends[1] - path.ends[0]) * np.sign(end - value)
+    while value != end and not found(points[-1]):
+        value = end if abs(end - value) <= abs(step) else value + step
+        again = case.again(top, value / case.parameter.scale)
+        if again is None or not case.inside(again.w):
+            break
+        top = again
+        points.append(_fitted(equation, top, value))
+        if begin_at(case, top, value)[1] is not None:
+            break
+    low, high = sorted((points[0].parameter, points[-1].parameter), reverse=path.sense < 0)
+    place = f"{case.named(low)} to {case.named(high)}"
+    why = f"from {place} the curve has a kink at its peak, places are fitted"
+    return Run(equation, points, column, len(points), why, fitted=True)
+
+
+def _fitted(equation: "Extremum", top: Extreme, value: float) -> Point:
+    y = equation.unknowns(top.x, top.w)
+    return Point(y, value, True, 1, equation.evaluate(y, value))
+
+
+def continues(run: Run, top: Extreme) -> bool:
+    """Whether a top is that of the end of a run."""
+    end = run.points[-1].detail.found
+    return run.column == top.column and near(end, top.x, top.w)
+
+
+def take_up(path: Path, top: Extreme, value: float) -> Run:
+    """Follow another peak back to where it is as high as the runs, which end there; its run that
+    ends at the top."""
+    why, end = path.runs[-1].why, path.runs[-1].points[-1].parameter
+    back, known = _back(path, top, value)
+    crosses = _as_high(path, back[0])
+    at = _on_the_curve(path, back[0], crosses)
+    while path.runs and path.passes(path.runs[-1].values[0], at):
+        path.runs.pop()
+        path.said[len(path.runs) - 1 :] = []
+    if path.runs:
+        run = path.runs[-1]
+        before = [p for p in run.points if not path.passes(p.parameter, at)]
+        path.runs[-1] = replace(run, points=before)
+    back[0] = replace(
+        back[0], points=[p for p in back[0].points if not path.passes(at, p.parameter)]
+    )
+    whole = not path.passes(end, at)
+    path.runs.append(back[0])
+    said = f"{why}; another peak was taken up" if whole and why else _said(path, at)
+    path.said.append(said + _apart(path, crosses, at) + _doubt(path, known))
+    for run in back[1:]:
+        before, begin = (r.points[i].detail.found for r, i in ((path.runs[-1], -1), (run, 0)))
+        again = near(before, begin.x, begin.w)
+        path.runs.append(run)
+        if not run.fitted:
+            said = f"{run.why}; it was found again beyond" if again else _said(path, run.values[0])
+        else:  # the last run says at its end that it is fitted
+            said = "" if run is back[-1] else run.why
+        path.said.append(said)
+    last = path.runs[-1]
+    if not last.fitted:  # what ended it on the way back is said
+        last = path.runs[-1] = replace(last, why="")
+    return last
+
+
+def _back(path: Path, top: Extreme, value: float) -> tuple[list[Run], bool]:
+    """(runs of another peak from a value back to where it is the highest no more, in the order of
+    the path; whether they lead there).
+
+    Where a run ends before, a whole curve tells the highest peak beyond its end, as on the way
+    forward."""
+    case, (first, last) = path.case, path.ends
+
+    def until_lower(point: Point) -> bool:
+        known = path.height(point.parameter)
+        return known is not None and case.heights(point.detail.found)[top.column] < known
+
+    runs: list[Run] = []
+    for _ in range(MOST_TAKEN_UP):
+        run = stretch(path, top, (value, first), None, until_lower)
+        runs.insert(0, run.backwards())
+        value = run.points[-1].parameter
+        if run.enough or until_lower(run.points[-1]):
+            return runs, True
+        known = None
+        while known is None and path.passes(value, first):
+            value -= BEYOND * (last - first)
+            known = path.run_at(value)
+        if known is None:
+            break
+        exact = known.at(value)
+        again = case.begin(value / case.parameter.scale)
+        if again is None:
+            break
+        height, more = path.height(value), HIGHER if exact else ABOUT
+        if height is not None and height_of(case, again, value) <= (1 + more) * height:
+            return runs, True
+        top = again
+    return runs, False
+
+
+def _doubt(path: Path, known: bool) -> str:
+    if known:
+        return ""
+    path.doubtful, case = True, path.case
+    low, high = path.ends[0], path.runs[-1].values[0]
+    if len(path.runs) > 1:
+        low = path.runs[-2].values[0]
+    return (
+        f" (its way back ends there: between {case.named(low)} and {case.named(high)} another peak "
+        "may be the highest)"
+    )
+
+
+def _on_the_curve(path: Path, back: Run, at: float) -> float:
+    """The first value, from `at` on, where the curve over the band has the peak of a run that it
+    has at the end of the run: a peak may stand on a branch of its own before it joins the curve.
+
+    By halving, as a branch joins at once."""
+    case, way = path.case, path.ends[1] - path.ends[0]
+    low, high = at + BEYOND * way, float(back.values[-1])
+    if not path.passes(high, low) or not back.at(low) or _has(case, back, low):
+        return at
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        if not back.at(middle):
+            break
+        low, high = (low, middle) if _has(case, back, middle) else (middle, high)
+    back.at(high)
+    return high
+
+
+def _has(case: Case, back: Run, p: float) -> bool:
+    place = back.points[back.values.tolist().index(p)].detail.found
+    top = case.begin(p / case.parameter.scale)
+    return top is not None and near(place, top.x, top.w)
+
+
+def _apart(path: Path, crosses: float, at: float) -> str:
+    if at == crosses:
+        return ""
+    return (
+        f" (from {path.case.named(crosses)} on it is higher, but stands on a branch apart from the "
+        "curve)"
+    )
+
+
+def _said(path: Path, at: float) -> str:
+    case, (a, b) = path.case, path.runs[-2:] if len(path.runs) > 1 else path.runs * 2
+    low, high = (run.points[i].detail.found.w / (2 * np.pi) for run, i in ((a, -1), (b, 0)))
+    if a.column != b.column:
+        names = case.names[a.column], case.names[b.column]
+        return f"at {case.named(at)} the peak of '{names[1]}' becomes higher than '{names[0]}'"
+    begin = b.points[0].detail.found
+    if near(a.points[-1].detail.found, begin.x, begin.w):
+        return f"at {case.named(at)} a peak close beside it becomes the highest, and was taken up"
+    return (
+        f"at {case.named(at)} another peak becomes the highest, at {high:.6g} Hz instead of "
+        f"{low:.6g} Hz, and was taken up"
+    )
+
+
+def _as_high(path: Path, back: Run) -> float:
+    """The value from which on a run is higher than those of the path; solved there where it is
+    between two places of both."""
+    case, sense = path.case, path.sense
+    for _ in range(SECANTS):
+        over = _line(back, case, sense) if len(back.points) > 1 else None
+        below = [
+            p.parameter
+            for p, h in zip(back.points, back.heights(case), strict=True)
+            if (known := path.height(p.parameter)) is not None and h < known
+        ]
+        if not below or over is None:
+            return back.points[0].parameter
+        low = below[-1]
+        high = next((p for p in back.values if path.passes(p, low)), None)
+        if high is None:
+            return float(low)
+        run = next(
+            (
+                r
+                for r in path.runs
+                if not path.passes(r.values[0], low)
+                and len(r.points) > 1
+                and path.passes(r.values[-1], low)
+            ),
+            None,
+        )
+        if run is None:
+            return float(high)
+        high = high if not path.passes(high, run.values[-1]) else float(run.values[-1])
+        under = _line(run, case, sense)
+
+        def apart(s: float, over: Callable = over, under: Callable = under) -> float:
+            return float(over(s) - under(s))
+
+        a, b = sense * low, sense * high
+        if not apart(a) < 0 <= apart(b):
+            return float(high)
+        at = sense * brentq(apart, a, b, xtol=1e-14 * abs(a))
+        if not (back.at(at) and run.at(at)):
+            return float(high)
+        heights = [one.heights(case)[one.values.tolist().index(at)] for one in (run, back)]
+        if abs(heights[1] - heights[0]) <= EQUAL * heights[0]:
+            return float(at)
+    return float(at)
+
+
+def _line(run: Run, case: Case, sense: float) -> PchipInterpolator:
+    """Height of a run as a function of sense times the value."""
+    values, at = np.unique(sense * run.values, return_index=True)
+    return PchipInterpolator(values, run.heights(case)[at])
