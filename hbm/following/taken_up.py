@@ -169,8 +169,8 @@ def _back(path: Path, top: Extreme, value: float) -> tuple[list[Run], bool]:
         while known is None and path.passes(value, first):
             value -= BEYOND * (last - first)
             known = path.run_at(value)
-        if known is None:
-            break
+        if known is None:  # at the first value a whole curve has told: it stands apart from that
+            return runs, True
         exact = known.at(value)
         again = case.begin(value / case.parameter.scale)
         if again is None:
