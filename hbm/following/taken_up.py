@@ -160,7 +160,7 @@ def _back(path: Path, top: Extreme, value: float) -> tuple[list[Run], bool]:
 
     runs: list[Run] = []
     for _ in range(MOST_TAKEN_UP):
-        run = stretch(path, top, (value, first), None, until_lower)
+        run = stretch(path, top, (value, first), until_lower)
         runs.insert(0, run.backwards())
         value = run.points[-1].parameter
         if run.enough or until_lower(run.points[-1]):
