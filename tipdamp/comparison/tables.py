@@ -30,6 +30,7 @@ def studies(comparison: ComparedStudies) -> Iterator[Table]:
             {"": name, **{of: row[name] for of, row in zip(comparison.names, rows, strict=True)}}
             for name in rows[0]
         ],
+        left=tuple(range(len(rows) + 1)),  # words, which may be long, are broken
     )
 
 
