@@ -26,7 +26,7 @@ from tipdamp.hbm.laws.mixed import MixedLaw
 from tipdamp.hbm.laws.records import Contacts
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.hbm.validation import brief, check_call, check_whole, is_dof, numbers
+from tipdamp.hbm.validation import brief, check_call, check_whole, numbers, row_of_dofs
 
 Where = int | tuple[int, int] | ArrayLike
 """A dof, two dofs (a, b) for the motion q_a - q_b, or a row (r,) that takes a motion out of q."""
@@ -230,10 +230,9 @@ class Problem(AnyProblem):
 
     def _row(self, where: Where) -> np.ndarray:
         r = self.size
-        if is_dof(where):
-            return self._unit(cast(int, where))
-        if isinstance(where, tuple) and len(where) == 2 and all(map(is_dof, where)):
-            return self._unit(where[0]) - self._unit(where[1])
+        by_dofs = row_of_dofs(where, self._unit)
+        if by_dofs is not None:
+            return by_dofs
         allowed = f"must be a dof 0..{r - 1}, two dofs (a, b), or a row of {r} numbers"
         row = numbers("where", where, allowed)
         if row.shape != (r,) or not np.isfinite(row).all():

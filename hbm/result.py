@@ -536,12 +536,10 @@ class ForcedResponse(ArrayRecord):
     def slipping_pairs(self) -> np.ndarray:
         """Indices of the pairs that slip or open anywhere in the band; not of those that stay open
         all along, as where they are open at rest."""
-        most, least = (
-            way(self.share_open, axis=0, initial=0.5 + sign * 0.5)
-            for way, sign in ((np.nanmax, -1), (np.nanmin, 1))
-        )
         slips = np.nanmax(self.share_slip, axis=0, initial=0.0) > MOVES
-        return np.flatnonzero(slips | (most > MOVES) & (least < 1 - MOVES))
+        opens = np.nanmax(self.share_open, axis=0, initial=0.0) > MOVES
+        closes = np.nanmin(self.share_open, axis=0, initial=1.0) < 1 - MOVES
+        return np.flatnonzero(slips | opens & closes)
 
     @property
     def opening_pairs(self) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import fields
+from functools import partial
 from inspect import signature
 from numbers import Integral, Real
 from typing import Any
@@ -158,12 +159,9 @@ def check_outputs(outputs: Any, r: int) -> tuple[list[str], np.ndarray]:
         raise InputError("outputs: at least one {name: row} is needed")
     rows = []
     for name, row in outputs.items():
-        what = f"output '{shown(name)}'"
-        if is_dof(row):
-            rows.append(_unit(what, row, r))
-            continue
-        if isinstance(row, tuple) and len(row) == 2 and all(map(is_dof, row)):
-            rows.append(_unit(what, row[0], r) - _unit(what, row[1], r))
+        by_dofs = row_of_dofs(row, partial(_unit, f"output '{shown(name)}'", r))
+        if by_dofs is not None:
+            rows.append(by_dofs)
             continue
         row = numbers(f"output '{shown(name)}'", row, f"must be a row of {r} real numbers", float)
         row = row.ravel() if row.size == r else row
@@ -175,11 +173,21 @@ def check_outputs(outputs: Any, r: int) -> tuple[list[str], np.ndarray]:
     return list(outputs), np.array(rows)
 
 
-def is_dof(value: Any) -> bool:
+def row_of_dofs(where: Any, unit: Callable[[int], np.ndarray]) -> np.ndarray | None:
+    """(r,) row of a dof, or of two dofs (a, b): a less b; None of anything else; unit : gives the
+    row of a dof."""
+    if _is_dof(where):
+        return unit(int(where))
+    if isinstance(where, tuple) and len(where) == 2 and all(map(_is_dof, where)):
+        return unit(int(where[0])) - unit(int(where[1]))
+    return None
+
+
+def _is_dof(value: Any) -> bool:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
-def _unit(name: str, dof: int, r: int) -> np.ndarray:
+def _unit(name: str, r: int, dof: int) -> np.ndarray:
     """(r,) row that takes a dof out of q."""
     if not 0 <= dof < r:
         raise InputError(

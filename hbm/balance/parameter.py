@@ -55,6 +55,11 @@ class Parameter:
     unit: str = ""
     scale: float = 1.0
 
+    @property
+    def stiffens(self) -> bool:
+        """Whether it is one of the springs of stuck contacts, and the stuck modes follow it."""
+        return False
+
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces {harmonic: (r,) N}) at a value."""
         return problem, forces
@@ -245,6 +250,11 @@ class ContactSetting(Parameter):
             some = f" of contacts {', '.join(map(str, contacts))}"
         object.__setattr__(self, "name", self.setting + some)
 
+    @property
+    def stiffens(self) -> bool:
+        """kn and kt do."""
+        return self.setting in ("kn", "kt")
+
     def check(self, problem: ContactProblem) -> None:
         """Preloads are those of the preloaded origin, and the contacts those of the problem."""
         if self.setting == "preload" and not problem.preloaded:
@@ -314,7 +324,7 @@ class ContactSetting(Parameter):
             rate = problem.law.by_friction(scaled, t.u, t.forces)
             if rate is not None:
                 return rate * self.chosen(problem)[:, None, None] / value
-        if self.setting in ("kn", "kt"):
+        if self.stiffens:
             rate = self._stiffness_rate(balance, t, self.scaled(problem, value))
             if rate is not None:
                 return rate * self.chosen(problem)[:, None, None] / value

@@ -90,6 +90,11 @@ class Receptance:
         return len(self.free_mass)
 
     @property
+    def damping(self) -> np.ndarray:
+        """(m,) modal c_r of the damping ratios; empty with a general damping matrix."""
+        return 2 * self.ratio * np.sqrt(self.stiffness * self.mass)
+
+    @property
     def masses(self) -> np.ndarray:
         """(m,) of all shapes, 0 of those that answer at order 0 alone; NaN with poles."""
         if self.poles.size:

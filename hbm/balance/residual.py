@@ -141,7 +141,7 @@ class HarmonicBalance:
         if of.poles.size:
             return of.shapes.conj().T @ (self.problem.C @ of.shapes)
         constraints = np.zeros(len(of.constraint_forces))
-        return np.r_[2 * of.ratio * np.sqrt(of.mass * of.stiffness), of.free_damping, constraints]
+        return np.r_[of.damping, of.free_damping, constraints]
 
     @cached_property
     def circulation(self) -> np.ndarray | None:

@@ -73,7 +73,8 @@ class _ProgressLine:
 
     def __call__(self, value: float, step: float, calls: int) -> None:
         self.points += step != 0
-        share = (self._place(value) - self.first) / (self.last - self.first)
+        way = self.last - self.first or 1.0  # of one measured frequency there is none
+        share = (self._place(value) - self.first) / way
         self.share = min(max(share, self.share), 1.0)
         now = time.monotonic()
         if now < self.next:

@@ -331,23 +331,27 @@ class _Residuals:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(computed (n,), changes (n, p), motions (n, p, x)) of a measured curve."""
         one, computed, changes, motions = self.measured[curve], [], [], []
-        own = np.array([(each.of, each.curve) == ("amplitude", curve) for each in self.unknowns])
         outputs = Outputs(one.output)
-        rates = [by_factor(equation.balance, each.settings) for each in self.unknowns]
+        moving = [
+            (j, each, by_factor(equation.balance, each.settings))
+            for j, each in enumerate(self.unknowns)
+            if not each.of or (each.of, each.curve) == ("frequency", curve)
+        ]
         for point, wanted in zip(points, one.response, strict=True):
             here, X = point.detail, outputs.at(point.detail)
             value, slope = _measure(X[:, 1], wanted)
-            pairs = [
-                self._change(here, unknown, rate, curve, point.parameter)
-                for unknown, rate in zip(self.unknowns, rates, strict=True)
-            ]
-            moved = [
-                outputs.at(replace(other, modal=other.modal + modal)) - X
-                for other, modal, _ in pairs
-            ]
+            change = np.zeros(len(self.unknowns), dtype=np.result_type(value))
+            motion = np.zeros((len(self.unknowns), len(point.x)))
+            for j, unknown, rate in moving:
+                other, modal, motion[j] = self._change(here, unknown, rate, point.parameter)
+                dX = outputs.at(replace(other, modal=other.modal + modal)) - X
+                change[j] = slope(dX[:, 1])
+            for j, unknown in enumerate(self.unknowns):
+                if (unknown.of, unknown.curve) == ("amplitude", curve):
+                    change[j] = value
             computed.append(gain * value)
-            changes.append(gain * np.array([slope(dX[:, 1]) for dX in moved]) + own * gain * value)
-            motions.append([dx for *_, dx in pairs])
+            changes.append(gain * change)
+            motions.append(motion)
         return np.array(computed), np.array(changes), np.array(motions)
 
     def _change(
@@ -355,15 +359,13 @@ class _Residuals:
         here: Linearisation,
         unknown: _Unknown,
         rate: Callable[[Linearisation], np.ndarray],
-        curve: int,
         parameter: float,
     ) -> tuple[Linearisation, np.ndarray, np.ndarray]:
         """(linearisation moved, change of the modal q beside it, change of x) by a relative change
         of an unknown; rate : by its settings, `by_factor`; parameter : of the point."""
         if unknown.of:
             still = np.zeros(len(here.x))
-            by = parameter if (unknown.of, unknown.curve) == ("frequency", curve) else 0.0
-            dx, dp = here.solve(still, 1.0, by, still)
+            dx, dp = here.solve(still, 1.0, parameter, still)
             return here.moved(dx, dp), np.zeros_like(here.modal), dx
         if unknown.settings:
             modal = rate(here)

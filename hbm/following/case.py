@@ -67,13 +67,11 @@ class Case:
     def damped(self) -> ContactProblem:
         """The problem with a matrix of damping in the place of ratios where the stuck modes change
         on the way, which the ratios would follow: the damping stays as it was given."""
-        stiffness = getattr(self.parameter, "setting", "") in ("kn", "kt")
-        if not stiffness or self.problem.damping_ratio is None:
+        if not self.parameter.stiffens or self.problem.damping_ratio is None:
             return self.problem
-        known, M = self.problem.receptance(), self.problem.M
-        own = 2 * known.ratio * np.sqrt(known.stiffness * known.mass)
-        shapes = M @ known.shapes[:, : len(known.mass)] / np.maximum(known.mass, 1e-300)
-        return replace(self.problem, C=(shapes * own) @ shapes.T, damping_ratio=None)
+        known = self.problem.receptance()
+        shapes = self.problem.M @ known.modes / np.maximum(known.mass, 1e-300)
+        return replace(self.problem, C=(shapes * known.damping) @ shapes.T, damping_ratio=None)
 
     def inside(self, w: float) -> bool:
         """Whether w rad/s lies in the band."""

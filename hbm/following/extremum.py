@@ -97,7 +97,9 @@ class Extremum:
         by_parameter = self.parameter.evaluate(self.balance, y[:-1], w, p)
         found = by_frequency(by_parameter)
         tangent, sign = self.tangent(found)
-        metric = metric_at(found) if self.grows else self.metric
+        metric = self.metric
+        if self.grows:
+            metric = metric_at(found.balance.weights, found.x, found.w)
         e = self.slope(found, tangent, metric.norm(*tangent))
         residual = np.r_[found.residual, metric.size * e]
         return ExtremumLinearisation(
@@ -203,10 +205,9 @@ class ExtremumLinearisation(Bordered):
         return d + a * t + b * v, float(b), sign
 
 
-def metric_at(found: Linearisation) -> Metric:
+def metric_at(weights: np.ndarray, x: np.ndarray, w: float) -> Metric:
     """Arc length of a curve around a place of it."""
-    weights = found.balance.weights
-    return Metric(weights, max(size(weights * found.x), 1e-300), NEARBY * found.w)
+    return Metric(weights, max(size(weights * x), 1e-300), NEARBY * w)
 
 
 def by_frequency(found: Linearisation) -> Linearisation:

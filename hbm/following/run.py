@@ -19,7 +19,7 @@ from tipdamp.hbm.curve.trace import unrestrained
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.extremum import NEAR as NEAR_DERIVATIVES
-from tipdamp.hbm.following.extremum import NEARBY, Extremum, ExtremumLinearisation, metric_at
+from tipdamp.hbm.following.extremum import Extremum, ExtremumLinearisation, metric_at
 
 if TYPE_CHECKING:
     from tipdamp.hbm.continuation.settings import Settings
@@ -111,7 +111,7 @@ class Run:
 def equation_of(case: Case, top: Extreme) -> Extremum:
     """The equation of an extremum, around a top."""
     balance = case.balance()
-    metric = Metric(balance.weights, size(balance.weights * top.x), NEARBY * top.w)
+    metric = metric_at(balance.weights, top.x, top.w)
     forward = np.zeros(len(top.x)), 1.0
     if case.what == "fold":  # there the frequency is no way forward
         forward = metric.border(top.x / metric.size, 0.0)
@@ -216,7 +216,8 @@ def height_of(case: Case, top: Extreme, p: float) -> float:
 
 def near(found: Linearisation, x: np.ndarray, w: float) -> bool:
     """Whether x (n,) and w lie near a point of a curve: on the same branch of peaks."""
-    return metric_at(found).norm(found.x - x, found.w - w) < NEAR
+    metric = metric_at(found.balance.weights, found.x, found.w)
+    return metric.norm(found.x - x, found.w - w) < NEAR
 
 
 def _to_the_meeting(equation: Extremum, branch: Branch, sense: float, settings: "Settings") -> None:

@@ -2,6 +2,7 @@
 motion: K - W^2 M + i W (C - 2 zeta w M) at the orders W = 0, w .. H w."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.linalg as la
@@ -56,7 +57,7 @@ class StuckModalSystem:
         drag = self.damping * Q if self.damping.ndim == 1 else Q @ self.damping.T
         return 1j * k * drag - (2 * k + 4j * zeta) * k * w * inertia, -2j * k * w**2 * inertia
 
-    @property
+    @cached_property
     def unmoved(self) -> np.ndarray:
         """(m,) bool : shapes that no contact sees, nor moves by way of the damping: they are at
         rest in all orders but 0, also at a resonance."""
@@ -97,13 +98,12 @@ def stuck_modes(problem: ContactProblem) -> StuckModalSystem:
         moves = np.ones((2, m + e + held), dtype=bool)
         moves[0, m : m + e] = False
         moves[1, m + e :] = False
-        own = 2 * known.ratio * np.sqrt(known.stiffness * known.mass)
         return StuckModalSystem(
             known.shapes,
             _dense(problem.B @ known.shapes),
             np.r_[known.stiffness, np.zeros(e), -np.ones(held)],
             np.r_[known.mass, known.free_mass, np.zeros(held)],
-            np.r_[own, known.free_damping, np.zeros(held)],
+            np.r_[known.damping, known.free_damping, np.zeros(held)],
             moves,
         )
     if held or e:

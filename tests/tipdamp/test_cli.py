@@ -210,6 +210,17 @@ def test_results_of_a_study_stay_in_its_folder(matrices_study, tmp_path, way, ca
     assert main(["inspect", str(study), "--quiet", "--out", str(tmp_path / "mine")]) == 0
 
 
+def _ended(program, cwd=None):
+    """A program that hears Ctrl-C, which a shell may have switched off for what it runs."""
+    return subprocess.run(
+        [sys.executable, "-c", program],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+
+
 @pytest.mark.parametrize("late", ["SIGINT", "SIGTERM"])
 def test_a_signal_while_the_interpreter_is_taken_down(late):
     """Comes after the work is done, with Python's own handlers gone: it changes nothing."""
@@ -219,12 +230,7 @@ def test_a_signal_while_the_interpreter_is_taken_down(late):
         "from tipdamp import cli\nlate = Late()\nsys.argv[1:] = ['--version']\n"
         "cli._main = lambda argv: 0\ncli.command()"
     )
-    ended = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
+    ended = _ended(program)
     assert (ended.returncode, ended.stderr) == (0, "")
 
 
@@ -240,13 +246,7 @@ def test_a_signal_while_libraries_are_loaded(early, code, said, tmp_path):
         "from tipdamp import cli\nsys.meta_path.insert(0, Early())\n"
         "sys.argv[1:] = ['inspect', 'none.toml']\ncli.command()"
     )
-    ended = subprocess.run(
-        [sys.executable, "-c", program],
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
+    ended = _ended(program, tmp_path)
     assert ended.returncode == code, ended.stderr
     assert ended.stderr.startswith(f"tipdamp: {said}; ") and ended.stderr.count("\n") == 1
 

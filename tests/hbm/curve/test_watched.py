@@ -154,3 +154,11 @@ def test_what_is_made_of_many_curves_shows_one_line(name, monkeypatch):
     shares = [line.count("#") for line in said[:-2]]
     assert shares == sorted(shares) and shares[0] < shares[-1] >= 20
     assert words in said[-3] and said[-2].strip() == said[-1] == ""
+
+
+def test_a_fit_to_one_frequency_has_a_line():
+    """Of several levels measured there: there is no way along which it could be."""
+    line = watched._ProgressLine(io.StringIO(), 700.0, 700.0, " Hz")
+    with np.errstate(all="raise"):
+        line(700.0, 1.0, 3)
+    assert line.share == 0.0
