@@ -32,9 +32,9 @@ def keep_motion(
     motion - {body: (r, H+1) m}, Fourier coefficients of the reduced dofs of each body; contact -
     the pairs that carry, which move with the last body, and their period"""
     pairs, cycle = contact
-    state = states(cycle)
+    state = states(cycle.force, cycle.sliders, cycle.components)
     last = list(surfaces)[-1]
-    near = _nearest(surfaces[last], pairs.position)
+    near = nearest(surfaces[last], pairs.position)
     files: list[str] = []
     for k in range(FRAMES):
         share = k / FRAMES
@@ -56,15 +56,15 @@ def keep_motion(
     return [f"motion_{stem}.pvd", *files]
 
 
-def states(cycle: ContactCycles) -> np.ndarray:
-    """(n, P) STICK, SLIP or GAP from each instant of a period to the next."""
-    found = np.full(cycle.force.shape[:2], STICK)[:-1]
-    if cycle.sliders.shape[2]:
-        way = np.linalg.norm(np.diff(cycle.sliders, axis=0), axis=2)
+def states(force: np.ndarray, sliders: np.ndarray, components: Sequence[str]) -> np.ndarray:
+    """(n, P) STICK, SLIP or GAP from each instant of a period to the next, of contacts with these
+    force (n+1, P, nd) and sliders (n+1, P, s)."""
+    found = np.full(force.shape[:2], STICK)[:-1]
+    if sliders.shape[2]:
+        way = np.linalg.norm(np.diff(sliders, axis=0), axis=2)
         found[way > MOVES * np.maximum(way.sum(axis=0), np.finfo(float).tiny)] = SLIP
-    if "n" in cycle.components:
-        normal = cycle.force[:-1, :, cycle.components.index("n")]
-        found[normal <= 0] = GAP
+    if "n" in components:
+        found[force[:-1, :, components.index("n")] <= 0] = GAP
     return found
 
 
@@ -73,7 +73,8 @@ def _at(X: np.ndarray, share: float) -> np.ndarray:
     return (fourier.basis(tau, X.shape[1] - 1) @ fourier.to_real(X).T)[0]
 
 
-def _nearest(surface: OuterSurface, places: np.ndarray) -> np.ndarray:
+def nearest(surface: OuterSurface, places: np.ndarray) -> np.ndarray:
+    """(P,) index of the node of a surface that is closest to each place (P, 3)."""
     return np.array([np.linalg.norm(surface.position - one, axis=1).argmin() for one in places])
 
 

@@ -9,6 +9,7 @@ from tipdamp.report.subjects import (
     assumptions,
     backbone,
     bodies,
+    damper_motion,
     friction,
     held,
     kept,
@@ -69,7 +70,13 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
     (
         "contacts",
         "Inside the contacts",
-        (friction.energies, friction.friction_work, wear.figure, friction.hysteresis),
+        (
+            friction.energies,
+            friction.friction_work,
+            wear.figure,
+            damper_motion.figure,
+            friction.hysteresis,
+        ),
     ),
     ("measured", "Measured and computed", (measured.tables, measured.fitted, measured.figure)),
     ("pairs", "Contact pairs", (pairs.scene,)),

@@ -11,19 +11,19 @@ from typing import Any, Generic, TypeVar
 
 import tipdamp
 from tipdamp.hbm.drawing.figure import Figure
-from tipdamp.report.drawing import plotly, plotly_modes, plotly_scene
-from tipdamp.report.drawing.modes import ModeShapes
+from tipdamp.report.drawing import plotly, plotly_moving, plotly_scene
+from tipdamp.report.drawing.moving import MovingBodies
 from tipdamp.report.drawing.scene import Scene
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.templating import markup, render, source
 
-Block = Figure | Scene | ModeShapes | Table
+Block = Figure | Scene | MovingBodies | Table
 B = TypeVar("B")
 SCRIPT = re.compile(r"<script[^>]*>(.*?)</script>", re.DOTALL)
 DRAW: dict[type, Callable[[Any], str]] = {
     Figure: plotly.draw,
     Scene: plotly_scene.draw,
-    ModeShapes: plotly_modes.draw,
+    MovingBodies: plotly_moving.draw,
     Table: lambda _: "",
 }
 
@@ -58,7 +58,7 @@ def page(
     numbered = _numbered(sections)
     scripts = {
         "plotly_script": markup(plotly.plotly_script()),
-        "modes_script": source("modes.js"),
+        "moving_script": source("moving.js"),
         "print_script": source("print.js"),
     }
     drawn = [

@@ -12,13 +12,16 @@ from tipdamp.hbm.io.untrusted import open_npz
 
 class Loops(NamedTuple):
     """What a file of the stage holds: time (n,) s, motion and force (n, P, nd) in m and N,
-    components, pairs (P,)."""
+    sliders (n, P, s) m, components, pairs (P,); damper (r, H+1) m - Fourier coefficients of its
+    reduced dofs."""
 
     time: np.ndarray
     motion: np.ndarray
     force: np.ndarray
+    sliders: np.ndarray
     components: tuple[str, ...]
     pairs: tuple[str, ...]
+    damper: np.ndarray
 
 
 def load_loops(path: Path) -> Loops:
@@ -28,13 +31,15 @@ def load_loops(path: Path) -> Loops:
             z["time"],
             z["motion"],
             z["force"],
+            z["sliders"],
             tuple(z["components"].tolist()),
             tuple(z["pairs"].tolist()),
+            z["damper"],
         )
 
 
-def save_loops(path: Path, cycle: ContactCycles, names: Sequence[str]) -> None:
-    """Store one period of all contacts."""
+def save_loops(path: Path, cycle: ContactCycles, names: Sequence[str], damper: np.ndarray) -> None:
+    """Store one period of all contacts, and of the damper."""
     with path.open("wb") as file:
         np.savez_compressed(
             file,
@@ -44,4 +49,5 @@ def save_loops(path: Path, cycle: ContactCycles, names: Sequence[str]) -> None:
             sliders=cycle.sliders,
             components=np.array(cycle.components),
             pairs=np.array(names),
+            damper=damper,
         )

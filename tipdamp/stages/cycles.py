@@ -66,10 +66,10 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
             said.append(f"Fe = {case.Fe_N:g} N, H = {case.H}: {beside.said}")
         facts = _facts(case, curve, point, cycle.energy, names)
         found.append(facts.model_copy(update={"integration": beside}))
+        motion = _motion_of_bodies(assembly, curve, point)
         with store.writing(found[-1].file) as path:
-            save_loops(path, cycle, names)
+            save_loops(path, cycle, names, motion[assembly.model.body == DAMPER])
         if study.respond.animate and case in families(respond.responses)[-1]:
-            motion = whole_motion(curve, assembly.curves.problem, point)
             files += _animated(store, assembly, case, motion, cycle)
     said += [*_too_far(slid), *_otherwise_damped(found, max(study.respond.damping_ratio))]
     CyclesResult(curves=tuple(found), pairs=tuple(names), warnings=tuple(said)).save(store)
@@ -100,14 +100,18 @@ def _otherwise_damped(found: Sequence[PeakCycle], asked: float) -> Iterator[str]
         )
 
 
+def _motion_of_bodies(assembly: Assembly, curve: ForcedResponse, point: int) -> np.ndarray:
+    """(r, H+1) m: Fourier coefficients of the dofs of the model."""
+    motion = whole_motion(curve, assembly.curves.problem, point)
+    return motion if assembly.interface is None else assembly.interface.basis @ motion
+
+
 def _animated(
     store: Store, assembly: Assembly, case: CurveResult, motion: np.ndarray, cycle: ContactCycles
 ) -> list[str]:
     """The period of the bodies whose surfaces are known."""
     if not store.path("surface.npz").is_file():
         return []
-    if assembly.interface is not None:
-        motion = assembly.interface.basis @ motion
     surfaces = surface.load(store.path("surface.npz"))
     surfaces = {name: surfaces[name] for name in (BLADES, DAMPER) if name in surfaces}
     of_bodies = {body: motion[assembly.model.body == body] for body in surfaces}

@@ -8,7 +8,6 @@ import pytest
 from tests.tipdamp import corner_study
 from tipdamp.cli import main
 from tipdamp.fields.animation import FRAMES, GAP, SLIP, STICK, states
-from tipdamp.hbm.curve.cycles import ContactCycles
 from tipdamp.results.response_results import CyclesResult
 from tipdamp.stages.run import results_folder
 from tipdamp.study.study import load_study
@@ -20,10 +19,7 @@ def test_states_of_a_period():
     force[2:4, 2, 1] = 0.0
     sliders = np.zeros((5, 3, 1))
     sliders[2:, 1] = 1e-6
-    cycle = ContactCycles(
-        np.linspace(0, 1, 5), np.zeros((5, 3, 2)), force, sliders, ("t1", "n"), None
-    )
-    found = states(cycle)
+    found = states(force, sliders, ("t1", "n"))
     assert found[:, 0].tolist() == [STICK] * 4
     assert found[:, 1].tolist() == [STICK, SLIP, STICK, STICK]
     assert found[:, 2].tolist() == [STICK, STICK, GAP, GAP]

@@ -33,7 +33,9 @@ def results(components=("t1", "t2", "n")):
         SimpleNamespace(file=f"{Fe}_{H}", Fe_N=Fe, H=H, hz=2800.0, friction_J=done, tried=())
         for Fe, H in ((5.0, 1), (20.0, 1), (5.0, 3), (20.0, 3))
     ]
-    loops = Loops(phase / (2 * np.pi * 2800.0), motion, force, components, pairs)
+    none = np.zeros((0, 2))
+    time = phase / (2 * np.pi * 2800.0)
+    loops = Loops(time, motion, force, motion[:, :, :0], components, pairs, none)
     return Results(
         None,
         cycles=SimpleNamespace(curves=tuple(curves)),

@@ -9,7 +9,7 @@ import pytest
 from tests.tipdamp.report.files import artefacts, results_of
 from tipdamp.hbm.drawing.figure import Band, Marks
 from tipdamp.hbm.modes.result import Backbone
-from tipdamp.report.drawing import plotly, plotly_modes
+from tipdamp.report.drawing import plotly, plotly_moving
 from tipdamp.report.subjects import backbone, modes
 from tipdamp.results.response_results import BackboneResult, PredictedPeak
 
@@ -94,14 +94,14 @@ def test_modes_are_drawn_as_large_as_what_moves():
         whole=None,
         axis=np.array([0.0, 1, 0]),
     )
-    (drawn,) = next(modes.shapes(picture)).modes
+    (drawn,) = next(modes.shapes(picture)).motions
     assert drawn.amplitude == pytest.approx(modes.LARGEST * 1000 * 13)
     assert list(drawn.shapes) == ["blades"]
-    assert drawn.shapes["blades"][:2].tolist() == [[0.5, 0, 0], [-1, 0, 0]]
+    assert drawn.shapes["blades"][0, :2].tolist() == [[0.5, 0, 0], [-1, 0, 0]]
 
 
 def test_colours_of_a_mode_run_over_the_whole_scale():
-    assert [place for place, _ in plotly_modes.COLORS] == [0, 0.5, 1]
+    assert [place for place, _ in plotly_moving.COLORS] == [0, 0.5, 1]
 
 
 def test_a_band_is_a_closed_polygon_for_each_run():

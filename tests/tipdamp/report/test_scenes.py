@@ -17,7 +17,7 @@ from tests.tipdamp.curved_pairs import curved_pairs
 from tipdamp.fields import surface
 from tipdamp.fields.pressure import patches
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.report.drawing import plotly_modes, plotly_scene, scene
+from tipdamp.report.drawing import plotly_moving, plotly_scene, scene
 from tipdamp.report.drawing.scene import Points, Segments, Solid
 from tipdamp.report.results import load_results
 from tipdamp.report.subjects import bodies
@@ -185,17 +185,17 @@ def test_modes_are_those_of_the_stages(rig_results, rig_modes):
     *_, picture = rig_modes
     tune = rig_results.read_json("tune.json")
     free = rig_results.read_json("reduce.json")
-    kept = [m for m in picture.modes if m.kind == "kept stations stuck"]
+    kept = [m for m in picture.motions if m.kind == "kept stations stuck"]
     assert [m.hz for m in kept[:6]] == pytest.approx(tune["stuck_modes_hz"]["tuned"][:6])
     tracked = [m for m in kept if "tracked" in m.label]
     assert len(tracked) == 1 and tracked[0].hz == pytest.approx(tune["stuck_hz"]["tuned"])
-    alone = [m for m in picture.modes if m.kind == "blades by themselves"]
+    alone = [m for m in picture.motions if m.kind == "blades by themselves"]
     assert [m.hz for m in alone] == pytest.approx(free["free_modes_hz"][:6], rel=1e-9)
     assert all(set(m.shapes) == {"blades"} for m in alone) and all(len(m.shapes) == 2 for m in kept)
-    damper = [m for m in picture.modes if m.kind == "damper by itself"]
+    damper = [m for m in picture.motions if m.kind == "damper by itself"]
     assert len(damper) == 6 and min(m.hz for m in damper) > 1000  # no rigid motion among them
-    for m in picture.modes:
-        assert max(np.linalg.norm(u, axis=1).max() for u in m.shapes.values()) == pytest.approx(
+    for m in picture.motions:
+        assert max(np.linalg.norm(u, axis=-1).max() for u in m.shapes.values()) == pytest.approx(
             1, rel=1e-6
         )
         assert f"{m.hz:.1f} Hz" in m.caption
@@ -207,8 +207,10 @@ def test_stuck_pairs_move_together(rig_results, rig_modes):
     model, surfaces, (stuck, _), picture = rig_modes
     kept = ContactTable.load(rig_results.path("kept.csv"))
     kept = kept.select(kept.carrying)
-    tracked = next(m for m in picture.modes if "tracked" in m.label)
-    u = {b: dict(zip(surfaces[b].node.tolist(), tracked.shapes[b], strict=True)) for b in surfaces}
+    tracked = next(m for m in picture.motions if "tracked" in m.label)
+    u = {
+        b: dict(zip(surfaces[b].node.tolist(), tracked.shapes[b][0], strict=True)) for b in surfaces
+    }
     blade = np.array([u["blades"][n] for n in kept.blade_node.tolist()])
     damper = np.array([u["damper"][n] for n in kept.damper_node.tolist()])
     q = stuck.q[:, [i for i, t in enumerate(stuck.label) if "tracked" in t][0]]
@@ -219,31 +221,31 @@ def test_stuck_pairs_move_together(rig_results, rig_modes):
 
 
 def test_first_frame_is_the_mode(rig_modes, tmp_path):
-    """modes.js at phase 0: rest + amplitude * shape, at phase pi/2 the rest, at pi the other
+    """moving.js at phase 0: rest + amplitude * shape, at phase pi/2 the rest, at pi the other
     way."""
     node = shutil.which("node") or pytest.skip("node is not installed")
     *_, picture = rig_modes
-    data = plotly_modes.data_of(picture)
-    body, mode = data["bodies"][1], data["modes"][0]
+    data = plotly_moving.data_of(picture)
+    body, mode = data["bodies"][1], data["motions"][0]
     rest, shape = body["rest"], mode["shapes"][body["name"]]
     (tmp_path / "data.json").write_text(json.dumps([rest, shape, mode["amplitude"]]))
-    script = FOLDER / "modes.js"
-    code = f"""const {{decoded, displaced}} = require({json.dumps(str(script))});
+    script = FOLDER / "moving.js"
+    code = f"""const {{decoded, displaced, factors}} = require({json.dumps(str(script))});
 const [rest, shape, size] = JSON.parse(require("fs").readFileSync(process.argv[1]));
 const x0 = decoded(rest, Float32Array), u = decoded(shape, Float32Array);
-const frame = p => displaced(x0, u, size * Math.cos(p)).map(v => [...v]);
+const frame = p => displaced(x0, u, factors([1], p).map(f => size * f)).map(v => [...v]);
 console.log(JSON.stringify([0, Math.PI / 2, Math.PI].map(frame)));"""
     out = subprocess.run(
         [node, "-e", code, str(tmp_path / "data.json")], capture_output=True, text=True, check=True
     )
     frames = np.array(json.loads(out.stdout)).transpose(0, 2, 1)
-    surf, first = picture.surfaces["damper"], picture.modes[0]
+    surf, first = picture.surfaces["damper"], picture.motions[0]
     assert np.allclose(
-        frames[0], 1e3 * surf.position + first.amplitude * first.shapes["damper"], atol=1e-4
+        frames[0], 1e3 * surf.position + first.amplitude * first.shapes["damper"][0], atol=1e-4
     )
     assert np.allclose(frames[1], 1e3 * surf.position, atol=1e-4)
     assert np.allclose(frames[0] + frames[2], 2 * frames[1], atol=1e-4)
-    assert np.array_equal(unpacked(shape), first.shapes["damper"])
+    assert np.array_equal(unpacked(shape), first.shapes["damper"][0])
 
 
 def test_what_is_shown_first_is_what_the_first_button_shows():

@@ -1,13 +1,14 @@
 """Modes: the linear response of both blades without damper; the shapes of the bodies alone and of
 the stuck assembly, animated on their surfaces."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
+from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm.drawing.figure import BLUE, GREY, INK, VERMILION, Curve, Figure, Line, Panel
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.report.drawing.modes import Mode, ModeShapes
+from tipdamp.report.drawing.moving import MovingBodies, PeriodicMotion
 from tipdamp.report.drawing.scene import view
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.surroundings import view_of
@@ -77,7 +78,7 @@ def _lines(free: Mapping[str, float], reference: Mapping[str, float]) -> Iterato
             yield Line("x", given, f"reference {given:g} Hz", GREY, "dash", "low", left)
 
 
-def shapes(results: Results) -> Iterator[ModeShapes]:
+def shapes(results: Results) -> Iterator[MovingBodies]:
     """One picture with a choice of modes; none where the study has no meshes."""
     if not results.surfaces or results.model is None:
         return
@@ -88,7 +89,7 @@ def shapes(results: Results) -> Iterator[ModeShapes]:
             if results.whole is not None
             else view((0.0, 0.0, 1.0), results.axis)
         )
-        yield ModeShapes(
+        yield MovingBodies(
             "mode_shapes",
             "Mode shapes",
             "Shapes on the surfaces of the meshes, recovered from the reduced model. Colour: "
@@ -101,7 +102,7 @@ def shapes(results: Results) -> Iterator[ModeShapes]:
         )
 
 
-def _modes(results: Results, model: ReducedModel) -> Iterator[Mode]:
+def _modes(results: Results, model: ReducedModel) -> Iterator[PeriodicMotion]:
     """The modes in the order of the list, recovered on the surfaces."""
     dofs = {body: model.body == body for body in results.surfaces}
     for some in results.shapes:
@@ -114,11 +115,19 @@ def _modes(results: Results, model: ReducedModel) -> Iterator[Mode]:
                 (float(np.linalg.norm(u, axis=1).max()) for u in moved.values()), default=0.0
             )
             if largest > 0:
-                size = np.ptp(np.concatenate([s.position for s in moving.values()]), axis=0)
-                yield Mode(
+                shapes = {body: u / np.float32(largest) for body, u in moved.items()}
+                yield PeriodicMotion(
                     kind,
                     label,
                     hz,
-                    {b: u / np.float32(largest) for b, u in moved.items()},
-                    LARGEST * MM * float(np.linalg.norm(size)),
+                    (1,),
+                    {body: u[None] for body, u in shapes.items()},
+                    drawn_amplitude(moving.values()),
+                    {body: np.linalg.norm(u, axis=1) for body, u in shapes.items()},
                 )
+
+
+def drawn_amplitude(moving: Iterable[OuterSurface]) -> float:
+    """mm for the largest displacement of bodies of this size."""
+    size = np.ptp(np.concatenate([one.position for one in moving]), axis=0)
+    return LARGEST * MM * float(np.linalg.norm(size))

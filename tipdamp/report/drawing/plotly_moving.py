@@ -1,13 +1,14 @@
-"""Mode shapes drawn with plotly and animated by templates/modes.js."""
+"""Moving bodies drawn with plotly and animated by templates/moving.js."""
 
 import base64
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.report.drawing import plotly, plotly_scene
-from tipdamp.report.drawing.modes import ModeShapes
+from tipdamp.report.drawing.moving import MovingBodies, MovingContacts, PeriodicMotion
 from tipdamp.report.templating import markup, render
 from tipdamp.report.text import MM
 
@@ -15,11 +16,11 @@ PERIOD = 1600  # ms of one cycle on the screen
 COLORS = [[0.0, "#e3e6e9"], [0.5, "#56a3c9"], [1.0, "#12355b"]]
 
 
-def draw(picture: ModeShapes) -> str:
-    """Controls, plot and data; the page must hold plotly.js and modes.js."""
+def draw(picture: MovingBodies) -> str:
+    """Controls, plot and data; the page must hold plotly.js and moving.js."""
     kinds: dict[str, list] = {}
-    for i, mode in enumerate(picture.modes):
-        kinds.setdefault(mode.kind, []).append((i, mode.label))
+    for i, one in enumerate(picture.motions):
+        kinds.setdefault(one.kind, []).append((i, one.label))
     plot = figure_of(picture).to_html(
         full_html=False,
         include_plotlyjs=False,
@@ -27,12 +28,12 @@ def draw(picture: ModeShapes) -> str:
         div_id=f"{picture.name}-plot",
     )
     return render(
-        "modes.html", picture=picture, kinds=kinds, plot=markup(plot), data=data_of(picture)
+        "moving.html", picture=picture, kinds=kinds, plot=markup(plot), data=data_of(picture)
     )
 
 
-def figure_of(picture: ModeShapes) -> Any:
-    """The plotly figure at rest: the bodies, then their sharp edges."""
+def figure_of(picture: MovingBodies) -> Any:
+    """The plotly figure at rest: the bodies, their sharp edges, the contacts."""
     out = plotly.library().graph_objects.Figure()
     for body, surface in picture.surfaces.items():
         out.add_trace(
@@ -60,32 +61,49 @@ def figure_of(picture: ModeShapes) -> Any:
                 "showlegend": False,
             }
         )
+    if picture.contacts is not None:
+        out.add_traces(list(_contacts(picture.contacts)))
     out.update_layout(
         template="simple_white",
         height=600,
         margin={"l": 0, "r": 0, "t": 4, "b": 4},
         scene=plotly_scene.space(picture.boxes()[0], picture.eye, picture.up),
-        uirevision="modes",
+        legend={"orientation": "h", "x": 0.5, "y": 0.0, "xanchor": "center", "yanchor": "top"},
+        uirevision=picture.name,
         font={"family": plotly.FONT, "size": 12.5},
     )
     return out
 
 
-def data_of(picture: ModeShapes) -> dict:
-    """What modes.js works on; arrays are float32 in base64, x, y, z of node after node."""
+def _contacts(contacts: MovingContacts) -> Iterator[dict]:
+    """Markers of all, which moving.js colours, and an entry of the legend for each state."""
+    x, y, z = plotly.small(MM * contacts.position).T
+    marks = {"type": "scatter3d", "mode": "markers", "hoverinfo": "skip"}
+    first = next(iter(contacts.states.values()))
+    yield {**marks, "x": x, "y": y, "z": z, "marker": _mark(first), "showlegend": False}
+    for name, color in contacts.states.items():
+        nowhere = {k: [None] for k in "xyz"}
+        yield {**marks, **nowhere, "marker": _mark(color), "name": name, "showlegend": True}
+
+
+def _mark(color: str) -> dict:
+    return {"size": 6, "color": color, "opacity": 1.0, "line": {"width": 0}}
+
+
+def data_of(picture: MovingBodies) -> dict:
+    """What moving.js works on; arrays are float32 in base64, x, y, z of node after node."""
     bodies = [
         {"name": b, "trace": i, "rest": _packed(MM * s.position)}
         for i, (b, s) in enumerate(picture.surfaces.items())
     ]
     outlines = [{"name": b["name"], "trace": len(bodies) + i} for i, b in enumerate(bodies)]
-    modes = [
-        {
-            "caption": m.caption,
-            "amplitude": m.amplitude,
-            "shapes": {b: _packed(u) for b, u in m.shapes.items()},
-        }
-        for m in picture.modes
-    ]
+    contacts = picture.contacts and {
+        "body": picture.contacts.body,
+        "trace": 2 * len(bodies),
+        "rest": _packed(MM * picture.contacts.position),
+        "near": picture.contacts.near.tolist(),
+        "colors": list(picture.contacts.states.values()),
+    }
     views = []
     for box in picture.boxes():
         space = plotly_scene.space(box, picture.eye, picture.up)
@@ -98,9 +116,21 @@ def data_of(picture: ModeShapes) -> dict:
     return {
         "bodies": bodies,
         "outlines": outlines,
-        "modes": modes,
+        "contacts": contacts,
+        "motions": [_motion(one) for one in picture.motions],
         "views": views,
         "period": PERIOD,
+    }
+
+
+def _motion(one: PeriodicMotion) -> dict:
+    return {
+        "caption": one.caption,
+        "amplitude": one.amplitude,
+        "orders": one.orders,
+        "shapes": {body: _packed(u) for body, u in one.shapes.items()},
+        "shades": {body: _packed(share) for body, share in one.shades.items()},
+        "states": None if one.states is None else one.states.tolist(),
     }
 
 
