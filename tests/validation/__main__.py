@@ -40,6 +40,7 @@ SUBJECTS = (
     "peaks_from_both_ends",
     "random_residuals",
     "trusted_curves",
+    "three_dampers",
 )
 
 

@@ -27,11 +27,12 @@ OWN_TESTS = {
     "contact_stiffness",
     "peaks_from_both_ends",
 }  # hold these rows
+RELEASE = {"three_dampers"}  # minutes: for the pages alone
 DOLFINX = {"rotating_beam", "held_wedge"}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [s for s in SUBJECTS if s not in OWN_TESTS])
+@pytest.mark.parametrize("name", [s for s in SUBJECTS if s not in OWN_TESTS | RELEASE])
 def test_rows_within_limits(name):
     if name in DOLFINX:
         pytest.importorskip("dolfinx")
