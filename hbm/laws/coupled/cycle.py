@@ -68,7 +68,7 @@ def one_contact(
             r[d], start[d, d * nh : (d + 1) * nh] = contact.wave[d, 0], sums.e
     pulled = not from_position and begin(contact, r, start, sums.e)
     first, repeated, room = r.copy(), start.copy(), np.empty((2, 3 * nh))
-    periods, repeats, alone, slid = settle(contact, r, True, panel, light, room)
+    periods, repeats, alone, slid = settle(contact, r, SETTINGS.regular, panel, light, room)
     if not slid and not pulled and not from_position:
         return at_rest(r, start, sums, D)
     slip, work, inverted = 0.0, 0.0, False
@@ -77,7 +77,7 @@ def one_contact(
     if not inverted:
         r[:] = first
         if alone:
-            periods, repeats = settle(contact, r, False, panel, light, room)[:2]
+            periods, repeats = settle(contact, r, np.inf, panel, light, room)[:2]
             r[:] = first
         slip, work = from_start(contact, r, periods, panel, sums, start, room)
         repeated[:] = start
@@ -114,8 +114,8 @@ def largest_limit(
 
 @njit(cache=True)
 def room_for(nh: int) -> tuple[Panel, Sums, Sums]:
-    """Panel, Sums, and Sums without derivatives by the series of nh coefficients; no path is
-    kept."""
+    """Panel, Sums, and Sums without derivatives by the series of nh coefficients and without their
+    integrals; no path is kept."""
     s = STAGES
     square, inverse = np.empty((s, s)), np.empty((s, s))
     panel = Panel(
@@ -125,7 +125,7 @@ def room_for(nh: int) -> tuple[Panel, Sums, Sums]:
     g, D, e = np.empty((2, nh)), np.empty((nh, 2, columns)), np.empty(nh)
     path, count = np.empty((0, PIECE)), np.zeros(1, np.int64)
     sums = Sums(g, D, np.empty((2, columns)), np.empty(columns), e, path, count)
-    return panel, sums, Sums(g, D, np.empty((2, 2)), np.empty(2), e, path, count)
+    return panel, sums, Sums(g, D[:0], np.empty((2, 2)), np.empty(2), e, path, count)
 
 
 @njit(cache=True)
@@ -204,7 +204,7 @@ def paths(
         slid = one_contact(contact, r, given, panel, light, sums, raw)[0]
         kept = Sums(light.g, light.D, light.dr, light.turn, light.e, path[p], light.count)
         if slid > 0 or len(contact.opened):
-            one_period(contact, r, panel, kept, False)
+            one_period(contact, r, panel, kept)
         else:
             kept.count[0] = 0
             keep(kept, STICK, 0.0, TWO_PI, 0.0, panel.psi)

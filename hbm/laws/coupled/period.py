@@ -74,21 +74,14 @@ def slip_begins(contact: Contact, t: float, r: np.ndarray, sums: Sums) -> tuple[
 
 
 @njit(cache=True)
-def one_period(
-    contact: Contact, r: np.ndarray, panel: Panel, sums: Sums, collect: bool
-) -> tuple[float, float]:
+def one_period(contact: Contact, r: np.ndarray, panel: Panel, sums: Sums) -> tuple[float, float]:
     """Carry the slider r (2,) and its derivatives through a period, with the integrals over it;
-    return how long it slips, and the work times kt.
-
-    collect : the integrals of the derivatives, too; these have 2 columns or 2 + 3 nh
-    """
+    return how long it slips, and the work times kt."""
     e = sums.e
     at = np.empty(6)
     dr = sums.dr
     opened = contact.opened
-    sums.g[:], dr[:], sums.count[0] = 0.0, 0.0, 0
-    if collect:
-        sums.D[:] = 0.0
+    sums.g[:], sums.D[:], dr[:], sums.count[0] = 0.0, 0.0, 0.0, 0
     dr[0, 0] = dr[1, 1] = 1.0
     t = 0.0
     k = 0
@@ -117,16 +110,14 @@ def one_period(
             limit, (state, psi) = 0.0, after_contact(contact, t, r, sums)
         elif state == STICK:
             end, slips = onset(contact, r, t, stop, e, at)
-            add_rest(t, end, r, sums, collect)
+            add_rest(t, end, r, sums)
             keep(sums, STICK, t, end, 0.0, panel.psi)
             t, state = end, OPEN
             if slips:
                 state, psi, limit = slip_begins(contact, t, r, sums)
         else:
             begin = t
-            t, psi, h, stops, done = slip_through(
-                contact, t, stop, psi, h, limit, panel, sums, collect
-            )
+            t, psi, h, stops, done = slip_through(contact, t, stop, psi, h, limit, panel, sums)
             slid, work = slid + t - begin, work + done
             state = STICK if stops else (OPEN if t >= stop else SLIP)
             motion(contact.c, t, e, at)
@@ -134,7 +125,7 @@ def one_period(
             r[0], r[1] = at[P1] - at[LIMIT] * np.cos(psi), at[P2] - at[LIMIT] * np.sin(psi)
         if t >= TWO_PI:
             return slid, work
-    add_rest(t, TWO_PI, r, sums, collect)
+    add_rest(t, TWO_PI, r, sums)
     keep(sums, STICK, t, TWO_PI, 0.0, panel.psi)
     return slid, work
 
@@ -168,24 +159,24 @@ def determinant(A: np.ndarray) -> float:
 
 @njit(cache=True)
 def settle(
-    contact: Contact, r: np.ndarray, newton: bool, panel: Panel, sums: Sums, room: np.ndarray
+    contact: Contact, r: np.ndarray, regular: float, panel: Panel, sums: Sums, room: np.ndarray
 ) -> tuple[int, bool, bool, bool]:
     """Take the slider to where its path repeats; returns (periods, repeats, whether there is no
     other such place, slipped).
 
     In the plane a slider only creeps to where it repeats. Newton on the map of a period takes it
     there, to the begin of the period with that map: where the limit is only touched, the next one
-    may slip or stick by the last digit."""
+    may slip or stick by the last digit. It is taken where |det(I - A)| is above `regular`."""
     A = sums.dr
     before = np.empty(2)
     slid = 0.0
     jumped = False
     for periods in range(1, SETTINGS.max_periods + 1):
         before[:] = r
-        slid += one_period(contact, r, panel, sums, False)[0]
+        slid += one_period(contact, r, panel, sums)[0]
         if slid == 0:
             return periods, True, False, False
-        if newton and np.abs(A).max() < SETTINGS.forgets:
+        if np.abs(A).max() < SETTINGS.forgets:
             return periods, True, True, True
         e1, e2 = r[0] - before[0], r[1] - before[1]
         if periods > 1 and max(abs(e1), abs(e2)) <= SETTINGS.repeats * contact.size:
@@ -193,7 +184,7 @@ def settle(
                 r[:] = before
             return periods, True, jumped, True
         det = determinant(A)
-        if periods > 1 and newton and abs(det) > SETTINGS.regular:
+        if periods > 1 and abs(det) > regular:
             jumped = True
             r[0] = before[0] + ((1 - A[1, 1]) * e1 + A[0, 1] * e2) / det
             r[1] = before[1] + (A[1, 0] * e1 + (1 - A[0, 0]) * e2) / det
@@ -208,7 +199,7 @@ def fixed_point(
     """(slipped, work times kt) of the period from r, and whether what it does to the slider can be
     inverted: `start` (2, 3 nh) is filled with the derivative of r by the series, where r comes back
     to itself."""
-    slip, work = one_period(contact, r, panel, sums, True)
+    slip, work = one_period(contact, r, panel, sums)
     A, e1, e2 = sums.dr[:, :2], sums.dr[0, 2:], sums.dr[1, 2:]
     det = determinant(A)
     if not abs(det) > SETTINGS.regular:
@@ -234,7 +225,7 @@ def from_start(
     r by the series, is carried to its begin."""
     slip, work = 0.0, 0.0
     for period in range(periods):
-        slip, work = one_period(contact, r, panel, sums, period == periods - 1)
+        slip, work = one_period(contact, r, panel, sums)
         if period < periods - 1:
             carry(sums, start, room)
     return slip, work

@@ -55,9 +55,9 @@ Panel.__doc__ = (
 )
 
 Sums = namedtuple("Sums", "g D dr turn e path count")
-Sums.__doc__ = """Integrals over a period: g (2, nh) of e_j r, D (nh, 2, columns) of e_j dr; dr (2,
-columns) now, turn (columns,) of the angle; e (nh,) room. Columns: the slider at t = 0 (2), then the
-series of p1, p2 and L.
+Sums.__doc__ = """Integrals over a period: g (2, nh) of e_j r, D (nh, 2, columns) of e_j dr, or
+empty where they are not wanted; dr (2, columns) now, turn (columns,) of the angle; e (nh,) room.
+Columns: the slider at t = 0 (2), then the series of p1, p2 and L.
 
 path (m, PIECE), count (1,) : pieces of the period, state, begin, end, and of slip the angle at the
 begin and at the nodes; m = 0 where they are not kept"""
@@ -191,7 +191,7 @@ def keep(sums: Sums, state: int, begin: float, end: float, psi0: float, psi: np.
 
 
 @njit(cache=True)
-def add_rest(a: float, b: float, r: np.ndarray, sums: Sums, collect: bool) -> None:
+def add_rest(a: float, b: float, r: np.ndarray, sums: Sums) -> None:
     """Add the integrals over [a, b] of a slider that rests."""
     nh = sums.g.shape[1]
     for j in range(nh):
@@ -204,13 +204,12 @@ def add_rest(a: float, b: float, r: np.ndarray, sums: Sums, collect: bool) -> No
             weight = (np.cos(k * b) - np.cos(k * a)) / k
         for d in range(2):
             sums.g[d, j] += weight * r[d]
-            if collect:
-                for q in range(sums.dr.shape[1]):
-                    sums.D[j, d, q] += weight * sums.dr[d, q]
+            for q in range(sums.D.shape[2] if len(sums.D) else 0):
+                sums.D[j, d, q] += weight * sums.dr[d, q]
 
 
 @njit(cache=True)
-def add_panel(h: float, limit: float, panel: Panel, sums: Sums, collect: bool) -> float:
+def add_panel(h: float, limit: float, panel: Panel, sums: Sums) -> float:
     """Add the integrals over a panel of slip that begins at `limit`, and carry the derivatives to
     its end, its last node; return the work times kt."""
     e, dr, work = panel.e, sums.dr, 0.0
@@ -222,7 +221,7 @@ def add_panel(h: float, limit: float, panel: Panel, sums: Sums, collect: bool) -
         for j in range(nh):
             sums.g[0, j] += weight * e[i, j] * (at[P1] - L * cos)
             sums.g[1, j] += weight * e[i, j] * (at[P2] - L * sin)
-        if not collect and i < STAGES - 1:
+        if not len(sums.D) and i < STAGES - 1:
             continue
         turns(i, h, limit, panel, sums)
         if i == STAGES - 1:
@@ -235,7 +234,7 @@ def add_panel(h: float, limit: float, panel: Panel, sums: Sums, collect: bool) -
             dr[1, 2 + nh + m] += e[i, m]
             dr[0, 2 + 2 * nh + m] -= cos * e[i, m]
             dr[1, 2 + 2 * nh + m] -= sin * e[i, m]
-        for j in range(nh if collect else 0):
+        for j in range(len(sums.D)):
             f = weight * e[i, j]
             for d in range(2):
                 for q in range(columns):
@@ -284,7 +283,6 @@ def slip_through(
     limit: float,
     panel: Panel,
     sums: Sums,
-    collect: bool,
 ) -> tuple[float, float, float, bool, float]:
     """Slip from t, where it begins at `limit`, up to `stop` or to where the slider comes to rest:
     (instant, angle, width of the next panel, whether it rests, work times kt); before either where
@@ -312,7 +310,7 @@ def slip_through(
         if share < 1 and share * width > 1e-14:
             collocate(contact, t, share * width, psi, panel)
         if share * width > 1e-14:
-            work += add_panel(share * width, limit, panel, sums, collect)
+            work += add_panel(share * width, limit, panel, sums)
             keep(sums, FORWARD, t, t + share * width, psi, panel.psi)
             psi, limit = panel.psi[STAGES - 1], panel.at[STAGES - 1, LIMIT]
         t += share * width
