@@ -7,7 +7,7 @@ from dataclasses import fields
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from tipdamp.comparison import figures, tables, wear
+from tipdamp.comparison import figures, stress, tables, wear
 from tipdamp.comparison.figures import in_words
 from tipdamp.comparison.peaks import ComparedPeak, Phase, motion_beyond
 from tipdamp.comparison.record import ComparedStudies
@@ -27,6 +27,7 @@ SECTIONS = (
     ("studies", "The studies", (tables.studies,)),
     ("preload", "Preload", (figures.preloads,)),
     ("wear", "Wear", (wear.figures,)),
+    ("stress", "Stress", (stress.table,)),
     ("response", "Forced response", (figures.responses,)),
     ("cases", "Every case", (tables.cases,)),
 )

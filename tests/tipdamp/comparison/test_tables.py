@@ -8,7 +8,7 @@ import pytest
 
 from tests.contact_tables import contact_table, frames
 from tests.tipdamp.comparison.test_peaks import results
-from tipdamp.comparison import events, tables
+from tipdamp.comparison import events, stress, tables
 from tipdamp.comparison.figures import optimisation
 from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
@@ -18,6 +18,7 @@ from tipdamp.comparison.wear import figures, has_areas
 from tipdamp.hbm.drawing.figure import Marks
 from tipdamp.report.subjects.wear import wear_index
 from tipdamp.report.text import NOTHING
+from tipdamp.results.response_results import PeakStress, StressPlace, StressResult
 from tipdamp.study.law import LawChoice
 
 
@@ -268,3 +269,58 @@ def test_wear_per_area(tmp_path):
     assert work == pytest.approx(3600 * np.array(of_station) / (2 * 2.0))  # two of 2 mm2
     vars(one)["kept"] = whole.replace(area=np.zeros(len(whole)))
     assert not has_areas(given)
+
+
+def place(body, alternating, mean, safety=None):
+    return StressPlace(
+        body=body,
+        node=7,
+        position_m=(0.0, 0.0, 0.0),
+        mean_Pa=1e6 * mean,
+        alternating_Pa=1e6 * alternating,
+        amplitude_m=1e-5,
+        safety=safety,
+    )
+
+
+def stressed(one, least, levels=(10.0, 1.0)):
+    """Results with the stress of two bodies, in proportion to the level."""
+    curves = [
+        PeakStress(
+            files=(),
+            Fe_N=Fe,
+            H=3,
+            hz=2801.0,
+            places=[place("blades", 3 * Fe, 8), place("damper", 4 * Fe, 5)],
+            least=[place(p.body, 0, 0, p.safety / Fe) for p in least],
+        )
+        for Fe in levels
+    ]
+    vars(one)["stress"] = StressResult(curves=curves)
+
+
+def test_stress_of_each_pull_and_level(tmp_path):
+    """The largest alternating stress with the mean there, in the order of the levels; the least
+    safety may be that of another body. Of studies without limits it is not spoken of."""
+    given = comparison(tmp_path)
+    soft, stiff = (one.results for one in given.computed)
+    assert list(stress.table(given)) == []
+    stressed(soft, [])
+    (table,) = stress.table(given)
+    assert "safety" not in table.records[0] and "Goodman" not in table.caption
+    stressed(stiff, [place("blades", 0, 0, 20.0), place("damper", 0, 0, 30.0)])
+    (table,) = stress.table(given)
+    assert [(row["study"], row["Fe (N)"]) for row in table.records] == [
+        ("soft", "1.000"),
+        ("soft", "10.00"),
+        ("stiff", "1.000"),
+        ("stiff", "10.00"),
+    ]
+    last = table.records[-1]
+    assert (last["alternating (MPa)"], last["mean there (MPa)"]) == ("40.00", "5.000")
+    assert (last["there"], last["safety"], last["least in"]) == (
+        "damper, node 7",
+        "2.00",
+        "blades, node 7",
+    )
+    assert table.records[0]["safety"] == NOTHING and "Goodman" in table.caption
