@@ -23,20 +23,33 @@ from tipdamp.study.law import LawChoice
 
 
 def level(name, Fe, height, **other):
-    given = {"hz": 2800.0, "at_least": None, "mac": None, "complete": True, "ended": ""} | other
+    """Friction takes a tenth of what the force puts in at 2800 Hz."""
+    given = {
+        "pull": 100.0,
+        "hz": 2800.0,
+        "error": 0.0,
+        "at_least": None,
+        "slipping": 0.5,
+        "friction_W": (0.1 * np.pi * 2800 * Fe**2 * (height or 0.0),),
+        "mac": None,
+        "complete": True,
+        "ended": "",
+    }
     return ComparedPeak(
-        name,
-        "",
-        "out_of_phase",
-        1,
-        100.0,
-        Fe,
-        3,
-        **given,
+        study=name,
+        scatter="",
+        phase="out_of_phase",
+        blade=1,
+        Fe=Fe,
+        H=3,
         m_per_N=height,
-        slipping=0,
-        friction_W=(),
+        **given | other,
     )
+
+
+def stuck(name, Fe, height, **other):
+    """As `level`, with every pair stuck."""
+    return level(name, Fe, height, slipping=0.0, friction_W=(0.0,), **other)
 
 
 def comparison(tmp_path):
@@ -79,6 +92,49 @@ def test_a_least_above_which_the_damper_rolls_needs_no_more_levels(tmp_path):
     assert said.endswith("more levels are needed: stiff. Below the least of soft the damper rolls.")
     (said,) = introduction(replace(given, peaks=(*given.peaks, rolls)))  # there is one between
     assert "rolls" not in said
+
+
+def test_no_pull_is_best_where_nothing_slips(tmp_path):
+    """As high at every level but for rounding, whose least is no optimum: a sentence and a cell say
+    so in the place of a pull, and no more levels are asked for."""
+    given = comparison(tmp_path)
+    soft = [p for p in given.peaks if p.study == "soft"]
+    heights = ((1.0, 3e-7), (10.0, 3e-7 * (1 - 1e-13)), (50.0, 3e-7 * (1 + 1e-13)))
+    flat = [stuck("stiff", Fe, h) for Fe, h in heights]
+    given = replace(given, peaks=(*soft, *flat))
+    (said,) = introduction(given)
+    assert said == (
+        "Out of phase the least response is that of stiff, 0.3000 µm/N, where friction takes "
+        "nothing (soft 0.4000 µm/N at their best). No pull is best for stiff, whose least is that "
+        "without friction."
+    )
+    (table,) = tables.best(given)
+    row = next(row for row in table.records if row["study"] == "stiff")
+    assert row["best Fc/Fe"] == "none" and row["flat: Fc/Fe"] == NOTHING
+    assert row["pull for Fe = 10 N (N)"] == NOTHING and row["least (µm/N)"] == "0.3000"
+    assert "friction takes nothing" in table.caption
+
+
+def test_studies_that_are_equal_share_a_rank(tmp_path):
+    """Within the errors of their peaks, to rounding, or within their scatter; just beyond they do
+    not."""
+    given = comparison(tmp_path)
+    soft = [p for p in given.peaks if p.study == "soft"]
+
+    def ranked(height, error=0.0, scatter=()):
+        mine = [level("stiff", Fe, height, error=error) for Fe in (1.0, 10.0)]
+        mine += [replace(p, scatter="mu", m_per_N=h) for p in mine for h in scatter]
+        changed = replace(given, peaks=(*soft, *mine))
+        (table,) = tables.best(changed)
+        said = " ".join(introduction(changed))
+        return {row["study"]: row["rank"] for row in table.records}, "are equal within" in said
+
+    tied, apart = {"soft": "1 (tied)", "stiff": "1 (tied)"}, {"soft": "1", "stiff": "2"}
+    assert ranked(4e-7 * (1 + 1e-12)) == (tied, True)
+    assert ranked(4.04e-7, error=0.02) == (tied, True)
+    assert ranked(4.04e-7, error=0.005) == (apart, False)
+    assert ranked(4.5e-7, scatter=(3.9e-7, 5e-7)) == (tied, True)
+    assert ranked(4.5e-7, scatter=(4.1e-7, 5e-7)) == (apart, False)
 
 
 def test_friction_is_among_what_tells_studies_apart(tmp_path):
