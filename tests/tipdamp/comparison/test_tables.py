@@ -9,7 +9,7 @@ import pytest
 from tests.contact_tables import contact_table, frames
 from tests.tipdamp.comparison.test_peaks import results
 from tipdamp.comparison import events, stress, tables
-from tipdamp.comparison.figures import optimisation
+from tipdamp.comparison.figures import optimisation, responses
 from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
 from tipdamp.comparison.record import ComparedStudies, Computed
@@ -380,3 +380,27 @@ def test_stress_of_each_pull_and_level(tmp_path):
         "blades, node 7",
     )
     assert table.records[0]["safety"] == NOTHING and "Goodman" in table.caption
+
+
+def test_figures_of_a_sweep_are_told_apart(tmp_path):
+    """By pull, levels and band, in words and in the names of their files, which have no blanks;
+    what all have in common is not in the names."""
+    (tmp_path / "a").mkdir()
+    one = results(tmp_path / "a")
+    pull = one.study.driver.pull
+    every = [at_pull(one, fc, one.kept.preload) for fc in (pull, 2 * pull) for _ in range(4)]
+    for k, each in enumerate(every):
+        levels, band = [
+            ((1.0,), (1.0, 20.0))[k % 2],
+            ((1200.0, 3300.0), (1200.0, 1900.0))[k // 2 % 2],
+        ]
+        changed = each.study.respond.model_copy(update={"levels": levels, "band": band})
+        vars(each.study)["respond"] = changed
+    drawn = list(responses(ComparedStudies(tuple(Computed("a b", each) for each in every), ())))
+    for told in ("name", "title", "caption"):
+        assert len({getattr(figure, told) for figure in drawn}) == 8
+    assert drawn[0].name == f"responses_a_b_Fc_{pull:g}_N_Fe_1_N_1200_to_3300_Hz"
+    assert drawn[1].caption.startswith(f"a b, Fc = {pull:g} N, Fe = 1 to 20 N, 1200 to 3300 Hz: ")
+    alone = ComparedStudies((Computed("a b", one), Computed("a_b", one), Computed("a b", one)), ())
+    names = [figure.name for figure in responses(alone)]
+    assert names == ["responses_a_b", "responses_a_b_2", "responses_a_b_3"]
