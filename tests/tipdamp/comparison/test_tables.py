@@ -382,6 +382,19 @@ def test_stress_of_each_pull_and_level(tmp_path):
     assert table.records[0]["safety"] == NOTHING and "Goodman" in table.caption
 
 
+def test_stress_of_a_curve_without_a_peak_is_a_bound(tmp_path):
+    """It is that of the highest solved point: the peak may stress the bodies more."""
+    given = comparison(tmp_path)
+    one = given.computed[0].results
+    stressed(one, [place("blades", 0, 0, 20.0)], (one.finest[0].Fe, 1000.0))
+    for case in one.finest[:1]:
+        vars(case.facts)["peak_m"] = None
+    first, last = next(stress.table(given)).records
+    assert first["alternating (MPa)"].startswith("at least ")
+    assert first["safety"].startswith("at most ")
+    assert last["safety"] == "0.0200" and last["alternating (MPa)"] == "4000"
+
+
 def test_figures_of_a_sweep_are_told_apart(tmp_path):
     """By pull, levels and band, in words and in the names of their files, which have no blanks;
     what all have in common is not in the names."""
