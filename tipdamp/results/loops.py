@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tipdamp.hbm.curve.cycles import ContactCycles
+from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.io.untrusted import open_npz
 
 
@@ -35,13 +36,13 @@ def load_loops(path: Path) -> Loops:
 
 def save_loops(path: Path, cycle: ContactCycles, names: Sequence[str]) -> None:
     """Store one period of all contacts."""
-    with path.open("wb") as file:
-        np.savez_compressed(
-            file,
-            time=cycle.time,
-            motion=cycle.motion,
-            force=cycle.force,
-            sliders=cycle.sliders,
-            components=np.array(cycle.components),
-            pairs=np.array(names),
-        )
+    save_npz(
+        path,
+        packed=True,
+        time=cycle.time,
+        motion=cycle.motion,
+        force=cycle.force,
+        sliders=cycle.sliders,
+        components=np.array(cycle.components),
+        pairs=np.array(names),
+    )
