@@ -26,6 +26,7 @@ from tipdamp.hbm.balance.reduced import Space, StuckMatrices
 from tipdamp.hbm.balance.restraint import stiff_factor
 from tipdamp.hbm.contact import GROUND, ContactTable, relative_motion
 from tipdamp.hbm.hold.spring import HeldMotion, with_springs
+from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.io.untrusted import open_npz
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import Contacts, SliderStart
@@ -77,7 +78,7 @@ class InterfaceReduction:
     def save(self, model: str | Path, shapes: str | Path) -> None:
         """Write two .npz files: the model, and all else."""
         self.model.save(model)
-        np.savez(
+        save_npz(
             shapes,
             basis=self.basis,
             followed=self.followed,

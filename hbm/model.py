@@ -19,6 +19,7 @@ from scipy.linalg.lapack import dpotrf
 from tipdamp.hbm.errors import Doubt, InputError, nearest, shown
 from tipdamp.hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_npz
 from tipdamp.hbm.io.matrices_in import read_model
+from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.points import ContactPoints, check_points, motion_of
 from tipdamp.hbm.validation import brief, numbers
 
@@ -262,7 +263,7 @@ class ReducedModel:
                 for k, v in points.arrays().items()
             }
         )
-        np.savez(path, **arrays)
+        save_npz(path, **arrays)
         return path
 
     @classmethod

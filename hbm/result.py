@@ -15,6 +15,7 @@ from tipdamp.hbm.amplitude import KINDS, amplitude, local_maxima, orders_of, par
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import Doubt, InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
+from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.validation import check_whole, positive
@@ -551,7 +552,7 @@ class ForcedResponse(ArrayRecord):
         path = Path(path)
         table = as_table(self.named_points, len(self.output_names))
         arrays: dict[str, Any] = {**vars(self), "named_points": table}
-        np.savez(path, **arrays)
+        save_npz(path, **arrays)
         return path
 
     @classmethod

@@ -28,6 +28,7 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.io.untrusted import open_npz
 
 
@@ -50,7 +51,7 @@ class Truncation:
 
     def save(self, path: str | Path) -> Path:
         """Write a .npz file."""
-        np.savez(
+        save_npz(
             path,
             body=self.body,
             size=self.size,

@@ -11,6 +11,7 @@ from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.drawing.figure import Curve, Panel
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
+from tipdamp.hbm.io.npz import save_npz
 
 if TYPE_CHECKING:
     import pandas
@@ -136,7 +137,7 @@ class Followed(ArrayRecord):
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
         path = Path(path)
-        np.savez(path, **vars(self))
+        save_npz(path, **vars(self))
         return path
 
     @classmethod

@@ -10,6 +10,7 @@ import numpy as np
 from tipdamp.hbm import tables
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.io.untrusted import open_npz
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ class Derivatives:
         """One .npz of plain arrays, to lie beside that of the curve."""
         path = Path(path)
         parts = {f"{of}_by {name}": x for of in WHAT for name, x in vars(self)[f"{of}_by"].items()}
-        np.savez(path, frequency=self.frequency, amplitude=self.amplitude, **parts)
+        save_npz(path, frequency=self.frequency, amplitude=self.amplitude, **parts)
         return path
 
     @classmethod

@@ -11,6 +11,7 @@ from tipdamp.hbm.amplitude import amplitude
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
+from tipdamp.hbm.io.npz import save_npz
 
 if TYPE_CHECKING:
     import pandas
@@ -119,7 +120,7 @@ class Backbone(ArrayRecord):
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
         path = Path(path)
-        np.savez(path, **vars(self))
+        save_npz(path, **vars(self))
         return path
 
     @classmethod

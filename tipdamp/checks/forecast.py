@@ -52,6 +52,9 @@ class ForecastSettings:
     instant: float = 1e-4
     instant_and_pair: float = 3e-6
     instants: int = 256  # of a period, where the study does not say
+    # of the stress at the peak of one level: s a dof for the largest range between two instants of
+    # a period [rig of 70 mm, 54 498 dofs, H = 3: 5.5]
+    stress: float = 1e-4
     slipping: float = 0.25  # of the pairs; all of them is the upper bound
     kept: float = 0.3  # of the pairs, where they are detached to a frequency: 9 of 31 [Zucca 2016]
     tried: tuple[int, ...] = (3, 8, 11)  # H of harmonics = "auto" [the two-blade rig]
@@ -78,7 +81,8 @@ class Size:
     instants - of a period at which a law by its step alone is evaluated, 0 of compiled ones
     acting - pairs that slip or lift at each level, empty where that is not known
     unreduced - whether the preload is solved on all dofs; sets - of stations of which `tune` seeks
-    the frequency fewer - what makes of many columns fewer."""
+    the frequency fewer - what makes of many columns fewer
+    stressed - levels at whose peak the stress is sought"""
 
     bodies: dict[str, tuple[int, int, int]]
     pairs: int
@@ -91,6 +95,12 @@ class Size:
     jobs: int = 1
     instants: int = 0
     acting: tuple[int, ...] = ()
+    stressed: int = 0
+
+    @property
+    def dofs(self) -> int:
+        """Of the whole bodies."""
+        return sum(dofs for dofs, _, _ in self.bodies.values())
 
     @property
     def reduced(self) -> int:
@@ -141,6 +151,7 @@ def size_of(study: Study, found: InspectResult, jobs: int = 1, kept: int | None 
         _fewer(study, found, pairs),
         jobs,
         _instants(study.respond) if curves else 0,
+        stressed=len(study.respond.levels) if curves and study.respond.stress else 0,
     )
 
 
@@ -187,12 +198,11 @@ def forecast(size: Size, machine: Machine) -> dict[str, Cost]:
     """{stage: its cost}."""
     seconds = memory = 0.0
     for dofs, columns, modes in size.bodies.values():
-        grown = dofs / machine.dofs
-        seconds += SETTINGS.factors * machine.factor * grown**SETTINGS.factor_growth
+        seconds += SETTINGS.factors * _factor(dofs, machine)
         seconds += (
             (columns + SETTINGS.solves_a_mode * modes)
             * machine.solve
-            * grown**SETTINGS.solve_growth
+            * (dofs / machine.dofs) ** SETTINGS.solve_growth
         )
         seconds += SETTINGS.dense * 2 * dofs * columns**2 / machine.flops
         memory += predicted_bytes(dofs // 3, columns // 3)
@@ -209,7 +219,22 @@ def forecast(size: Size, machine: Machine) -> dict[str, Cost]:
         costs = {"reduce": Cost(seconds, memory), **_of_meshes(size, costs, machine)}
     if size.curves:
         costs["respond"] = _of_curves(size, Cost(modes_of_all, 4 * dense), machine)
+    if size.stressed:
+        costs["stress"] = _of_stress(size, machine)
     return costs
+
+
+def _of_stress(size: Size, machine: Machine) -> Cost:
+    """One factor of each body, which are held together, and the stress at the levels."""
+    seconds = sum(_factor(dofs, machine) for dofs, _, _ in size.bodies.values())
+    return Cost(
+        seconds + SETTINGS.stress * size.stressed * size.dofs, predicted_bytes(size.dofs // 3)
+    )
+
+
+def _factor(dofs: int, machine: Machine) -> float:
+    """s for the factor of a body."""
+    return machine.factor * (dofs / machine.dofs) ** SETTINGS.factor_growth
 
 
 def _of_curves(size: Size, model: Cost, machine: Machine) -> Cost:
@@ -234,12 +259,8 @@ def _of_curves(size: Size, model: Cost, machine: Machine) -> Cost:
 
 def _of_meshes(size: Size, costs: dict[str, Cost], machine: Machine) -> dict[str, Cost]:
     """The costs of preload and tune with what they do on all dofs."""
-    dofs = [dofs for dofs, _, _ in size.bodies.values()]
-    factors, together = (
-        sum(machine.factor * (d / machine.dofs) ** SETTINGS.factor_growth for d in each)
-        for each in (dofs, [sum(dofs)])
-    )
-    held = predicted_bytes(sum(dofs) // 3)
+    factors = sum(_factor(dofs, machine) for dofs, _, _ in size.bodies.values())
+    together, held = _factor(size.dofs, machine), predicted_bytes(size.dofs // 3)
     preload = costs["preload"]
     tune = costs["tune"]
     found = {

@@ -1,6 +1,8 @@
 """Figures of a comparison: optimisation curves, where their peaks lie, preload maps, responses on
 both blades."""
 
+import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -200,20 +202,39 @@ def preloads(comparison: ComparedStudies) -> Iterator[Figure]:
 
 def responses(comparison: ComparedStudies) -> Iterator[Figure]:
     """Of each study its curves on both blades, per newton."""
-    names = [one.name for one in comparison.nominal]
-    for k, (name, one) in enumerate((each.name, each.results) for each in comparison.nominal):
-        patches, (low, high) = one.study.respond.patches, one.study.respond.band
-        again = names[:k].count(name)
-        pulls = {o.results.study.driver.pull for o in comparison.nominal if o.name == name}
-        pull = f", Fc = {one.study.driver.pull:g} N" * (len(pulls) > 1)
+    taken = Counter[str]()
+    for each in comparison.nominal:
+        one, alike = each.results, [o.results for o in comparison.nominal if o.name == each.name]
+        pull, levels, band = (
+            [what(one)] * (len({what(other) for other in alike}) > 1)
+            for what in (_pull, _levels, _band)
+        )
+        whose = ", ".join((each.name, *pull, *levels))
+        file = re.sub(r"[^\w.+-]+", "_", "_".join((whose, *band)))
+        taken[file] += 1
         yield Figure(
-            f"responses_{name}" + f"_{again + 1}" * bool(again),
-            f"{name}{pull}: forced response, {low:g} to {high:g} Hz",
-            f"Largest amplitude over the patch of each blade, per newton of force, "
-            f"{orders_of(one.finest)}; dashed parts are unstable.",
-            tuple(_response(one, patch, k) for k, patch in enumerate(patches, 1)),
+            f"responses_{file}" + f"_{taken[file]}" * (taken[file] > 1),
+            f"{whose}: forced response, {_band(one)}",
+            f"{whose}, {_band(one)}: largest amplitude over the patch of each blade, per newton of "
+            f"force, {orders_of(one.finest)}; dashed parts are unstable.",
+            tuple(_response(one, patch, k) for k, patch in enumerate(one.study.respond.patches, 1)),
             row_height=360,
         )
+
+
+def _pull(results: Results) -> str:
+    return f"Fc = {results.study.driver.pull:g} N"
+
+
+def _levels(results: Results) -> str:
+    levels = results.study.respond.levels
+    return (
+        "Fe = " + " to ".join(dict.fromkeys(f"{Fe:g}" for Fe in (min(levels), max(levels)))) + " N"
+    )
+
+
+def _band(results: Results) -> str:
+    return "{:g} to {:g} Hz".format(*results.study.respond.band)
 
 
 def _response(results: Results, patch: str, blade: int) -> Panel:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from tipdamp.comparison.peaks import ComparedPeak
+from tipdamp.hbm.ties import SAME, first_largest
 
 FLAT = 0.05  # above the least, within which a pull counts as good
 FINE = 2001  # places between the computed levels
@@ -14,17 +15,28 @@ FINE = 2001  # places between the computed levels
 
 @dataclass(frozen=True)
 class Optimum:
-    """ratio - Fc/Fe at which the largest FRF is least, m_per_N - there; of_end - whether that is
-    the first or the last level; low, high - Fc/Fe between which it stays within 5 % of the least;
-    at_end - whether one of these is an end of what was computed, so that the true one lies at it or
-    beyond: '' or 'low', 'high', 'both'."""
+    """peak - of the larger blade, where it is least over Fc/Fe; of_end - whether that is the first
+    or the last level; idle - whether friction takes nothing there, so that no pull is best
+    low, high - Fc/Fe between which it stays within 5 % of the least; at_end - whether one of these
+    is an end of what was computed, so that the true one lies at it or beyond: '' or 'low', 'high',
+    'both'."""
 
-    ratio: float
-    m_per_N: float
+    peak: ComparedPeak
     of_end: bool
+    idle: bool
     low: float
     high: float
     at_end: str
+
+    @property
+    def ratio(self) -> float:
+        """Fc/Fe at the least."""
+        return self.peak.ratio
+
+    @property
+    def m_per_N(self) -> float:
+        """m/N there."""
+        return self.peak.m_per_N or 0.0
 
 
 def optimum(peaks: Sequence[ComparedPeak]) -> Optimum | None:
@@ -34,11 +46,12 @@ def optimum(peaks: Sequence[ComparedPeak]) -> Optimum | None:
     Between the levels the curve is monotone piecewise cubic in log-log (Fritsch and Carlson, 1980),
     so that its least is that of a computed level.
     """
-    ratio, height = envelope(peaks)
-    if len(ratio) < 2:
+    every = tops(peaks)
+    if len(every) < 2:
         return None
+    ratio, height = envelope(peaks)
     x, y = np.log(ratio), np.log(height)
-    i = int(y.argmin())
+    i = first_largest(-height)
     fine = np.linspace(x[0], x[-1], FINE)
     good = PchipInterpolator(x, y)(fine) <= y[i] + np.log1p(FLAT)
     at = int(np.abs(fine - x[i]).argmin())
@@ -48,33 +61,47 @@ def optimum(peaks: Sequence[ComparedPeak]) -> Optimum | None:
     ends = (first == 0, last == FINE - 1)
     said = {(True, True): "both", (True, False): "low", (False, True): "high"}.get(ends, "")
     return Optimum(
-        ratio=float(ratio[i]),
-        m_per_N=float(height[i]),
-        of_end=i in (0, len(ratio) - 1),
+        peak=every[i],
+        of_end=i in (0, len(every) - 1),
+        idle=is_idle(every[i], every),
         low=float(min(np.exp(fine[first]), ratio[i])),
         high=float(max(np.exp(fine[last]), ratio[i])),
         at_end=said,
     )
 
 
-def envelope(peaks: Sequence[ComparedPeak]) -> tuple[np.ndarray, np.ndarray]:
-    """(Fc/Fe (n,) ascending, m/N (n,)) of the cases in which every blade has a peak: the largest of
-    them."""
-    found: dict[float, list[float | None]] = {}
+def is_idle(least: ComparedPeak, every: Sequence[ComparedPeak]) -> bool:
+    """Whether friction takes nothing at the least of a curve, or leaves it within the errors as
+    high as a level at which it takes nothing."""
+    return any(one.idle and one.span[0] <= least.span[1] for one in every)
+
+
+def tops(peaks: Sequence[ComparedPeak]) -> list[ComparedPeak]:
+    """Of the cases in which every blade has a peak the largest, ascending in Fc/Fe."""
+    found: dict[float, list[ComparedPeak]] = {}
     for peak in peaks:
-        found.setdefault(peak.ratio, []).append(peak.m_per_N)
+        found.setdefault(peak.ratio, []).append(peak)
     whole = {
-        ratio: max(one for one in heights if one is not None)
-        for ratio, heights in found.items()
-        if None not in heights
+        ratio: max(mine, key=lambda peak: peak.m_per_N or 0.0)
+        for ratio, mine in found.items()
+        if all(peak.m_per_N is not None for peak in mine)
     }
-    ratio = np.array(sorted(whole))
-    return ratio, np.array([whole[one] for one in ratio])
+    return [whole[ratio] for ratio in sorted(whole)]
 
 
-def ranks(least: dict[str, float]) -> dict[str, int]:
-    """{name: place}, 1 of the smallest; equal ones share a place."""
-    return {name: 1 + sum(other < mine for other in least.values()) for name, mine in least.items()}
+def envelope(peaks: Sequence[ComparedPeak]) -> tuple[np.ndarray, np.ndarray]:
+    """(Fc/Fe (n,) ascending, m/N (n,)) of `tops`."""
+    every = tops(peaks)
+    height = [peak.m_per_N for peak in every]
+    return np.array([peak.ratio for peak in every]), np.array(height, dtype=float)
+
+
+def ranks(spans: dict[str, tuple[float, float]]) -> dict[str, int]:
+    """{name: place} of {name: (from, to)}, 1 of the smallest: before it are those that lie below it
+    whole, so that equal ones share a place."""
+    return {
+        name: 1 + sum(high < low for _, high in spans.values()) for name, (low, _) in spans.items()
+    }
 
 
 def lowest_at(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> dict[str, tuple[int, int]]:
@@ -93,5 +120,5 @@ def lowest_at(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> dict[str, tup
             for ratio, height in known.values()
         ]
     )
-    first = heights.argmin(axis=0) if len(common) else np.empty(0, int)
-    return {name: (int((first == k).sum()), len(common)) for k, name in enumerate(known)}
+    first = heights <= heights.min(axis=0) + SAME  # of logarithms
+    return {name: (int(mine.sum()), len(common)) for name, mine in zip(known, first, strict=True)}

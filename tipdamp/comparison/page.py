@@ -7,8 +7,9 @@ from dataclasses import fields
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from tipdamp.comparison import figures, tables, wear
+from tipdamp.comparison import figures, stress, tables, wear
 from tipdamp.comparison.figures import in_words
+from tipdamp.comparison.optimum import Optimum
 from tipdamp.comparison.peaks import ComparedPeak, Phase, motion_beyond
 from tipdamp.comparison.record import ComparedStudies
 from tipdamp.engine.store import Store
@@ -27,6 +28,7 @@ SECTIONS = (
     ("studies", "The studies", (tables.studies,)),
     ("preload", "Preload", (figures.preloads,)),
     ("wear", "Wear", (wear.figures,)),
+    ("stress", "Stress", (stress.table,)),
     ("response", "Forced response", (figures.responses,)),
     ("cases", "Every case", (tables.cases,)),
 )
@@ -83,7 +85,7 @@ def _write(comparison: ComparedStudies, store: Store) -> list[str]:
 
 
 def introduction(comparison: ComparedStudies) -> Iterator[str]:
-    """For each phase, which study is best and at which pull."""
+    """For each phase, which study is best and at which pull, or that friction takes nothing."""
     for phase in comparison.phases:
         yield from _winner(comparison, phase)
 
@@ -98,23 +100,53 @@ def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
         )
     if not optima:
         return
-    order = list(optima)
-    least = optima[order[0]]
-    others = listing(f"{name} {micro(optima[name].m_per_N)}" for name in order[1:])
+    yield " ".join(
+        (
+            _least(phase, optima),
+            *_tied(comparison, phase),
+            *_without_friction(optima),
+            *_beyond(comparison, phase, optima),
+        )
+    )
+
+
+def _least(phase: Phase, optima: dict[str, Optimum]) -> str:
+    (first, least), *others = optima.items()
+    place = (
+        ", where friction takes nothing" if least.idle else f" at Fc/Fe = {number(least.ratio, 3)}"
+    )
+    best = listing(f"{name} {micro(one.m_per_N)}" for name, one in others)
+    return (
+        f"{in_words(phase).capitalize()} the least response is that of {first}, "
+        f"{micro(least.m_per_N)} µm/N{place}" + (f" ({best} µm/N at their best)." if best else ".")
+    )
+
+
+def _tied(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
+    ranks = comparison.ranks(phase)
+    first = [name for name, rank in ranks.items() if rank == 1]
+    if len(first) > 1:
+        yield f"{listing(first)} are equal within their errors or their scatter."
+
+
+def _without_friction(optima: dict[str, Optimum]) -> Iterator[str]:
+    idle = [name for name, one in optima.items() if one.idle]
+    if idle:
+        yield f"No pull is best for {listing(idle)}, whose least is that without friction."
+
+
+def _beyond(comparison: ComparedStudies, phase: Phase, optima: dict[str, Optimum]) -> Iterator[str]:
+    """Of those whose least may lie beyond the first or the last level."""
     moved = {
         name: motion
-        for name in order
-        if (motion := motion_beyond(comparison.of(name, phase), optima[name].ratio))
+        for name, one in optima.items()
+        if (motion := motion_beyond(comparison.of(name, phase), one.ratio))
     }
-    ends = listing(name for name in order if optima[name].of_end and name not in moved)
-    beyond = "".join(f" Below the least of {name} {said}." for name, said in moved.items())
-    yield (
-        f"{in_words(phase).capitalize()} the least response is that of {order[0]}, "
-        f"{micro(least.m_per_N)} µm/N at Fc/Fe = {number(least.ratio, 3)}"
-        + (f" ({others} µm/N at their best)." if others else ".")
-        + (f" Least at the first or last level, where more levels are needed: {ends}." * bool(ends))
-        + beyond
-    )
+    open_ends = (name for name, one in optima.items() if one.of_end and not one.idle)
+    if ends := listing(name for name in open_ends if name not in moved):
+        yield f"Least at the first or last level, where more levels are needed: {ends}."
+    for name, said in moved.items():
+        yield f"Below the least of {name} {said}."
 
 
 def write_csv(comparison: ComparedStudies, path: Path) -> None:

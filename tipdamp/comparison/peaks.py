@@ -10,7 +10,8 @@ import numpy as np
 
 from tipdamp.hbm.amplitude import local_maxima, parabola_top
 from tipdamp.hbm.curve.trace import NO_PERIOD, ROLLS
-from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.result import DOUBTFUL, ForcedResponse
+from tipdamp.hbm.ties import SAME
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.results.response_results import SAME_MODE
 from tipdamp.statics.model_inputs import in_patch
@@ -18,6 +19,7 @@ from tipdamp.study.schema import Respond
 
 Phase = Literal["in_phase", "out_of_phase"]
 PHASES: tuple[Phase, ...] = ("in_phase", "out_of_phase")
+IDLE = 1e-3  # of the power of the force: friction that takes no more takes nothing
 MARGIN = 0.15  # of free and stuck frequency of a phase, between which its peaks are looked for
 
 
@@ -29,7 +31,8 @@ class ComparedPeak:
     or 2; pull, Fe - N; H - harmonics
     hz, m_per_N - of the peak; None where the curve has none of this phase: at_least - m/N, the
     largest that was solved, where the curve does not cover the range of the phase, else the phase
-    has no maximum of its own
+    has no maximum of its own; error - of m_per_N by the harmonics left out, relative to it, None
+    without an estimate
     slipping - share of the kept pairs that slip or open there; friction_W - W, power of friction in
     each of them
     mac - of the outputs with those at the peak of the next lower level; None at the first
@@ -46,6 +49,7 @@ class ComparedPeak:
     H: int
     hz: float | None
     m_per_N: float | None
+    error: float | None
     at_least: float | None
     slipping: float | None
     friction_W: tuple[float, ...]
@@ -62,6 +66,21 @@ class ComparedPeak:
     def ratio(self) -> float:
         """Fc/Fe."""
         return self.pull / self.Fe
+
+    @property
+    def idle(self) -> bool:
+        """Whether friction takes nothing at the peak: of the power of the force, taken to be in
+        phase with the velocity of the patch."""
+        if self.hz is None or self.m_per_N is None:
+            return False
+        power = np.pi * self.hz * self.Fe**2 * self.m_per_N
+        return sum(self.friction_W) <= IDLE * power
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """(m/N, m/N): the peak less and more its error."""
+        height, error = self.m_per_N or 0.0, max(self.error or 0.0, SAME)
+        return height * (1 - error), height * (1 + error)
 
     @property
     def of_another_mode(self) -> bool:
@@ -179,6 +198,7 @@ def _peak(
         H=case.H,
         hz=None,
         m_per_N=None,
+        error=None,
         at_least=None,
         slipping=None,
         friction_W=(),
@@ -192,19 +212,20 @@ def _peak(
     curve = whole[0]
     amplitude, inside = curve.amplitude(), _inside(curve, respond, phase, window)
     tops = [
-        (*_top(curve, amplitude[:, j], i), i)
+        (*_top(curve, amplitude[:, j], i), i, j)
         for j in mine
         for i in local_maxima(amplitude[:, j], curve.jumps)
         if inside[i]
     ]
     if not tops:
         return peak, None
-    place, height, at = max(tops, key=lambda top: top[1])
+    place, height, at, output = max(tops, key=lambda top: top[1])
     outputs = curve.harmonics[at, :, 1]
     found = replace(
         peak,
         hz=place,
         m_per_N=height / case.Fe,
+        error=_error(curve, at, output),
         slipping=slipping(curve, at),
         friction_W=tuple((curve.dissipated[at] * curve.frequency[at]).tolist()),
         mac=None if before is None else _mac(before, outputs),
@@ -264,6 +285,15 @@ def _top(curve: ForcedResponse, a: np.ndarray, i: int) -> tuple[float, float]:
     if (curve.peak_points.size and curve.peak_points[i].any()) or len(set(f)) < 3:
         return float(f[1]), float(a[i])
     return parabola_top(f, a[i - 1 : i + 2])
+
+
+def _error(curve: ForcedResponse, at: int, output: int) -> float | None:
+    """Of a point by the harmonics left out, relative to its vibration; at most that beyond which
+    the estimate is none."""
+    if not curve.truncation.size:
+        return None
+    error = curve.truncation[at, output] / curve.amplitude("rms")[at, output]
+    return float(min(error, DOUBTFUL))
 
 
 def _mac(a: np.ndarray, b: np.ndarray) -> float:

@@ -71,12 +71,12 @@ class ComparedStudies:
 
     def spread(self, peak: ComparedPeak) -> tuple[float, float]:
         """(m/N, m/N): from the least to the largest of a peak and of the same in its scatter."""
-        heights = [
-            other.m_per_N
-            for other in self.peaks
-            if other.place == peak.place and other.m_per_N is not None
-        ]
+        heights = [other.m_per_N for other in self._alike(peak) if other.m_per_N is not None]
         return min(heights), max(heights)
+
+    def _alike(self, peak: ComparedPeak) -> list[ComparedPeak]:
+        """A peak and the same in its scatter."""
+        return [one for one in self.peaks if one.place == peak.place and one.m_per_N is not None]
 
     def scattered(self, name: str) -> list[str]:
         """Keys that vary in the scatter of a study."""
@@ -90,8 +90,13 @@ class ComparedStudies:
         return dict(sorted(known.items(), key=lambda item: item[1].m_per_N))
 
     def ranks(self, phase: Phase) -> dict[str, int]:
-        """{study: place by its least}, 1 of the lowest."""
-        return ranks({name: one.m_per_N for name, one in self.optima(phase).items()})
+        """{study: place by its least}, 1 of the lowest; those that are equal within their errors
+        and their scatter share a place."""
+        found = {}
+        for name, one in self.optima(phase).items():
+            low, high = zip(*(peak.span for peak in self._alike(one.peak)), strict=True)
+            found[name] = min(low), max(high)
+        return ranks(found)
 
     def missing(self) -> Iterator[tuple[str, Phase, str]]:
         """(study, phase, why it has no peaks of it)."""

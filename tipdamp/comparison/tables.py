@@ -91,7 +91,9 @@ def best(comparison: ComparedStudies) -> Iterator[Table]:
         yield Table(
             "The best pull. Least: of the curve of the larger of both blades, over the computed "
             "levels. Flat: Fc/Fe within which it stays within 5 % of the least; open where that "
-            "reaches the first or the last level. Rank: by the least; lowest: at how many of the "
+            "reaches the first or the last level. None: friction takes nothing at the least, every "
+            "pair sticks there or slips freely. Rank: by the least; studies that are equal within "
+            "the errors of their peaks or their scatter are tied; lowest: at how many of the "
             "levels in the range of all studies its curve is the lowest. Paper: the rank that the "
             "study states as its reference.",
             rows,
@@ -111,11 +113,11 @@ def _best(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
         yield {
             "phase": in_words(phase),
             "study": name,
-            "best Fc/Fe": number(one.ratio, 3),
+            "best Fc/Fe": "none" if one.idle else number(one.ratio, 3),
             "least (µm/N)": micro(one.m_per_N),
-            "flat: Fc/Fe": _flat(one),
-            "pull for Fe = 10 N (N)": number(10 * one.ratio, 3),
-            "rank": f"{rank[name]}",
+            "flat: Fc/Fe": NOTHING if one.idle else _flat(one),
+            "pull for Fe = 10 N (N)": NOTHING if one.idle else number(10 * one.ratio, 3),
+            "rank": f"{rank[name]}" + " (tied)" * (list(rank.values()).count(rank[name]) > 1),
             "lowest": f"{first} of {common}" if common else NOTHING,
             "paper": NOTHING if stated is None else f"{stated:g}",
         }

@@ -60,7 +60,7 @@ def _marks(comparison: ComparedStudies, phase: Phase, side: str) -> Iterator[Ite
         at = [
             peak
             for peak in comparison.of(name, phase, 1)
-            if name in optima and peak.ratio == optima[name].ratio
+            if name in optima and not optima[name].idle and peak.ratio == optima[name].ratio
         ]
         for peak in at[:1]:
             x, work = wear.wear_index(one, peak.friction_W, side, per_area)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.io.untrusted import open_npz
 from tipdamp.modal.faces import boundary_faces
 from tipdamp.modal.mesh import Mesh
@@ -153,8 +154,7 @@ def save(surfaces: Iterable[OuterSurface], path: Path) -> None:
         if s.recovery is not None:
             parts["recovery"] = s.recovery
         content.update({f"{s.body}/{key}": value for key, value in parts.items()})
-    with open(path, "wb") as file:
-        np.savez(file, **content)
+    save_npz(path, **content)
 
 
 def load(path: Path) -> dict[str, OuterSurface]:

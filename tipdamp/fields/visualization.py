@@ -16,6 +16,7 @@ from tipdamp.engine.store import Store
 from tipdamp.fields import surface
 from tipdamp.fields.pressure import patches
 from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.io.untrusted import open_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.mesh import Mesh
@@ -41,8 +42,7 @@ class Shapes:
 
     def save(self, path: Path) -> None:
         """As .npz."""
-        with open(path, "wb") as file:
-            np.savez(file, kind=self.kind, label=self.label, hz=self.hz, q=self.q)
+        save_npz(path, kind=self.kind, label=self.label, hz=self.hz, q=self.q)
 
     @classmethod
     def load(cls, path: Path) -> "Shapes":

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tipdamp.hbm.curve.cycles import ContactCycles
+from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.io.untrusted import open_npz
 
 
@@ -40,14 +41,14 @@ def load_loops(path: Path) -> Loops:
 
 def save_loops(path: Path, cycle: ContactCycles, names: Sequence[str], damper: np.ndarray) -> None:
     """Store one period of all contacts, and of the damper."""
-    with path.open("wb") as file:
-        np.savez_compressed(
-            file,
-            time=cycle.time,
-            motion=cycle.motion,
-            force=cycle.force,
-            sliders=cycle.sliders,
-            components=np.array(cycle.components),
-            pairs=np.array(names),
-            damper=damper,
-        )
+    save_npz(
+        path,
+        packed=True,
+        time=cycle.time,
+        motion=cycle.motion,
+        force=cycle.force,
+        sliders=cycle.sliders,
+        components=np.array(cycle.components),
+        pairs=np.array(names),
+        damper=damper,
+    )

@@ -326,6 +326,16 @@ class PeakStress(Record):
     places: tuple[StressPlace, ...]
     least: tuple[StressPlace, ...] = ()
 
+    @property
+    def top(self) -> StressPlace | None:
+        """Where the alternating stress is largest; None where nothing vibrates."""
+        return max(self.places, key=lambda place: place.alternating_Pa, default=None)
+
+    @property
+    def weakest(self) -> StressPlace | None:
+        """Where the safety is least; None without limits."""
+        return min(self.least, key=lambda place: place.safety or 0.0, default=None)
+
 
 class StressResult(Result):
     """stress.json. unbalanced {body: part of the forces at rest that its inertia takes up}, of free

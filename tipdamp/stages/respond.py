@@ -36,6 +36,7 @@ from tipdamp.hbm.curve.trace import SLIDES
 from tipdamp.hbm.hold import spring
 from tipdamp.hbm.hold.spring import HeldMotion
 from tipdamp.hbm.interface import InterfaceReduction
+from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.results.response_results import BackCurve, CurveResult, Peak, RespondResult, families
@@ -173,7 +174,7 @@ def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[
             difference[there.file] = stuck_difference(settings, assembly, curve, there.Fe_N)
     with store.writing("stuck.npz") as path:
         hz, response = assembly.drawn(settings)
-        np.savez(
+        save_npz(
             path,
             frequency=hz,
             response=response,

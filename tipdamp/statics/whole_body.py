@@ -3,7 +3,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
@@ -16,6 +16,7 @@ from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import write_shapes
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.io.untrusted import open_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.body import Body
@@ -262,10 +263,10 @@ def whole_bodies(study: Study, store: Store, tick: Tick) -> list[Stressed]:
 def keep_modes(store: Store, parts: Iterable[Reduction]) -> list[str]:
     """What `whole_bodies` needs of the reductions; the name of what was written."""
     with store.writing(KEPT) as path:
-        arrays = {
+        arrays: dict[str, Any] = {
             f"{part.body.name}.{name}": value
             for part in parts
             for name, value in zip(KEPT_OF_EACH, (part.boundary, part.Phi, part.omega), strict=True)
         }
-        np.savez(path, **arrays)
+        save_npz(path, **arrays)
     return [KEPT]

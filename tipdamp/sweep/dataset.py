@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from tipdamp.engine.store import Store
 from tipdamp.study.schema import UNITS
 from tipdamp.sweep.cases import Case, sheet
 from tipdamp.sweep.index import CaseState, Index
+from tipdamp.sweep.rows import CurveRow, Row, StressRow
 
 if TYPE_CHECKING:
     import xarray
@@ -20,8 +21,10 @@ if TYPE_CHECKING:
 TABLE, NETCDF = "sweep.csv", "sweep.nc"
 OF_CASE = ("kept_pairs", "stuck_hz")
 OF_CURVE = ("Fe_N", "H", "complete", "unstable", "slipping_pairs", "ended")
+OF_STRESS = ("alternating_Pa", "mean_Pa", "alternating_body", "safety", "safety_body")
 OF_PATCH = ("peak_m", "peak_hz", "at_least_m", "at_least_hz", "truncation")
-SUFFIXES = {"_m": "m", "_hz": "Hz", "_N": "N"}
+WORDS = ("ended", "alternating_body", "safety_body")
+SUFFIXES = {"_m": "m", "_hz": "Hz", "_N": "N", "_Pa": "Pa"}
 TEXTS = {
     "kept_pairs": "contact pairs that carry after tuning",
     "stuck_hz": "frequency of the tracked mode, stuck on the kept pairs",
@@ -31,6 +34,11 @@ TEXTS = {
     "unstable": "whether the largest amplitude is that of an unstable motion",
     "slipping_pairs": "contact pairs that slip or open somewhere on the curve",
     "ended": "why the curve ended",
+    "alternating_Pa": "largest alternating stress at the peak of blade 1, of the largest H",
+    "mean_Pa": "mean stress at its node",
+    "alternating_body": "body of the largest alternating stress",
+    "safety": "least safety by Goodman at the peak of blade 1",
+    "safety_body": "body of the least safety",
     "peak_m": "largest peak over the nodes of the patch, half of peak-to-peak along the force",
     "peak_hz": "frequency of the peak",
     "at_least_m": "largest amplitude that was solved, where there is no peak",
@@ -43,31 +51,14 @@ def dataset(folder: Path) -> "xarray.Dataset":
     """Data set of the sweep in a folder: dimensions case, curve (of a case, by force and harmonics)
     and patch; the keys that vary are coordinates of the cases, with their units.
 
-    Numbers of cases that failed, and of curves that a case does not have, are nan."""
+    Numbers of cases that failed, of curves that a case does not have, and of stress that it does
+    not ask for, are nan."""
     import xarray
 
     with Index(folder) as index:
         states, curves, units = index.cases(), index.curves(), index.facts().get("units", {})
-        said = index.warnings()
+        stresses, said = index.stresses(), index.warnings()
     patches = list(dict.fromkeys(row.patch for _, row in curves))
-    at: dict[int, dict[tuple[float, int], int]] = {}
-    for number, row in curves:
-        at.setdefault(number, {}).setdefault((row.Fe_N, row.H), len(at[number]))
-    shape = len(states), max(map(len, at.values()), default=0), len(patches)
-    found = {
-        **{name: _empty(name, shape[:1]) for name in OF_CASE},
-        **{name: _empty(name, shape[:2]) for name in OF_CURVE},
-        **{name: _empty(name, shape) for name in OF_PATCH},
-    }
-    place = {state.number: i for i, state in enumerate(states)}
-    for number, row in curves:
-        i, k = place[number], at[number][row.Fe_N, row.H]
-        p = patches.index(row.patch)
-        for names, where in ((OF_CASE, (i,)), (OF_CURVE, (i, k)), (OF_PATCH, (i, k, p))):
-            for name in names:
-                value = vars(row)[name]
-                if value is not None:
-                    found[name][where] = value
     dims = ("case", "curve", "patch")
     data = {
         name: (
@@ -75,7 +66,7 @@ def dataset(folder: Path) -> "xarray.Dataset":
             _plain(values),
             {"units": unit_of(name), "long_name": TEXTS[name]},
         )
-        for name, values in found.items()
+        for name, values in _values(states, patches, curves, stresses).items()
     }
     data["state"] = (dims[:1], np.array([one.state for one in states], str), {})
     data["reason"] = (dims[:1], np.array([one.reason for one in states], str), {})
@@ -91,6 +82,43 @@ def dataset(folder: Path) -> "xarray.Dataset":
     return xarray.Dataset(data, coords)
 
 
+def _values(
+    states: Sequence[CaseState],
+    patches: Sequence[str],
+    curves: Sequence[tuple[int, CurveRow]],
+    stresses: Sequence[tuple[int, StressRow]],
+) -> dict[str, np.ndarray]:
+    """{name: values over cases, their curves and patches}"""
+    at: dict[int, dict[tuple[float, int], int]] = {}
+    for number, row in curves:
+        at.setdefault(number, {}).setdefault((row.Fe_N, row.H), len(at[number]))
+    shape = len(states), max(map(len, at.values()), default=0), len(patches)
+    found = {
+        **{name: _empty(name, shape[:1]) for name in OF_CASE},
+        **{name: _empty(name, shape[:2]) for name in (*OF_CURVE, *OF_STRESS)},
+        **{name: _empty(name, shape) for name in OF_PATCH},
+    }
+    place = {state.number: i for i, state in enumerate(states)}
+    for number, row in curves:
+        i, k, p = place[number], at[number][row.Fe_N, row.H], patches.index(row.patch)
+        _fill(found, row, OF_CASE, (i,))
+        _fill(found, row, OF_CURVE, (i, k))
+        _fill(found, row, OF_PATCH, (i, k, p))
+    for number, stress in stresses:
+        k = at[number][stress.Fe_N, stress.H]
+        _fill(found, stress, OF_STRESS, (place[number], k))
+    return found
+
+
+def _fill(
+    found: Mapping[str, np.ndarray], row: Row, names: Iterable[str], where: tuple[int, ...]
+) -> None:
+    for name in names:
+        value = vars(row)[name]
+        if value is not None:
+            found[name][where] = value
+
+
 def _warned(said: Mapping[int, Sequence[str]], one: CaseState) -> str:
     """What the stages of a case warned of, a line each."""
     return "\n".join(said.get(one.number, ()))
@@ -101,7 +129,7 @@ def _keys(states: Sequence[CaseState]) -> list[str]:
 
 
 def _empty(name: str, shape: tuple[int, ...]) -> np.ndarray:
-    return np.full(shape, "", object) if name == "ended" else np.full(shape, np.nan)
+    return np.full(shape, "", object) if name in WORDS else np.full(shape, np.nan)
 
 
 def _plain(values: np.ndarray) -> np.ndarray:
@@ -141,11 +169,13 @@ def write_table(folder: Path) -> Path:
     """CSV of all curves, a row for each patch; a case that has none has one row with its state."""
     with Index(folder) as index:
         states, curves, units = index.cases(), index.curves(), index.facts().get("units", {})
-        said = index.warnings()
+        stresses, said = index.stresses(), index.warnings()
+    of_peak = {(number, row.Fe_N, row.H): asdict(row) for number, row in stresses}
     of_case: dict[int, list[dict]] = {}
     for number, row in curves:
-        of_case.setdefault(number, []).append(asdict(row))
-    keys, columns = _keys(states), ["patch", *OF_CASE, *OF_CURVE, *OF_PATCH]
+        stress = of_peak.get((number, row.Fe_N, row.H), {})
+        of_case.setdefault(number, []).append(asdict(row) | stress)
+    keys, columns = _keys(states), ["patch", *OF_CASE, *OF_CURVE, *OF_PATCH, *OF_STRESS]
     head = [f"{key} [{units[key]}]" if key in units else key for key in keys]
     with Store(folder).writing(TABLE) as path:
         with path.open("w", newline="", encoding="utf-8") as file:

@@ -18,11 +18,12 @@ from tipdamp.study.checks import CURVE_MB
 from tipdamp.study.study import load_study
 from tipdamp.study.view import Study
 from tipdamp.sweep.index import FILE, Index
-from tipdamp.sweep.plan import LAST, Plan
+from tipdamp.sweep.plan import CURVES, STRESS, Plan
 from tipdamp.sweep.work import products
 
 LEAST_SECONDS, LEAST_BYTES = 0.1, 2e4  # of a step: what it takes to begin, read and pack it
 CURVE_SECONDS = 0.2  # at least
+FIELD_BYTES = 10.0  # of the fields of stress, a dof and level
 ON_SURFACE = 0.15  # of the dofs of a mesh of some ten thousand, for which `reduce` keeps the shapes
 Costs = dict[str, tuple[int, float, float]]  # as `Index.costs`
 
@@ -92,11 +93,11 @@ def sweep_estimate(whole: Plan, study: Study, store: Store, jobs: int) -> SweepE
         with Index(folder) as index:
             costs = index.costs()
     to_make = Counter(step.stage for step in whole.steps if step.key not in there)
-    known, reduced = _forecast(study, store)
+    known, files = _forecast(study, store)
     processes = jobs + (jobs > 1)  # each with the program, about as much as this one
     seconds = disk = 0.0
     for stage, count in to_make.items():
-        _, each, size = costs.get(stage) or _step(stage, study, known, reduced)
+        _, each, size = costs.get(stage) or _step(stage, study, known, files)
         seconds += count * each
         disk += count * size
     return SweepEstimate(
@@ -113,31 +114,33 @@ def sweep_estimate(whole: Plan, study: Study, store: Store, jobs: int) -> SweepE
     )
 
 
-def _forecast(study: Study, store: Store) -> tuple[dict[str, Cost], float]:
-    """{stage: cost of the study as it stands}, of one job, and bytes on disk of the reduced bodies;
-    ({}, 0) where it cannot be looked at."""
+def _forecast(study: Study, store: Store) -> tuple[dict[str, Cost], dict[str, float]]:
+    """{stage: cost of the study as it stands}, of one job, and {stage: bytes on disk} of what is
+    large beside curves; both empty where it cannot be looked at."""
     with suppress(InputError, OSError):
         alone = load_study(study.path)
         run_stage("inspect", alone, store, quiet=True)
         found = InspectResult.load(store)
         return estimate(alone, found)[1], _on_disk(size_of(alone, found))
-    return {}, 0.0
+    return {}, {}
 
 
-def _on_disk(size: Size) -> float:
-    """Bytes of the reduced matrices, and of the shapes on the surfaces that are drawn."""
-    dofs = sum(dofs for dofs, _, _ in size.bodies.values())
-    return 8.0 * size.reduced * (2 * size.reduced + ON_SURFACE * dofs)
+def _on_disk(size: Size) -> dict[str, float]:
+    """Of the reduced matrices with the shapes on the surfaces that are drawn, and of the fields of
+    stress."""
+    return {
+        "reduce": 8.0 * size.reduced * (2 * size.reduced + ON_SURFACE * size.dofs),
+        STRESS: FIELD_BYTES * size.stressed * size.dofs,
+    }
 
 
 def _step(
-    stage: str, study: Study, known: dict[str, Cost], reduced: float
+    stage: str, study: Study, known: dict[str, Cost], files: dict[str, float]
 ) -> tuple[int, float, float]:
     cost = known.get(stage, Cost(0.0, 0.0))
-    curves = len(study.respond.levels) * (stage == LAST)
-    matrices = reduced if stage == "reduce" else 0.0
+    curves = len(study.respond.levels) * (stage == CURVES)
     seconds = max(cost.seconds, LEAST_SECONDS + CURVE_SECONDS * curves)
-    return 0, seconds, LEAST_BYTES + 1e6 * CURVE_MB * curves + matrices
+    return 0, seconds, LEAST_BYTES + 1e6 * CURVE_MB * curves + files.get(stage, 0.0)
 
 
 def _existing(folder: Path) -> Path:

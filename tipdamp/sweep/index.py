@@ -9,36 +9,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
+from typing import TypeVar
 
 from tipdamp.hbm.errors import InputError
 from tipdamp.sweep.cases import Case
 from tipdamp.sweep.plan import SweepStep
+from tipdamp.sweep.rows import CurveRow, Row, StressRow
 
 FILE = "index.sqlite"
 BUSY = 30.0  # s that a reader waits for the writer
 OTHER_TABLES = ("no such table", "no such column", "has no column", " columns but ")
-
-
-@dataclass(frozen=True)
-class CurveRow:
-    """One curve on one patch: as in `results.response_results`, of the case whose last step has the
-    key; stuck_hz - of the tracked mode on the kept pairs."""
-
-    key: str
-    patch: str
-    Fe_N: float
-    H: int
-    peak_m: float | None
-    peak_hz: float | None
-    at_least_m: float | None
-    at_least_hz: float | None
-    truncation: float | None
-    complete: bool
-    unstable: bool
-    slipping_pairs: int
-    kept_pairs: int
-    stuck_hz: float | None
-    ended: str
 
 
 @dataclass(frozen=True)
@@ -52,16 +32,22 @@ class CaseState:
     reason: str
 
 
-COLUMNS = [field.name for field in fields(CurveRow)]
+R = TypeVar("R", CurveRow, StressRow)
+TABLE_OF: dict[type[Row], str] = {CurveRow: "curves", StressRow: "stresses"}
+# a case with what its steps have left in a table
+OF_CASES = "cases join chains on cases.key = chains.last join {0} on {0}.key = chains.key"
 TABLES = f"""
 create table if not exists cases (number integer primary key, key text, case_values text);
 create table if not exists steps (
     key text primary key, stage text, state text, reason text, seconds real, bytes integer);
-create table if not exists curves ({", ".join(COLUMNS)});
+create table if not exists curves ({", ".join(field.name for field in fields(CurveRow))});
 create index if not exists curves_of on curves (key);
+create table if not exists stresses ({", ".join(field.name for field in fields(StressRow))});
+create index if not exists stresses_of on stresses (key);
 create table if not exists levels (level text, key text);
 create index if not exists levels_of on levels (key);
 create table if not exists chains (last text, key text);
+create index if not exists chains_of on chains (last);
 create table if not exists warnings (key text, text text);
 create index if not exists warnings_of on warnings (key);
 create table if not exists facts (name text primary key, value text);
@@ -121,8 +107,9 @@ class Index:
         chains: Mapping[str, Sequence[str]] | None = None,
     ) -> None:
         """The cases of the sweep that begins, in place of those of an earlier one; chains - see
-        `Plan`."""
-        links = [(end, key) for end, keys in (chains or {}).items() for key in keys]
+        `Plan`, by default of the last steps alone."""
+        chains = chains or {key: (key,) for key in last}
+        links = [(end, key) for end, keys in chains.items() for key in keys]
         rows = zip(range(1, len(cases) + 1), last, (json.dumps(c) for c in cases), strict=True)
         with self._told(), self.base:
             self.base.execute("delete from cases")
@@ -146,18 +133,20 @@ class Index:
     def done(
         self,
         steps: Sequence[tuple[SweepStep, float, int]],
-        curves: Iterable[CurveRow] = (),
+        rows: Sequence[Row] = (),
         warnings: Iterable[tuple[str, str]] = (),
     ) -> None:
-        """Finished steps with their seconds and bytes, the curves of those that end a case, and
-        (key of a step, warning of its stage)."""
-        rows = [(s.key, s.stage, "done", "", seconds, size) for s, seconds, size in steps]
+        """Finished steps with their seconds and bytes, their rows, and (key of a step, warning of
+        its stage)."""
+        made = [(s.key, s.stage, "done", "", seconds, size) for s, seconds, size in steps]
         with self._told(), self.base:
-            for table in ("curves", "warnings", "levels"):
-                self._write(f"delete from {table} where key = ?", [row[:1] for row in rows])
-            self._write("insert or replace into steps values (?, ?, ?, ?, ?, ?)", rows)
-            marks = ", ".join("?" * len(COLUMNS))
-            self._write(f"insert into curves values ({marks})", map(astuple, curves))
+            for table in (*TABLE_OF.values(), "warnings", "levels"):
+                self._write(f"delete from {table} where key = ?", [row[:1] for row in made])
+            self._write("insert or replace into steps values (?, ?, ?, ?, ?, ?)", made)
+            for kind, table in TABLE_OF.items():
+                marks = ", ".join("?" * len(fields(kind)))
+                mine = (astuple(row) for row in rows if isinstance(row, kind))
+                self._write(f"insert into {table} values ({marks})", mine)
             self._write("insert into warnings values (?, ?)", warnings)
             self._write(
                 "insert into levels values (?, ?)",
@@ -222,9 +211,8 @@ class Index:
     def incomplete(self) -> dict[str, int]:
         """{why: number of curves} of those that stopped before the end of the band."""
         sql = (
-            "select ended, count(*) from (select distinct curves.key, Fe_N, H, ended from cases "
-            "join curves on cases.key = curves.key where not complete) group by ended order by 2 "
-            "desc"
+            "select ended, count(*) from (select distinct curves.key, Fe_N, H, ended from "
+            f"{OF_CASES.format('curves')} where not complete) group by ended order by 2 desc"
         )
         with self._told():
             return dict(self.base.execute(sql))
@@ -232,9 +220,8 @@ class Index:
     def warnings(self) -> dict[int, list[str]]:
         """{case: what its stages warned of}, of cases that are finished, in their order."""
         sql = (
-            "select number, text from cases join chains on cases.key = chains.last join warnings "
-            "on warnings.key = chains.key join steps on steps.key = cases.key where state = 'done' "
-            "order by number, chains.rowid, warnings.rowid"
+            f"select number, text from {OF_CASES.format('warnings')} join steps on steps.key = "
+            "cases.key where state = 'done' order by number, chains.rowid, warnings.rowid"
         )
         found: dict[int, list[str]] = {}
         with self._told():
@@ -243,10 +230,19 @@ class Index:
         return found
 
     def curves(self) -> list[tuple[int, CurveRow]]:
-        """(case, curve) of every finished case, in their order."""
+        """(case, curve) of every case whose curves are there, in their order."""
+        return self._rows(CurveRow)
+
+    def stresses(self) -> list[tuple[int, StressRow]]:
+        """(case, stress at the peak of a curve) of every case whose stress is there, in their
+        order."""
+        return self._rows(StressRow)
+
+    def _rows(self, kind: type[R]) -> list[tuple[int, R]]:
+        table = TABLE_OF[kind]
+        columns = ", ".join(f"{table}.{field.name}" for field in fields(kind))
         sql = (
-            f"select number, {', '.join('curves.' + c for c in COLUMNS)} from cases join curves on "
-            "cases.key = curves.key order by number, curves.rowid"
+            f"select number, {columns} from {OF_CASES.format(table)} order by number, {table}.rowid"
         )
         with self._told():
-            return [(n, CurveRow(*row)) for n, *row in self.base.execute(sql)]
+            return [(n, kind(*row)) for n, *row in self.base.execute(sql)]

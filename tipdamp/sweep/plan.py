@@ -11,11 +11,12 @@ from typing import Any
 
 from tipdamp.engine.store import fingerprint
 from tipdamp.hbm.errors import InputError
-from tipdamp.stages.run import STAGES, all_needed, read_from, stages_needed
+from tipdamp.stages.run import STAGES, all_needed, applies, read_from, stages_needed
 from tipdamp.study.view import Study
 from tipdamp.sweep.cases import Case, study_of_case
 
-LAST = "respond"  # stage that ends a case
+CURVES = "respond"  # stage of the curves, which every case has
+STRESS = "stress"  # stage that follows it where the study asks for it
 # its keys that choose among curves, and change none
 CHOICE = tuple(
     f"[respond] {key}" for key in ("levels", "harmonics", "tolerance", "search", "both_ways")
@@ -25,8 +26,8 @@ CHOICE = tuple(
 @dataclass(frozen=True)
 class SweepStep:
     """One stage of one case or of several; key - of all that it follows from; needs - keys of the
-    steps that its stage reads; levels - of the last stage: for each level a key of what its curves
-    follow from, so that steps which have one in common have the same curves there."""
+    steps that its stage reads; levels - of the curves: for each level a key of what they follow
+    from, so that steps which have one in common have the same curves there."""
 
     stage: str
     key: str
@@ -38,7 +39,7 @@ class SweepStep:
 class Task:
     """What one process does at a time: steps that no other case has, or a single one that several
     share; before - steps whose products it needs; case - values of one that it belongs to;
-    alike - keys of finished steps that have curves of its last one."""
+    alike - keys of finished steps that have some of its curves."""
 
     steps: tuple[SweepStep, ...]
     before: tuple[SweepStep, ...]
@@ -68,10 +69,11 @@ class Plan:
     @property
     def chains(self) -> dict[str, tuple[str, ...]]:
         """{key of the last step of a case: keys of all its steps}."""
+        ends = set(self.last)
         return {
             task.last.key: tuple(step.key for step in (*task.before, *task.steps))
             for task in self.tasks
-            if task.last.stage == LAST
+            if task.last.key in ends
         }
 
 
@@ -110,8 +112,8 @@ def _before(steps: Sequence[SweepStep], chain: Sequence[SweepStep]) -> tuple[Swe
 
 @dataclass(frozen=True)
 class _Read:
-    """What a stage reads of a study: key of it, and of the last stage levels and a key without what
-    chooses among curves; study - the first, whose parts are those that others share."""
+    """What a stage reads of a study: key of it, and of the curves their levels and a key without
+    what chooses among them; study - the first, whose parts are those that others share."""
 
     key: str
     levels: tuple[float, ...]
@@ -122,12 +124,12 @@ class _Read:
 def chain(study: Study, known: dict[tuple, Any] | None = None) -> list[SweepStep]:
     """Steps of a case in the order of a run; known - what stages read of studies that share
     sections with this one."""
-    last = STAGES[LAST]
-    for missing in last.lacks(study):
+    for missing in STAGES[CURVES].lacks(study):
         raise InputError(f"{study.path}: section {missing} is missing: a sweep is of responses")
+    last = STRESS if applies(STRESS, study) else CURVES
     keys: dict[str, str] = {}
     steps = []
-    for name in (*all_needed(last, study), LAST):
+    for name in (*all_needed(STAGES[last], study), last):
         needs = tuple(keys[need] for need in stages_needed(STAGES[name], study))
         read = _read(name, study, {} if known is None else known)
         keys[name] = fingerprint(name, read.key, needs)
@@ -144,9 +146,9 @@ def _read(name: str, study: Study, known: dict[tuple, Any]) -> _Read:
     seen = (name, reads, files, *(_identity(parts.get(part), keys, known) for part, keys in reads))
     if seen not in known:
         values = read_from(name, study, _mark)
-        last = name == LAST
-        common = {key: value for key, value in values.items() if last and key not in CHOICE}
-        levels = values["[respond] levels"] if last else ()
+        curves = name == CURVES
+        common = {key: value for key, value in values.items() if curves and key not in CHOICE}
+        levels = values["[respond] levels"] if curves else ()
         known[seen] = _Read(fingerprint(values), tuple(levels), fingerprint(common), study)
     return known[seen]
 

@@ -15,16 +15,15 @@ from tipdamp.engine.progress import Ticker, display, duration
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
 from tipdamp.hbm.errors import shown
-from tipdamp.results.response_results import RespondResult
-from tipdamp.results.static_results import TuneResult
 from tipdamp.study.own_law import ALLOWED
 from tipdamp.study.study import study_of
 from tipdamp.study.toml_file import read_toml
 from tipdamp.sweep.cases import cases_of
 from tipdamp.sweep.dataset import units_of_keys, write_netcdf, write_table
 from tipdamp.sweep.estimate import SweepEstimate, sweep_estimate
-from tipdamp.sweep.index import CurveRow, Index
-from tipdamp.sweep.plan import LAST, Plan, SweepStep, Task, plan
+from tipdamp.sweep.index import Index
+from tipdamp.sweep.plan import Plan, SweepStep, Task, plan
+from tipdamp.sweep.rows import Row, rows_of
 from tipdamp.sweep.work import SweepWork, product, products, read_member, warned, work
 
 if TYPE_CHECKING:
@@ -113,7 +112,8 @@ class _Running:
             if not to_make or any(step.key in failed for step in task.steps):
                 continue
             self.clock.left.update(step.stage for step in to_make)
-            alike = dict.fromkeys(levels[one] for one in task.last.levels if one in levels)
+            own = (one for step in task.steps for one in step.levels)
+            alike = dict.fromkeys(levels[one] for one in own if one in levels)
             task = replace(task, alike=tuple(alike))
             if lacking := {step.key for step in task.before} - self.made:
                 self.missing[task.last.key] = lacking
@@ -139,8 +139,7 @@ class _Running:
         self._show(tick)
         for i in workers.spread(work, self.common, self.tasks, lambda *_: None, self._failed):
             steps = self.tasks[i].steps
-            entered = self._enter(steps)
-            self.clock.made({step.stage: s for step, s in entered if step.key not in self.made})
+            self._take_in(steps)
             for step in steps:
                 self.cases_left.pop(step.key, None)
                 for task in self.needed_by.pop(step.key, ()):
@@ -150,17 +149,21 @@ class _Running:
                         self.tasks.append(task)
             self._show(tick)
 
+    def _take_in(self, steps: Sequence[SweepStep]) -> None:
+        """Steps that are finished now."""
+        entered = self._enter(steps)
+        self.clock.made({step.stage: s for step, s in entered if step.key not in self.made})
+
     def _enter(self, steps: Sequence[SweepStep]) -> list[tuple[SweepStep, float]]:
         """Finished steps into the index; returns the seconds that each took."""
-        found, rows, folder = [], list[CurveRow](), self.common.folder
+        found, rows, folder = [], list[Row](), self.common.folder
         said = list[tuple[str, str]]()
         for step in steps:
             record = json.loads(read_member(folder, step.key, f".stages/{step.stage}.json"))
             found.append((step, record["seconds"], product(folder, step.key).stat().st_size))
             warnings = json.loads(read_member(folder, step.key, warned(step.stage)))
             said += [(step.key, str(text)) for text in warnings]
-            if step.stage == LAST:
-                rows += curve_rows(folder, step)
+            rows += rows_of(folder, step)
         self.index.done(found, rows, said)
         return [(step, seconds) for step, seconds, _ in found]
 
@@ -175,7 +178,10 @@ class _Running:
                 return
         elif isinstance(error, OSError):
             raise error
-        broken = {s.key: s.stage for s in task.steps if not self._is_made(s)}
+        made = [s for s in task.steps if self._is_made(s)]
+        if mine := [s for s in made if s.key not in self.made]:
+            self._take_in(mine)
+        broken = {s.key: s.stage for s in task.steps if s not in made}
         waiting = list(broken)
         while waiting:
             for later in self.needed_by.pop(waiting.pop(), ()):
@@ -258,30 +264,3 @@ def _reason(error: Exception) -> str:
     notes = [note for note in vars(error).get("__notes__", ()) if note.startswith("in the stage")]
     said = str(error) or type(error).__name__
     return shown(" ".join(f"{said} {' '.join(notes)}".split()), LONGEST)
-
-
-def curve_rows(folder: Path, step: SweepStep) -> list[CurveRow]:
-    """Curves of a finished case, a row for each and each patch."""
-    found = RespondResult.model_validate_json(read_member(folder, step.key, RespondResult.file))
-    tune = TuneResult.model_validate_json(read_member(folder, step.needs[-1], TuneResult.file))
-    return [
-        CurveRow(
-            key=step.key,
-            patch=patch,
-            Fe_N=one.Fe_N,
-            H=one.H,
-            peak_m=peak.peak_m,
-            peak_hz=peak.peak_hz,
-            at_least_m=peak.at_least_m,
-            at_least_hz=peak.at_least_hz,
-            truncation=peak.truncation,
-            complete=one.complete,
-            unstable=one.unstable,
-            slipping_pairs=len(one.slipping_pairs),
-            kept_pairs=tune.kept_pairs,
-            stuck_hz=tune.stuck_hz.tuned,
-            ended=one.ended,
-        )
-        for one in found.responses
-        for patch, peak in one.patches.items()
-    ]

@@ -18,10 +18,10 @@ from tipdamp.stages.run import STAGES, run_stage
 from tipdamp.study.own_law import code_allowed
 from tipdamp.study.study import study_of
 from tipdamp.sweep.cases import content_of
-from tipdamp.sweep.plan import LAST, SweepStep, Task
+from tipdamp.sweep.plan import CURVES, SweepStep, Task
 
 MADE, WORKING = "made", "working"  # folders in that of a sweep
-CURVES = "Fe_*.json"  # records of the curves of a step
+RECORDS = "Fe_*.json"  # of the curves of a step
 ONE_AT_A_TIME = threading.Lock()  # a worker of a cluster may have several threads
 THREADS_OF_BLAS = 1  # the same sums, in the same order, wherever a step is made
 
@@ -88,7 +88,7 @@ def _make(
         if product(common.folder, step.key).is_file():
             unpack(common.folder, step, store)
             continue
-        if step.stage == LAST:
+        if step.stage == CURVES:
             for key in task.alike:
                 _unpack_curves(common.folder, key, store)
         try:
@@ -113,8 +113,8 @@ def _pack(folder: Path, step: SweepStep, store: Store) -> None:
 
 def _files(step: SweepStep, store: Store) -> list[str]:
     records = (f".stages/{step.stage}.json", f".stages/{step.stage}.from", warned(step.stage))
-    curves = [f".stages/{path.name}" for path in sorted(store.path(".stages").glob(CURVES))]
-    return [*records, *(curves if step.stage == LAST else ()), *store.outputs(step.stage)]
+    curves = [f".stages/{path.name}" for path in sorted(store.path(".stages").glob(RECORDS))]
+    return [*records, *(curves if step.stage == CURVES else ()), *store.outputs(step.stage)]
 
 
 def _unpack_curves(folder: Path, key: str, store: Store) -> None:
@@ -122,7 +122,7 @@ def _unpack_curves(folder: Path, key: str, store: Store) -> None:
     the others; one that is gone or damaged has none."""
     with suppress(OSError, zipfile.BadZipFile), zipfile.ZipFile(product(folder, key)) as packed:
         for name in packed.namelist():
-            if fnmatch(name, f".stages/{CURVES}") or name.startswith("responses/"):
+            if fnmatch(name, f".stages/{RECORDS}") or name.startswith("responses/"):
                 packed.extract(name, store.folder)
 
 

@@ -47,6 +47,16 @@ def test_many_pairs_are_warned_of():
     assert list(advice(SMALL, forecast(SMALL, COMMON))) == []
 
 
+def test_stress_costs_by_its_levels():
+    """The rig of 70 mm took 25 s of one core for the stress at four levels, most of it for the
+    range at each node; a study that does not ask for it has no such stage."""
+    rig = Size({"blades": (42501, 531, 40), "damper": (11997, 60, 20)}, 102, (3,) * 4, stressed=4)
+    cost = forecast(rig, COMMON)["stress"]
+    assert 25 / 3 < cost.seconds < 3 * 25
+    assert cost.bytes == forecast(replace(rig, stressed=1), COMMON)["stress"].bytes > 1e8
+    assert "stress" not in forecast(replace(rig, stressed=0), COMMON)
+
+
 def test_a_reduced_interface_costs_less():
     """64 pairs that are followed instead of 518: half of the time as long as these are the ones
     that slip, and the advice does not name it again. All pairs can slip as before: the bound is the

@@ -178,6 +178,7 @@ def test_sweep_of_a_study_gives_its_pulls_and_its_scatter(tmp_path, capsys):
     assert height[".0125"] == pytest.approx(height[""] * 0.01 / 0.0125, rel=0.02)
     page = (tmp_path / "page" / "comparison.html").read_text(encoding="utf-8")
     assert "scatter" in page and "Compared: swept" in page and "swept, Fc = 120 N" in page
+    assert "µm/N, where friction takes nothing." in page  # nothing slips
     (tmp_path / "scatter.csv").write_text("respond.damping_ratio\n0.009\n")
     assert main(["sweep", str(path), "--quiet"]) == 0
     capsys.readouterr()

@@ -9,9 +9,26 @@ from tipdamp.comparison.peaks import ComparedPeak
 BEST = 8.0
 
 
-def level(Fe, height, blade=1):
+def level(Fe, height, blade=1, share=0.5, error=0.0):
+    """share - of the power of the force on the motion of the patch that friction takes."""
+    friction = share * np.pi * 1600.0 * Fe**2 * (height or 0.0)
     return ComparedPeak(
-        "a", "", "in_phase", blade, 100.0, Fe, 3, 1600.0, height, None, 0.0, (), None, True, ""
+        study="a",
+        scatter="",
+        phase="in_phase",
+        blade=blade,
+        pull=100.0,
+        Fe=Fe,
+        H=3,
+        hz=1600.0,
+        m_per_N=height,
+        error=error,
+        at_least=None,
+        slipping=0.0,
+        friction_W=(friction,),
+        mac=None,
+        complete=True,
+        ended="",
     )
 
 
@@ -47,8 +64,29 @@ def test_larger_blade_counts_and_levels_without_a_peak_do_not():
     assert ratio.tolist() == [10.0] and height.tolist() == [3e-7]
 
 
+@pytest.mark.parametrize(
+    "least, idle",
+    [
+        (level(20.0, 0.5e-7), False),
+        (level(20.0, 0.5e-7, share=0.0), True),  # of another stuck mode, or the free structure
+        (level(20.0, 0.99e-7), False),
+        (level(20.0, 0.99e-7, error=0.02), True),  # as high as the stuck structure
+        (level(20.0, 1.1e-7), True),  # friction makes it worse
+    ],
+)
+def test_where_friction_takes_nothing(least, idle):
+    """Beside a level at which every pair sticks."""
+    assert optimum([level(1.0, 1e-7, share=0.0), least]).idle == idle
+
+
+def test_a_valley_alone_is_no_structure_without_friction():
+    """Levels as high as each other about the least, of which friction takes half."""
+    assert not optimum([level(10.0, 1e-7, error=0.01), level(11.0, 1.001e-7, error=0.01)]).idle
+
+
 def test_ranks_and_where_a_curve_is_lowest():
-    assert ranks({"a": 2.0, "b": 1.0, "c": 2.0}) == {"a": 2, "b": 1, "c": 2}
+    assert ranks({"a": (2.0, 2.0), "b": (1.0, 1.0), "c": (2.0, 2.0)}) == {"a": 2, "b": 1, "c": 2}
+    assert ranks({"a": (2.0, 2.5), "b": (1.0, 2.1), "c": (2.2, 3.0)}) == {"a": 1, "b": 1, "c": 2}
     ratio = np.array([1.0, 10.0, 100.0])
     found = lowest_at(
         {

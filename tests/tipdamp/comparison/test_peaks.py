@@ -165,7 +165,22 @@ def test_branch_that_was_left_is_a_gap(tmp_path):
 def test_reasons_without_advice():
     def peak(ended, complete=False):
         return ComparedPeak(
-            "a", "", "in_phase", 1, 10.0, 1.0, 3, None, None, 1e-7, None, (), None, complete, ended
+            study="a",
+            scatter="",
+            phase="in_phase",
+            blade=1,
+            pull=10.0,
+            Fe=1.0,
+            H=3,
+            hz=None,
+            m_per_N=None,
+            error=None,
+            at_least=1e-7,
+            slipping=None,
+            friction_W=(),
+            mac=None,
+            complete=complete,
+            ended=ended,
         )
 
     rolls = peak(

@@ -5,7 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from tipdamp.comparison.swept import scatter_of
+from tests.tipdamp.stages.test_stress import LEVEL
+from tests.tipdamp.sweep import test_stress
+from tipdamp.comparison import stress
+from tipdamp.comparison.record import compared
+from tipdamp.comparison.swept import scatter_of, swept_cases
+from tipdamp.engine.store import Store
 from tipdamp.study.study import load_study, read_toml
 from tipdamp.sweep.cases import cases_of
 
@@ -28,3 +33,21 @@ def test_single_values_and_lists_of_one_are_alike():
     assert scatter_of(content, {"respond.damping_ratio": 0.02, "respond.levels": 7.0}) == ""
     said = scatter_of(content, {"respond.damping_ratio": 0.03, "damper.pull": 9.0})
     assert said == "respond.damping_ratio = 0.03"
+
+
+@pytest.mark.slow
+def test_stress_of_a_sweep_stands_beside_the_pull(tmp_path):
+    """Twice the pull on pairs that stick: the same alternating stress, twice the mean; of a case
+    that does not ask for it none."""
+    over = "[sweep.over]\ndamper.pull = [10, 20]\nrespond.stress = [true, false]\n"
+    path = test_stress.write(tmp_path, (LEVEL,), over)
+    assert test_stress.swept(path) == 0
+    cases = swept_cases(load_study(path), Store(tmp_path / "results" / "corner"))
+    (table,) = stress.table(compared(cases.computed()))
+    one, two = table.records
+    assert (one["Fc (N)"], two["Fc (N)"]) == ("10.00", "20.00")
+    assert one["alternating (MPa)"] == two["alternating (MPa)"]
+    means = [float(row["mean there (MPa)"]) for row in table.records]
+    assert means[1] == pytest.approx(2 * means[0], rel=1e-3)
+    safety = [float(row["safety"]) for row in table.records]
+    assert safety[1] == pytest.approx(safety[0] / 2, rel=0.1)  # by the mean, nearly alone

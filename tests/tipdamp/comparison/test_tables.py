@@ -8,8 +8,8 @@ import pytest
 
 from tests.contact_tables import contact_table, frames
 from tests.tipdamp.comparison.test_peaks import results
-from tipdamp.comparison import events, tables
-from tipdamp.comparison.figures import optimisation
+from tipdamp.comparison import events, stress, tables
+from tipdamp.comparison.figures import optimisation, responses
 from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
 from tipdamp.comparison.record import ComparedStudies, Computed
@@ -18,24 +18,38 @@ from tipdamp.comparison.wear import figures, has_areas
 from tipdamp.hbm.drawing.figure import Marks
 from tipdamp.report.subjects.wear import wear_index
 from tipdamp.report.text import NOTHING
+from tipdamp.results.response_results import PeakStress, StressPlace, StressResult
 from tipdamp.study.law import LawChoice
 
 
 def level(name, Fe, height, **other):
-    given = {"hz": 2800.0, "at_least": None, "mac": None, "complete": True, "ended": ""} | other
+    """Friction takes a tenth of what the force puts in at 2800 Hz."""
+    given = {
+        "pull": 100.0,
+        "hz": 2800.0,
+        "error": 0.0,
+        "at_least": None,
+        "slipping": 0.5,
+        "friction_W": (0.1 * np.pi * 2800 * Fe**2 * (height or 0.0),),
+        "mac": None,
+        "complete": True,
+        "ended": "",
+    }
     return ComparedPeak(
-        name,
-        "",
-        "out_of_phase",
-        1,
-        100.0,
-        Fe,
-        3,
-        **given,
+        study=name,
+        scatter="",
+        phase="out_of_phase",
+        blade=1,
+        Fe=Fe,
+        H=3,
         m_per_N=height,
-        slipping=0,
-        friction_W=(),
+        **given | other,
     )
+
+
+def stuck(name, Fe, height, **other):
+    """As `level`, with every pair stuck."""
+    return level(name, Fe, height, slipping=0.0, friction_W=(0.0,), **other)
 
 
 def comparison(tmp_path):
@@ -78,6 +92,49 @@ def test_a_least_above_which_the_damper_rolls_needs_no_more_levels(tmp_path):
     assert said.endswith("more levels are needed: stiff. Below the least of soft the damper rolls.")
     (said,) = introduction(replace(given, peaks=(*given.peaks, rolls)))  # there is one between
     assert "rolls" not in said
+
+
+def test_no_pull_is_best_where_nothing_slips(tmp_path):
+    """As high at every level but for rounding, whose least is no optimum: a sentence and a cell say
+    so in the place of a pull, and no more levels are asked for."""
+    given = comparison(tmp_path)
+    soft = [p for p in given.peaks if p.study == "soft"]
+    heights = ((1.0, 3e-7), (10.0, 3e-7 * (1 - 1e-13)), (50.0, 3e-7 * (1 + 1e-13)))
+    flat = [stuck("stiff", Fe, h) for Fe, h in heights]
+    given = replace(given, peaks=(*soft, *flat))
+    (said,) = introduction(given)
+    assert said == (
+        "Out of phase the least response is that of stiff, 0.3000 µm/N, where friction takes "
+        "nothing (soft 0.4000 µm/N at their best). No pull is best for stiff, whose least is that "
+        "without friction."
+    )
+    (table,) = tables.best(given)
+    row = next(row for row in table.records if row["study"] == "stiff")
+    assert row["best Fc/Fe"] == "none" and row["flat: Fc/Fe"] == NOTHING
+    assert row["pull for Fe = 10 N (N)"] == NOTHING and row["least (µm/N)"] == "0.3000"
+    assert "friction takes nothing" in table.caption
+
+
+def test_studies_that_are_equal_share_a_rank(tmp_path):
+    """Within the errors of their peaks, to rounding, or within their scatter; just beyond they do
+    not."""
+    given = comparison(tmp_path)
+    soft = [p for p in given.peaks if p.study == "soft"]
+
+    def ranked(height, error=0.0, scatter=()):
+        mine = [level("stiff", Fe, height, error=error) for Fe in (1.0, 10.0)]
+        mine += [replace(p, scatter="mu", m_per_N=h) for p in mine for h in scatter]
+        changed = replace(given, peaks=(*soft, *mine))
+        (table,) = tables.best(changed)
+        said = " ".join(introduction(changed))
+        return {row["study"]: row["rank"] for row in table.records}, "are equal within" in said
+
+    tied, apart = {"soft": "1 (tied)", "stiff": "1 (tied)"}, {"soft": "1", "stiff": "2"}
+    assert ranked(4e-7 * (1 + 1e-12)) == (tied, True)
+    assert ranked(4.04e-7, error=0.02) == (tied, True)
+    assert ranked(4.04e-7, error=0.005) == (apart, False)
+    assert ranked(4.5e-7, scatter=(3.9e-7, 5e-7)) == (tied, True)
+    assert ranked(4.5e-7, scatter=(4.1e-7, 5e-7)) == (apart, False)
 
 
 def test_friction_is_among_what_tells_studies_apart(tmp_path):
@@ -268,3 +325,95 @@ def test_wear_per_area(tmp_path):
     assert work == pytest.approx(3600 * np.array(of_station) / (2 * 2.0))  # two of 2 mm2
     vars(one)["kept"] = whole.replace(area=np.zeros(len(whole)))
     assert not has_areas(given)
+
+
+def place(body, alternating, mean, safety=None):
+    return StressPlace(
+        body=body,
+        node=7,
+        position_m=(0.0, 0.0, 0.0),
+        mean_Pa=1e6 * mean,
+        alternating_Pa=1e6 * alternating,
+        amplitude_m=1e-5,
+        safety=safety,
+    )
+
+
+def stressed(one, least, levels=(10.0, 1.0)):
+    """Results with the stress of two bodies, in proportion to the level."""
+    curves = [
+        PeakStress(
+            files=(),
+            Fe_N=Fe,
+            H=3,
+            hz=2801.0,
+            places=[place("blades", 3 * Fe, 8), place("damper", 4 * Fe, 5)],
+            least=[place(p.body, 0, 0, p.safety / Fe) for p in least],
+        )
+        for Fe in levels
+    ]
+    vars(one)["stress"] = StressResult(curves=curves)
+
+
+def test_stress_of_each_pull_and_level(tmp_path):
+    """The largest alternating stress with the mean there, in the order of the levels; the least
+    safety may be that of another body. Of studies without limits it is not spoken of."""
+    given = comparison(tmp_path)
+    soft, stiff = (one.results for one in given.computed)
+    assert list(stress.table(given)) == []
+    stressed(soft, [])
+    (table,) = stress.table(given)
+    assert "safety" not in table.records[0] and "Goodman" not in table.caption
+    stressed(stiff, [place("blades", 0, 0, 20.0), place("damper", 0, 0, 30.0)])
+    (table,) = stress.table(given)
+    assert [(row["study"], row["Fe (N)"]) for row in table.records] == [
+        ("soft", "1.000"),
+        ("soft", "10.00"),
+        ("stiff", "1.000"),
+        ("stiff", "10.00"),
+    ]
+    last = table.records[-1]
+    assert (last["alternating (MPa)"], last["mean there (MPa)"]) == ("40.00", "5.000")
+    assert (last["there"], last["safety"], last["least in"]) == (
+        "damper, node 7",
+        "2.00",
+        "blades, node 7",
+    )
+    assert table.records[0]["safety"] == NOTHING and "Goodman" in table.caption
+
+
+def test_stress_of_a_curve_without_a_peak_is_a_bound(tmp_path):
+    """It is that of the highest solved point: the peak may stress the bodies more."""
+    given = comparison(tmp_path)
+    one = given.computed[0].results
+    stressed(one, [place("blades", 0, 0, 20.0)], (one.finest[0].Fe, 1000.0))
+    for case in one.finest[:1]:
+        vars(case.facts)["peak_m"] = None
+    first, last = next(stress.table(given)).records
+    assert first["alternating (MPa)"].startswith("at least ")
+    assert first["safety"].startswith("at most ")
+    assert last["safety"] == "0.0200" and last["alternating (MPa)"] == "4000"
+
+
+def test_figures_of_a_sweep_are_told_apart(tmp_path):
+    """By pull, levels and band, in words and in the names of their files, which have no blanks;
+    what all have in common is not in the names."""
+    (tmp_path / "a").mkdir()
+    one = results(tmp_path / "a")
+    pull = one.study.driver.pull
+    every = [at_pull(one, fc, one.kept.preload) for fc in (pull, 2 * pull) for _ in range(4)]
+    for k, each in enumerate(every):
+        levels, band = [
+            ((1.0,), (1.0, 20.0))[k % 2],
+            ((1200.0, 3300.0), (1200.0, 1900.0))[k // 2 % 2],
+        ]
+        changed = each.study.respond.model_copy(update={"levels": levels, "band": band})
+        vars(each.study)["respond"] = changed
+    drawn = list(responses(ComparedStudies(tuple(Computed("a b", each) for each in every), ())))
+    for told in ("name", "title", "caption"):
+        assert len({getattr(figure, told) for figure in drawn}) == 8
+    assert drawn[0].name == f"responses_a_b_Fc_{pull:g}_N_Fe_1_N_1200_to_3300_Hz"
+    assert drawn[1].caption.startswith(f"a b, Fc = {pull:g} N, Fe = 1 to 20 N, 1200 to 3300 Hz: ")
+    alone = ComparedStudies((Computed("a b", one), Computed("a_b", one), Computed("a b", one)), ())
+    names = [figure.name for figure in responses(alone)]
+    assert names == ["responses_a_b", "responses_a_b_2", "responses_a_b_3"]

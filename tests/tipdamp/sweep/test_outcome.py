@@ -21,8 +21,9 @@ from tipdamp.study.study import load_study
 from tipdamp.sweep import work
 from tipdamp.sweep.dataset import NETCDF, TABLE, dataset
 from tipdamp.sweep.estimate import _forecast, sweep_estimate
-from tipdamp.sweep.index import CurveRow, Index
+from tipdamp.sweep.index import Index
 from tipdamp.sweep.plan import SweepStep
+from tipdamp.sweep.rows import CurveRow
 from tipdamp.sweep.run import Clock, planned
 from tipdamp.sweep.summary import status
 
@@ -356,7 +357,7 @@ def test_the_disk_of_reduced_bodies_is_estimated(tmp_path):
     """To a factor of three beside what `reduce` leaves of the corner's meshes."""
     study = load_study(corner(tmp_path))
     store = Store(tmp_path / "alone")
-    estimated = _forecast(study, store)[1]
+    estimated = _forecast(study, store)[1]["reduce"]
     run_stage("reduce", study, store, quiet=True)
     left = sum(store.path(file).stat().st_size for file in store.outputs("reduce"))
     assert left / 3 < estimated < 3 * left
