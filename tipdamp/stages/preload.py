@@ -16,6 +16,7 @@ from tipdamp.checks.pairs import jamming
 from tipdamp.checks.slide_at_rest import balance_at_rest, slide_warnings
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
+from tipdamp.fields.line_contact import narrow_lines
 from tipdamp.fields.visualization import keep_preload
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.contact_doubts import closure_doubts, tangential_doubts, uneven_doubts
@@ -120,10 +121,14 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
         shapes = bodies.shapes(whole_body.Rest(found.displacement, pairs, force))
         files += whole_body.keep_stress(study, store, shapes, tick)
     tables = {name: ContactTable.load(store.path(case.file)) for name, case in cases.items()}
-    return [
-        *files,
-        *keep_preload(store, {"pull": pulled, **tables}, study.contact.normal == "hard"),
-    ]
+    lines = narrow_lines(
+        pulled,
+        np.array(study.driver.axis),
+        stiffness.radii(study),
+        {name: one.E_star_Pa for name, one in made.items()},
+    )
+    hard = study.contact.normal == "hard"
+    return [*files, *keep_preload(store, {"pull": pulled, **tables}, hard, lines)]
 
 
 def _with_stiffness(

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.loads import force_at_rest, held_directions
+from tipdamp.bodies.stiffness import radii
 from tipdamp.hbm.contact import GROUND, ContactTable
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.hold import spring
@@ -51,8 +52,7 @@ def round_sides(
     study: Study, model: ReducedModel | SparseBodies, pairs: ContactTable
 ) -> RoundSides:
     """The sides of the study that are cylinders, where a slide at rest takes the gaps along."""
-    names = [name for name, side in study.sides.items() if side.shape == "cylinder"]
-    return RoundSides(model, pairs, names)
+    return RoundSides(model, pairs, radii(study))
 
 
 def equilibrium(
