@@ -103,7 +103,7 @@ class RoundSides:
         """(P,) m at the position reached."""
         return self.pairs.gap + self.slope * self.slide(displacement)
 
-    def at_rest(self, displacement: np.ndarray, force: np.ndarray) -> dict[str, SlideAtRest]:
+    def slides(self, displacement: np.ndarray, force: np.ndarray) -> dict[str, SlideAtRest]:
         """Of each round side that carries; force (P,) N of the pairs."""
         if not self.names:
             return {}

@@ -85,7 +85,7 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     cases = {name: load_case(study, store, bodies, contact, pairs, name) for name in study.loads}
     doubts = [one.doubt for one in contact.held if one.doubt]
     rounds = round_sides(study, bodies.model, pairs)
-    slides = rounds.at_rest(found.displacement, found.force)
+    slides = rounds.slides(found.displacement, found.force)
     reactions = {
         "the pull": rest.facts.get("reactions", {}),
         **{f"[loads.{name}]": case.reactions for name, case in cases.items()},
@@ -115,20 +115,37 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     files = ["preload_friction.csv"] if study.preload.friction else []
     files += [case.file for case in cases.values()]
     if study.preload.stress:
-        none = np.zeros((len(pairs), 2))
-        tangential = found.tangential if isinstance(found, FrictionState) else none
-        force = np.column_stack([tangential, found.force])
-        shapes = bodies.shapes(whole_body.Rest(found.displacement, pairs, force))
-        files += whole_body.keep_stress(study, store, shapes, tick)
+        files += _stress(study, store, bodies, pairs, found, tick)
     tables = {name: ContactTable.load(store.path(case.file)) for name, case in cases.items()}
-    lines = narrow_lines(
-        pulled,
-        np.array(study.driver.axis),
-        stiffness.radii(study),
-        {name: one.E_star_Pa for name, one in made.items()},
-    )
-    hard = study.contact.normal == "hard"
-    return [*files, *keep_preload(store, {"pull": pulled, **tables}, hard, lines)]
+    return [*files, *_drawn(study, store, {"pull": pulled, **tables}, made)]
+
+
+def _stress(
+    study: Study,
+    store: Store,
+    bodies: statics.StaticBodies,
+    pairs: ContactTable,
+    found: Preload | FrictionState,
+    tick: Tick,
+) -> list[str]:
+    none = np.zeros((len(pairs), 2))
+    tangential = found.tangential if isinstance(found, FrictionState) else none
+    force = np.column_stack([tangential, found.force])
+    shapes = bodies.shapes(whole_body.Rest(found.displacement, pairs, force))
+    return whole_body.keep_stress(study, store, shapes, tick)
+
+
+def _drawn(
+    study: Study,
+    store: Store,
+    tables: dict[str, ContactTable],
+    made: Mapping[str, SideStiffness],
+) -> list[str]:
+    """preload.vtu of {load case: table}, the pull first."""
+    E_star = {name: one.E_star_Pa for name, one in made.items()}
+    axis = np.array(study.driver.axis)
+    lines = narrow_lines(tables["pull"], axis, stiffness.radii(study), E_star)
+    return keep_preload(store, tables, study.contact.normal == "hard", lines)
 
 
 def _with_stiffness(
@@ -184,7 +201,7 @@ def _slides(
 
 
 def _frictionless(study: Study, contact: StaticContact) -> PatchAtRest:
-    result = statics.at_rest(study, contact, loads.at_rest(study, contact.model))
+    result = statics.solve_at_rest(study, contact, loads.at_rest(study, contact.model))
     motions = [
         FreeMotion(name=name, unit=m.unit, load=m.load)
         for name, m in zip(only_friction.directed(contact.motions), result.motions, strict=True)
@@ -251,7 +268,7 @@ def load_case(
             resultant = loads.resultant(bodies.model, load)
             balance = balance_error(study, result.pairs, resultant, result.tangential)
         else:
-            result = statics.at_rest(study, contact, load)
+            result = statics.solve_at_rest(study, contact, load)
             balance, reactions = result.balance, result.reactions
     except InputError as error:
         raise InputError(f"{study.path}: [loads.{name}]: {error}") from None

@@ -148,7 +148,7 @@ def static_contact(study: Study, bodies: StaticBodies, pairs: ContactTable) -> S
     )
 
 
-def at_rest(
+def solve_at_rest(
     study: Study, contact: StaticContact, load: np.ndarray, *, constrain: bool = False
 ) -> Preload:
     """`contact.solve` with the gaps of the position that the damper reaches under the load."""

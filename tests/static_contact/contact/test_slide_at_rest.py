@@ -158,7 +158,7 @@ def test_a_pin_between_soft_flanks(given):
     unloaded position they are off by nearly all of it, and other rows are closed."""
     case, (N, angle) = pin(*given), exact(*given)
     found, sides = at_rest(case)
-    reached = sides.at_rest(found.displacement, found.force)
+    reached = sides.slides(found.displacement, found.force)
     plain = StaticContact(case.model, case.pairs).solve(case.load)
     for name, sign in SIDES.items():
         mine, here = case.pairs.side == name, reached[name]
