@@ -1,6 +1,8 @@
 """Frictionless balance of the free damper: the normal force on each side.     [Zucca 2016, sec.
 7.1, figure 6]"""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -17,29 +19,53 @@ def side_normals(pairs: ContactTable) -> dict[str, np.ndarray]:
     blade or the ground: the mean one, of an arc beside gaps that of the line of contact."""
     normals, pairs = {}, pairs.select(pairs.damper_body != GROUND)
     for side in pairs.sides:
-        mine = pairs.select(pairs.side == side)
-        mean = mine.normal.mean(axis=0)
-        normals[side] = _where_it_touches(mine, mean / np.linalg.norm(mean))
+        normals[side] = _where_it_touches(pairs.select(pairs.side == side))
     return normals
 
 
-def _where_it_touches(mine: ContactTable, mean: np.ndarray) -> np.ndarray:
-    """The normal at the least of a parabola through the gaps over the direction in which normals
-    turn; nearer points count more, since an arc is no parabola far off."""
+class Touch(NamedTuple):
+    """The parabola of the gaps of a round side: gap = least gap + curved (turned - least)^2.
+
+    way : (3,) - unit vector along which the normals turn; turned : (n,) - their components along it
+    least : where the gap is least, of `turned`; curved : m
+    """
+
+    way: np.ndarray
+    turned: np.ndarray
+    least: float
+    curved: float
+
+
+def touch(mine: ContactTable) -> Touch | None:
+    """Of the pairs of one side, nearer ones counting more, since an arc is no parabola far off;
+    None where its normals do not turn, or its gaps do not open to both sides."""
+    mean = _mean_normal(mine)
     way = np.linalg.svd(mine.normal - mean, full_matrices=False)[2][0]
     turned, gap = mine.normal @ way, mine.gap - mine.gap.min()
     if np.ptp(turned) < TURNS or not gap.any():
-        return mean
-    place = mine.position @ np.cross(mean, way)  # along the side, where gaps may differ as well
+        return None
+    # along the side, where gaps may differ as well
+    place = mine.position @ np.cross(mean, way)
     place = (place - place.mean()) / (np.ptp(place) or 1.0)
     near = np.exp(-gap / (NEAR * gap.max()))
     terms = np.column_stack([np.ones_like(turned), turned, turned**2, place, place**2])
     _, slope, curved, *_ = np.linalg.lstsq(near[:, None] * terms, near * gap, rcond=None)[0]
-    if curved <= 0:
+    return Touch(way, turned, -slope / (2 * curved), curved) if curved > 0 else None
+
+
+def _mean_normal(mine: ContactTable) -> np.ndarray:
+    mean = mine.normal.mean(axis=0)
+    return mean / np.linalg.norm(mean)
+
+
+def _where_it_touches(mine: ContactTable) -> np.ndarray:
+    """The normal where the gap is least, the mean one where it is so nowhere."""
+    mean, found = _mean_normal(mine), touch(mine)
+    if found is None:
         return mean
-    least = np.clip(-slope / (2 * curved), turned.min(), turned.max())
-    beside = mean - (mean @ way) * way
-    return least * way + np.sqrt(1 - least**2) * beside / np.linalg.norm(beside)
+    least = np.clip(found.least, found.turned.min(), found.turned.max())
+    beside = mean - (mean @ found.way) * found.way
+    return least * found.way + np.sqrt(1 - least**2) * beside / np.linalg.norm(beside)
 
 
 def beside(held: ArrayLike, forces: np.ndarray) -> np.ndarray:

@@ -183,6 +183,8 @@ class FrictionalContact:
         """The states along the history that goes straight from no load to each of `loads` (n, r) N
         in turn.
 
+        gap : (P,) m, or (n + 1, P) m - at the start and under each load, straight in between; by
+        default those of the table
         steps : increments for each of them. An increment that does not converge is halved; where
         that does not help the history ends with a state that says so (converged=False): a load
         beyond what friction holds, or one that lifts the damper off, has no equilibrium.
@@ -194,7 +196,7 @@ class FrictionalContact:
             for load in np.atleast_2d(loads)
         ]
         loads = np.vstack([np.zeros(self.model.size), *loads])
-        gap = finite_values("gap", self.pairs.gap if gap is None else gap, len(self.pairs), "pairs")
+        gaps = _at_each(self.pairs.gap if gap is None else gap, len(loads), len(self.pairs))
         scale = np.linalg.norm(loads, axis=1).max()
         w = np.zeros((len(self.pairs), 2))
         z, time, states = np.zeros(3 * len(self.pairs)), 0.0, []
@@ -202,7 +204,7 @@ class FrictionalContact:
             size = target - time
             while time < target:
                 now = target if time + size >= target - 1e-12 else time + size
-                load = _at(loads, now)
+                load, gap = _at(loads, now), _at(gaps, now)
                 found, iterations = self._increment(load, _at(loads, time), z, w, gap)
                 if found is None and size > (1 / steps) * 0.5**self.settings.halvings:
                     size /= 2
@@ -319,7 +321,18 @@ class FrictionalContact:
         )
 
 
+def _at_each(gap: ArrayLike, count: int, pairs: int) -> np.ndarray:
+    """(count, P) m: the gaps at the start and under each load."""
+    rows = np.asarray(gap)[None] if np.ndim(gap) < 2 else np.asarray(gap)
+    if len(rows) not in (1, count):
+        raise InputError(
+            f"gap: {len(rows)} rows; allowed are one, or {count} for the start and each load"
+        )
+    checked = [finite_values("gap", row, pairs, "pairs") for row in rows]
+    return np.broadcast_to(checked, (count, pairs))
+
+
 def _at(loads: np.ndarray, time: float) -> np.ndarray:
-    """Load at a time between the loads, straight from each to the next."""
+    """Load, or gaps, at a time between the loads, straight from each to the next."""
     k = min(int(np.floor(time)), len(loads) - 2)
     return loads[k] + (time - k) * (loads[k + 1] - loads[k])

@@ -158,6 +158,11 @@ def _tributary(study: Study, name: str, mine: ContactTable, need_area: bool = Fa
     return patch.tributary * (width if need_area and not patch.is_area else 1.0)
 
 
+def radii(study: Study) -> dict[str, float | None]:
+    """{side: m} of the cylinders, None where it is not stated."""
+    return {name: side.radius for name, side in study.sides.items() if side.shape == "cylinder"}
+
+
 def contact_side(
     side: SideSection, length: float, moduli: Moduli, width: float | None = None
 ) -> ContactSide:

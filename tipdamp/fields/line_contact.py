@@ -5,13 +5,13 @@ area is a matter of the mesh there, force per length is not. [Hertz 1881; Johnso
 (1985), section 4.2]
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.distance import pdist
 
-from tipdamp.fields.pressure import PressurePatch
+from tipdamp.fields.pressure import PressurePatch, patches
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.static_contact.stiffness.rounded_punch import hertz_half_width, hertz_peak_pressure
 
@@ -84,6 +84,32 @@ def line_contacts(
             LineContact(side, ordered, along[order], np.diff(edge), radius, e_star, spacing)
         )
     return found
+
+
+def narrow_lines(
+    pairs: ContactTable,
+    axis: np.ndarray,
+    radius: Mapping[str, float | None],
+    E_star: Mapping[str, float | None],
+) -> list[LineContact]:
+    """The round sides on which, under the preload of the pairs, the strip in contact is narrower
+    than a row of them; radius {side: m} of the cylinders, E_star {side: Pa}, where they are
+    known."""
+    known = {
+        side: (r, e)
+        for side, r in radius.items()
+        if r is not None and (e := E_star.get(side)) is not None
+    }
+    lines = line_contacts(pairs, axis, known)
+    return [one for one in lines if 2 * one.half_width(pairs.preload).max() < one.spacing]
+
+
+def shown_patches(
+    pairs: ContactTable, hard: bool, lines: Sequence[LineContact]
+) -> list[PressurePatch]:
+    """As `patches`, those in contact along a line by their stations."""
+    on_line = {line.side: line.patch(pairs) for line in lines}
+    return [on_line.get(patch.side, patch) for patch in patches(pairs, hard)]
 
 
 def _step(place: np.ndarray) -> float:

@@ -14,7 +14,7 @@ from scipy.linalg import eigh
 
 from tipdamp.engine.store import Store
 from tipdamp.fields import surface
-from tipdamp.fields.pressure import patches
+from tipdamp.fields.line_contact import LineContact, shown_patches
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.io.untrusted import open_npz
@@ -137,11 +137,17 @@ def _stuck_vtu(store: Store, model: ReducedModel, shapes: Shapes) -> list[str]:
     )
 
 
-def keep_preload(store: Store, tables: Mapping[str, ContactTable], hard: bool) -> list[str]:
+def keep_preload(
+    store: Store,
+    tables: Mapping[str, ContactTable],
+    hard: bool,
+    lines: Sequence[LineContact] = (),
+) -> list[str]:
     """preload.vtu: the contact between the pairs with preload and pressure of each {load case:
-    ContactTable}; hard - the preload is that of pairs without springs."""
+    ContactTable}; hard - the preload is that of pairs without springs; lines - sides that are in
+    contact along a line, whose stations have force per length."""
     first = next(iter(tables.values()))
-    sides = patches(first, hard)
+    sides = shown_patches(first, hard, lines)
     cells = [("triangle" if p.is_area else "line", p.rows[p.cells]) for p in sides]
     number = np.array([first.sides.index(s) for s in first.side])
     data = {

@@ -408,13 +408,15 @@ class PredictedPeak(Record):
 
 
 class BackboneResult(Result):
-    """backbone.json. mode - number of the stuck mode; output - whose amplitude at the frequency of
-    the mode runs from first_m to last_m, as far as it is reached; low_hz, high_hz - of the mode;
-    zeta - the largest damping ratio, at zeta_at_m; ended, complete - see Backbone."""
+    """backbone.json. mode, stuck_hz - number and frequency with every kept pair stuck; rest_hz -
+    with those that are in contact at rest, None where all are; output - whose amplitude at the
+    frequency of the mode runs from first_m to last_m, as far as it is reached; low_hz, high_hz - of
+    the mode; zeta - the largest damping ratio, at zeta_at_m; ended, complete - see Backbone."""
 
     file: ClassVar[str] = "backbone.json"
     mode: int
     stuck_hz: float
+    rest_hz: float | None = None
     stuck_zeta: float
     response: str
     output: str

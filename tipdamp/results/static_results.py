@@ -221,10 +221,14 @@ class LoadCasePreload(Record):
 class PreloadResult(Result):
     """preload.json. kn_kt_N_per_m {side: mean kn, mean kt}; stiffness {side: ...}, empty with a
     user-supplied pair table; friction - None without; reactions {motion: amount} of the constraints
-    that stand in for missing contact; held {motion: force on what holds it}."""
+    that stand in for missing contact; held {motion: force on what holds it}; slide_m {round side:
+    of the damper along its flank, along t2}; gap_at_rest_m - of each pair at the position reached,
+    empty where no side is round."""
 
     file: ClassVar[str] = "preload.json"
     sides: dict[str, SideForces]
+    slide_m: dict[str, float] = {}
+    gap_at_rest_m: Numbers = ()
     residual: float
     iterations: int
     method: str

@@ -3,9 +3,11 @@ predicts for the levels of the study."""
 
 import csv
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import scipy.linalg as la
 from threadpoolctl import threadpool_limits
 
 from tipdamp.engine.curves import Curves
@@ -45,8 +47,8 @@ def backbone(study: Study, store: Store, tick: Tick) -> list[str]:
     curves, patch = assembled(study, store, responded=True).curves, shown_patch(study)
     asked, finest = study.backbone, families(RespondResult.load(store).responses)[-1]
     peaks = {one.Fe_N: one.patches[patch] for one in finest}
-    modes = stuck_modes(curves.problem)
-    number = _number(study, store, modes)
+    modes, rest = stuck_modes(curves.problem), modes_at_rest(curves.problem)
+    number = _number(study, store, modes, rest)
     rows = _outputs(curves, patch, number, modes.shapes[:, number - 1])
     amplitudes = asked.amplitudes or _range(list(peaks.values()))
     way = np.log(amplitudes[-1] / amplitudes[0])
@@ -76,7 +78,8 @@ def backbone(study: Study, store: Store, tick: Tick) -> list[str]:
         _predicted(found, curves.problem, curves.force, level, peak)
         for level, peak in peaks.items()
     ]
-    _result(found, patch, amplitudes, predicted).save(store)
+    rest_hz = rest.hz[rest.most_like(modes.shapes[:, number - 1])] if rest else None
+    _result(found, patch, amplitudes, predicted, rest_hz).save(store)
     return []
 
 
@@ -85,11 +88,40 @@ def shown_patch(study: Study) -> str:
     return study.backbone.response or study.respond.patches[0]
 
 
-def _number(study: Study, store: Store, modes: StuckModalSystem) -> int:
+@dataclass(frozen=True)
+class ModesAtRest:
+    """Those with the pairs stuck that are in contact at rest, and the others open: hz (r,), shapes
+    (r, r) of unit modal mass; mass (r, r)."""
+
+    hz: np.ndarray
+    shapes: np.ndarray
+    mass: np.ndarray
+
+    def most_like(self, shape: np.ndarray) -> int:
+        """Index of the one with the largest MAC with a shape (r,)."""
+        return int(np.abs(self.shapes.T @ self.mass @ shape).argmax())
+
+
+def modes_at_rest(problem: ContactProblem) -> ModesAtRest | None:
+    """As [tune] has them; None where every pair is in contact at rest, so that they are the modes
+    with every pair stuck."""
+    closed = problem.contacts.preload > 0
+    if closed.all():
+        return None
+    springs = problem.law.stuck_stiffness(problem.contacts) * closed[:, None]
+    w2, shapes = la.eigh(problem.with_contact_springs(problem.stiffness, springs), problem.M)
+    return ModesAtRest(np.sqrt(np.maximum(w2, 0.0)) / (2 * np.pi), shapes, problem.M)
+
+
+def _number(study: Study, store: Store, modes: StuckModalSystem, rest: ModesAtRest | None) -> int:
     asked, hz = study.backbone, modes.frequencies / (2 * np.pi)
     if asked.mode is None:
         near = asked.near_hz or TuneResult.load(store).stuck_hz.tuned
-        return 1 + int(np.abs(hz - near).argmin())
+        if rest is None or asked.near_hz:
+            return 1 + int(np.abs(hz - near).argmin())
+        tracked = rest.mass @ rest.shapes[:, np.abs(rest.hz - near).argmin()]
+        alike = (tracked @ modes.shapes[:, : len(hz)]) ** 2 / modes.mass[: len(hz)]
+        return 1 + int(alike.argmax())
     if asked.mode > len(hz):
         raise InputError(
             f"[backbone] mode = {asked.mode}: there are {len(hz)} with every kept pair stuck, from "
@@ -138,12 +170,17 @@ def _predicted(
 
 
 def _result(
-    found: Backbone, patch: str, amplitudes: Sequence[float], peaks: Sequence[PredictedPeak]
+    found: Backbone,
+    patch: str,
+    amplitudes: Sequence[float],
+    peaks: Sequence[PredictedPeak],
+    rest_hz: float | None,
 ) -> BackboneResult:
     most = int(found.damping_ratio.argmax())
     return BackboneResult(
         mode=found.mode,
         stuck_hz=found.stuck_frequency,
+        rest_hz=rest_hz,
         stuck_zeta=found.stuck_damping_ratio,
         response=patch,
         output=str(found.output_names[0]),

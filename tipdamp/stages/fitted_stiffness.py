@@ -15,7 +15,7 @@ from tipdamp.static_contact.tuning.redistribution import carried
 from tipdamp.static_contact.tuning.roll_springs import spring_rows
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 from tipdamp.statics import model_inputs as inputs
-from tipdamp.statics.cases import StaticBodies, factored_once, static_contact
+from tipdamp.statics.cases import StaticBodies, factored_once, solve_at_rest, static_contact
 from tipdamp.study.view import Study
 
 READS = ("tune.follow", "tune.stations", "tune.stiffness", "respond.direction", "respond.patches")
@@ -53,9 +53,8 @@ def fit_factor(
 
     def frequency(factor: float) -> float:
         pairs = scaled(factor)
-        found = static_contact(study, bodies, pairs).solve(
-            loads.at_rest(study, bodies.model), constrain=True
-        )
+        contact = static_contact(study, bodies, pairs)
+        found = solve_at_rest(study, contact, loads.at_rest(study, bodies.model), constrain=True)
         whole = inputs.preload_map(found, pairs)
         line = inputs.line_of(study, whole)
         if study.tune.stations:

@@ -21,7 +21,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.body import Body
 from tipdamp.modal.mesh import Mesh
-from tipdamp.results.static_results import FullResult, FullSide
+from tipdamp.results.static_results import FullResult, FullSide, PreloadResult
 from tipdamp.stages.stage import Stage
 from tipdamp.static_contact.full.newton import FullPreload, full_preload
 from tipdamp.static_contact.full.ranks import Part, distributed_bodies, own_rows
@@ -35,12 +35,14 @@ def full(study: Study, store: Store, tick: Tick) -> list[str]:
             "[preload] friction = true: the full model is solved without friction; leave it out"
         )
     given = ContactTable.load(store.path("preload.csv"))
+    gap = PreloadResult.load(store).gap_at_rest_m
+    at_rest = given.replace(gap=gap) if len(gap) else given
     comm = ranks.world()
-    comm.bcast(given)
+    comm.bcast(at_rest)
     with ranks.together():
-        found, dofs = _solved(study, given, comm, tick)
+        found, dofs = _solved(study, at_rest, comm, tick)
     with store.writing("preload_full.csv") as path:
-        found.pairs.replace(kn=given.kn).save(path)
+        found.pairs.replace(kn=given.kn, gap=given.gap).save(path)
     force = np.maximum(given.preload, 0.0)
     apart = np.abs(found.force - force)
     FullResult(

@@ -24,7 +24,7 @@ from tipdamp.static_contact.tuning.redistribution import (
 )
 from tipdamp.statics import friction_history
 from tipdamp.statics import model_inputs as inputs
-from tipdamp.statics.cases import StaticBodies, static_bodies, static_contact
+from tipdamp.statics.cases import StaticBodies, solve_at_rest, static_bodies, static_contact
 from tipdamp.study.view import Study
 
 UNBALANCED = 0.1  # of the load: preload that was measured is hardly known better
@@ -212,7 +212,8 @@ def _resolved(study: Study, contact: KeptContact, whole: ContactTable) -> KeptPr
     """Static contact solved again on the kept pairs alone."""
     bodies, line = contact.bodies, contact.pairs
     if not study.preload.friction:
-        result = contact.statics.solve(loads.at_rest(study, bodies.model), constrain=True)
+        load = loads.at_rest(study, bodies.model)
+        result = solve_at_rest(study, contact.statics, load, constrain=True)
         facts = results.RedistributionFacts(reactions=result.reactions, residual=result.residual)
         forces = inputs.equilibrium(study, bodies.model, whole)
         return KeptPreload(inputs.preload_map(result, line), facts, forces, result.balance)
@@ -283,7 +284,7 @@ def kept_case(study: Study, contact: KeptContact, name: str) -> results.KeptCase
     alone."""
     try:
         load = loads.total(study, name, contact.bodies.model)
-        result = contact.statics.solve(load, constrain=True)
+        result = solve_at_rest(study, contact.statics, load, constrain=True)
     except InputError as error:
         return results.KeptCase(refused=str(error))
     return results.KeptCase(

@@ -1,6 +1,6 @@
 """Stage preload: static contact of the whole patch under the pull and in further load cases."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,8 +13,10 @@ from tipdamp.bodies.read import BODY_READS
 from tipdamp.bodies.stiffness import Moduli
 from tipdamp.checks import only_friction
 from tipdamp.checks.pairs import jamming
+from tipdamp.checks.slide_at_rest import balance_at_rest, slide_warnings
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
+from tipdamp.fields.line_contact import narrow_lines
 from tipdamp.fields.visualization import keep_preload
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.contact_doubts import closure_doubts, tangential_doubts, uneven_doubts
@@ -36,16 +38,24 @@ from tipdamp.stages.stage import Stage, recorded
 from tipdamp.static_contact.contact.contact_forces import Preload
 from tipdamp.static_contact.contact.frictional_preload import FrictionState
 from tipdamp.static_contact.contact.preload import StaticContact
+from tipdamp.static_contact.contact.slide_at_rest import SlideAtRest
 from tipdamp.statics import cases as statics
 from tipdamp.statics import friction_history, whole_body
-from tipdamp.statics.model_inputs import balance_error, equilibrium, preload_map, side_sums
+from tipdamp.statics.model_inputs import (
+    balance_error,
+    equilibrium,
+    preload_map,
+    round_sides,
+    side_sums,
+)
 from tipdamp.study.view import Study
 
 
 @dataclass(frozen=True)
 class PatchAtRest:
-    """State of the whole patch at rest: the static solution, with or without friction; forces
-    {side: N} that balance the load; facts - of PreloadResult."""
+    """State of the whole patch at rest: the static solution, with or without friction, with the
+    gaps of the position reached; forces {side: N} that balance the load; facts - of
+    PreloadResult."""
 
     solution: Preload | FrictionState
     forces: dict[str, float]
@@ -74,12 +84,16 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
         pulled.save(path)
     cases = {name: load_case(study, store, bodies, contact, pairs, name) for name in study.loads}
     doubts = [one.doubt for one in contact.held if one.doubt]
+    rounds = round_sides(study, bodies.model, pairs)
+    slides = rounds.slides(found.displacement, found.force)
     reactions = {
         "the pull": rest.facts.get("reactions", {}),
         **{f"[loads.{name}]": case.reactions for name, case in cases.items()},
     }
     PreloadResult(
         sides=side_forces(found.pairs, rest.forces, rest.balance),
+        slide_m={name: one.slide for name, one in slides.items()},
+        gap_at_rest_m=tuple(found.pairs.gap.tolist()) if rounds.names else (),
         residual=found.residual,
         iterations=found.iterations,
         **rest.facts,
@@ -89,6 +103,7 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
             *said,
             *doubts,
             *_closure(study, pulled, made),
+            *_slides(study, bodies, pulled, slides),
             *jamming(pairs, np.array(study.driver.pull_direction)),
             *reaction_warnings(reactions),
         ),
@@ -100,16 +115,37 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     files = ["preload_friction.csv"] if study.preload.friction else []
     files += [case.file for case in cases.values()]
     if study.preload.stress:
-        none = np.zeros((len(pairs), 2))
-        tangential = found.tangential if isinstance(found, FrictionState) else none
-        force = np.column_stack([tangential, found.force])
-        shapes = bodies.shapes(whole_body.Rest(found.displacement, pairs, force))
-        files += whole_body.keep_stress(study, store, shapes, tick)
+        files += _stress(study, store, bodies, pairs, found, tick)
     tables = {name: ContactTable.load(store.path(case.file)) for name, case in cases.items()}
-    return [
-        *files,
-        *keep_preload(store, {"pull": pulled, **tables}, study.contact.normal == "hard"),
-    ]
+    return [*files, *_drawn(study, store, {"pull": pulled, **tables}, made)]
+
+
+def _stress(
+    study: Study,
+    store: Store,
+    bodies: statics.StaticBodies,
+    pairs: ContactTable,
+    found: Preload | FrictionState,
+    tick: Tick,
+) -> list[str]:
+    none = np.zeros((len(pairs), 2))
+    tangential = found.tangential if isinstance(found, FrictionState) else none
+    force = np.column_stack([tangential, found.force])
+    shapes = bodies.shapes(whole_body.Rest(found.displacement, pairs, force))
+    return whole_body.keep_stress(study, store, shapes, tick)
+
+
+def _drawn(
+    study: Study,
+    store: Store,
+    tables: dict[str, ContactTable],
+    made: Mapping[str, SideStiffness],
+) -> list[str]:
+    """preload.vtu of {load case: table}, the pull first."""
+    E_star = {name: one.E_star_Pa for name, one in made.items()}
+    axis = np.array(study.driver.axis)
+    lines = narrow_lines(tables["pull"], axis, stiffness.radii(study), E_star)
+    return keep_preload(store, tables, study.contact.normal == "hard", lines)
 
 
 def _with_stiffness(
@@ -150,15 +186,29 @@ def _closure(study: Study, pulled: ContactTable, made: Mapping[str, SideStiffnes
     return [*closure_doubts(pulled, smooth), *doubts]
 
 
+def _slides(
+    study: Study,
+    bodies: statics.StaticBodies,
+    pulled: ContactTable,
+    slides: Mapping[str, SlideAtRest],
+) -> Iterator[str]:
+    """Warnings of round sides; with friction their sums do not follow from normals alone."""
+    sums, wanted = {}, {}
+    if slides and not study.preload.friction:
+        load, held = loads.force_at_rest(study, bodies.model), loads.held_directions(study, pulled)
+        sums, wanted = side_sums(pulled), balance_at_rest(pulled, slides, load, held)
+    return slide_warnings(slides, sums, wanted)
+
+
 def _frictionless(study: Study, contact: StaticContact) -> PatchAtRest:
-    result = contact.solve(loads.at_rest(study, contact.model))
+    result = statics.solve_at_rest(study, contact, loads.at_rest(study, contact.model))
     motions = [
         FreeMotion(name=name, unit=m.unit, load=m.load)
         for name, m in zip(only_friction.directed(contact.motions), result.motions, strict=True)
     ]
     return PatchAtRest(
         result,
-        equilibrium(study, contact.model, result.pairs),
+        equilibrium(study, contact.model, result.pairs.replace(gap=contact.pairs.gap)),
         result.balance,
         {
             "method": result.method,
@@ -185,7 +235,8 @@ def _with_friction(
     balance = balance_error(
         study, state.pairs, loads.force_at_rest(study, bodies.model), state.tangential
     )
-    facts = friction_history.facts(state, equilibrium(study, bodies.model, state.pairs))
+    unmoved = state.pairs.replace(gap=pairs.gap)
+    facts = friction_history.facts(state, equilibrium(study, bodies.model, unmoved))
     return PatchAtRest(
         state,
         side_sums(state.pairs),
@@ -217,7 +268,7 @@ def load_case(
             resultant = loads.resultant(bodies.model, load)
             balance = balance_error(study, result.pairs, resultant, result.tangential)
         else:
-            result = contact.solve(load)
+            result = statics.solve_at_rest(study, contact, load)
             balance, reactions = result.balance, result.reactions
     except InputError as error:
         raise InputError(f"{study.path}: [loads.{name}]: {error}") from None

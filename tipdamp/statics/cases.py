@@ -24,9 +24,11 @@ from tipdamp.static_contact.bodies.compliance import Compliance
 from tipdamp.static_contact.bodies.iterative_bodies import bodies_on_springs
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, SparseCompliance
 from tipdamp.static_contact.bodies.stuck_bodies import BodiesOnSprings, stuck_bodies
+from tipdamp.static_contact.contact.contact_forces import Preload
 from tipdamp.static_contact.contact.preload import StaticContact
+from tipdamp.static_contact.contact.slide_at_rest import settled
 from tipdamp.statics import whole_body
-from tipdamp.statics.model_inputs import held_motions
+from tipdamp.statics.model_inputs import held_motions, round_sides
 from tipdamp.study.view import Study, every_key
 
 if TYPE_CHECKING:
@@ -144,3 +146,14 @@ def static_contact(study: Study, bodies: StaticBodies, pairs: ContactTable) -> S
         held=held,
         compliance=bodies.compliance,
     )
+
+
+def solve_at_rest(
+    study: Study, contact: StaticContact, load: np.ndarray, *, constrain: bool = False
+) -> Preload:
+    """`contact.solve` with the gaps of the position that the damper reaches under the load."""
+    found = settled(
+        lambda gaps: [contact.solve(load, gap=gaps[-1], constrain=constrain)],
+        round_sides(study, contact.model, contact.pairs),
+    )
+    return found[-1]

@@ -20,7 +20,9 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.results.static_results import FrictionFacts
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
 from tipdamp.static_contact.contact.frictional_preload import FrictionalContact, FrictionState
+from tipdamp.static_contact.contact.slide_at_rest import settled
 from tipdamp.statics.cases import StaticBodies
+from tipdamp.statics.model_inputs import round_sides
 from tipdamp.study.view import Study
 
 READS = ("respond.law",)  # of a stage that calls `solve`
@@ -51,19 +53,28 @@ def solve(
 
     Raises InputError where the history ends before it.
     """
-    given = study.preload
     friction = study.respond.law.make().friction if "respond" in study else each_limited
     contact = FrictionalContact(bodies.model, pairs, friction=friction, stuck=bodies.stuck)
-    end = contact.solve(through, steps=given.steps)[-1]
-    if not end.converged:
-        names = [*given.history, loads.rest_name(study)] if len(through) > 1 else ["the load"]
-        on_way = names[min(int(np.ceil(end.time)) - 1, len(names) - 1)]
-        raise InputError(
-            f"[preload] friction: no equilibrium was found on the way to {on_way} "
-            f"({100 * (end.time % 1 or 1):.0f} % of it): the damper lifts off, or the load "
-            "exceeds what friction can carry; try more [preload] steps"
-        )
-    return end
+
+    def after_each_load(gaps: np.ndarray) -> list[FrictionState]:
+        states = contact.solve(through, steps=study.preload.steps, gap=gaps)
+        _check_reached(study, states[-1], len(through))
+        return [state for state in states if state.time == int(state.time)]
+
+    return settled(after_each_load, round_sides(study, bodies.model, pairs), len(through))[-1]
+
+
+def _check_reached(study: Study, end: FrictionState, count: int) -> None:
+    """InputError where a history of so many loads ended before the last of them."""
+    if end.converged:
+        return
+    names = [*study.preload.history, loads.rest_name(study)] if count > 1 else ["the load"]
+    on_way = names[min(int(np.ceil(end.time)) - 1, len(names) - 1)]
+    raise InputError(
+        f"[preload] friction: no equilibrium was found on the way to {on_way} "
+        f"({100 * (end.time % 1 or 1):.0f} % of it): the damper lifts off, or the load "
+        "exceeds what friction can carry; try more [preload] steps"
+    )
 
 
 def facts(state: FrictionState, without_friction: dict[str, float] | None = None) -> FrictionFacts:

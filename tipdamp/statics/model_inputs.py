@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.loads import force_at_rest, held_directions
+from tipdamp.bodies.stiffness import radii
 from tipdamp.hbm.contact import GROUND, ContactTable
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.hold import spring
@@ -17,6 +18,7 @@ from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
 from tipdamp.static_contact.contact.contact_forces import Preload
 from tipdamp.static_contact.contact.equilibrium import beside, side_forces, side_normals
 from tipdamp.static_contact.contact.frictional_preload import FrictionState
+from tipdamp.static_contact.contact.slide_at_rest import RoundSides
 from tipdamp.static_contact.tuning.kept_stations import conserve_total
 from tipdamp.static_contact.tuning.roll_springs import RollSpring, roll_springs
 from tipdamp.study.schema import Respond
@@ -44,6 +46,13 @@ def held_motions(
         raise InputError(
             f"{study.path}: [{'model' if 'model' in study else DAMPER}] {error}"
         ) from None
+
+
+def round_sides(
+    study: Study, model: ReducedModel | SparseBodies, pairs: ContactTable
+) -> RoundSides:
+    """The sides of the study that are cylinders, where a slide at rest takes the gaps along."""
+    return RoundSides(model, pairs, radii(study))
 
 
 def equilibrium(

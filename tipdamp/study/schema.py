@@ -1169,7 +1169,8 @@ class BackboneSection(StudySection):
         float | None,
         Key(
             NUMBER,
-            "instead of a number: the mode whose stuck frequency is nearest to this one",
+            "instead of a number: the mode whose frequency with every kept pair stuck is nearest "
+            "to this one",
             low=0,
             open_low=True,
         ),

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from tests.contact_tables import contact_table, frames
-from tipdamp.fields.line_contact import line_contacts
+from tipdamp.engine.store import Store
+from tipdamp.fields.line_contact import line_contacts, narrow_lines
+from tipdamp.fields.visualization import keep_preload
 
 R, LENGTH, LOAD = 6e-3, 20e-3, 96.0
 E_STAR = 205e9 / (2 * (1 - 0.3**2))  # two bodies of steel
@@ -66,3 +68,31 @@ def test_what_is_drawn_carries_the_side_whatever_the_rows():
         assert patch.unit == "N/mm" and patch.carried(force).sum() == pytest.approx(LOAD)
         assert patch.load(force) == pytest.approx(np.full(5, 1e-3 * LOAD / LENGTH))
         assert np.abs(table.position[patch.rows, 2]).max() <= 4e-4 / max(rows - 1, 1) + 1e-12
+
+
+def test_a_wide_strip_is_no_line():
+    """A strip of 36 um by Hertz: a line between rows 400 um apart, none where they are 25 um
+    apart; nor without a radius or moduli."""
+    axis = np.array([0, 1.0, 0])
+    for rows, narrow in ((3, 1), (33, 0)):
+        table, force = flank(5, rows)
+        pulled = table.replace(preload=force)
+        assert len(narrow_lines(pulled, axis, {"left": R}, {"left": E_STAR})) == narrow
+        assert narrow_lines(pulled, axis, {"left": None}, {"left": E_STAR}) == []
+        assert narrow_lines(pulled, axis, {"left": R}, {"left": None}) == []
+
+
+@pytest.mark.parametrize("rows", [3, 5])
+def test_paraview_has_force_per_length_on_a_line(tmp_path, rows):
+    """And no pressure, which would be that of the mesh."""
+    meshio = pytest.importorskip("meshio")
+    table, force = flank(5, rows)
+    pulled = table.replace(preload=force)
+    lines = narrow_lines(pulled, np.array([0, 1.0, 0]), {"left": R}, {"left": E_STAR})
+    store = Store(tmp_path)
+    assert keep_preload(store, {"pull": pulled}, False, lines) == ["preload.vtu"]
+    found = meshio.read(store.path("preload.vtu"))
+    assert list(found.cells_dict) == ["line"]
+    assert not any(name.startswith("pressure") for name in found.point_data)
+    load = found.point_data["force per length (N/mm), pull"][found.cells_dict["line"]]
+    assert load == pytest.approx(np.full((4, 2), 1e-3 * LOAD / LENGTH))

@@ -10,6 +10,7 @@ import pytest
 from tests.tipdamp.rig_study import CHAIN, CHAIN_OF_STAGES, read
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.modes.backbone import _ended
 from tipdamp.hbm.modes.result import Backbone
@@ -72,6 +73,29 @@ def test_a_mode_is_named_by_its_number_or_its_frequency(results):
     assert with_section(f"[backbone]\nnear_hz = {own['stuck_hz'] + 3}\nharmonics = 1\n") == 0
     near = read(folder, "backbone.json")
     assert (near["mode"], near["H"], own["H"]) == (own["mode"], 1, 3)
+
+
+def test_with_a_pair_open_at_rest_the_tracked_mode_is_followed(matrices_study):
+    """Closed, it makes the tracked mode 11 % higher, and another the nearest, which the patch does
+    not see. Report and results say which frequency is which."""
+    folder = matrices_study.parent
+    pairs = ContactTable.load(folder / "pairs.csv")
+    pairs.replace(gap=1e-4 * (np.arange(6) == 1)).save(folder / "pairs.csv")
+    text = CHAIN.replace("stations = [1, 1]", 'stations = "all"').replace("900", "1700")
+    matrices_study.write_text(text.replace("1400", "2300") + "[backbone]\n")
+    verbs = ("inspect", *CHAIN_OF_STAGES, "backbone", "cycles", "report")
+    assert run(matrices_study, *verbs) == [0] * len(verbs)
+    folder = folder / "results" / "study"
+    tune, found = read(folder, "tune.json"), read(folder, "backbone.json")
+    tuned = tune["stuck_hz"]["tuned"]
+    assert tune["open_pairs"]["tuned"] == 1
+    assert found["rest_hz"] == pytest.approx(tuned, rel=1e-5)
+    assert Backbone.load(folder / "backbone.npz").frequency[0] == pytest.approx(tuned, rel=1e-5)
+    assert found["stuck_hz"] > 1.1 * tuned
+    page = (folder / "report.html").read_text()
+    assert f"Nonlinear mode {found['mode']}, stuck at {tuned:.1f} Hz" in page
+    assert "in contact at rest, as in the tuning" in page
+    assert f"closed and stuck: then it has {found['stuck_hz']:.1f} Hz" in page
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,27 @@
 
 import numpy as np
 
+from tipdamp.bodies.stiffness import radii
+from tipdamp.fields.line_contact import LineContact, narrow_lines
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.results import Results
 
 AXIAL = "axial coordinate (mm)"
 PRESSURE = "contact pressure (N/mm²)"
+PER_LENGTH = "force per length (N/mm)"
+
+
+def lines_of(results: Results) -> list[LineContact]:
+    """Of the round sides whose radius and elastic constants are known, where the strip in contact
+    is narrower than a row of pairs."""
+    if results.whole is None or results.preload is None:
+        return []
+    return narrow_lines(
+        results.whole,
+        np.asarray(results.axis),
+        radii(results.study),
+        {name: one.E_star_Pa for name, one in results.preload.stiffness.items()},
+    )
 
 
 def station_sums(results: Results, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:

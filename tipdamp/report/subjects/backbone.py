@@ -29,11 +29,11 @@ def figure(results: Results) -> Iterator[Figure]:
     )
     yield Figure(
         "backbone",
-        f"Nonlinear mode {found.mode}, stuck at {hertz(found.stuck_hz)} Hz",
+        f"Nonlinear mode {found.mode}, stuck at {hertz(found.rest_hz or found.stuck_hz)} Hz",
         f"Left: the mode with H = {found.H} over the forced curves on '{found.response}', half of "
         "peak-to-peak, largest over its nodes. Middle and right: its frequency and its damping "
         "ratio, of structure and contacts together, over that amplitude; circles are the peaks of "
-        f"the forced curves. {_reached(found)}",
+        f"the forced curves. {_open_at_rest(found)}{_reached(found)}",
         [
             amplitude_panel(
                 results,
@@ -65,6 +65,17 @@ def _forced(results: Results, found: BackboneResult) -> Iterator[Item]:
     for case, color in zip(results.finest, level_colors(len(results.finest)), strict=True):
         top = MICRO * case.patch(found.response).max(axis=1)
         yield from branch_lines(case.curve, top, level_title(case), color)
+
+
+def _open_at_rest(found: BackboneResult) -> str:
+    """Which of two frequencies with stuck pairs is which."""
+    if found.rest_hz is None:
+        return ""
+    return (
+        f"{hertz(found.rest_hz)} Hz is its frequency with the kept pairs stuck that are in contact "
+        "at rest, as in the tuning; modes are counted, and damped, with every kept pair closed "
+        f"and stuck: then it has {hertz(found.stuck_hz)} Hz. "
+    )
 
 
 def _reached(found: BackboneResult) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from tipdamp.bodies.loads import case_pull, rest_name
+from tipdamp.fields.line_contact import LineContact
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.drawing.figure import (
     Figure,
@@ -25,6 +26,8 @@ from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import (
     AXIAL,
+    PER_LENGTH,
+    lines_of,
     load_of,
     of_side,
     side_title,
@@ -47,10 +50,10 @@ def at_rest(results: Results) -> Iterator[Figure]:
     )
     worst = max(s.balance_error or 0.0 for s in sides.values())
     caption = (
-        f"{_what(results.whole)} of the whole patch under {rest_name(results.study)}, along the "
-        "axis of the damper. Filled marks are closed pairs, hollow ones open (negative: kn times "
-        "the remaining gap; crosses at the lower end of the axis lie below it). The sum is "
-        f"{sums}; contact forces and load balance to {number(worst, 1)} of the load. "
+        f"{_what(results, results.whole)} of the whole patch under {rest_name(results.study)}, "
+        "along the axis of the damper. Filled marks are closed pairs, hollow ones open (negative: "
+        "kn times the remaining gap; crosses at the lower end of the axis lie below it). The sum "
+        f"is {sums}; contact forces and load balance to {number(worst, 1)} of the load. "
         f"{_ends(results, results.whole)}" + results.beside_paper("Corresponds to figure 9")
     )
     yield Figure("preload", "Preload of the whole patch", caption, panels(results, results.whole))
@@ -64,8 +67,8 @@ def of_load_cases(results: Results) -> Iterator[Figure]:
             for name, s in facts.sides.items()
         )
         caption = (
-            f"{_what(results.loads[case])} of the whole patch in the load case '{case}'. Filled "
-            f"marks are closed pairs, hollow ones open. The sum is {sums}."
+            f"{_what(results, results.loads[case])} of the whole patch in the load case '{case}'. "
+            f"Filled marks are closed pairs, hollow ones open. The sum is {sums}."
         )
         yield Figure(
             f"preload_{case}",
@@ -76,22 +79,33 @@ def of_load_cases(results: Results) -> Iterator[Figure]:
         )
 
 
-def _what(table: ContactTable) -> str:
-    return (
-        "Contact pressure at every contact point"
-        if table.on_surface.all()
-        else "Normal preload of every node"
-    )
+def _what(results: Results, table: ContactTable) -> str:
+    if not table.on_surface.all():
+        return "Normal preload of every node"
+    lines = [f"'{line.side}'" for line in _lines(results, table)]
+    if not lines:
+        return "Contact pressure at every contact point"
+    per_length = f"Force per length of every station on side {listing(lines)}, a line contact,"
+    every = len(lines) == len(table.sides)
+    return per_length if every else f"{per_length} and contact pressure at every other point"
 
 
 def panels(results: Results, table: ContactTable) -> list[Panel]:
-    """One panel for each side, on one scale."""
+    """One panel for each side, on one scale; those of contact points along a line on another."""
     load, name = load_of(table)
-    top, low = float(load.max()), lowest_shown(load)
-    span = (low - 0.05 * (top - low) if low < 0 else 0.0, top + 0.08 * (top - low))
+    lines = {line.side: line.load(table.preload) / 1e3 for line in _lines(results, table)}
+    others = load[~np.isin(table.side, list(lines))]
+    low = lowest_shown(others) if len(others) else 0.0
+    span = _span(others, low)
     panels = []
     for side in table.sides:
         mine = of_side(table, side)
+        if side in lines:
+            drawn = [Line("y", 0.0, dash="solid"), *_stations(results, mine, lines[side])]
+            line_span = _span(np.concatenate(list(lines.values())), 0.0)
+            title = side_title(results, side)
+            panels.append(Panel(title, AXIAL, PER_LENGTH, drawn, y_range=line_span))
+            continue
         items: list[Item] = [Line("y", 0.0, dash="solid")]
         if table.on_surface.all():
             items += _points(results, mine, load[table.side == side], low)
@@ -100,6 +114,23 @@ def panels(results: Results, table: ContactTable) -> list[Panel]:
                 items += _row(results, mine.select(mine.row == row), int(row), low)
         panels.append(Panel(side_title(results, side), AXIAL, name, items, y_range=span))
     return panels
+
+
+def _lines(results: Results, table: ContactTable) -> list[LineContact]:
+    """Sides of contact points along a line: the pressure at a point, which is force over area,
+    would follow the mesh there."""
+    return lines_of(results) if table.on_surface.all() else []
+
+
+def _span(load: np.ndarray, low: float) -> tuple[float, float]:
+    top = float(load.max(initial=0.0))
+    return low - 0.05 * (top - low) if low < 0 else 0.0, top + 0.08 * (top - low)
+
+
+def _stations(results: Results, mine: ContactTable, load: np.ndarray) -> Iterator[Item]:
+    """Force per length of each station of a side, in the order of the axis."""
+    along, _ = station_sums(results, mine)
+    yield from row_items(along, load, "station", 0, 0.0)
 
 
 def _points(

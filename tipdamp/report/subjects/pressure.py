@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tipdamp.fields.line_contact import LineContact, line_contacts
-from tipdamp.fields.pressure import PressurePatch, patches
+from tipdamp.fields.line_contact import LineContact, shown_patches
+from tipdamp.fields.pressure import PressurePatch
 from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import Item, Points, Scale, Scene, Segments, Solid
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
+from tipdamp.report.subjects.axial import PER_LENGTH, lines_of
 from tipdamp.report.subjects.surroundings import (
     NO_SURFACE,
     box_of,
@@ -25,7 +26,7 @@ from tipdamp.report.subjects.surroundings import (
 from tipdamp.report.text import MM, listing, number
 
 PULL = "the pull"
-TITLES = {"N/mm²": "pressure (N/mm²)", "N/mm": "force per length (N/mm)"}
+TITLES = {"N/mm²": "pressure (N/mm²)", "N/mm": PER_LENGTH}
 
 
 def scene(results: Results) -> Iterator[Scene]:
@@ -53,8 +54,7 @@ def pressure_map(
     stems are pairs; hard - it is that of pairs without springs; lines - sides that are in contact
     along a line, which show force per length of each station."""
     first = next(iter(tables.values()))
-    on_line = {line.side: line.patch(first) for line in lines}
-    sides = [on_line.get(patch.side, patch) for patch in patches(first, hard)]
+    sides = shown_patches(first, hard, lines)
     top = max(float(table.preload.max()) for table in tables.values())
     scales = _scales(sides, tables)
     length = 0.09 * float(np.ptp(first.position @ np.asarray(axis)) or np.ptp(first.position)) * MM
@@ -156,24 +156,6 @@ def _totals(sides: Sequence[PressurePatch], tables: Mapping[str, ContactTable]) 
         under = case if case == PULL else f"'{case}'"
         parts.append(f"Under {under}: {sums}, at most {most}.")
     return " ".join(parts)
-
-
-def lines_of(results: Results) -> list[LineContact]:
-    """Of the round sides whose radius and elastic constants are known, where the strip in contact
-    is narrower than a row of pairs."""
-    if results.whole is None or results.preload is None:
-        return []
-    known = {
-        name: (side.radius, made.E_star_Pa)
-        for name, side in results.study.sides.items()
-        if side.shape == "cylinder"
-        and side.radius
-        and (made := results.preload.stiffness.get(name)) is not None
-        and made.E_star_Pa
-    }
-    lines = line_contacts(results.whole, np.asarray(results.axis), known)
-    force = results.whole.preload
-    return [one for one in lines if 2 * one.half_width(force).max() < one.spacing]
 
 
 def line_tables(results: Results) -> Iterator[Table]:

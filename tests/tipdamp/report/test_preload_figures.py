@@ -1,0 +1,60 @@
+"""The preload along the axis: nodal forces, pressures of contact points, force per length where
+these are in contact along a line."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tests.tipdamp.fields.test_line_contact import E_STAR, LENGTH, LOAD, R, flank
+from tipdamp.report.subjects import preload
+from tipdamp.report.subjects.axial import PER_LENGTH, PRESSURE
+
+AXIS = np.array([0.0, 1.0, 0.0])
+
+
+def results_with(table, E_star=E_STAR):
+    """What the figures of the preload read of the results."""
+    side = SimpleNamespace(shape="cylinder", radius=R)
+    study = SimpleNamespace(
+        sides={"left": side}, driver=SimpleNamespace(pull_direction=(0.0, 0.0, 1.0))
+    )
+    made = SimpleNamespace(E_star_Pa=E_star)
+    return SimpleNamespace(
+        study=study,
+        whole=table,
+        preload=SimpleNamespace(stiffness={"left": made}),
+        axis=AXIS,
+        along=lambda pairs: 1e3 * pairs.position @ AXIS,
+    )
+
+
+def points(rows):
+    """A flank of contact points, which stand for areas."""
+    table, force = flank(5, rows)
+    return table.replace(preload=force, area=np.full(len(table), 1e-6))
+
+
+@pytest.mark.parametrize("rows", [3, 5])
+def test_force_per_length_of_a_line_contact(rows):
+    """That of the side over its length at every station, whatever the rows."""
+    (panel,) = preload.panels(results_with(points(rows)), points(rows))
+    marks = [item for item in panel.items if getattr(item, "symbol", "") and len(item.x)]
+    assert panel.y_label == PER_LENGTH and len(marks) == 1
+    assert marks[0].x == pytest.approx(1e3 * np.linspace(0, LENGTH, 5))
+    assert marks[0].y == pytest.approx(np.full(5, 1e-3 * LOAD / LENGTH))
+    assert panel.y_range[0] == 0 < marks[0].y.max() < panel.y_range[1]
+
+
+def test_pressure_where_the_strip_is_wide_or_not_known():
+    for rows, E_star in ((33, E_STAR), (3, None)):
+        (panel,) = preload.panels(results_with(points(rows), E_star), points(rows))
+        assert panel.y_label == PRESSURE
+
+
+def test_an_open_station_carries_nothing():
+    table = points(3)
+    table = table.replace(preload=np.where(table.station == 2, -1.0, table.preload))
+    (panel,) = preload.panels(results_with(table), table)
+    (opened,) = [item for item in panel.items if getattr(item, "filled", True) is False]
+    assert list(opened.y) == [0.0] and opened.x == pytest.approx([1e3 * LENGTH / 2])
