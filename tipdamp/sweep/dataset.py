@@ -51,8 +51,8 @@ def dataset(folder: Path) -> "xarray.Dataset":
     """Data set of the sweep in a folder: dimensions case, curve (of a case, by force and harmonics)
     and patch; the keys that vary are coordinates of the cases, with their units.
 
-    Numbers of cases that failed, of curves that a case does not have, and of stress that it does
-    not ask for, are nan."""
+    What was not computed is nan: of a case that failed, of curves that it does not have, of stress
+    that it does not ask for."""
     import xarray
 
     with Index(folder) as index:
