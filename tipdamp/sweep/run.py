@@ -67,7 +67,7 @@ def run_sweep(
     with Store(folder).lock(), Index(folder, write=True) as index:
         shutil.rmtree(folder / "working", ignore_errors=True)  # of processes that were killed
         whole, content = planned(path)
-        tell(sweep_estimate(whole, study_of(path, content), store, workers.jobs))
+        tell(sweep_estimate(whole, content, path, store, workers.jobs))
         index.begin(whole.cases, whole.last, whole.chains)
         units = units_of_keys(list(whole.cases[0]), content)
         index.say(study=str(path.absolute()), units=units, left=None)
