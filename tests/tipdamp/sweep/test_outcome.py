@@ -27,7 +27,7 @@ from tipdamp.sweep.estimate import sweep_estimate
 from tipdamp.sweep.expected import reduced_bytes
 from tipdamp.sweep.index import CurveRow, Index
 from tipdamp.sweep.plan import SweepStep
-from tipdamp.sweep.run import Clock, planned
+from tipdamp.sweep.run import planned
 from tipdamp.sweep.summary import status
 from tipdamp.sweep.work import product
 
@@ -283,52 +283,6 @@ def test_curves_that_stop_for_one_reason_are_one_line(tmp_path):
     assert text.splitlines()[1:] == [
         "3 curves are incomplete: stopped at 1474.88 to 2870.29 Hz: the damper rolls"
     ]
-
-
-def test_time_left_follows_what_each_stage_takes(monkeypatch):
-    """Two processes: each response takes 2 s, and one is finished every second; the steps of
-    another stage that are still to be made count by their own time."""
-    now = [0.0]
-    monkeypatch.setattr("time.monotonic", lambda: now[0])
-    clock = Clock({"preload": (4, 8.0, 100.0)}, 2)
-    clock.left.update({"respond": 101, "preload": 5})
-    now[0] = 30.0  # until the first is made processes start
-    for _ in range(51):
-        clock.made({"respond": 2.0})
-        now[0] += 1.0
-    now[0] -= 1.0
-    assert clock.seconds_left == pytest.approx(50 * 1.0 + 5 * 4.0, rel=1e-12)
-
-
-def test_time_left_after_a_slow_beginning(monkeypatch):
-    """One of two processes makes what all cases need, 20 s; then both work, 8 s a case."""
-    now = [0.0]
-    monkeypatch.setattr("time.monotonic", lambda: now[0])
-    clock = Clock({}, 2)
-    clock.left.update({"reduce": 1, "respond": 20})
-    clock.made({"reduce": 10.0})
-    errors = []
-    for at in (12.0, 20.0, 24.0, 28.0, 32.0, 36.0):
-        now[0] = at
-        clock.made({"respond": 8.0})
-        true = 4.0 * clock.left["respond"]
-        errors.append(clock.seconds_left / true - 1)
-    assert max(map(abs, errors)) < 0.3
-
-
-def test_no_time_left_is_told_before_it_is_known(monkeypatch):
-    """Preloads alone say nothing of the responses that follow."""
-    now = [0.0]
-    monkeypatch.setattr("time.monotonic", lambda: now[0])
-    clock = Clock({})
-    clock.left.update({"preload": 3, "respond": 50})
-    for _ in range(3):
-        now[0] += 1.0
-        clock.made({"preload": 1.0})
-    assert clock.seconds_left is None
-    now[0] += 4.0
-    clock.made({"respond": 4.0})
-    assert clock.seconds_left == pytest.approx(49 * 4.0)
 
 
 def test_an_index_without_room(tmp_path):
