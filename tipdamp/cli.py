@@ -668,7 +668,8 @@ def _sweep(arguments: argparse.Namespace) -> int:
             print(f"warning: {warning}", flush=True)
 
     if arguments.dry_run:
-        tell(sweep_estimate(planned(study.path)[0], study, store, _workers(arguments).jobs))
+        plan, content = planned(study.path)
+        tell(sweep_estimate(plan, content, study.path, store, _workers(arguments).jobs))
         return 0
     files = []
     if not arguments.status:

@@ -50,6 +50,8 @@ class Workers:
         for i in workers.spread(work, common, tasks, report): ...
     """
 
+    at_once = True  # a task is begun when it is taken from the sequence
+
     def __init__(self, jobs: int = 1) -> None:
         self.jobs = jobs
         self.idle: list[_Worker] = []

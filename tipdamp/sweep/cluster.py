@@ -37,6 +37,8 @@ PROCESSES = {
 class Cluster:
     """Processes of a cluster, used as `engine.workers.Workers`: jobs - their number."""
 
+    at_once = False  # tasks wait at the scheduler
+
     def __init__(self, client: Any, jobs: int) -> None:
         self.client, self.jobs = client, jobs
 
@@ -55,7 +57,8 @@ class Cluster:
 
         def submit() -> None:
             for i in range(len(index), len(tasks)):
-                future = self.client.submit(_one, work, common, tasks[i], mine, pure=False)
+                call = _one, work, common, tasks[i], mine
+                future = self.client.submit(*call, pure=False, priority=-i)
                 index[future] = i
                 running.add(future)
 

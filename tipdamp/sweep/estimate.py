@@ -1,30 +1,19 @@
 """What a sweep will cost, before it begins: by the steps of each stage that were made before, else
-by the forecast for the study as it stands."""
+by the forecast for some of its cases."""
 
 import shutil
 from collections import Counter
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from tipdamp.checks.forecast import Cost, Size, estimate, size_of
 from tipdamp.engine.progress import duration
 from tipdamp.engine.store import Store
-from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.memory import available_bytes, own_bytes
-from tipdamp.results.static_results import InspectResult
-from tipdamp.stages.run import run_stage
-from tipdamp.study.checks import CURVE_MB
-from tipdamp.study.study import load_study
-from tipdamp.study.view import Study
+from tipdamp.sweep.expected import Expected, expected
 from tipdamp.sweep.index import FILE, Index
-from tipdamp.sweep.plan import CURVES, STRESS, Plan
+from tipdamp.sweep.plan import Plan
 from tipdamp.sweep.work import products
 
-LEAST_SECONDS, LEAST_BYTES = 0.1, 2e4  # of a step: what it takes to begin, read and pack it
-CURVE_SECONDS = 0.2  # at least
-FIELD_BYTES = 10.0  # of the fields of stress, a dof and level
-ON_SURFACE = 0.15  # of the dofs of a mesh of some ten thousand, for which `reduce` keeps the shapes
 Costs = dict[str, tuple[int, float, float]]  # as `Index.costs`
 
 
@@ -80,25 +69,29 @@ def _size(number: float) -> str:
     return f"{number / factor:.3g} {unit}"
 
 
-def sweep_estimate(whole: Plan, study: Study, store: Store, jobs: int) -> SweepEstimate:
-    """Of the steps of a plan that are not in the sweep of this results folder; OSError where it
-    cannot be written to."""
+def sweep_estimate(
+    whole: Plan, content: dict, path: Path, store: Store, jobs: int
+) -> SweepEstimate:
+    """Of the steps of a plan that are not in the sweep of this results folder; content - of the
+    study file at this path. OSError where the folder cannot be written to."""
     folder = store.path("sweep")
-    with store.writing("sweep/.room") as path:
-        path.touch()
-        path.unlink()
+    with store.writing("sweep/.room") as room:
+        room.touch()
+        room.unlink()
     there = products(folder)
-    costs: Costs = {}
+    made: Costs = {}
     if (folder / FILE).is_file():
         with Index(folder) as index:
-            costs = index.costs()
+            made = index.costs()
     to_make = Counter(step.stage for step in whole.steps if step.key not in there)
-    known, files = _forecast(study, store)
+    likely = expected(whole, there, (path, content), store)
     processes = jobs + (jobs > 1)  # each with the program, about as much as this one
     seconds = disk = 0.0
     for stage, count in to_make.items():
-        _, each, size = costs.get(stage) or _step(stage, study, known, files)
-        seconds += count * each
+        of_one = likely.get(stage, Expected())
+        once = 0.0 if stage in made else min(jobs, count) * of_one.once
+        _, each, size = made.get(stage, (0, of_one.each, of_one.disk))
+        seconds += count * each + once
         disk += count * size
     return SweepEstimate(
         len(whole.cases),
@@ -108,39 +101,9 @@ def sweep_estimate(whole: Plan, study: Study, store: Store, jobs: int) -> SweepE
         jobs,
         disk,
         shutil.disk_usage(_existing(folder)).free,
-        jobs * max((known[stage].bytes for stage in to_make if stage in known), default=0.0)
-        + processes * own_bytes(),
+        jobs * max((one.memory for one in likely.values()), default=0.0) + processes * own_bytes(),
         available_bytes(),
     )
-
-
-def _forecast(study: Study, store: Store) -> tuple[dict[str, Cost], dict[str, float]]:
-    """{stage: cost of the study as it stands}, of one job, and {stage: bytes on disk} of what is
-    large beside curves; both empty where it cannot be looked at."""
-    with suppress(InputError, OSError):
-        alone = load_study(study.path)
-        run_stage("inspect", alone, store, quiet=True)
-        found = InspectResult.load(store)
-        return estimate(alone, found)[1], _on_disk(size_of(alone, found))
-    return {}, {}
-
-
-def _on_disk(size: Size) -> dict[str, float]:
-    """Of the reduced matrices with the shapes on the surfaces that are drawn, and of the fields of
-    stress."""
-    return {
-        "reduce": 8.0 * size.reduced * (2 * size.reduced + ON_SURFACE * size.dofs),
-        STRESS: FIELD_BYTES * size.stressed * size.dofs,
-    }
-
-
-def _step(
-    stage: str, study: Study, known: dict[str, Cost], files: dict[str, float]
-) -> tuple[int, float, float]:
-    cost = known.get(stage, Cost(0.0, 0.0))
-    curves = len(study.respond.levels) * (stage == CURVES)
-    seconds = max(cost.seconds, LEAST_SECONDS + CURVE_SECONDS * curves)
-    return 0, seconds, LEAST_BYTES + 1e6 * CURVE_MB * curves + files.get(stage, 0.0)
 
 
 def _existing(folder: Path) -> Path:

@@ -177,6 +177,11 @@ class Index:
         with self._told():
             return dict(self.base.execute(sql))
 
+    def seconds(self) -> dict[str, float]:
+        """{key: s} of finished steps."""
+        with self._told():
+            return dict(self.base.execute("select key, seconds from steps where state = 'done'"))
+
     def costs(self) -> dict[str, tuple[int, float, float]]:
         """{stage: (steps made, s, bytes of one)}, means."""
         sql = (

@@ -2,7 +2,7 @@
 from, so that cases share what is the same."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from operator import attrgetter
@@ -14,6 +14,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.stages.run import STAGES, all_needed, applies, read_from, stages_needed
 from tipdamp.study.view import Study
 from tipdamp.sweep.cases import Case, study_of_case
+from tipdamp.sweep.order import order_of_work, places
 
 CURVES = "respond"  # stage of the curves, which every case has
 STRESS = "stress"  # stage that follows it where the study asks for it
@@ -44,6 +45,7 @@ class Task:
     steps: tuple[SweepStep, ...]
     before: tuple[SweepStep, ...]
     case: Case
+    turn: int = 0
     alike: tuple[str, ...] = ()
 
     @property
@@ -54,7 +56,8 @@ class Task:
 
 @dataclass(frozen=True)
 class Plan:
-    """cases, with the key of the last step of each; tasks, each after those that it needs."""
+    """cases, with the key of the last step of each; tasks, each after those that it needs, in the
+    order in which they are made: that of `order_of_work`."""
 
     cases: tuple[Case, ...]
     last: tuple[str, ...]
@@ -89,16 +92,21 @@ def plan(path: Path, content: dict, cases: Sequence[Case]) -> Plan:
     first = dict[str, int]()  # of cases that are the same
     for i, key in enumerate(last):
         first.setdefault(key, i)
-    shared = Counter(step.key for i in first.values() for step in chains[i])
+    mine = list(first.values())
+    shared = Counter(step.key for i in mine for step in chains[i])
     tasks: dict[str, Task] = {}
-    for i in first.values():
-        own = [step for step in chains[i] if shared[step.key] == 1]
-        for step in chains[i]:
-            if shared[step.key] > 1 and step.key not in tasks:
-                tasks[step.key] = Task((step,), _before([step], chains[i]), cases[i])
-        if own:
-            tasks[last[i]] = Task(tuple(own), _before(own, chains[i]), cases[i])
+    for i in (mine[turn] for turn in order_of_work(places([cases[i] for i in mine]))):
+        for steps in _tasks_of(chains[i], shared):
+            key = steps[-1].key
+            if key not in tasks:
+                tasks[key] = Task(steps, _before(steps, chains[i]), cases[i], len(tasks))
     return Plan(tuple(cases), tuple(last), tuple(tasks.values()))
+
+
+def _tasks_of(chain: Sequence[SweepStep], shared: Mapping[str, int]) -> list[tuple[SweepStep, ...]]:
+    """The steps of a case that others share, each alone, and its own together."""
+    own = tuple(step for step in chain if shared[step.key] == 1)
+    return [*((step,) for step in chain if shared[step.key] > 1), *([own] if own else [])]
 
 
 def _before(steps: Sequence[SweepStep], chain: Sequence[SweepStep]) -> tuple[SweepStep, ...]:

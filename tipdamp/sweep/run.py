@@ -23,16 +23,16 @@ from tipdamp.sweep.dataset import units_of_keys, write_netcdf, write_table
 from tipdamp.sweep.estimate import SweepEstimate, sweep_estimate
 from tipdamp.sweep.index import Index
 from tipdamp.sweep.plan import Plan, SweepStep, Task, plan
+from tipdamp.sweep.queue import Queue
 from tipdamp.sweep.rows import Row, rows_of
+from tipdamp.sweep.time_left import Clock
 from tipdamp.sweep.work import SweepWork, product, products, read_member, warned, work
 
 if TYPE_CHECKING:
     from tipdamp.sweep.cluster import Cluster
 
 LONGEST = 2000  # letters of a reason
-TOLD_EVERY = 2.0  # s
 DAMAGED = (BadZipFile, LookupError, ValueError, TypeError)
-ASSUMED = 8  # tasks of each process that what is assumed of it counts for
 TRIES = 2  # of a task whose process ends unasked
 
 
@@ -66,30 +66,32 @@ def run_sweep(
     with Store(folder).lock(), Index(folder, write=True) as index:
         shutil.rmtree(folder / "working", ignore_errors=True)  # of processes that were killed
         whole, content = planned(path)
-        tell(sweep_estimate(whole, study_of(path, content), store, workers.jobs))
+        tell(sweep_estimate(whole, content, path, store, workers.jobs))
         index.begin(whole.cases, whole.last, whole.chains)
         units = units_of_keys(list(whole.cases[0]), content)
         index.say(study=str(path.absolute()), units=units, left=None)
         common = SweepWork(path.absolute(), content, folder.absolute(), ALLOWED.get())
-        sweep = _Running(common, whole, index, workers.jobs)
+        sweep = _Running(common, whole, index, workers)
         sweep.take_stock(retry)
         with display(quiet=quiet).job("sweep", patience=0.0) as tick:
-            sweep.run(workers, tick)
+            sweep.run(tick)
     return [one for one in (write_table(folder), write_netcdf(folder)) if one]
 
 
 class _Running:
-    """A sweep that runs. tasks - those that can begin or have begun, in this order; the others
-    wait in `needed_by` for what they need, `missing` has it by the key of their last step."""
+    """A sweep that runs. tasks - those that have begun or can begin; the others wait in `needed_by`
+    for what they need, `missing` has it by the key of their last step."""
 
-    def __init__(self, common: SweepWork, whole: Plan, index: Index, jobs: int) -> None:
-        self.common, self.whole, self.index = common, whole, index
-        self.tasks: list[Task] = []
+    def __init__(
+        self, common: SweepWork, whole: Plan, index: Index, workers: "Workers | Cluster"
+    ) -> None:
+        self.common, self.whole, self.index, self.workers = common, whole, index, workers
+        self.clock = Clock(whole.tasks, workers.jobs, index.seconds())
+        self.tasks = Queue(self.clock, workers.at_once)
         self.made: set[str] = set()  # before it began
         self.missing: dict[str, set[str]] = {}
         self.needed_by: dict[str, list[Task]] = {}
         self.lost = Counter[str]()
-        self.clock = Clock(index.costs(), jobs)
         self.cases_left, self.cases_failed = Counter(whole.last), 0
 
     def take_stock(self, retry: bool) -> None:
@@ -111,7 +113,7 @@ class _Running:
             to_make = [step for step in task.steps if step.key not in self.made | failed]
             if not to_make or any(step.key in failed for step in task.steps):
                 continue
-            self.clock.left.update(step.stage for step in to_make)
+            self.clock.wait_for(step.key for step in to_make)
             own = (one for step in task.steps for one in step.levels)
             alike = dict.fromkeys(levels[one] for one in own if one in levels)
             task = replace(task, alike=tuple(alike))
@@ -134,25 +136,22 @@ class _Running:
             return False
         return True
 
-    def run(self, workers: "Workers | Cluster", tick: Ticker) -> None:
+    def run(self, tick: Ticker) -> None:
         """Make all that waits."""
         self._show(tick)
-        for i in workers.spread(work, self.common, self.tasks, lambda *_: None, self._failed):
-            steps = self.tasks[i].steps
-            self._take_in(steps)
-            for step in steps:
+        spread = self.workers.spread
+        for i in spread(work, self.common, self.tasks, lambda *_: None, self._failed):
+            task = self.tasks[i]
+            self.clock.end(task, {step.key: s for step, s in self._enter(task.steps)})
+            for step in task.steps:
                 self.cases_left.pop(step.key, None)
-                for task in self.needed_by.pop(step.key, ()):
-                    lacking = self.missing.get(task.last.key, set())
+                for later in self.needed_by.pop(step.key, ()):
+                    lacking = self.missing.get(later.last.key, set())
                     lacking.discard(step.key)
                     if not lacking:
-                        self.tasks.append(task)
+                        self.tasks.append(later)
             self._show(tick)
-
-    def _take_in(self, steps: Sequence[SweepStep]) -> None:
-        """Steps that are finished now."""
-        entered = self._enter(steps)
-        self.clock.made({step.stage: s for step, s in entered if step.key not in self.made})
+        self._show(tick)  # what failed after the last that was made
 
     def _enter(self, steps: Sequence[SweepStep]) -> list[tuple[SweepStep, float]]:
         """Finished steps into the index; returns the seconds that each took."""
@@ -171,6 +170,7 @@ class _Running:
         """A task that could not be made is recorded with its reason, and all that needs it; a
         process that was lost is replaced, and what no process can mend ends the sweep."""
         task = self.tasks[i]
+        self.clock.end(task, {})
         if isinstance(error, ChildProcessError):
             self.lost[task.last.key] += 1
             if self.lost[task.last.key] < TRIES:
@@ -180,7 +180,7 @@ class _Running:
             raise error
         made = [s for s in task.steps if self._is_made(s)]
         if mine := [s for s in made if s.key not in self.made]:
-            self._take_in(mine)
+            self.clock.end(task, {step.key: s for step, s in self._enter(mine)})
         broken = {s.key: s.stage for s in task.steps if s not in made}
         waiting = list(broken)
         while waiting:
@@ -188,7 +188,7 @@ class _Running:
                 new = {s.key: s.stage for s in later.steps if s.key not in broken}
                 waiting += new
                 broken |= new
-        self.clock.left.subtract(broken.values())
+        self.clock.forget([*broken, *(step.key for step in task.steps)])
         for key in broken:
             self.missing.pop(key, None)
         self._give_up(broken)
@@ -203,60 +203,11 @@ class _Running:
 
     def _show(self, tick: Ticker) -> None:
         cases, left = len(self.whole.cases), self.clock.seconds_left
+        self.index.say(left=left, told=time.time())
         through, failed = cases - self.cases_left.total(), self.cases_failed
         said = f"{through - failed} of {cases} cases" + f", {failed} failed" * bool(failed)
         rest = "" if left is None or through == cases else f", about {duration(left)} left"
         tick(through / cases, f"{said}{rest}")
-        if self.clock.due:
-            self.index.say(left=left, told=time.time())
-
-
-class Clock:
-    """How long the rest takes: by the steps that are left, the mean of each stage, and the time
-    that went by for those made here.
-
-    costs - {stage: (number, mean s, ...)} of earlier steps; jobs - tasks at a time: all processes
-    are taken to work until it is known better, for while what all cases need is made one does"""
-
-    def __init__(self, costs: dict[str, tuple[int, float, float]], jobs: int = 1) -> None:
-        self.jobs, self.tasks = jobs, 0
-        self.left = Counter[str]()
-        self.count = Counter({stage: n for stage, (n, _, _) in costs.items()})
-        self.seconds = Counter({stage: n * s for stage, (n, s, _) in costs.items()})
-        self.began: float | None = None  # when the first step was made: before, processes start
-        self.told = time.monotonic()
-        self.spent = 0.0
-
-    def made(self, steps: dict[str, float]) -> None:
-        """{stage: s} of steps that were made now."""
-        self.left.subtract(steps.keys())
-        self.count.update(steps.keys())
-        self.seconds.update(steps)
-        if self.began is None:
-            self.began = time.monotonic()
-            return
-        self.spent += sum(steps.values())
-        self.tasks += 1
-
-    @property
-    def seconds_left(self) -> float | None:
-        """None before a second task is done, and while a stage that is left was never made."""
-        left = {stage: n for stage, n in self.left.items() if n > 0}
-        if self.began is None or not self.spent or not all(self.count[stage] for stage in left):
-            return None
-        work = sum(n * self.seconds[stage] / self.count[stage] for stage, n in left.items())
-        went_by, assumed = time.monotonic() - self.began, ASSUMED * self.jobs
-        pace = (assumed / self.jobs + self.tasks * went_by / self.spent) / (assumed + self.tasks)
-        return work * pace
-
-    @property
-    def due(self) -> bool:
-        """Whether readers of the index were told a moment ago."""
-        now = time.monotonic()
-        if now - self.told < TOLD_EVERY:
-            return False
-        self.told = now
-        return True
 
 
 def _reason(error: Exception) -> str:

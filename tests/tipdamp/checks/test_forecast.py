@@ -11,17 +11,9 @@ import pytest
 
 from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import read
-from tipdamp.checks.forecast import (
-    COMMON,
-    Cost,
-    Machine,
-    Size,
-    advice,
-    estimate,
-    forecast,
-    measured,
-    size_of,
-)
+from tipdamp.checks.forecast import Cost, advice, estimate, forecast
+from tipdamp.checks.machine import COMMON, Machine, measured
+from tipdamp.checks.sizes import Size, size_of
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
 from tipdamp.results.static_results import InspectResult
@@ -198,11 +190,10 @@ def test_memory_is_warned_of():
     ],
 )
 def test_more_costs_more(more, stage, factor):
-    """Solutions by factors grow with the cube of 3 (2 H + 1) a slipping pair, by iterations with
-    the cube of the pairs alone and with H."""
-    one, other = (
-        forecast(size, COMMON)[stage] for size in (LARGE, Size(**{**vars(LARGE), **more}))
-    )
+    """Solutions by factors grow with the cube of 2 (2 H + 1) a slipping pair, by iterations with
+    the cube of the pairs alone and with H; multipliers know no H."""
+    size = replace(LARGE, stability="none")
+    one, other = (forecast(each, COMMON)[stage] for each in (size, replace(size, **more)))
     assert (
         max(other.at_most, other.seconds) > factor * max(one.at_most, one.seconds)
         and other.bytes >= one.bytes
@@ -210,12 +201,12 @@ def test_more_costs_more(more, stage, factor):
 
 
 def test_what_acts_is_counted_where_it_is_known():
-    """50 and 400 of 518 pairs at two levels, in place of a quarter at both."""
+    """50 and 400 of 518 pairs at two levels, in place of four in five at both."""
     size = replace(LARGE, curves=(3, 3))
     known = [forecast(replace(size, acting=n), COMMON)["respond"] for n in ((50, 400), (50, 50))]
     assert known[0].seconds > 20 * known[1].seconds
     assert known[0].at_most == known[1].at_most == forecast(size, COMMON)["respond"].at_most
-    assert known[1].seconds < forecast(size, COMMON)["respond"].seconds < known[0].seconds
+    assert known[1].seconds < known[0].seconds < forecast(size, COMMON)["respond"].seconds
 
 
 def test_a_slower_machine_takes_longer():
@@ -247,18 +238,19 @@ def test_inspect_says_it(tmp_path, capsys):
     )
     assert (
         size.pairs == 18
-        and size.curves == (3, 8, 11)
+        and size.curves == (3, 15)
+        and size.outputs == 18
         and set(costs) == {"reduce", "preload", "tune", "respond"}
     )
     assert np.isfinite([cost.seconds for cost in costs.values()]).all() and size.reduced == 99 + 8
 
 
 def test_a_law_by_its_step_alone_takes_its_time():
-    """At each instant of a period, however few the harmonics; compiled laws need a hundredth."""
+    """At each instant of a period, however few the harmonics; compiled laws need a tenth."""
     size = Size({"blades": (30, 0, 30)}, 10, (3,))
     own = [replace(size, instants=n) for n in (256, 512)]
     compiled, one, two = (forecast(k, COMMON)["respond"].seconds for k in (size, *own))
-    assert one > 10 * compiled and two == pytest.approx(2 * one, rel=0.1)
+    assert one > 6 * compiled and two == pytest.approx(2 * one, rel=0.1)
 
 
 @pytest.mark.parametrize("more, instants", [("", 256), ("\nsamples = 512", 512)])

@@ -67,12 +67,19 @@ def test_the_content_of_files_counts(sweep):
     assert {step.key for step in planned(path).steps} == after.keys()
 
 
-def test_cases_are_made_in_their_order(sweep):
-    """Of cases that are the same one is made."""
+def test_of_cases_that_are_the_same_one_is_made(sweep):
     text = OVER.replace("[60, 30, 15]", "[60, 30, 60]")
     found = planned(sweep(text))
     made = [task.case["model.pull"] for task in found.tasks if task.last.stage == "respond"]
-    assert (len(found.cases), made) == (9, [60] * 3 + [30] * 3)
+    assert (len(found.cases), sorted(made)) == (9, [30] * 3 + [60] * 3)
+    assert [task.turn for task in found.tasks] == list(range(len(found.tasks)))
+
+
+def test_what_a_task_needs_is_before_it(sweep):
+    there = set()
+    for task in planned(sweep(OVER)).tasks:
+        assert {step.key for step in task.before} <= there
+        there |= {step.key for step in task.steps}
 
 
 def test_steps_are_known_by_content(sweep):

@@ -12,20 +12,25 @@ import pytest
 
 from tests.robustness.rows import corner
 from tests.tipdamp.rig_study import CHAIN
+from tipdamp.checks.machine import COMMON
+from tipdamp.checks.sizes import size_of
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.memory import own_bytes
+from tipdamp.results.static_results import InspectResult
 from tipdamp.stages.run import run_stage
 from tipdamp.study.study import load_study
 from tipdamp.sweep import work
 from tipdamp.sweep.dataset import NETCDF, TABLE, dataset
-from tipdamp.sweep.estimate import _forecast, sweep_estimate
+from tipdamp.sweep.estimate import sweep_estimate
+from tipdamp.sweep.expected import reduced_bytes
 from tipdamp.sweep.index import Index
 from tipdamp.sweep.plan import SweepStep
 from tipdamp.sweep.rows import CurveRow
-from tipdamp.sweep.run import Clock, planned
+from tipdamp.sweep.run import planned
 from tipdamp.sweep.summary import status
+from tipdamp.sweep.work import product
 
 SWEEP = """
 [sweep.over]
@@ -148,8 +153,8 @@ def test_too_little_room_is_told_first(sweep, capsys, monkeypatch):
 def test_the_processes_are_in_the_memory(sweep, monkeypatch):
     """Beside what the stages need, each process holds the program; so does the one that waits."""
     monkeypatch.setattr("tipdamp.sweep.estimate.own_bytes", lambda: 3e8)
-    study, store = load_study(sweep), Store(sweep.parent / "results" / "study")
-    found = [sweep_estimate(planned(sweep)[0], study, store, jobs).memory for jobs in (1, 2)]
+    store = Store(sweep.parent / "results" / "study")
+    found = [sweep_estimate(*planned(sweep), sweep, store, jobs).memory for jobs in (1, 2)]
     stages = found[0] - 3e8
     assert stages > 0
     assert found[1] == pytest.approx(2 * stages + 3 * 3e8, rel=1e-12)
@@ -281,52 +286,6 @@ def test_curves_that_stop_for_one_reason_are_one_line(tmp_path):
     ]
 
 
-def test_time_left_follows_what_each_stage_takes(monkeypatch):
-    """Two processes: each response takes 2 s, and one is finished every second; the steps of
-    another stage that are still to be made count by their own time."""
-    now = [0.0]
-    monkeypatch.setattr("time.monotonic", lambda: now[0])
-    clock = Clock({"preload": (4, 8.0, 100.0)}, 2)
-    clock.left.update({"respond": 101, "preload": 5})
-    now[0] = 30.0  # until the first is made processes start
-    for _ in range(51):
-        clock.made({"respond": 2.0})
-        now[0] += 1.0
-    now[0] -= 1.0
-    assert clock.seconds_left == pytest.approx(50 * 1.0 + 5 * 4.0, rel=1e-12)
-
-
-def test_time_left_after_a_slow_beginning(monkeypatch):
-    """One of two processes makes what all cases need, 20 s; then both work, 8 s a case."""
-    now = [0.0]
-    monkeypatch.setattr("time.monotonic", lambda: now[0])
-    clock = Clock({}, 2)
-    clock.left.update({"reduce": 1, "respond": 20})
-    clock.made({"reduce": 10.0})
-    errors = []
-    for at in (12.0, 20.0, 24.0, 28.0, 32.0, 36.0):
-        now[0] = at
-        clock.made({"respond": 8.0})
-        true = 4.0 * clock.left["respond"]
-        errors.append(clock.seconds_left / true - 1)
-    assert max(map(abs, errors)) < 0.3
-
-
-def test_no_time_left_is_told_before_it_is_known(monkeypatch):
-    """Preloads alone say nothing of the responses that follow."""
-    now = [0.0]
-    monkeypatch.setattr("time.monotonic", lambda: now[0])
-    clock = Clock({})
-    clock.left.update({"preload": 3, "respond": 50})
-    for _ in range(3):
-        now[0] += 1.0
-        clock.made({"preload": 1.0})
-    assert clock.seconds_left is None
-    now[0] += 4.0
-    clock.made({"respond": 4.0})
-    assert clock.seconds_left == pytest.approx(49 * 4.0)
-
-
 def test_an_index_without_room(tmp_path):
     """What SQLite says of a full disk is an error of the machine."""
     with Index(tmp_path, write=True) as index:
@@ -357,7 +316,41 @@ def test_the_disk_of_reduced_bodies_is_estimated(tmp_path):
     """To a factor of three beside what `reduce` leaves of the corner's meshes."""
     study = load_study(corner(tmp_path))
     store = Store(tmp_path / "alone")
-    estimated = _forecast(study, store)[1]["reduce"]
+    run_stage("inspect", study, store, quiet=True)
+    estimated = reduced_bytes(size_of(study, InspectResult.load(store)))
     run_stage("reduce", study, store, quiet=True)
     left = sum(store.path(file).stat().st_size for file in store.outputs("reduce"))
     assert left / 3 < estimated < 3 * left
+
+
+def test_the_disk_of_a_sweep_is_estimated(sweep):
+    """To a factor of two beside what the finished steps take: levels count as often as cases have
+    them, whatever the study itself has."""
+    text = sweep.read_text().replace("harmonics = [1]", "harmonics = [1, 7]")
+    sweep.write_text(text.replace("levels = [5]", "levels = [1, 2, 3, 4, 5, 6, 7]"))
+    whole, content = planned(sweep)
+    store = Store(sweep.parent / "results" / "study")
+    estimated = sweep_estimate(whole, content, sweep, store, 1).disk
+    assert swept(sweep) == 0
+    left = sum(product(folder(sweep), step.key).stat().st_size for step in whole.steps)
+    assert left / 2 < estimated < 2 * left
+
+
+def test_the_time_of_a_sweep_is_estimated(matrices_study, monkeypatch):
+    """To a factor of two: 40 cases over pull and level took 98 s of CPU time, half of it the last
+    one, on a machine of this speed; two jobs need half as long."""
+    over = """
+[sweep.over]
+model.pull = [80, 60, 45, 30, 22]
+respond.levels = { start = 2, stop = 40, count = 8, spacing = "log" }
+"""
+    matrices_study.write_text(CHAIN.replace("harmonics = [1]", "harmonics = [3]") + over)
+    machine = replace(COMMON, flops=1.8e10, evaluation=1.7e-3)
+    monkeypatch.setattr("tipdamp.sweep.expected.measured", lambda: machine)
+    store = Store(matrices_study.parent / "results" / "study")
+    found = [
+        sweep_estimate(*planned(matrices_study), matrices_study, store, jobs).seconds
+        for jobs in (1, 2)
+    ]
+    assert 98 / 2 < found[0] < 2 * 98
+    assert found[1] == pytest.approx(found[0] / 2, rel=1e-12)

@@ -57,13 +57,16 @@ def test_time_left_counts_what_is_made_now(matrices_study, monkeypatch, capsys):
     for step in planned(matrices_study)[0].steps:
         if step.stage == "respond":
             product(folder(matrices_study), step.key).unlink()
-    counted, real = [], sweep_run.Clock.made
-    monkeypatch.setattr(
-        sweep_run.Clock, "made", lambda clock, steps: counted.extend(steps) or real(clock, steps)
-    )
+    counted, real = [], sweep_run.Clock.end
+
+    def end(clock, task, made):
+        counted.append([int(clock.left.sum()), sorted(made)])
+        real(clock, task, made)
+
+    monkeypatch.setattr(sweep_run.Clock, "end", end)
     capsys.readouterr()
     assert main(["sweep", str(matrices_study), "--jobs", "1"]) == 0
-    assert counted == ["respond"] * 2
+    assert [left for left, _ in counted] == [2, 1]
     last = capsys.readouterr().err.splitlines()[-1]
     assert "done  2 of 2 cases  " in last and "left" not in last
 
