@@ -19,11 +19,11 @@ FOLDER = Path(__file__).parents[2] / "docs" / "studies" / "two_blade_rig"
 EACH_SIDE = 113 / (2 * np.sin(np.pi / 4))  # N, frictionless balance between faces at 45 degrees
 
 
-def run(tmp_path_factory, damper, stages):
+def run(tmp_path_factory, damper, stages, size="1"):
     from tipdamp.meshes.two_blade_rig import main
 
     folder = tmp_path_factory.mktemp(damper)
-    main(["--damper", damper, "--out", str(folder / "meshes")])
+    main(["--damper", damper, "--size", size, "--out", str(folder / "meshes")])
     shutil.copy(FOLDER / f"{damper}.toml", folder)
     study = load_study(folder / f"{damper}.toml")
     store = results_folder(study, None)
@@ -111,7 +111,8 @@ def test_report_and_figures_are_there(asymmetric):
 
 @pytest.mark.parametrize("damper", ["wedge", "cylindrical"])
 def test_stuck_frequencies_of_other_dampers(tmp_path_factory, damper):
-    store = run(tmp_path_factory, damper, ["inspect", "reduce", "preload", "tune"])
+    """On coarse meshes: what follows from equal sides holds on any."""
+    store = run(tmp_path_factory, damper, ["inspect", "reduce", "preload", "tune"], size="0.5")
     for figures in store.read_json("preload.json")["sides"].values():
         assert figures["sum_N"] == pytest.approx(EACH_SIDE, rel=1e-6)
     stuck = store.read_json("tune.json")["stuck_hz"]
