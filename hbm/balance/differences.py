@@ -12,13 +12,18 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import Contacts, Motion
 
+LEAST = 1e-15  # m: of a motion, of which a step returns more than rounding
+
 
 def check_derivatives(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
     """InputError where the tangents of a law are not the derivatives of its step, in steps of the
     cycles x (P, nd, nh).
 
     For the start of a curve: of a few contacts; kinks, which differences cannot pass, may be in a
-    quarter of the steps."""
+    quarter of the steps. Contacts that do not move but by rounding, as by symmetry, tell nothing.
+    """
+    if 0 < np.abs(x).max(initial=0.0) < LEAST:
+        return
     at = np.argsort(-np.abs(x).sum(axis=(1, 2)))[:8]
     for what, found, expected, allowed in tangents_and_differences(
         law.select(at), contacts.select(at), x[at], omega

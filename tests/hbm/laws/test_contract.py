@@ -10,6 +10,7 @@ from tests.hbm.cases import solve
 from tests.hbm.conformance import LAWS, located_slider, mixed, one_dof, own_law, random_case
 from tipdamp.hbm import fourier, laws
 from tipdamp.hbm.balance import aft
+from tipdamp.hbm.balance.differences import check_derivatives
 from tipdamp.hbm.balance.problem import contact_problem
 from tipdamp.hbm.comparison import compare_point
 from tipdamp.hbm.errors import InputError
@@ -222,6 +223,25 @@ def test_parameters_out_of_place_are_refused(make, message):
 @pytest.mark.parametrize("name", ["dahl", "bouc_wen"])
 def test_documented_laws_meet_their_references(name):
     own_law(name).main()
+
+
+def test_a_motion_of_rounding_says_nothing_of_the_derivatives():
+    """Contacts that by symmetry do not move along their tangent: the step of Dahl's law returns
+    rounding there, and the law is right; a wrong one is told where contacts move."""
+    contacts = laws.Contacts(
+        kn=np.zeros(3), kt=np.full(3, 1e6), mu=np.full(3, 0.5), preload=np.full(3, 20.0)
+    )
+    x = np.random.default_rng(1).normal(size=(3, 1, 2 * H + 1))
+    check_derivatives(Dahl(), contacts, 1e-21 * x, 6e3)
+    check_derivatives(Dahl(), contacts, 1e-7 * x, 6e3)
+
+    class NotAnalytic(Dahl):
+        def step(self, motion, state, contacts):
+            force, new = super().step(motion, state, contacts)
+            return np.sqrt(force * np.conj(force)), new
+
+    with pytest.raises(InputError, match="not the derivatives"):
+        check_derivatives(NotAnalytic(), contacts, 1e-5 * x, 6e3)
 
 
 @each_start

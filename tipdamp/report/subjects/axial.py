@@ -35,6 +35,14 @@ def station_sums(results: Results, pairs: ContactTable) -> tuple[np.ndarray, np.
     return x[order], total[order]
 
 
+def parted(stations: np.ndarray, *values: np.ndarray) -> list[np.ndarray]:
+    """Each of the values (s,) of stations, in the order of the axis as the first of them says, with
+    nan where detached stations lie between: a line through them is parted there."""
+    order = np.argsort(values[0])
+    apart = 1 + np.flatnonzero(np.abs(np.diff(stations[order])) > 1)
+    return [np.insert(one[order], apart, np.nan) for one in values]
+
+
 def load_of(pairs: ContactTable) -> tuple[np.ndarray, str]:
     """(P,) preload in N and its name; of contact points, which stand for unlike areas, the pressure
     in N/mm2."""

@@ -26,7 +26,7 @@ from tipdamp.hbm.drawing.figure import (
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects.amplitudes import level_title, orders_of
-from tipdamp.report.subjects.axial import AXIAL, of_side, side_title
+from tipdamp.report.subjects.axial import AXIAL, of_side, parted, side_title
 from tipdamp.report.text import MICRO, hertz, listing, number, percent
 from tipdamp.results.loops import Loops
 from tipdamp.results.response_results import PeakCycle
@@ -137,15 +137,12 @@ def _work(results: Results, pairs: Sequence[str], kept: ContactTable, side: str)
     names = np.array(pairs)[kept.side == side].tolist()
     stations = np.unique(mine.station)
     x = np.array([results.along(mine)[mine.station == s].mean() for s in stations])
-    order = np.argsort(x)
-    # detached stations between the ends part the line
-    apart = 1 + np.flatnonzero(np.abs(np.diff(stations[order])) > 1)
     items: list[Item] = [Line("y", 0.0, dash="solid")]
     for one, color in zip(results.periods, level_colors(len(results.periods)), strict=True):
         work = MICRO * np.array([one.friction_J[name] for name in names])
         sums = np.array([work[mine.station == s].sum() for s in stations])
-        at, parted = (np.insert(values[order], apart, np.nan) for values in (x, sums))
-        items.append(Curve(at, parted, f"Fe = {one.Fe_N:g} N", color))
+        along, parts = parted(stations, x, sums)
+        items.append(Curve(along, parts, f"Fe = {one.Fe_N:g} N", color))
     return Panel(side_title(results, side), AXIAL, "friction work (µJ per period)", items)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from tipdamp.hbm.drawing.figure import Curve, Figure, Item, Marks, Panel, level_colors
 from tipdamp.report.results import Results
-from tipdamp.report.subjects.axial import AXIAL, of_side, side_title
+from tipdamp.report.subjects.axial import AXIAL, of_side, parted, side_title
 
 HOUR = 3600.0  # s
 MM2 = 1e6  # of a m2
@@ -39,13 +39,15 @@ def figure(results: Results) -> Iterator[Figure]:
 
 
 def _levels(results: Results, side: str, per_area: bool) -> Iterator[Item]:
-    assert results.cycles is not None
+    assert results.cycles is not None and results.kept is not None
+    carrying = results.kept.select(results.kept.carrying)
+    stations = np.unique(of_side(carrying, side).station)
     for one, color in zip(results.periods, level_colors(len(results.periods)), strict=True):
         power = [one.hz * one.friction_J[name] for name in results.cycles.pairs]
         x, work = wear_index(results, power, side, per_area)
         if len(x):
-            order = np.argsort(x)
-            yield Curve(x[order], work[order], "", color)
+            along, parts = parted(stations, x, work)
+            yield Curve(along, parts, "", color)
             yield Marks(x, work, f"Fe = {one.Fe_N:g} N", color, size=5)
 
 
