@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.tipdamp import corner_study
+from tests.tipdamp.checks.test_sizes import SIDE
 from tests.tipdamp.rig_study import read
 from tipdamp.checks.forecast import Cost, advice, estimate, forecast
 from tipdamp.checks.machine import COMMON, Machine, measured
@@ -112,21 +113,8 @@ def test_what_makes_many_pairs_fewer(tmp_path, unlike, contact, told):
     """Six dofs for each pair of nodes become cells by way of contact points; those of surfaces are
     such already."""
     study = load_study(corner_study.write(tmp_path, change=[("mu = 0.3", f"mu = 0.3\n{contact}")]))
-    side = dict(
-        pairs=259,
-        stations=1,
-        rows=1,
-        length_m=1,
-        across_m=1,
-        mean_normal=[0, 0, 1],
-        normals_within_deg=0,
-        off_surface_deg=None,
-        apart_along_n_m=[0, 0],
-        apart_across_m=0,
-        force_per_pull=1,
-        trouble=None,
-        area_m2=1.0 if unlike else None,
-    )
+    own = {"pairs": 259, "stations": 1, "rows": 1, "area_m2": 1.0 if unlike else None}
+    side = {**SIDE, **own}
     found = InspectResult(
         bodies={"blades": {"free_dofs": 43000}, "damper": {"free_dofs": 12000}},
         pairs={"one": 259, "two": 259},
