@@ -28,8 +28,7 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io.npz import save_npz
-from tipdamp.hbm.io.untrusted import open_npz
+from tipdamp.hbm.io.npz import open_npz, save_npz
 
 
 @dataclass(frozen=True)

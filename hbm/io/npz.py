@@ -1,11 +1,17 @@
-"""Arrays into .npz."""
+"""Arrays into .npz, and from files that may come from anybody: no code, and no more memory than
+there is."""
 
+import math
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import ArrayLike
+
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.memory import available_bytes
 
 
 def save_npz(path: str | Path, /, *, packed: bool = False, **arrays: ArrayLike) -> None:
@@ -20,3 +26,54 @@ def save_npz(path: str | Path, /, *, packed: bool = False, **arrays: ArrayLike) 
         for name, values in arrays.items():
             with file.open(f"{name}.npy", "w", force_zip64=True) as member:
                 npy.write_array(member, np.asanyarray(values), allow_pickle=False)
+
+
+def open_npz(path: str | Path, packed: bool = False) -> Any:
+    """As np.load without pickles; the sizes that the file declares are checked before anything is
+    unpacked.
+
+    packed : whether its arrays may be compressed, as in files of other programs. Raises InputError
+    where they declare more than the file holds, or than there is memory; errors of np.load stay
+    what they are.
+    """
+    path = Path(path)
+    if path.exists() and not path.is_file():  # a pipe or a device, which may never end
+        raise InputError(f"{path}: is not a file")
+    if zipfile.is_zipfile(path):
+        try:
+            with zipfile.ZipFile(path) as z:
+                total = sum(_declared(path, z, member) for member in z.infolist())
+        # encrypted, or packed in an unknown way
+        except (RuntimeError, NotImplementedError) as error:
+            raise ValueError(error) from None
+        there = available_bytes()
+        if not packed and total > path.stat().st_size:
+            raise InputError(
+                f"{path}: its arrays declare {total} bytes, the file has {path.stat().st_size}; "
+                "it was not written by this program"
+            )
+        if 2 * total > there:  # what is made of them needs some too
+            raise InputError(
+                f"{path}: its arrays take {total / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are "
+                "available"
+            )
+    return np.load(path, allow_pickle=False)
+
+
+def _declared(path: Path, z: zipfile.ZipFile, member: zipfile.ZipInfo) -> int:
+    """Bytes of a member when it is unpacked; InputError where its own header says something
+    else."""
+    if not member.filename.endswith(".npy"):
+        return member.file_size
+    with z.open(member) as file:
+        version = npy.read_magic(file)
+        shape, _, kind = (
+            npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
+        )(file)
+        size = file.tell() + math.prod(shape) * kind.itemsize
+    if not kind.hasobject and size != member.file_size:
+        raise InputError(
+            f"{path}: '{member.filename[:-4]}' is of shape {shape}, which takes {size} bytes, and "
+            f"has {member.file_size}: damaged"
+        )
+    return size

@@ -10,8 +10,7 @@ import numpy as np
 from tipdamp.hbm import tables
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io.npz import save_npz
-from tipdamp.hbm.io.untrusted import open_npz
+from tipdamp.hbm.io.npz import open_npz, save_npz
 
 if TYPE_CHECKING:
     import pandas

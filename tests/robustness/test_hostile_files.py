@@ -19,7 +19,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io import untrusted
 from tipdamp.hbm.io.matrices_in import read_matrix
-from tipdamp.hbm.io.untrusted import open_npz
+from tipdamp.hbm.io.npz import open_npz
 from tipdamp.readers.dispatch import read_mesh
 
 LITTLE = 100e6  # bytes, for files of some kB

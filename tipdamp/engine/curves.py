@@ -29,8 +29,7 @@ from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.curve.journal import Journal, JournalBlock, StaleJournal
 from tipdamp.hbm.curve.options import PointsOfInterest
 from tipdamp.hbm.curve.probes import more_harmonics
-from tipdamp.hbm.io.npz import save_npz
-from tipdamp.hbm.io.untrusted import open_npz
+from tipdamp.hbm.io.npz import open_npz, save_npz
 from tipdamp.hbm.laws import ContactLaw, Contacts
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.result import ForcedResponse

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tipdamp.hbm.curve.cycles import ContactCycles
-from tipdamp.hbm.io.npz import save_npz
-from tipdamp.hbm.io.untrusted import open_npz
+from tipdamp.hbm.io.npz import open_npz, save_npz
 
 
 class Loops(NamedTuple):

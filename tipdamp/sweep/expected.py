@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -69,8 +69,10 @@ def expected(
     return {}
 
 
-def _some(cases: Sequence[Case]) -> Sequence[Case]:
-    return cases[:: max(len(cases) // SAMPLED, 1)]
+def _some(cases: Sequence[Case]) -> list[Case]:
+    """Both ends among them, where ranges are the largest."""
+    places = np.linspace(0, len(cases) - 1, min(len(cases), SAMPLED)).round().astype(int)
+    return [cases[i] for i in places]
 
 
 def _means(sizes: Mapping[str, Sequence[Size]], machine: Machine) -> dict[str, Expected]:
@@ -81,7 +83,9 @@ def _means(sizes: Mapping[str, Sequence[Size]], machine: Machine) -> dict[str, E
 
 
 def _mean(steps: Sequence[Expected]) -> Expected:
-    return Expected(*np.mean([astuple(step) for step in steps], axis=0).tolist())
+    """Of time and disk, which add up; the memory is that of the largest step."""
+    mean = Expected(*np.mean([astuple(step) for step in steps], axis=0).tolist())
+    return replace(mean, memory=max(step.memory for step in steps))
 
 
 def _step(stage: str, size: Size, costs: Mapping[str, Cost]) -> Expected:

@@ -160,6 +160,20 @@ def test_the_processes_are_in_the_memory(sweep, monkeypatch):
     assert found[1] == pytest.approx(2 * stages + 3 * 3e8, rel=1e-12)
 
 
+@pytest.mark.parametrize("harmonics", [[[1], [1], [25]], [[25], [1], [1]]])
+def test_the_memory_is_that_of_the_largest_case(sweep, harmonics):
+    """Small cases beside a large one need what the large one needs alone, not a mean of them."""
+    store = Store(sweep.parent / "results" / "study")
+
+    def memory(orders):
+        sweep.write_text(KILO + f"\n[sweep.over]\nrespond.harmonics = {orders}\n")
+        own = own_bytes()
+        return sweep_estimate(*planned(sweep), sweep, store, 1).memory - own
+
+    assert memory(harmonics) == pytest.approx(memory([[25]]), abs=2e6)
+    assert memory([[25]]) > memory([[1]]) + 1e7
+
+
 def test_the_program_is_some_hundred_megabytes():
     """What a fresh process with the finite elements and the equations holds."""
     assert 5e7 < own_bytes() < 2e10
