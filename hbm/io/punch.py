@@ -56,9 +56,8 @@ def read_punch(path: str | Path) -> tuple[dict[str, sp.csr_matrix], tuple[Label,
 def write_punch(path: str | Path, matrices: Mapping[str, Any], labels: Sequence[Label]) -> None:
     """Symmetric matrices {name: (r, r)} with the labels (node, dof) of their rows.
 
-    Numbers have the 10 digits that a field of 16 columns holds, 9 with an exponent of three; a line
-    each for up to r (r + 1) / 2 entries, 57 bytes long. Raises InputError for a node of more than 8
-    digits.
+    Numbers have the 10 digits that a field of 16 columns holds; a line each for up to r (r + 1) / 2
+    entries, 57 bytes long. Raises InputError for a node of more than 8 digits.
     """
     large = next((node for node, _ in labels if node > LARGEST), None)
     if large is not None:
@@ -81,9 +80,9 @@ def _label(fields: str) -> tuple[int, int]:
 
 
 def _field(value: float) -> str:
-    """16 columns."""
+    """16 columns; an exponent of three digits leaves no room for its letter."""
     text = f"{value:16.9E}"
-    return (text if len(text) == 16 else f"{value:16.8E}").replace("E", "D")
+    return text.replace("E", "D" if len(text) == 16 else "")
 
 
 def _number(field: str) -> float:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -52,6 +52,7 @@ def test_op4_keeps_every_bit(tmp_path_factory, matrix):
 
 @settings(max_examples=40, deadline=None)
 @given(doubles, st.sets(st.tuples(st.integers(1, 99999999), st.integers(0, 6)), min_size=6))
+@example(np.array([[-1.0], [1.0000000049e-241]]), {(1, i) for i in range(6)})
 def test_punch_keeps_ten_digits_and_names(tmp_path_factory, half, names):
     """Rows that are empty are not in the file: all others come back by their names."""
     path = tmp_path_factory.mktemp("pch") / "a.pch"
