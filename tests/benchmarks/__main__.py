@@ -35,6 +35,7 @@ RUNS = (
     "many_points",
     "jobs",
     "sweeps",
+    "trust",
 )
 
 

@@ -145,6 +145,7 @@ SUBJECT = Subject(
     rows,
     {"reason of an incomplete curve": 0.0, "equation of motion": LIMIT},
     long=lambda: rows(COUNT),
+    quick=lambda: rows(8),
 )
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ def blade():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("samples", [128, 256])
+@pytest.mark.parametrize("samples", [64, 128])
 def test_the_error_of_the_samples_is_estimated(samples):
     """Against 16 times as many samples, and harmonics enough that these are all."""
     curve = blade().follow_band((780, 840), outputs=ROW, harmonics=9, samples=samples, at=PLACES)
