@@ -1,7 +1,7 @@
 """Studies side by side: what was computed of them and the peaks of it."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -111,5 +111,13 @@ def compared(
 ) -> ComparedStudies:
     """The comparison of what was computed."""
     computed = tuple(computed)
-    peaks = (peak for one in computed for peak in peaks_of(one.results, one.name, one.scatter))
-    return ComparedStudies(computed, tuple(peaks), tuple(failed))
+    peaks = [peak for one in computed for peak in peaks_of(one.results, one.name, one.scatter)]
+    return ComparedStudies(computed, finest(peaks), tuple(failed))
+
+
+def finest(peaks: Sequence[ComparedPeak]) -> tuple[ComparedPeak, ...]:
+    """Those of the most harmonics, of what is otherwise the same."""
+    most: dict[tuple, int] = {}
+    for one in peaks:
+        most[one.place, one.scatter] = max(one.H, most.get((one.place, one.scatter), 0))
+    return tuple(one for one in peaks if one.H == most[one.place, one.scatter])

@@ -21,7 +21,7 @@ from tipdamp.sweep.run import folder_of
 from tipdamp.sweep.work import products, unpack
 
 # keys by which cases stand at different places of a comparison; others make its scatter
-PLACES = ("damper.pull", "model.pull", "respond.levels", "respond.band")
+PLACES = ("damper.pull", "model.pull", "respond.levels", "respond.band", "respond.harmonics")
 # laws whose forces double with all motions and preloads
 DOUBLE = ("Jenkins1D", "DryFriction1T", "DryFriction2T", "UnilateralSpring", "IsotropicFriction")
 ALIKE = 1e-6  # of the largest preload

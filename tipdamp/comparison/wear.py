@@ -20,7 +20,7 @@ def figures(comparison: ComparedStudies) -> Iterator[Figure]:
             "wear",
             "Wear index at the best pull",
             "Work of friction per hour and length of the damper, or area of the contact where all "
-            "studies know it, at the kept stations, while "
+            "studies know it or the width of their sides, at the kept stations, while "
             "the blades vibrate at the peak of blade 1 at the level with the best Fc/Fe of each "
             "study, at the first of its pulls. Wear grows with it (Archard), and it grows with the "
             "square of pull and force at one Fc/Fe.",
@@ -69,6 +69,6 @@ def _marks(comparison: ComparedStudies, phase: Phase, side: str) -> Iterator[Ite
 
 
 def has_areas(comparison: ComparedStudies) -> bool:
-    """Whether all contacts of all studies know theirs."""
+    """Whether all contacts of all studies know theirs, or the width of their sides."""
     kept = [one for one in comparison.studies.values() if one.kept is not None]
     return bool(kept) and all(map(wear.has_areas, kept))

@@ -1,6 +1,7 @@
 """The tasks of a sweep on a cluster of dask.distributed: the same work for the same store, which
 all its processes must see under the same path."""
 
+import asyncio
 import logging
 import platform
 from collections.abc import Callable, Iterator, Sequence
@@ -121,15 +122,28 @@ def cluster(address: str, jobs: int, folder: Path) -> Iterator[Cluster]:
             return
         _check_address(address)
         try:
+            asyncio.run(asyncio.wait_for(_ask(address), ANSWER))
             client = Client(address, timeout=ANSWER, set_as_default=False)
-        except (OSError, ValueError, TimeoutError) as error:
-            said = shown(" ".join(str(error).split()), 200)
+        except Exception as error:  # whatever comes of what another program says
+            said = shown(" ".join(str(error).split()) or "silence", 200)
             raise InputError(
                 f"--scheduler {address}: no scheduler of dask answers there within {ANSWER:g} s "
                 f"({said}); start one with: dask scheduler"
             ) from None
         with client:
             yield Cluster(client, _checked(client, address, folder))
+
+
+async def _ask(address: str) -> None:
+    """Before a client is made, which has no limit of time for what accepts and stays silent;
+    ConnectionError where something else than a scheduler answers."""
+    from distributed import Security
+    from distributed.core import rpc
+
+    async with rpc(address, connection_args=Security().get_connection_args("client")) as there:
+        answer = await there.identity()
+    if answer.get("type") != "Scheduler":
+        raise ConnectionError(f"a {answer.get('type')} does")
 
 
 def _check_address(address: str) -> None:

@@ -4,10 +4,12 @@ by the forecast for some of its cases."""
 import shutil
 from collections import Counter
 from dataclasses import dataclass
+from math import isnan, nan
 from pathlib import Path
 
 from tipdamp.engine.progress import duration
 from tipdamp.engine.store import Store
+from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.memory import available_bytes, own_bytes
 from tipdamp.sweep.expected import Expected, expected
 from tipdamp.sweep.index import FILE, Index
@@ -20,7 +22,8 @@ Costs = dict[str, tuple[int, float, float]]  # as `Index.costs`
 @dataclass(frozen=True)
 class SweepEstimate:
     """cases; done - of them; to_make {stage: steps}; seconds, with so many jobs, and bytes on disk;
-    memory - bytes at once; free - bytes of the disk, available - of the memory."""
+    memory - bytes at once; free - bytes of the disk, available - of the memory. nan where it is not
+    known, and unlooked - why the study could not be looked at."""
 
     cases: int
     done: int
@@ -31,6 +34,7 @@ class SweepEstimate:
     free: float
     memory: float
     available: float
+    unlooked: str = ""
 
     @property
     def text(self) -> str:
@@ -38,11 +42,17 @@ class SweepEstimate:
         if not self.to_make:
             return f"{self.cases} cases, nothing to make"
         steps = ", ".join(f"{count} {stage}" for stage, count in self.to_make.items())
+        told = f"{self.cases} cases, {self.done} of them there; to make: {steps}"
+        if isnan(self.seconds):
+            return f"{told}; time, disk and memory are not known: {self.unlooked}"
+        memory = (
+            f"memory is not known: {self.unlooked}"
+            if self.unlooked
+            else f"{_size(self.memory)} of memory of {_size(self.available)} available"
+        )
         return (
-            f"{self.cases} cases, {self.done} of them there; to make: {steps}; about "
-            f"{duration(self.seconds)} with {self.jobs} job{'s' * (self.jobs > 1)}, "
-            f"{_size(self.disk)} on disk of {_size(self.free)} free, {_size(self.memory)} of "
-            f"memory of {_size(self.available)} available"
+            f"{told}; about {duration(self.seconds)} with {self.jobs} job{'s' * (self.jobs > 1)}, "
+            f"{_size(self.disk)} on disk of {_size(self.free)} free, {memory}"
         )
 
     @property
@@ -84,7 +94,11 @@ def sweep_estimate(
         with Index(folder) as index:
             made = index.costs()
     to_make = Counter(step.stage for step in whole.steps if step.key not in there)
-    likely = expected(whole, there, (path, content), store)
+    likely, unlooked = dict[str, Expected](), ""
+    try:
+        likely = expected(whole, there, (path, content), store)
+    except (InputError, OSError) as error:
+        unlooked = " ".join(str(error).split())
     processes = jobs + (jobs > 1)  # each with the program, about as much as this one
     seconds = disk = 0.0
     for stage, count in to_make.items():
@@ -101,8 +115,9 @@ def sweep_estimate(
         jobs,
         disk,
         shutil.disk_usage(_existing(folder)).free,
-        jobs * max((one.memory for one in likely.values()), default=0.0) + processes * own_bytes(),
+        jobs * max((one.memory for one in likely.values()), default=nan) + processes * own_bytes(),
         available_bytes(),
+        unlooked,
     )
 
 

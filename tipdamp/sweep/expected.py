@@ -1,8 +1,8 @@
 """What the steps of a sweep should cost, by the forecast for some of its cases."""
 
 from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import astuple, dataclass, replace
+from math import nan
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,6 @@ from tipdamp.checks.forecast import SETTINGS, Cost, forecast
 from tipdamp.checks.machine import COMMON, Machine, measured
 from tipdamp.checks.sizes import Size, size_of
 from tipdamp.engine.store import Store
-from tipdamp.hbm.errors import InputError
 from tipdamp.results.static_results import InspectResult
 from tipdamp.stages.run import run_stage
 from tipdamp.study.study import load_study, study_of
@@ -37,36 +36,35 @@ TAIL = 1.4
 
 @dataclass(frozen=True)
 class Expected:
-    """Of a step of a stage: each - s, and once - for each process; disk, memory - bytes."""
+    """Of a step of a stage: each - s, and once - for each process; disk, memory - bytes. nan where
+    nothing is known."""
 
-    each: float = LEAST_SECONDS
-    once: float = 0.0
-    disk: float = STEP_BYTES[CURVES][0]
-    memory: float = 0.0
+    each: float = nan
+    once: float = nan
+    disk: float = nan
+    memory: float = nan
 
 
 def expected(
     whole: Plan, there: Collection[str], study: tuple[Path, dict], store: Store
 ) -> dict[str, Expected]:
     """{stage: means} of the steps of a plan that are not there; study - its file and the content;
-    {} where it cannot be looked at."""
+    InputError or OSError where it cannot be looked at."""
     path, content = study
     cases: dict[str, list[Case]] = {}
     for task in whole.tasks:
         for step in task.steps:
             if step.key not in there:
                 cases.setdefault(step.stage, []).append(task.case)
-    with suppress(InputError, OSError):
-        run_stage("inspect", load_study(path), store, quiet=True)
-        found = InspectResult.load(store)
-        sizes = {
-            stage: [size_of(study_of(path, content_of(content, case)), found) for case in some]
-            for stage, some in ((stage, _some(every)) for stage, every in cases.items())
-        }
-        likely = _means(sizes, COMMON)
-        seconds = sum(len(cases[stage]) * one.each for stage, one in likely.items())
-        return likely if seconds < SETTINGS.short else _means(sizes, measured())
-    return {}
+    run_stage("inspect", load_study(path), store, quiet=True)
+    found = InspectResult.load(store)
+    sizes = {
+        stage: [size_of(study_of(path, content_of(content, case)), found) for case in some]
+        for stage, some in ((stage, _some(every)) for stage, every in cases.items())
+    }
+    likely = _means(sizes, COMMON)
+    seconds = sum(len(cases[stage]) * one.each for stage, one in likely.items())
+    return likely if seconds < SETTINGS.short else _means(sizes, measured())
 
 
 def _some(cases: Sequence[Case]) -> list[Case]:

@@ -63,18 +63,19 @@ def run_sweep(
 
     Raises BlockingIOError while another sweep works there; OSError where the disk is full."""
     path, folder = Path(path), folder_of(store)
-    with Store(folder).lock(), Index(folder, write=True) as index:
+    with Store(folder).lock():
         shutil.rmtree(folder / "working", ignore_errors=True)  # of processes that were killed
         whole, content = planned(path)
         tell(sweep_estimate(whole, content, path, store, workers.jobs))
-        index.begin(whole.cases, whole.last, whole.chains)
         units = units_of_keys(list(whole.cases[0]), content)
-        index.say(study=str(path.absolute()), units=units, left=None)
         common = SweepWork(path.absolute(), content, folder.absolute(), ALLOWED.get())
-        sweep = _Running(common, whole, index, workers)
-        sweep.take_stock(retry)
-        with display(quiet=quiet).job("sweep", patience=0.0) as tick:
-            sweep.run(tick)
+        with Index(folder, write=True) as index:  # none of a study that is refused
+            index.begin(whole.cases, whole.last, whole.chains)
+            index.say(study=str(path.absolute()), units=units, left=None)
+            sweep = _Running(common, whole, index, workers)
+            sweep.take_stock(retry)
+            with display(quiet=quiet).job("sweep", patience=0.0) as tick:
+                sweep.run(tick)
     return [one for one in (write_table(folder), write_netcdf(folder)) if one]
 
 

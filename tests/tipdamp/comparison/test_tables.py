@@ -12,7 +12,7 @@ from tipdamp.comparison import events, stress, tables
 from tipdamp.comparison.figures import optimisation, responses
 from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
-from tipdamp.comparison.record import ComparedStudies, Computed
+from tipdamp.comparison.record import ComparedStudies, Computed, finest
 from tipdamp.comparison.swept import follows_ratio
 from tipdamp.comparison.wear import figures, has_areas
 from tipdamp.hbm.drawing.figure import Marks
@@ -25,6 +25,8 @@ from tipdamp.study.law import LawChoice
 def level(name, Fe, height, **other):
     """Friction takes a tenth of what the force puts in at 2800 Hz."""
     given = {
+        "scatter": "",
+        "H": 3,
         "pull": 100.0,
         "hz": 2800.0,
         "error": 0.0,
@@ -37,11 +39,9 @@ def level(name, Fe, height, **other):
     }
     return ComparedPeak(
         study=name,
-        scatter="",
         phase="out_of_phase",
         blade=1,
         Fe=Fe,
-        H=3,
         m_per_N=height,
         **given | other,
     )
@@ -233,6 +233,13 @@ def test_scatter_names_what_varies(tmp_path):
     named = [name for name in figure.legend if "scatter" in name]
     assert named == ["scatter of contact.mu and tune.stations"]
     assert "Bars: from the least to the largest of the scatter." in figure.caption
+
+
+def test_the_most_harmonics_of_a_level_count():
+    """Of cases that are otherwise the same; those of the scatter stay beside them."""
+    three, four = level("a", 1.0, 1e-6), level("a", 1.0, 2e-6, H=4)
+    bar, alone = level("a", 1.0, 3e-6, scatter="contact.mu = 0.5"), level("a", 2.0, 1e-6)
+    assert finest([three, bar, four, alone]) == (bar, four, alone)
 
 
 def test_one_level_has_no_best_pull(tmp_path):

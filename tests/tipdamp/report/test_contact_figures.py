@@ -12,6 +12,7 @@ from tipdamp.hbm.drawing.figure import Line, Tiles, edges
 from tipdamp.report.drawing import matplotlib, plotly, table
 from tipdamp.report.subjects import friction, tuning, wear
 from tipdamp.results.response_results import CyclesResult, PeakCycle
+from tipdamp.results.static_results import SideStiffness
 
 
 @pytest.fixture
@@ -95,6 +96,20 @@ def test_wear_index_of_every_level(drawn, tmp_path):
     ]
     stuck = results.cycles.model_copy(update={"curves": tuple(least)})
     assert list(wear.figure(replace(results, cycles=stuck))) == []
+
+
+def test_wear_of_lines_whose_width_is_known(drawn):
+    """The power of a station over its length times the width: stated of the flat side, of the round
+    one twice the half-width that its stiffness was found with."""
+    results, kept, _ = drawn
+    assert results.study.sides["right"].width == 1.6e-3
+    strip = {"left": SideStiffness.model_construct(half_width_m=5e-5)}
+    preload = results.preload.model_copy(update={"stiffness": strip})
+    (figure,) = wear.figure(replace(results, preload=preload))
+    assert [one.y_label for one in figure.panels] == ["friction work (J per mm² and hour)"] * 2
+    (per_length,) = wear.figure(results)
+    for panel, line, mm in zip(figure.panels, per_length.panels, (0.1, 1.6), strict=True):
+        assert panel.items[1].y * mm == pytest.approx(line.items[1].y, rel=1e-12)
 
 
 def test_names_beside_the_states(drawn, tmp_path):

@@ -15,11 +15,13 @@ def scheduler():
 
 @contextmanager
 def worker(address, folder=None):
-    """One that is ready; folder - where it starts, and looks for packages first."""
+    """(process, address) of one that is ready; folder - where it starts, and looks for packages
+    first."""
     options = ("--nthreads", "1", "--no-nanny")
     with _started("worker", address, *options, folder=folder) as process:
+        own = _told(process, r"Start worker at:\s+(tcp://\S+)")
         _told(process, r"Registered to:\s+(\S+)")
-        yield process
+        yield process, own
 
 
 @contextmanager

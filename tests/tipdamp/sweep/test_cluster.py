@@ -3,7 +3,10 @@
 import os
 import shutil
 import signal
+import socket
+import threading
 import time
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -121,6 +124,49 @@ def test_nobody_answers(sweep, monkeypatch, capsys):
     assert error.count("\n") == 1
     assert "no scheduler of dask answers there within 1 s" in error
     assert swept(sweep, "--scheduler", "nonsense://x") == 2
+
+
+@contextmanager
+def listening(answer):
+    """Address at which a port accepts every connection and answers so, or is silent."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def accept():
+            with ExitStack() as kept, suppress(OSError):  # until it is shut down
+                while True:
+                    connection = kept.enter_context(server.accept()[0])
+                    if answer:
+                        connection.sendall(answer)
+
+        thread = threading.Thread(target=accept)
+        thread.start()
+        yield f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        server.shutdown(socket.SHUT_RDWR)
+        thread.join()
+
+
+@pytest.mark.parametrize(
+    "answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n"], ids=["silent", "HTTP"]
+)
+def test_something_else_listens_there(sweep, monkeypatch, capfd, answer):
+    """A port that accepts and says nothing is not waited for longer than one that is closed; what
+    another protocol says is not read as the length of a message."""
+    monkeypatch.setattr(cluster, "ANSWER", 1.0)
+    began = time.monotonic()
+    with listening(answer) as address:
+        assert swept(sweep, "--scheduler", address) == 2
+    assert time.monotonic() - began < 10.0
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1
+    assert "no scheduler of dask answers there within 1 s" in error
+
+
+@pytest.mark.slow
+def test_a_worker_is_no_scheduler(sweep, monkeypatch, capfd):
+    with scheduler() as (_, address), worker(address) as (_, own):
+        assert swept(sweep, "--scheduler", own) == 2
+    error = capfd.readouterr().err
+    assert error.count("\n") == 1 and "(a Worker does)" in error
 
 
 @pytest.mark.parametrize("address", ["nonsense", "host", "tcp://host", "nonsense://x"])

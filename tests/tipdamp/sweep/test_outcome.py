@@ -144,6 +144,27 @@ def test_the_estimate_alone(sweep, capsys):
     assert capsys.readouterr().out == "estimate    4 cases, nothing to make\n"
 
 
+def test_what_cannot_be_looked_at_has_no_estimate(sweep, capsys):
+    """No figures of nothing, but why; once every stage was made, time and disk are those of its
+    steps."""
+    model = sweep.with_name("model.npz")
+    matrix = model.read_bytes()
+    model.write_bytes(b"damaged")
+    assert swept(sweep, "--dry-run") == 0
+    told = capsys.readouterr().out
+    assert "to make: 1 reduce, 2 preload, 2 tune, 4 respond; " in told
+    assert "; time, disk and memory are not known: " in told and f"{model}: is not an .npz" in told
+    assert "about" not in told and " free" not in told
+    model.write_bytes(matrix)
+    assert swept(sweep) == 0
+    model.write_bytes(b"damaged")
+    capsys.readouterr()
+    assert swept(sweep, "--dry-run") == 0
+    told = capsys.readouterr().out
+    assert "to make: 1 reduce, 2 preload, 2 tune, 4 respond; about" in told
+    assert "free, memory is not known: " in told and f"{model}: is not an .npz" in told
+
+
 def test_too_little_room_is_told_first(sweep, capsys, monkeypatch):
     monkeypatch.setattr("tipdamp.sweep.estimate.available_bytes", lambda: 1e3)
     assert swept(sweep, "--dry-run") == 0
@@ -183,6 +204,15 @@ def test_a_folder_that_cannot_be_written_ends_the_dry_run(sweep, tmp_path, capsy
     (tmp_path / "file").write_text("")
     assert swept(sweep, "--dry-run", "--out", str(tmp_path / "file" / "out")) == 4
     assert str(tmp_path / "file") in capsys.readouterr().err
+
+
+def test_a_refused_study_is_no_sweep(sweep, capsys):
+    """Its status is not that of a sweep without cases."""
+    sweep.write_text(KILO + "[sweep.over]\nmodel.pull = [0.06, -1]\n")
+    assert swept(sweep) == 2
+    capsys.readouterr()
+    assert swept(sweep, "--status") == 2
+    assert "no sweep has run here yet" in capsys.readouterr().err
 
 
 def test_nothing_runs_after_a_kill(sweep):

@@ -10,7 +10,8 @@ from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import AXIAL, of_side, parted, side_title
 
 HOUR = 3600.0  # s
-MM2 = 1e6  # of a m2
+MM, MM2 = 1e3, 1e6  # of a m, of a m2
+AREA = "area of the contact (of a line of nodes its width, as stated or by Hertz, times its length)"
 
 
 def figure(results: Results) -> Iterator[Figure]:
@@ -20,7 +21,7 @@ def figure(results: Results) -> Iterator[Figure]:
     if not any(one.friction_share > 0 for one in results.periods):
         return
     per_area = has_areas(results)
-    unit, over = ("mm²", "area of the contact") if per_area else ("mm", "length of the damper")
+    unit, over = ("mm²", AREA) if per_area else ("mm", "length of the damper")
     items = {side: list(_levels(results, side, per_area)) for side in results.kept.sides}
     panels = [
         Panel(side_title(results, side), AXIAL, f"friction work (J per {unit} and hour)", drawn)
@@ -56,7 +57,8 @@ def wear_index(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(mm along the axis (s,), J per mm and hour (s,)) of the kept stations of a side, each of
     which stands for the length from station to station, or J per mm2 and hour of the area of its
-    contact points; empty without kept pairs, or of a single station.
+    contact points or, with the width of the side, of that length; empty without kept pairs, or of a
+    single station.
 
     power (P,) W - of friction in each kept pair"""
     if one.kept is None or one.whole is None:
@@ -72,11 +74,26 @@ def wear_index(
     at = [pairs.station == s for s in stations]
     x = np.array([one.along(pairs)[here].mean() for here in at])
     work = HOUR * np.array([own[here].sum() for here in at])
-    return x, work / (
-        MM2 * np.array([pairs.area[here].sum() for here in at]) if per_area else length
-    )
+    if not per_area:
+        return x, work / length
+    if (pairs.area > 0).all():
+        return x, work / (MM2 * np.array([pairs.area[here].sum() for here in at]))
+    return x, work / (MM * (width(one, side) or np.nan) * length)
 
 
 def has_areas(one: Results) -> bool:
-    """Whether all kept contacts know theirs."""
-    return one.kept is not None and bool((one.kept.area[one.kept.carrying] > 0).all())
+    """Whether all kept contacts know theirs, or the width of their side is known."""
+    if one.kept is None:
+        return False
+    kept = one.kept.select(one.kept.carrying)
+    return all((of_side(kept, side).area > 0).all() or width(one, side) for side in kept.sides)
+
+
+def width(one: Results, side: str) -> float | None:
+    """m across a side: in contact under the pull, where its stiffness was found by that; as stated
+    of a side that is not round; else None."""
+    found = one.preload.stiffness.get(side) if one.preload else None
+    if found and found.half_width_m:
+        return 2 * found.half_width_m
+    stated = one.study.sides.get(side)
+    return stated.width if stated and stated.shape != "cylinder" else None
