@@ -177,8 +177,8 @@ def follow_parameter(
 ) -> ForcedResponse:
     """Branch of periodic responses at one frequency over another parameter.
 
-    parameter : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt' as a factor on all contacts,
-        or a Parameter of `hbm.balance.parameter`
+    parameter : 'level' (of the force), 'damping', 'preload', 'pull', 'gap', 'mu', 'kn' or 'kt' as
+        a factor on all contacts (`ContactSetting`), or a Parameter of `hbm.balance.parameter`
     between : (from, to) of the parameter; both positive
     options : of CurveOptions. Raises InputError as forced_response.
 
