@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tipdamp.hbm import fourier, tables
+from tipdamp.hbm import fourier, influence, tables
 from tipdamp.hbm.amplitude import KINDS, amplitude, local_maxima, orders_of, parabola_top
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import Doubt, InputError, nearest
+from tipdamp.hbm.influence import Derivatives
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
 from tipdamp.hbm.io.npz import save_npz
-from tipdamp.hbm.modes import influence
-from tipdamp.hbm.modes.influence import Derivatives
 from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.validation import check_whole, positive

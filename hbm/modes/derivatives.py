@@ -29,7 +29,7 @@ from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import points_of, restored
 from tipdamp.hbm.errors import Doubt, InputError
-from tipdamp.hbm.modes.influence import Derivatives
+from tipdamp.hbm.influence import Derivatives
 from tipdamp.hbm.modes.matrix_rates import SLOPES, STENCIL, rates_of
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import check_whole
