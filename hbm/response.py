@@ -58,6 +58,7 @@ from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.hold.spring import Hold
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.model import ReducedModel
+from tipdamp.hbm.modes.derivatives import with_derivatives
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.result import DOUBTFUL, ForcedResponse
 from tipdamp.hbm.stability.multipliers import Stability
@@ -66,6 +67,7 @@ from tipdamp.hbm.validation import (
     check_beyond,
     check_forcing,
     check_kind,
+    check_names,
     check_values,
     check_whole,
     in_hz,
@@ -175,8 +177,8 @@ def follow_parameter(
 ) -> ForcedResponse:
     """Branch of periodic responses at one frequency over another parameter.
 
-    parameter : 'level' (of the force), 'preload', 'mu', 'kn' or 'kt' as a factor on all contacts,
-        or a Parameter of `hbm.balance.parameter`
+    parameter : 'level' (of the force), 'damping', 'preload', 'pull', 'gap', 'mu', 'kn' or 'kt' as
+        a factor on all contacts (`ContactSetting`), or a Parameter of `hbm.balance.parameter`
     between : (from, to) of the parameter; both positive
     options : of CurveOptions. Raises InputError as forced_response.
 
@@ -342,6 +344,7 @@ def _branch(
     outputs = Outputs(case.rows)
     past = check_beyond(options.beyond, argument, (first, last), parameter.unit)
     past = None if past is None else scale * past
+    check_names("derivatives", options.derivatives, case.names)
     everywhere = one_of("stability", options.stability, get_args(PointsOfInterest)) == "all"
     estimate = None
     if options.truncation or everywhere:
@@ -408,7 +411,7 @@ def _branch(
         if everywhere and curve.converged.any():
             named = named_points(curve, problem, parameter, on_call=finishing)
             curve = replace(curve, named_points=named)
-    return curve
+    return with_derivatives(curve, problem, options.derivatives) if options.derivatives else curve
 
 
 def _with_all_pairs(curve: ForcedResponse, kept: np.ndarray) -> ForcedResponse:
@@ -423,8 +426,11 @@ def _with_all_pairs(curve: ForcedResponse, kept: np.ndarray) -> ForcedResponse:
             columns[name] = np.zeros((n, len(kept), *part.shape[2:]), dtype=part.dtype)
             columns[name][:, kept] = part
     every = np.r_[np.flatnonzero(kept), -1]  # the last for a point that is no contact's
-    named = tuple(replace(one, contact=int(every[one.contact])) for one in curve.named_points)
-    return replace(curve, **columns, named_points=named)
+    columns["named_points"] = tuple(
+        replace(one, contact=int(every[one.contact])) for one in curve.named_points
+    )
+    columns["derivatives"] = {name: by.of_pairs(kept) for name, by in curve.derivatives.items()}
+    return replace(curve, **columns)
 
 
 def as_solution(

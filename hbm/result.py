@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tipdamp.hbm import fourier, tables
+from tipdamp.hbm import fourier, influence, tables
 from tipdamp.hbm.amplitude import KINDS, amplitude, local_maxima, orders_of, parabola_top
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import Doubt, InputError, nearest
+from tipdamp.hbm.influence import Derivatives
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
 from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
@@ -85,6 +86,7 @@ class ForcedResponse(ArrayRecord):
     named_points : where the curve folds, changes its stability, or a contact begins to slip or
         opens (see `named_points`), in the order of the curve; empty where the stability of all
         points was not asked for
+    derivatives : {output: Derivatives} of its highest peak, where they were asked for
     seconds, residual_calls : cost; the calls are those of the continuation
     restarts : (k, 2) parameters at which a branch that folds without progress was left, and at
         which a solution further ahead was taken up; between them there may be points solved one
@@ -167,6 +169,7 @@ class ForcedResponse(ArrayRecord):
     multipliers: np.ndarray = _none(0, 0, dtype=complex)
     periods: int = 1
     named_points: tuple[NamedPoint, ...] = ()
+    derivatives: dict[str, Derivatives] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "reached_end", self.reached_end or self.complete)
@@ -550,8 +553,11 @@ class ForcedResponse(ArrayRecord):
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
         path = Path(path)
-        table = as_table(self.named_points, len(self.output_names))
-        arrays: dict[str, Any] = {**vars(self), "named_points": table}
+        tables_of = {
+            "named_points": as_table(self.named_points, len(self.output_names)),
+            "derivatives": influence.as_table(self.derivatives),
+        }
+        arrays: dict[str, Any] = {**vars(self), **tables_of}
         save_npz(path, **arrays)
         return path
 
@@ -560,13 +566,15 @@ class ForcedResponse(ArrayRecord):
         """Read what `save` wrote; InputError where the file is not there or holds something
         else."""
         what = "a forced response as ForcedResponse.save writes it"
-        return read_record(cls, path, "forced response", what, _with_named_points)
+        return read_record(cls, path, "forced response", what, _from_tables)
 
 
-def _with_named_points(found: dict[str, Any]) -> dict[str, Any]:
-    """Fields of a curve, its named points from their table; older files have none."""
-    if "named_points" in found:
-        found["named_points"] = from_table(found["named_points"])
+def _from_tables(found: dict[str, Any]) -> dict[str, Any]:
+    """Fields of a curve, its named points and derivatives from their tables; older files have
+    none."""
+    for name, read in (("named_points", from_table), ("derivatives", influence.from_table)):
+        if name in found:
+            found[name] = read(found[name])
     return found
 
 

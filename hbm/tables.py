@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from tipdamp.hbm.fitting.result import DampingFit
     from tipdamp.hbm.following.result import Followed
-    from tipdamp.hbm.modes.influence import Derivatives
+    from tipdamp.hbm.influence import Derivatives
     from tipdamp.hbm.modes.result import Backbone
     from tipdamp.hbm.modes.synthesis import Synthesis
     from tipdamp.hbm.result import ForcedResponse

@@ -209,10 +209,19 @@ def check_groups(groups: Any, names: list[str]) -> list[list[int]]:
         raise InputError(
             f"peaks = {brief(groups)}: must be groups of names of outputs, [[name, name, ...], ...]"
         )
-    for name in (name for group in groups for name in group):
-        if name not in names:
-            raise InputError(f"peaks: output '{name}' is unknown; {nearest(str(name), names)}")
+    check_names("peaks", [name for group in groups for name in group], names)
     return [[names.index(name) for name in group] for group in groups]
+
+
+def check_names(argument: str, chosen: Any, names: list[str]) -> None:
+    """InputError where what is chosen are no names of outputs."""
+    if isinstance(chosen, str) or not isinstance(chosen, Iterable):
+        raise InputError(
+            f"{argument} = {brief(chosen)}: must be names of outputs, [name, name, ...]"
+        )
+    for name in chosen:
+        if name not in names:
+            raise InputError(f"{argument}: output '{name}' is unknown; {nearest(str(name), names)}")
 
 
 def one_of(name: str, value: Any, allowed: tuple[str, ...]) -> Any:

@@ -41,6 +41,7 @@ ROOMS = {
         "tables",
         "drawing",
         "contact",
+        "influence",
         "laws",
         "model",
         "example",

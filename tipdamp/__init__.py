@@ -116,6 +116,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.hold.spring import (
         held_motions as held_motions,
     )
+    from tipdamp.hbm.influence import Derivatives as Derivatives
     from tipdamp.hbm.laws.base import ContactLaw as ContactLaw
     from tipdamp.hbm.laws.coordinates import OwnForce as OwnForce
     from tipdamp.hbm.laws.coordinates import Polynomial as Polynomial
@@ -152,7 +153,6 @@ if TYPE_CHECKING:
     from tipdamp.hbm.modes.derivatives import (
         stuck_frequency_derivatives as stuck_frequency_derivatives,
     )
-    from tipdamp.hbm.modes.influence import Derivatives as Derivatives
     from tipdamp.hbm.modes.result import Backbone as Backbone
     from tipdamp.hbm.modes.synthesis import Synthesis as Synthesis
     from tipdamp.hbm.modes.synthesis import synthesis as synthesis
@@ -242,7 +242,7 @@ else:  # a module __getattr__ would let type checkers accept any name
             ),
             "hbm.modes.derivatives",
         ),
-        "Derivatives": "hbm.modes.influence",
+        "Derivatives": "hbm.influence",
         "limit_cycle": "hbm.self_excited",
         "CurveOptions": "hbm.curve.options",
         "Settings": "hbm.continuation.settings",

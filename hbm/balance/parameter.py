@@ -32,6 +32,8 @@ from tipdamp.hbm.validation import (
 
 Rebuild: TypeAlias = tuple[ContactProblem, dict]
 SETTINGS = ("preload", "mu", "kn", "kt")
+FIELDS = {"pull": "preload", "gap": "preload"}  # by what contacts hold it
+NAMES = (*SETTINGS, *FIELDS)
 SMALLEST = 1e-9  # value below which nothing is evaluated
 DIFFERENCE = 1e-6  # step of the central differences, relative to the value
 
@@ -219,8 +221,11 @@ class Level(Parameter):
 class ContactSetting(Parameter):
     """A factor on kn, kt, mu or the preload of every contact, or of some.
 
-    setting : 'kn', 'kt', 'mu' or 'preload'; contacts : index or indices of these contacts of the
-        problem, None takes all
+    setting : 'kn', 'kt', 'mu', 'preload', 'pull' or 'gap'; contacts : index or indices of these
+        contacts of the problem, None takes all
+    A pull is a factor on the preloads, as where the contacts stay closed that carry it; a pull that
+    moves them makes other preloads. A gap is that of contacts open at rest, the negative preload
+    -kn gap.
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
     >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
@@ -231,12 +236,12 @@ class ContactSetting(Parameter):
     setting: str
     contacts: tuple | int | None = None
     name: str = field(init=False)
+    field: str = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if self.setting not in SETTINGS:
+        if self.setting not in NAMES:
             raise InputError(
-                f"contact setting '{self.setting}' is unknown; "
-                f"{nearest(str(self.setting), SETTINGS)}"
+                f"contact setting '{self.setting}' is unknown; {nearest(str(self.setting), NAMES)}"
             )
         some = ""
         if self.contacts is not None:
@@ -249,6 +254,7 @@ class ContactSetting(Parameter):
             object.__setattr__(self, "contacts", contacts)
             some = f" of contacts {', '.join(map(str, contacts))}"
         object.__setattr__(self, "name", self.setting + some)
+        object.__setattr__(self, "field", FIELDS.get(self.setting, self.setting))
 
     @property
     def stiffens(self) -> bool:
@@ -256,10 +262,11 @@ class ContactSetting(Parameter):
         return self.setting in ("kn", "kt")
 
     def check(self, problem: ContactProblem) -> None:
-        """Preloads are those of the preloaded origin, and the contacts those of the problem."""
-        if self.setting == "preload" and not problem.preloaded:
+        """Preloads are those of the preloaded origin, gaps are there, and the contacts those of the
+        problem."""
+        if self.setting in ("preload", "pull") and not problem.preloaded:
             raise InputError(
-                "parameter 'preload': the unloaded origin has gaps, not preloads; "
+                f"parameter '{self.setting}': the unloaded origin has gaps, not preloads; "
                 "use origin = 'preloaded'"
             )
         P = len(problem.contacts)
@@ -267,6 +274,11 @@ class ContactSetting(Parameter):
         if chosen.min() < 0 or chosen.max() >= P:
             raise InputError(
                 f"contacts = {brief(self.contacts)}: must be indices from 0 to {P - 1}"
+            )
+        if not self.chosen(problem).any():
+            raise InputError(
+                f"parameter '{self.name}': no contact is open at rest; give one a negative preload "
+                "-kn gap"
             )
 
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
@@ -297,15 +309,14 @@ class ContactSetting(Parameter):
 
     def chosen(self, problem: ContactProblem) -> np.ndarray:
         """(P,) bool, the contacts whose setting varies."""
-        return np.isin(
-            np.arange(len(problem.contacts)),
-            np.arange(len(problem.contacts)) if self.contacts is None else self.contacts,
-        )
+        every = np.arange(len(problem.contacts))
+        mine = np.isin(every, every if self.contacts is None else self.contacts)
+        return mine & (problem.contacts.preload < 0) if self.setting == "gap" else mine
 
     def scaled(self, problem: ContactProblem, value: float) -> Contacts:
         """The settings of the contacts at a value."""
         factor = np.where(self.chosen(problem), value, 1.0)
-        changed = {self.setting: factor * vars(problem.contacts)[self.setting]}
+        changed = {self.field: factor * vars(problem.contacts)[self.field]}
         if self.setting == "kn" and not problem.preloaded:
             changed["preload"] = factor * problem.contacts.preload  # -kn gap
         return replace(problem.contacts, **changed)
@@ -313,7 +324,7 @@ class ContactSetting(Parameter):
     def force_rate(self, balance: HarmonicBalance, t: Terms, value: float) -> np.ndarray:
         """(P, nd, nh) derivative of the contact forces by the factor at a given motion."""
         problem = balance.problem
-        if self.setting == "preload" and t.forces.by_preload is not None:
+        if self.field == "preload" and t.forces.by_preload is not None:
             rate = (problem.contacts.preload * self.chosen(problem))[
                 :, None, None
             ] * t.forces.by_preload
@@ -510,13 +521,13 @@ class ForceParameter(Rebuilt):
 BY_NAME = {
     "level": Level(),
     "damping": Damping(),
-    **{name: ContactSetting(name) for name in SETTINGS},
+    **{name: ContactSetting(name) for name in NAMES},
 }
 
 
 def as_parameter(parameter: Parameter | str) -> Parameter:
-    """A Parameter itself, or the one of a name: level, damping, preload, mu, kn, kt; InputError for
-    anything else."""
+    """A Parameter itself, or the one of a name: level, damping, preload, pull, gap, mu, kn, kt;
+    InputError for anything else."""
     if isinstance(parameter, Parameter):
         rebuilds = f"parameter '{parameter.name}': rebuild"
         check_call(rebuilds, parameter.rebuild, "problem", "forces", "value")

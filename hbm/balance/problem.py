@@ -265,6 +265,15 @@ class ContactProblem(AnyProblem):
             motions @ axes @ la.eigh(axes.T @ first @ axes)[1][:, ::-1] if moves.any() else motions
         )
 
+    @property
+    def damping_matrix(self) -> np.ndarray:
+        """(r, r) N s/m: C, or that of the damping ratios of the stuck modes."""
+        if self.damping_ratio is None:
+            return cast(np.ndarray, self.C)
+        known = self.receptance()
+        shapes = self.M @ known.modes / np.maximum(known.mass, 1e-300)
+        return (shapes * known.damping) @ shapes.T
+
     def rest_force(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N: force at q = 0 that the implied static loads balance, of these contacts or
         with other settings."""

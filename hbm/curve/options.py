@@ -44,6 +44,7 @@ class CurveKeywords(TypedDict, total=False):
     truncation: bool
     stability: PointsOfInterest
     peaks: Sequence[Sequence[str]] | None
+    derivatives: Sequence[str]
     progress: Callable[[float, float, int], None] | bool | None
     settings: Settings | None
     journal: Journal | None
@@ -86,6 +87,8 @@ class CurveOptions:
     peaks : groups of names of outputs, of each of which the largest and the smallest peak is
         solved, as of the nodes of a patch; None solves the peak of every output. `find_peaks`
         solves any other afterwards
+    derivatives : names of outputs of whose highest peak the derivatives are kept with the curve
+        (`peak_derivatives`, `ForcedResponse.derivatives`); one that has none is warned of
     progress : function (value, step, calls), called at each point with the residual calls that it
         took, and at every 20 calls between points with step 0 and the calls since; None shows a
         line in a terminal or a notebook, once it takes two seconds, False none
@@ -115,6 +118,7 @@ class CurveOptions:
     truncation: bool = True
     stability: PointsOfInterest = "none"
     peaks: Sequence[Sequence[str]] | None = None
+    derivatives: Sequence[str] = ()
     progress: Callable | bool | None = None
     settings: Settings | None = None
     journal: Journal | None = None

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.result import ForcedResponse
 
 BAR = 0.3  # half the thickness of a bar
+LARGEST_DISK = 22.0  # points across
 CYCLE = (BLUE, VERMILION, GREEN, ORANGE, INK)
 UNITS = {"m": 1.0, "mm": 1e3, "um": 1e6}
 KEPT_STATIONS = "kept stations on each side"
@@ -177,13 +178,42 @@ def over_frequency(hz: np.ndarray, amplitude: np.ndarray, name: str, unit: str, 
 
 def bars(rows: Sequence[tuple[str, float]], label: str, ax: Any) -> Any:
     """A bar for each (name, value), the first below."""
+    return on_axes(bar_panel(rows, label), ax)
+
+
+def bar_panel(rows: Sequence[tuple[str, float]], label: str) -> Panel:
+    """What `bars` draws."""
     items: list[Item] = [Curve([0.0, 0.0], [0.0, len(rows)], "", INK, width=0.8)]
     for i, (_, value) in enumerate(rows):
         low, high = np.full(2, i + 0.45 - BAR), np.full(2, i + 0.45 + BAR)
         color = VERMILION if value > 0 else BLUE
         items.insert(i, Band(np.array([0.0, value]), low, high, "", color, 0.9))
-    panel = Panel("", label, "", tuple(items), y_names=[name for name, _ in rows])
-    return on_axes(panel, ax)
+    return Panel("", label, "", tuple(items), y_names=[name for name, _ in rows])
+
+
+def pair_panel(pairs: ContactTable, values: np.ndarray, title: str) -> Panel:
+    """Pairs where they stand, in the two directions in which they are farthest apart: a disk of the
+    area of each value (P,), vermilion above zero; the largest with its number."""
+    low, high = pairs.position.min(axis=0), pairs.position.max(axis=0)
+    across, along = np.argsort(high - low, kind="stable")[-2:]
+    x, y = (1e3 * pairs.position[:, k] for k in (along, across))
+    largest = max(float(np.abs(values).max()), 1e-300)
+    items: list[Item] = []
+    for i, value in enumerate(values):
+        color = VERMILION if value > 0 else BLUE
+        label = (f"{value:+.2g}",) if abs(value) == largest else ()
+        size = LARGEST_DISK * np.sqrt(abs(value) / largest)
+        items.append(Marks(x[[i]], y[[i]], "", GREY, size=2.0))
+        items.append(Marks(x[[i]], y[[i]], "", color, size=size, labels=label))
+    wide, tall = (0.08 * (np.ptp(one) or 1.0) for one in (x, y))
+    return Panel(
+        title,
+        f"{'xyz'[along]} (mm)",
+        f"{'xyz'[across]} (mm)",
+        tuple(items),
+        x_range=(x.min() - wide, x.max() + wide),
+        y_range=(y.min() - 2 * tall, y.max() + 2 * tall),
+    )
 
 
 def preload_map(pairs: ContactTable, side: str, ax: Any) -> Any:

@@ -69,9 +69,7 @@ class Case:
         on the way, which the ratios would follow: the damping stays as it was given."""
         if not self.parameter.stiffens or self.problem.damping_ratio is None:
             return self.problem
-        known = self.problem.receptance()
-        shapes = self.problem.M @ known.modes / np.maximum(known.mass, 1e-300)
-        return replace(self.problem, C=(shapes * known.damping) @ shapes.T, damping_ratio=None)
+        return replace(self.problem, C=self.problem.damping_matrix, damping_ratio=None)
 
     def inside(self, w: float) -> bool:
         """Whether w rad/s lies in the band."""

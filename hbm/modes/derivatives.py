@@ -1,5 +1,5 @@
-"""How a peak, a point of a curve or a stuck frequency changes with the settings of each contact and
-with the damping.
+"""How a peak, a point of a curve or a stuck frequency changes with the settings of each contact,
+with the damping, and with parameters of one's own in the matrices.
 
 At a given place along the branch the unknowns follow a setting s by J dx/ds = -R_s, with the
 factorised Jacobian of the point. At a peak the amplitude does not change along the branch: its
@@ -8,7 +8,8 @@ amplitude A(z, s). These second derivatives are those of the first ones at four 
 peak, by differences of fourth order.
 """
 
-from collections.abc import Callable, Iterator
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +18,7 @@ import scipy.linalg as la
 from tipdamp.hbm import fourier
 from tipdamp.hbm.amplitude import KINDS, amplitude_along, orders_of
 from tipdamp.hbm.balance.newton import Linearisation
-from tipdamp.hbm.balance.parameter import SETTINGS, ContactSetting
+from tipdamp.hbm.balance.parameter import SETTINGS, ContactSetting, ModelParameter
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance, Terms
 from tipdamp.hbm.balance.series import real_times
@@ -27,20 +28,20 @@ from tipdamp.hbm.continuation.point import Plane, Point
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.solutions import points_of, restored
-from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.modes.influence import Derivatives
+from tipdamp.hbm.errors import Doubt, InputError
+from tipdamp.hbm.influence import Derivatives
+from tipdamp.hbm.modes.matrix_rates import SLOPES, STENCIL, rates_of
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import check_whole
 
 # of the half width of the peak, by the curvature of its top: distance of the points beside it
 BESIDE = 0.005
-STENCIL = np.array([-2.0, -1.0, 1.0, 2.0])
-SLOPES = np.array([1.0, -8.0, 8.0, -1.0]) / 12  # by them: the derivative, to fourth order
 # arc lengths: aside of the top for its curvature, and where that is not made anew, and where it is
 # reached
 ASIDE, CLOSE, ON_TOP = 1e-3, 1e-5, 1e-10
 TOP_STEPS = 20  # at most, of the secant to the top
-EVERY = (*SETTINGS, "damping", "level")
+COMMON = ("damping", "level")  # to all contacts
+EVERY = (*SETTINGS, *COMMON)
 
 
 def peak_derivatives(
@@ -49,11 +50,14 @@ def peak_derivatives(
     name: str,
     kind: str = KINDS[0],
     order: int | None = None,
+    *,
+    parameters: Sequence[ModelParameter] = (),
 ) -> Derivatives:
     """Of the highest peak of an output: its height and frequency.
 
     problem : the Problem or ContactProblem that the curve was made with; kind, order : as in
     ForcedResponse.amplitude
+    parameters : of one's own, factors on something in M, C or K: the value 1 is the problem itself
     Settings are those of `EVERY` there: the preload is left out of a problem with the unloaded
     origin. Where a contact changes its way of moving at the peak itself, the frequency has no
     derivative there and what is given belongs to a mean of both sides. Raises InputError where the
@@ -67,13 +71,26 @@ def peak_derivatives(
     >>> bool(hz > 0 > height)  # more friction: stiffer, and lower
     True
     """
-    at = _At(curve, problem, name, (kind, order))
+    at = _At(curve, problem, name, (kind, order), parameters)
     top = int(np.nanargmax(at.heights))
     inside = 0 < top < len(at.points) - 1
     if not inside:
         raise InputError(f"peak of '{name}': the largest amplitude lies at the border of the band")
     metric = arc.metric_at(at.points[top], at.equation.weights)
     return at.of_peak(_AlongBranch(at, at.points[top], metric))
+
+
+def with_derivatives(
+    curve: ForcedResponse, problem: AnyProblem, names: Sequence[str]
+) -> ForcedResponse:
+    """A curve with the derivatives of the highest peaks of outputs; warns of one that has none."""
+    found = {}
+    for name in names:
+        try:
+            found[name] = peak_derivatives(curve, problem, name)
+        except InputError as error:
+            warnings.warn(f"derivatives of '{name}': {error}", Doubt, stacklevel=2)
+    return replace(curve, derivatives=found)
 
 
 def point_derivatives(
@@ -84,8 +101,11 @@ def point_derivatives(
     which: int = 0,
     kind: str = KINDS[0],
     order: int | None = None,
+    *,
+    parameters: Sequence[ModelParameter] = (),
 ) -> Derivatives:
-    """Of an output at a frequency in Hz that is held; which : place in `solutions_at`.
+    """Of an output at a frequency in Hz that is held; which : place in `solutions_at`; parameters :
+    as in `peak_derivatives`.
 
     Raises InputError as `peak_derivatives`, and where there is no such solution.
 
@@ -96,7 +116,7 @@ def point_derivatives(
     >>> print(by.frequency, bool(by.amplitude_by["level"][0] > 0))
     700.0 True
     """
-    at = _At(curve, problem, name, (kind, order))
+    at = _At(curve, problem, name, (kind, order), parameters)
     found = points_of(curve, at.equation, at.points, value)
     if not 0 <= check_whole("which", which, 0) < len(found):
         raise InputError(
@@ -111,9 +131,13 @@ def point_derivatives(
     return Derivatives(float(value), height, by, none)
 
 
-def stuck_frequency_derivatives(problem: AnyProblem, mode: int) -> Derivatives:
-    """Of the frequency of a mode of the stuck system, 1 for the lowest; its amplitude is NaN.
+def stuck_frequency_derivatives(
+    problem: AnyProblem, mode: int, *, parameters: Sequence[ModelParameter] = ()
+) -> Derivatives:
+    """Of the undamped frequency of a mode of the stuck system, 1 for the lowest; its amplitude is
+    NaN, and friction, preload, damping and level do not change it.
 
+    parameters : as in `peak_derivatives`
     Raises InputError where the problem has no real modes, or the mode does not exist.
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
@@ -129,11 +153,22 @@ def stuck_frequency_derivatives(problem: AnyProblem, mode: int) -> Derivatives:
     most = int((mass > 1e-12 * mass[0]).sum())
     if check_whole("mode", mode, 1) > most:
         raise InputError(f"mode = {mode}: the stuck system has {most}, the lowest is 1")
-    hz = float(1 / (2 * np.pi * np.sqrt(mass[mode - 1])))
-    at = np.asarray(problem.B @ shapes[:, mode - 1]).reshape(len(problem.contacts), -1)
-    by = {name: 0.5 * hz * (springs_by(problem, name) * at**2).sum(axis=1) for name in ("kn", "kt")}
+    period2, shape = mass[mode - 1], shapes[:, mode - 1]
+    hz = float(1 / (2 * np.pi * np.sqrt(period2)))
+    at = np.asarray(problem.B @ shape).reshape(len(problem.contacts), -1)
+    settings = _settings(problem)
+    by = {name: np.zeros(1 if name in COMMON else len(at)) for name in settings}
+    for name in ("kn", "kt"):
+        by[name] = 0.5 * hz * (springs_by(problem, name) * at**2).sum(axis=1)
+    for name, rate in rates_of(problem, parameters, EVERY).items():
+        by[name] = np.array([0.5 * hz * (shape @ (rate.K - rate.M / period2) @ shape)])
     none = {name: np.full_like(one, np.nan) for name, one in by.items()}
     return Derivatives(hz, np.nan, none, by)
+
+
+def _settings(problem: ContactProblem) -> list[str]:
+    """Of `EVERY` those that the problem has."""
+    return [name for name in EVERY if problem.preloaded or name != "preload"]
 
 
 def springs_by(problem: ContactProblem, setting: str) -> np.ndarray:
@@ -205,6 +240,7 @@ class _At:
         problem: AnyProblem,
         name: str,
         measure: tuple[str, int | None],
+        parameters: Sequence[ModelParameter],
     ) -> None:
         problem, (kind, order) = contact_problem_of(problem), measure
         if problem.reducible:
@@ -218,8 +254,8 @@ class _At:
         j, orders = curve.column(name), orders_of(kind, order, curve.H, curve.force_orders)
         self.heights = np.where(curve.converged, curve.amplitude(kind, order)[:, j], np.nan)
         self.outputs = Outputs(curve.output_rows[[j]], kind, orders)
-        gaps = not problem.preloaded
-        self.settings = [name for name in EVERY if not (gaps and name == "preload")]
+        self.rates = rates_of(problem, parameters, EVERY)
+        self.settings = [*_settings(problem), *self.rates]
 
     def of_peak(self, line: _AlongBranch) -> Derivatives:
         """At the top of the branch along a line."""
@@ -244,7 +280,8 @@ class _At:
         on a plane across the branch or at the parameter held."""
         here, outputs = point.detail, self.outputs
         X = outputs.at(here)
-        for modal in by_setting(here, name):
+        own = self.rates.get(name)
+        for modal in by_setting(here, name) if own is None else [-here.factors * own.push(here)]:
             if not modal.any():
                 yield 0.0, 0.0
                 continue

@@ -40,6 +40,10 @@ SUBJECTS = (
     "peaks_from_both_ends",
     "random_residuals",
     "trusted_curves",
+    "nonlinear_modes",
+    "following",
+    "derivatives",
+    "general_problem",
     "three_dampers",
 )
 

@@ -12,6 +12,7 @@ responses/Fe_5N_H3_beside1.npz               ... and each curve that was found
 import logging
 import re
 import time
+import warnings
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property
@@ -29,8 +30,10 @@ from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.curve.journal import Journal, JournalBlock, StaleJournal
 from tipdamp.hbm.curve.options import PointsOfInterest
 from tipdamp.hbm.curve.probes import more_harmonics
+from tipdamp.hbm.errors import Doubt
 from tipdamp.hbm.io.npz import open_npz, save_npz
 from tipdamp.hbm.laws import ContactLaw, Contacts
+from tipdamp.hbm.modes.derivatives import with_derivatives
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.search.beside import Search
@@ -93,7 +96,8 @@ class Curves:
 
     force (r,) N for a level of 1 N; rows {name: (r,)} of the outputs; start : of the sliders, and
     samples of a cycle,
-    None for the default; peaks, stability : as in `hbm.curve.options.CurveOptions`
+    None for the default; peaks, stability : as in `hbm.curve.options.CurveOptions`; derivatives :
+    whether to keep those of the highest peak of the first group of peaks
     """
 
     problem: ContactProblem
@@ -104,6 +108,7 @@ class Curves:
     samples: int | None = None
     peaks: Sequence[Sequence[str]] | None = None
     stability: PointsOfInterest = "none"
+    derivatives: bool = False
 
     def finished(self, case: CurveCase) -> bool:
         """Whether the store has this curve, made from the same, and unaltered."""
@@ -176,6 +181,7 @@ class Curves:
             _program(),
             *_leaves((self.problem, self.force, self.rows, self.start, self.samples, self.peaks)),
             self.stability,
+            self.derivatives,
         )
 
     def make(self, case: CurveCase, progress: Callable) -> None:
@@ -239,7 +245,7 @@ class Curves:
 
     def _followed(self, case: CurveCase, progress: Callable, journal: Journal) -> ForcedResponse:
         try:
-            return follow_band(
+            curve = follow_band(
                 self.problem,
                 case.Fe_N * self.force,
                 case.band,
@@ -255,6 +261,15 @@ class Curves:
         except BaseException:
             journal.flush()
             raise
+        return self._with_derivatives(curve) if self.derivatives else curve
+
+    def _with_derivatives(self, curve: ForcedResponse) -> ForcedResponse:
+        """Of a curve without a peak inside the band there are none."""
+        names = curve.output_names.tolist() if self.peaks is None else self.peaks[0]
+        tops = {name: curve.at_least(name)[1] for name in names}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Doubt)
+            return with_derivatives(curve, self.problem, [max(names, key=lambda one: tops[one])])
 
     def _blocks(self, case: CurveCase) -> list[Path]:
         """Files of the journal of this very curve, in their order."""

@@ -335,6 +335,7 @@ def assembled(study: Study, store: Store, responded: bool = False) -> Assembly:
         study.respond.samples,
         peak_groups(study, rows),
         study.respond.stability,
+        study.respond.derivatives,
     )
     rest = np.column_stack([tangential, np.maximum(kept.preload, 0.0)])
     return Assembly(_on_springs(model, held), kept, rest, curves, shapes)

@@ -971,6 +971,15 @@ class Respond(StudySection):
             "or lift off, and a curve of many pairs takes a few times as long",
         ),
     ] = "peaks"
+    derivatives: Annotated[
+        bool,
+        Key(
+            FLAG,
+            "find how the peak on the first patch changes with kn, kt, mu and preload of each "
+            "pair, with the damping and the level; the report draws it for the curves of the "
+            "largest H; it takes about as long as the curve",
+        ),
+    ] = False
     both_ways: Annotated[
         bool,
         Key(

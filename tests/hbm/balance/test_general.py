@@ -78,18 +78,25 @@ def two_disks():
     return M, 2e-4 * K + G, K
 
 
-@pytest.mark.slow
-def test_rub_of_a_rotor_beside_time_integration():
-    """A stop that the second disk rubs against: the curve and integration from its orbit."""
+def rubbing_rotor():
+    """(curve, problem) of two disks of which the second rubs against a stop."""
     M, C, K = two_disks()
     rotor = Problem(M, C, K, general=True).force(1, 100.0).force(3, -100.0j)
     rub = rotor.add(UnilateralSpring(), 1, kn=5e4, preload=-10.0)
-    curve = rub.follow_band((40, 110), outputs={"x": 1, "y": 3}, harmonics=25, stability="peaks")
+    given = dict(outputs={"x": 1, "y": 3}, harmonics=25, stability="peaks")
+    return rub.follow_band((40, 110), **given), rub.contact_problem
+
+
+@pytest.mark.slow
+def test_rub_of_a_rotor_beside_time_integration():
+    """The curve and integration from its orbit, on both sides of the peak and far from it."""
+    curve, problem = rubbing_rotor()
     assert curve.complete and curve.share_open.min() < 0.99
     hz, _ = curve.peak("x")
-    found = compare(curve, rub.contact_problem, hz + 2.0, which=0)
-    assert found.agrees and found.stable
-    assert found.difference < 1e-4
+    for away in (-2.0, 2.0, 10.0):
+        found = compare(curve, problem, hz + away, which=0)
+        assert found.agrees and found.stable
+        assert found.difference < 1e-4
     multipliers = curve.multipliers[np.isfinite(curve.multipliers[:, 0])]
     assert np.abs(multipliers).max() < 1
 

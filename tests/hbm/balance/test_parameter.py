@@ -143,6 +143,17 @@ KINDS = {  # parameter, problem, force, and the problem at a value
         *beam("C8")[:2],
         lambda p, v: scaled(p, v, "preload", (2, 5)),
     ),
+    "gap of those open at rest": (
+        ContactSetting("gap"),
+        scaled(beam("C8")[0], -0.02, "preload", (2, 5)),
+        beam("C8")[1],
+        lambda p, v: scaled(p, v, "preload", (2, 5)),
+    ),
+    "pull": (
+        ContactSetting("pull"),
+        *beam("C8")[:2],
+        lambda p, v: scaled(p, v, "preload", range(8)),
+    ),
     "damping": (Damping(), *beam("C8")[:2], lambda problem, v: replace(problem, C=v * problem.C)),
     "damping ratio": (
         Damping(),
@@ -304,6 +315,7 @@ def test_a_parameter_of_its_own_is_asked_for():
         (Frequency(), "use follow_band"),
         (ContactSetting("kt", (1,)), "contacts = .*from 0 to 0"),
         (ContactSetting("kt", (-1,)), "contacts = .*from 0 to 0"),
+        (ContactSetting("gap", 0), "parameter 'gap of contacts 0': no contact is open at rest"),
     ],
 )
 def test_a_parameter_that_does_not_fit(parameter, message):

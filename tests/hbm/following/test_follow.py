@@ -37,20 +37,31 @@ def swept(problem, force, parameter, value, given, kind):
     return find_peaks(curve, there, next(iter(given["outputs"])), kind)[0]
 
 
-def check_against_sweeps(peaks, problem, force, parameter, given, places=4):
+def beside_sweeps(peaks, problem, force, parameter, given, places=4):
+    """(value, (Hz, m) followed, (Hz, m) of a whole curve) at places of the branch."""
     for i in np.linspace(0, len(peaks.parameter) - 1, places).astype(int):
         value = peaks.parameter[i]
-        hz, height = swept(problem, force, parameter, value, given, peaks.kind)
-        assert peaks.height[i] == pytest.approx(height, rel=1e-8)
-        assert peaks.frequency[i] == pytest.approx(hz, rel=1e-6)
+        whole = swept(problem, force, parameter, value, given, peaks.kind)
+        yield value, (peaks.frequency[i], peaks.height[i]), whole
+
+
+def check_against_sweeps(peaks, problem, force, parameter, given, places=4):
+    for _, ours, whole in beside_sweeps(peaks, problem, force, parameter, given, places):
+        assert ours[1] == pytest.approx(whole[1], rel=1e-8)
+        assert ours[0] == pytest.approx(whole[0], rel=1e-6)
     assert (peaks.curvature < 0).all()
 
 
+ON_THE_OSCILLATOR = [
+    ("level", (0.2, 8.0)),
+    ("preload", (4.0, 0.1)),
+    ("mu", (0.1, 4.0)),
+    ("damping", (0.5, 3.0)),
+]
+
+
 @pytest.mark.parametrize("kind", ["half_peak_to_peak", "harmonic", "rms"])
-@pytest.mark.parametrize(
-    ("parameter", "between"),
-    [("level", (0.2, 8.0)), ("preload", (4.0, 0.1)), ("mu", (0.1, 4.0)), ("damping", (0.5, 3.0))],
-)
+@pytest.mark.parametrize(("parameter", "between"), ON_THE_OSCILLATOR)
 def test_oscillator(parameter, between, kind):
     """From stuck to full slip."""
     problem, given = oscillator(), dict(outputs=TIP, band=(600, 1200), harmonics=3)
@@ -119,27 +130,32 @@ def test_beam(case):
     check_against_sweeps(peaks, problem, force, "level", given)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("parameter", "between"), [("level", (0.5, 2.5)), ("preload", (1.0, 0.45)), ("mu", (1.0, 0.5))]
-)
-def test_rig(parameter, between):
+def rig_alone(**given):
+    """(problem, force of 20 N, what is asked) of the rig with the first of its outputs."""
     problem, force, outputs = rig()
     name = next(iter(outputs))
-    given = dict(outputs={name: outputs[name]}, band=(1450, 1600), harmonics=3)
-    peaks = follow_peak(problem, 20 * force, parameter, between, **given)
+    asked = dict(outputs={name: outputs[name]}, band=(1450, 1600), harmonics=3)
+    return problem, 20 * force, asked | given
+
+
+ON_THE_RIG = [("level", (0.5, 2.5)), ("preload", (1.0, 0.45)), ("mu", (1.0, 0.5))]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("parameter", "between"), ON_THE_RIG)
+def test_rig(parameter, between):
+    problem, force, given = rig_alone()
+    peaks = follow_peak(problem, force, parameter, between, **given)
     assert peaks.complete and peaks.share_slip[-1].max() > 0.2
-    check_against_sweeps(peaks, problem, 20 * force, parameter, given, places=3)
+    check_against_sweeps(peaks, problem, force, parameter, given, places=3)
 
 
 @pytest.mark.slow
 def test_the_rig_drifts_at_a_named_end():
-    problem, force, outputs = rig()
-    name = next(iter(outputs))
-    given = dict(outputs={name: outputs[name]}, band=(1450, 1600), harmonics=3)
+    problem, force, given = rig_alone()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        peaks = follow_peak(problem, force, "level", (10.0, 100.0), **given)
+        peaks = follow_peak(problem, force, "level", (0.5, 5.0), **given)
     assert not peaks.complete and peaks.ended.count("hold its mean position") == 1
 
 
@@ -209,31 +225,47 @@ def test_a_fold_ends_at_a_kink_by_name():
     assert np.abs(slope / fold.parameter[slips]).max() < 1e-3
 
 
-@pytest.mark.slow
-def test_folds_of_duffing_until_they_meet():
-    """F^2 = s ((1 - w^2 + 3/4 s)^2 + c^2 w^2), s = A^2: a fold where its derivative by s is zero,
-    two meet where the second is."""
+class DuffingFolds:
+    """F^2 = s ((1 - w^2 + 3/4 s)^2 + c^2 w^2), s = A^2, of H = 1: a fold where its derivative by s
+    is zero, two meet where the second is."""
+
     c = 0.1
 
-    def squared(s, w):
-        return s * ((1 - w**2 + 0.75 * s) ** 2 + (c * w) ** 2)
+    def followed(self):
+        """The fold from 1 N on until it meets the other."""
+        given = dict(outputs={"x": [1.0]}, band=(0.1, 1.0), harmonics=1, samples=64)
+        force = np.ones(1)
+        return follow_fold(duffing(self.c), force, "level", (1.0, 0.01), near=0.3, **given)
 
-    def slope(s, w):
+    def squared(self, s, w):
+        return s * ((1 - w**2 + 0.75 * s) ** 2 + (self.c * w) ** 2)
+
+    def slope(self, s, w):
         b = 1 - w**2
-        return b**2 + (c * w) ** 2 + 3 * b * s + 27 / 16 * s**2
+        return b**2 + (self.c * w) ** 2 + 3 * b * s + 27 / 16 * s**2
 
-    def meet(v):
-        s, w = v
-        return [slope(s, w), 3 * (1 - w**2) + 27 / 8 * s]
+    def meet(self, fold):
+        """(N, rad/s) where two folds meet, from the end of one."""
 
-    given = dict(outputs={"x": [1.0]}, band=(0.1, 1.0), harmonics=1, samples=64)
-    fold = follow_fold(duffing(c), np.ones(1), "level", (1.0, 0.01), near=0.3, **given)
+        def both(v):
+            s, w = v
+            return [self.slope(s, w), 3 * (1 - w**2) + 27 / 8 * s]
+
+        begin = [fold.height[-1] ** 2, 2 * np.pi * fold.frequency[-1]]
+        s, w = fsolve(both, begin, xtol=1e-13)
+        return np.sqrt(self.squared(s, w)), w
+
+
+@pytest.mark.slow
+def test_folds_of_duffing_until_they_meet():
+    exact = DuffingFolds()
+    fold = exact.followed()
     w, s = 2 * np.pi * fold.frequency, fold.height**2
-    assert np.allclose(squared(s, w), fold.parameter**2, rtol=1e-7)
-    assert np.abs(slope(s, w) / s**2).max() < 1e-5
-    s, w = fsolve(meet, [fold.height[-1] ** 2, 2 * np.pi * fold.frequency[-1]], xtol=1e-13)
+    assert np.allclose(exact.squared(s, w), fold.parameter**2, rtol=1e-7)
+    assert np.abs(exact.slope(s, w) / s**2).max() < 1e-5
     assert not fold.complete and "two folds meet" in fold.ended
-    assert fold.parameter[-1] == pytest.approx(np.sqrt(squared(s, w)), rel=1e-6)
+    level, w = exact.meet(fold)
+    assert fold.parameter[-1] == pytest.approx(level, rel=1e-6)
     assert fold.frequency[-1] == pytest.approx(w / (2 * np.pi), rel=1e-4)
 
 

@@ -158,10 +158,9 @@ def test_friction_beam_against_forced_motions_at_phase_resonance():
         assert mode.damping_ratio[i] == pytest.approx(zeta, rel=1e-3)
 
 
-@pytest.mark.parametrize("level", [1e-3, 3e-3, 8e-3])
-def test_beam_with_a_cubic_tip_against_forced_peaks(level):
-    """The peak of a lightly damped beam, up to 10 % above the linear resonance, is at phase
-    resonance but for the square of the damping."""
+def at_the_peak(level):
+    """((Hz, damping ratio) of the mode, the same of the forced peak) of the beam with a cubic
+    tip."""
     problem, tip = cantilever(CubicSpring(200.0))
     rows = {str(k): row for k, row in enumerate(np.eye(len(tip)))}
     given = dict(outputs=rows, harmonics=3, truncation=False)
@@ -171,8 +170,16 @@ def test_beam_with_a_cubic_tip_against_forced_peaks(level):
     i = np.flatnonzero(mode.amplitude == a)[0]
     q = solutions_at(curve, problem, hz * (1 - 1e-9))[0]
     zeta = ratio_of_work(problem, np.pi * level * a, 2 * np.pi * hz, q)
-    assert mode.frequency[i] == pytest.approx(hz, rel=1e-4)
-    assert mode.damping_ratio[i] == pytest.approx(zeta, rel=1e-3)
+    return (mode.frequency[i], mode.damping_ratio[i]), (hz, zeta)
+
+
+@pytest.mark.parametrize("level", [1e-3, 3e-3, 8e-3])
+def test_beam_with_a_cubic_tip_against_forced_peaks(level):
+    """The peak of a lightly damped beam, up to 10 % above the linear resonance, is at phase
+    resonance but for the square of the damping."""
+    (hz, zeta), peak = at_the_peak(level)
+    assert hz == pytest.approx(peak[0], rel=1e-4)
+    assert zeta == pytest.approx(peak[1], rel=1e-3)
 
 
 def test_force_that_balances_the_damping():

@@ -11,9 +11,11 @@ from tipdamp import (
     DryFriction2T,
     InputError,
     Jenkins1D,
+    ModelParameter,
     Problem,
     Unbalance,
     contact_problem,
+    follow_band,
     follow_parameter,
     natural_frequencies,
     peak_derivatives,
@@ -105,6 +107,45 @@ def test_a_peak_follows_a_setting_as_differences_say(kind, varied):
     assert found.frequency_by[setting][c] == pytest.approx(hz, rel=1e-6, abs=1e-7 * found.frequency)
 
 
+def heavier(problem, factor):
+    """With a factor on the mass of the middle, which the other masses are coupled to."""
+    more = np.array([[0.2, 0.1, 0], [0.1, 1.0, 0], [0, 0, 0]])
+    return replace(problem, M=problem.M + (factor - 1) * more)
+
+
+def stiffer(problem, factor):
+    """With a spring at the tip that grows with the square of the factor."""
+    return replace(problem, K=problem.K + 0.3 * (factor**2 - 1) * np.diag([0, 0, 1.0]))
+
+
+OWN = [ModelParameter("mass", heavier), ModelParameter("spring", stiffer)]
+
+
+def peak_by_own(kind, factor=1.0, parameters=()):
+    problem = stiffer(heavier(chain(kind).contact_problem, factor), factor)
+    force = np.array([0.1, 0, 0]) * (kind is not turning)
+    given = dict(outputs={"tip": [0, 0, 1.0]}, harmonics=5, truncation=False)
+    curve = follow_band(problem, force, BAND, **given)
+    return peak_derivatives(curve, problem, "tip", parameters=parameters)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [by_ratio, by_matrix, turning])
+def test_a_peak_follows_the_matrices_as_differences_say(kind):
+    """Mass and spring at once; damping ratios follow the stuck modes."""
+    found = peak_by_own(kind, parameters=OWN)
+    hz = sum(found.frequency_by[one.name][0] for one in OWN)
+    height = sum(found.amplitude_by[one.name][0] for one in OWN)
+    beside = {s: peak_by_own(kind, 1 + 2e-3 * s) for s in (-2, -1, 1, 2)}
+    assert hz == pytest.approx(difference(lambda s: near(beside, s).frequency), rel=1e-6)
+    assert height == pytest.approx(difference(lambda s: near(beside, s).amplitude), rel=1e-6)
+
+
+def near(beside, factor):
+    """What is known at 1 + 2e-3 s, by s."""
+    return beside[round((factor - 1) / 2e-3)]
+
+
 def test_other_measures_of_the_peak():
     found = peak(chain(), "rms")
     value = difference(lambda s: peak(chain(varied=("mu", 0), factor=s), "rms").amplitude)
@@ -193,6 +234,19 @@ def test_a_stuck_frequency():
 
         expected = difference(value_at, 1e-3)
         assert found.frequency_by[name][0] == pytest.approx(expected, rel=1e-6, abs=1e-7)
+    for name in ("mu", "preload", "damping", "level"):
+        assert found.total(name)[0] == 0.0
+
+
+@pytest.mark.parametrize("one", OWN, ids=lambda one: one.name)
+def test_a_stuck_frequency_follows_the_matrices(one):
+    problem = chain().contact_problem
+    found = stuck_frequency_derivatives(problem, 1, parameters=OWN)
+
+    def value_at(factor):
+        return stuck_frequency_derivatives(one.of_value(problem, factor), 1).frequency
+
+    assert found.total(one.name)[0] == pytest.approx(difference(value_at), rel=1e-7)
 
 
 def over_the_level():
@@ -206,6 +260,19 @@ def low_band():
     return curve, chain()
 
 
+def by_own(name, of_value):
+    parameters = [ModelParameter(name, of_value)]
+    return stuck_frequency_derivatives(chain(), 1, parameters=parameters)
+
+
+def far(problem, p):
+    return replace(problem, K=p * np.eye(3))
+
+
+def rougher(problem, p):
+    return replace(problem, contacts=replace(problem.contacts, mu=p * problem.contacts.mu))
+
+
 BAD = {
     "runs over level": lambda: peak_derivatives(*over_the_level(), "tip"),
     "border of the band": lambda: peak_derivatives(*low_band(), "tip"),
@@ -214,6 +281,10 @@ BAD = {
     "which = 5": lambda: point_derivatives(*low_band(), "tip", 0.08, 5),
     "mode = 9": lambda: stuck_frequency_derivatives(chain(), 9),
     "needs symmetric": lambda: stuck_frequency_derivatives(chain(turning), 1),
+    "parameter 'mu': the name is taken": lambda: by_own("mu", lambda problem, p: problem),
+    "parameter 'k': is not the problem of the curve at the value 1": lambda: by_own("k", far),
+    "parameter 'k': changes contacts": lambda: by_own("k", rougher),
+    "parameters = 3: must be": lambda: stuck_frequency_derivatives(chain(), 1, parameters=[3]),
     "setting 'k'": lambda: stuck_frequency_derivatives(chain(), 1).total("k"),
 }
 

@@ -45,35 +45,46 @@ LEVELS = {
 }
 
 
+def peaks(case, levels):
+    """(level, synthesis, its peak, that of the whole curve) of a problem under forces, over
+    amplitudes in m, in a band in Hz; H = 3."""
+    (problem, force, outputs), amplitudes, band = case[0](), *case[1:]
+    mode = backbone(problem, 1, amplitudes, outputs=outputs, harmonics=3)
+    first = next(iter(outputs))
+    for level in levels:
+        given = dict(outputs={first: outputs[first]}, harmonics=3, truncation=False)
+        curve = follow_band(problem, level * force, band, **given)
+        found = synthesis(mode, problem, force, level)
+        yield level, found, found.peak(first), curve.peak(first)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_peaks(name):
     """1 % in height, and the place to 0.05 %, though friction damps by up to 9 %: its work in a
     cycle does not depend on the frequency."""
-    made, amplitudes, band = CASES[name]
-    problem, force, outputs = made()
-    mode = backbone(problem, 1, amplitudes, outputs=outputs, harmonics=3)
-    first = next(iter(outputs))
-    for level in LEVELS[name]:
-        given = dict(outputs={first: outputs[first]}, harmonics=3, truncation=False)
-        hz, height = follow_band(problem, level * force, band, **given).peak(first)
-        found = synthesis(mode, problem, force, level)
+    for _, found, peak, whole in peaks(CASES[name], LEVELS[name]):
         assert found.peak_reached and found.said == ""
-        assert found.peak(first)[1] == pytest.approx(height, rel=0.01)
-        assert found.peak(first)[0] == pytest.approx(hz, rel=0.0005)
+        assert peak[1] == pytest.approx(whole[1], rel=0.01)
+        assert peak[0] == pytest.approx(whole[0], rel=0.0005)
+
+
+def rig_alone():
+    """The rig with the first of its outputs."""
+    problem, force, outputs = rig()
+    name = next(iter(outputs))
+    return problem, force, {name: outputs[name]}
+
+
+RIG = rig_alone, (1e-6, 1e-4), (1450, 1600)
+RIG_LEVELS = (5.0, 20.0, 40.0)
 
 
 @pytest.mark.slow
 def test_peaks_of_the_rig():
-    problem, force, outputs = rig()
-    name = next(iter(outputs))
-    mode = backbone(problem, 1, (1e-6, 1e-4), outputs={name: outputs[name]}, harmonics=3)
-    for level in (5.0, 20.0, 40.0):
-        given = dict(outputs={name: outputs[name]}, harmonics=3, truncation=False)
-        hz, height = follow_band(problem, level * force, (1450, 1600), **given).peak(name)
-        found = synthesis(mode, problem, force, level)
-        assert found.peak(name)[1] == pytest.approx(height, rel=0.05)
-        assert found.peak(name)[0] == pytest.approx(hz, rel=0.002)
+    for _, _, peak, whole in peaks(RIG, RIG_LEVELS):
+        assert peak[1] == pytest.approx(whole[1], rel=0.05)
+        assert peak[0] == pytest.approx(whole[0], rel=0.002)
 
 
 def test_a_stuck_response_is_the_linear_one():
