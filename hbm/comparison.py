@@ -13,7 +13,7 @@ from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.curve.solutions import point_of, points_at
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.result import ForcedResponse, along
 from tipdamp.hbm.time import period_map, shooting
 from tipdamp.hbm.time.base import Integrator
 from tipdamp.hbm.time.exact import ExactIntegrator
@@ -99,13 +99,14 @@ def compare(
     parameter: Parameter | None = None,
     *,
     point: int | None = None,
+    omega: float | None = None,
 ) -> Comparison:
     """A solution of a curve compared with time integration that starts on its orbit.
 
         problem, _ = contact_problem(model, pairs, law, damping_ratio=0.01)
         print(compare(curve, problem, 1250.0).said)
 
-    problem : that the curve was made with; value, parameter : as in
+    problem : that the curve was made with; value, omega, parameter : as in
     `hbm.curve.solutions.solutions_at`
     which : the place there, needed where the curve has several solutions
     point : instead of value, the number of a point of the curve, as of `curve[point]`
@@ -124,12 +125,12 @@ def compare(
     >>> found.agrees, bool(found.stable), bool(found.difference < 0.01)
     (True, True, True)
     """
-    if (value is None) == (point is None):
+    if (value is None and omega is None) == (point is None):
         raise InputError("compare: give either a value or a point of the curve")
     if point is not None:
         balance, there = point_of(curve, problem, point, parameter)
         return compare_point(balance, there, curve.output_rows, settings)
-    assert value is not None
+    value = along(curve, value, omega)
     balance, points = points_at(curve, problem, value, parameter)
     if which is None and len(points) > 1:
         sizes = ", ".join(

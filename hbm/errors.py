@@ -6,6 +6,8 @@ from difflib import get_close_matches
 from importlib import import_module
 from types import ModuleType
 
+EXPLAINED = "docs/warnings.md"  # the page of warnings
+
 
 class InputError(ValueError):
     """Unusable input, found before any heavy work: one line with the given value and the allowed
@@ -20,12 +22,18 @@ class InputError(ValueError):
 class Doubt(UserWarning):
     """A result that may not be what it looks like: the class of all warnings of this library.
 
-    docs/warnings.md explains each of them, and what to do.
+    docs/warnings.md explains each of them, and what to do; the text of a warning ends with its
+    name, the sentence alone is `args[0]`.
 
     >>> import warnings
+    >>> print(Doubt("K is indefinite"))
+    K is indefinite (docs/warnings.md)
     >>> warnings.simplefilter("error", Doubt)  # a script that stops where there is a doubt
     >>> warnings.simplefilter("default", Doubt)
     """
+
+    def __str__(self) -> str:
+        return f"{super().__str__()} ({EXPLAINED})"
 
 
 def shown(name: object, most: int = 80) -> str:

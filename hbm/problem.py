@@ -314,14 +314,19 @@ class Problem(AnyProblem):
 
     @with_options_named
     def limit_cycle(
-        self, hz: float, amplitude: float = 1.0, **options: Unpack[CurveKeywords]
+        self,
+        hz: float | None = None,
+        amplitude: float = 1.0,
+        *,
+        omega: float | None = None,
+        **options: Unpack[CurveKeywords],
     ) -> PeriodicSolution:
-        """A self-excited motion near a frequency in Hz, which is found, and near an amplitude in m
-        at the laws: see `hbm.self_excited.limit_cycle`."""
+        """A self-excited motion near a frequency, hz or omega in rad/s, which is found, and near
+        an amplitude in m at the laws: see `hbm.self_excited.limit_cycle`."""
         if self.forces or (self.varying and self.varying.forces):
             raise InputError("limit_cycle: is a motion without forces, the problem has some")
         problem, options = self.contact_problem, self._with_rows(options)
-        return self_excited.limit_cycle(problem, hz, amplitude, **options)
+        return self_excited.limit_cycle(problem, hz, amplitude, omega=omega, **options)
 
     def _unit(self, dof: int) -> np.ndarray:
         if not 0 <= dof < self.size:

@@ -84,8 +84,9 @@ def forced_response(
     pairs: ContactTable,
     law: ContactLaw,
     forcing: Forcing,
-    band: Sequence[float],
+    band: Sequence[float] | None = None,
     *,
+    omega: Sequence[float] | None = None,
     damping_ratio: ArrayLike | None = None,
     origin: str = "preloaded",
     static: np.ndarray | None = None,
@@ -97,7 +98,7 @@ def forced_response(
     model : ReducedModel; pairs : ContactTable (pairs of weight 0 are left out); law : a law of
     `hbm.laws`
     forcing : (r,) real or complex amplitude F of Re F exp(i w t) in N, or {harmonic: (r,)}
-    band : (from, to) Hz; from > to runs downwards
+    band : (from, to) Hz, or omega : (from, to) rad/s; from > to runs downwards
     damping_ratio : of the modes of the stuck system, a number or one per mode; None takes the
     model's C
     origin : 'preloaded' - q = 0 is the preloaded state, N = max(0, preload + kn u_n); 'unloaded' -
@@ -134,7 +135,7 @@ def forced_response(
             "start", start, "must be 'zero_force', 'zero_slider' or slider positions (P, 2) in m"
         )
         options["start"] = start[kept] if start.shape[:1] == kept.shape else start
-    curve = follow_band(problem, forcing, band, **options)
+    curve = follow_band(problem, forcing, band, omega=omega, **options)
     for sentence in hold_in_words(curve, problem):
         warnings.warn(sentence, Doubt, stacklevel=2)
     return _with_all_pairs(curve, kept)
@@ -170,13 +171,16 @@ def follow_band(
 def follow_parameter(
     problem: ContactProblem,
     forcing: Forcing,
-    hz: float,
+    hz: float | None,
     parameter: str | Parameter,
     between: Sequence[float],
+    *,
+    omega: float | None = None,
     **options: Unpack[CurveKeywords],
 ) -> ForcedResponse:
     """Branch of periodic responses at one frequency over another parameter.
 
+    hz : of the force; or None, and omega in rad/s
     parameter : 'level' (of the force), 'damping', 'preload', 'pull', 'gap', 'mu', 'kn' or 'kt' as
         a factor on all contacts (`ContactSetting`), or a Parameter of `hbm.balance.parameter`
     between : (from, to) of the parameter; both positive
@@ -195,7 +199,7 @@ def follow_parameter(
     return _curve(
         problem,
         forcing,
-        (parameter, positive("hz", hz, " Hz")),
+        (parameter, positive("hz", in_hz("hz", hz, omega), " Hz")),
         ("between", between),
         curve_options(options),
     )

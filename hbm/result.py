@@ -19,7 +19,7 @@ from tipdamp.hbm.io.array_record import ArrayRecord, read_record
 from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
 from tipdamp.hbm.periodic_solution import PeriodicSolution
-from tipdamp.hbm.validation import check_whole, positive
+from tipdamp.hbm.validation import check_whole, in_hz, positive
 
 if TYPE_CHECKING:
     import pandas
@@ -242,15 +242,18 @@ class ForcedResponse(ArrayRecord):
     def __iter__(self) -> Iterator["PeriodicSolution"]:
         return (self[i] for i in range(len(self)))
 
-    def at(self, value: float, which: int | None = None) -> "PeriodicSolution":
-        """The computed point nearest to a frequency in Hz, or to another parameter along the curve.
+    def at(
+        self, value: float | None = None, which: int | None = None, *, omega: float | None = None
+    ) -> "PeriodicSolution":
+        """The computed point nearest to a frequency in Hz, or omega in rad/s, or to another
+        parameter along the curve.
 
         which : of the crossings, 0 for the first along the curve, where it crosses the value
             several times
         `solutions_at(curve, problem, value)` solves at the very value. Raises InputError outside
         the curve, and where `which` is missing or none.
         """
-        value = float(positive("value", value))
+        value = positive("value", along(self, value, omega))
         if which is not None:
             check_whole("which", which, 0)
         p, known = self.parameter, self.converged
@@ -593,3 +596,10 @@ def widest_gap(parameter: ArrayLike, converged: ArrayLike, restarts: ArrayLike) 
         ),
         default=0.0,
     )
+
+
+def along(curve: ForcedResponse, value: float | None, omega: float | None) -> Any:
+    """A value of the parameter of a curve, or in its place a frequency in rad/s, in Hz."""
+    if omega is not None and curve.parameter_name != "frequency":
+        raise InputError(f"omega: the curve runs over {curve.parameter_name}; give value")
+    return in_hz("value", value, omega)

@@ -28,7 +28,7 @@ from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.response import as_solution
 from tipdamp.hbm.time.poles import poles
-from tipdamp.hbm.validation import positive
+from tipdamp.hbm.validation import in_hz, positive
 
 LADDER = np.logspace(-6, 6, 73)  # times the amplitude: where the energy balance is looked at
 CALLS = 200  # of the residual, from each place where it holds
@@ -40,13 +40,15 @@ VANISHED = 1e-3  # of the motion begun with: what is left is the rest, or almost
 @with_options_named
 def limit_cycle(
     problem: AnyProblem,
-    hz: float,
+    hz: float | None = None,
     amplitude: float = 1.0,
+    *,
+    omega: float | None = None,
     **options: Unpack[CurveKeywords],
 ) -> PeriodicSolution:
     """A self-excited motion of a problem without forces; `frequency` of the solution is found.
 
-    hz : near it in Hz, as the natural frequency of the mode that is excited
+    hz : near it in Hz, or omega in rad/s, as the natural frequency of the mode that is excited
     amplitude : m, size of the motion at the contacts, to six decades
     options : outputs, harmonics, guess (unknowns of a motion at hz), samples, settings of
         CurveOptions. The time begins where the largest motion of a contact in order 1 does
@@ -60,7 +62,7 @@ def limit_cycle(
     >>> print(f"{abs(cycle.harmonics[0, 1]):.2f}, period {1 / cycle.frequency:.4f}")
     2.00, period 6.3807
     """
-    chosen, hz = curve_options(options), positive("hz", hz, " Hz")
+    chosen, hz = curve_options(options), positive("hz", in_hz("hz", hz, omega), " Hz")
     problem = contact_problem_of(problem)
     if problem.structural is not None or problem.varying is not None:
         raise InputError(

@@ -23,6 +23,7 @@ from tipdamp.hbm.laws.sampled import projector
 __all__ = [
     "check_force",
     "check_law",
+    "contacts_of_size",
     "forces",
     "full_derivative",
     "history",
@@ -96,7 +97,8 @@ def _tried(
     """The contacts, by default random ones, and random motions (P, nd, nh) of them."""
     rng = np.random.default_rng(0)
     if contacts is None:
-        contacts = _random_contacts(rng, max((np.size(v) for v in vars(law).values()), default=0))
+        size = max((np.size(v) for v in vars(law).values()), default=0)
+        contacts = contacts_of_size(1.0, 1.0, size if size > 1 else 12, rng)
     P, nd = len(contacts), len(law.components)
     decay = (1 + np.r_[0, np.repeat(np.arange(1, ORDERS + 1), 2)]) ** 2
     x = amplitude * rng.normal(size=(P, nd, len(decay))) / decay
@@ -144,13 +146,15 @@ def shifted(x: np.ndarray, phase: float) -> np.ndarray:
     return fourier.to_real(X * np.exp(1j * phase * np.arange(X.shape[-1])))
 
 
-def _random_contacts(rng: np.random.Generator, P: int) -> Contacts:
-    P = P if P > 1 else 12
+def contacts_of_size(
+    stiffness: float, amplitude: float, count: int = 12, rng: np.random.Generator | int = 0
+) -> Contacts:
+    """Random contacts that stick, slip and open in motions of an amplitude (m): kn, kt around a
+    stiffness (N/m), mu around 0.5, preloads from -0.3 to 1 times both."""
+    rng = np.random.default_rng(rng)
+    kn, kt = (stiffness * rng.uniform(0.5, 2, count) for _ in range(2))
     return Contacts(
-        rng.uniform(0.5, 2, P),
-        rng.uniform(0.5, 2, P),
-        rng.uniform(0.1, 0.8, P),
-        rng.uniform(-0.3, 1, P),
+        kn, kt, rng.uniform(0.1, 0.8, count), stiffness * amplitude * rng.uniform(-0.3, 1, count)
     )
 
 

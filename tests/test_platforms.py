@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -99,6 +100,44 @@ def test_the_pythons_of_the_metadata_are_tried():
     for requirement in PROJECT["project"]["dependencies"]:
         name, _, bound = requirement.partition(">=")
         assert f"{name}=={bound}.0" in lowest
+
+
+def _file_of(module):
+    """The source of a module of this repository, None of another."""
+    path = ROOT / module.replace(".", "/")
+    return next((p for p in (path.with_suffix(".py"), path / "__init__.py") if p.is_file()), None)
+
+
+def _imported(path):
+    """Modules that are imported when a file is, by statements at its top."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in tree.body:
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module
+            names = [f"{node.module}.{alias.name}" for alias in node.names]
+            yield from filter(_file_of, names)
+
+
+def test_the_job_of_matrices_installs_what_its_tests_import():
+    """Whatever collection of tests/hbm reaches, also through other files of this repository."""
+    workflow = (ROOT / ".github" / "workflows" / "ci.yml").read_text()
+    asked = re.search(r"pip install \. (.*) \$\{\{ matrix.with", workflow)[1].split()
+    needed = [bound.partition(">=")[0] for bound in PROJECT["project"]["dependencies"]]
+    there = {*asked, *needed, *sys.stdlib_module_names}
+    left, seen, foreign = [*(ROOT / "tests" / "hbm").rglob("*.py")], set(), {}
+    while left:
+        path = left.pop()
+        seen.add(path)
+        for module in _imported(path):
+            source = _file_of(module)
+            if source is None and not (ROOT / module.replace(".", "/")).is_dir():
+                foreign.setdefault(module.split(".")[0], path)
+            elif source and source not in seen:
+                left.append(source)
+    assert len(seen) > 150 and {"numpy", "pytest"} <= foreign.keys()
+    assert {name: at for name, at in foreign.items() if name not in there} == {}
 
 
 def test_a_release_is_told_alike():

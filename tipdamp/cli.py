@@ -26,7 +26,7 @@ import tipdamp
 from tipdamp import receipts
 from tipdamp.engine import ranks
 from tipdamp.engine.kernel_cache import choose_caches
-from tipdamp.hbm.errors import InputError, shown
+from tipdamp.hbm.errors import Doubt, InputError, shown
 from tipdamp.report.libraries import MissingLibrary
 from tipdamp.results import STAGES
 
@@ -145,7 +145,7 @@ def _main(argv: Sequence[str] | None) -> int:
     try:
         with warnings.catch_warnings():
             warnings.showwarning = lambda message, *_, **__: logging.getLogger("tipdamp").warning(
-                "%s", message
+                "%s", message.args[0] if isinstance(message, Doubt) else message
             )
             return _interruptible(arguments)
     except MissingLibrary as error:

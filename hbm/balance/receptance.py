@@ -45,7 +45,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.hold.named_motion import describe_motion
 from tipdamp.hbm.hold.rigid_motion import HOLD
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.hbm.validation import brief, check_forcing, check_outputs
+from tipdamp.hbm.validation import brief, check_forcing, check_outputs, in_hz
 
 # each to a quarter: from 800 points over a band to 1e-5 of their distance
 ZOOMS = 8
@@ -332,14 +332,17 @@ def linear_response(
     model: ReducedModel,
     pairs: ContactTable | None,
     forcing: ArrayLike,
-    frequencies: ArrayLike,
+    frequencies: ArrayLike | None = None,
     damping_ratio: ArrayLike | None = None,
     outputs: dict | None = None,
+    *,
+    omega: ArrayLike | None = None,
 ) -> np.ndarray:
     """(n, m) complex harmonic 1 of the outputs when every pair sticks, or without damper where
     pairs is None.
 
-    forcing : (r,) real or complex, N, amplitude F of Re F exp(i w t); frequencies : (n,) Hz
+    forcing : (r,) real or complex, N, amplitude F of Re F exp(i w t); frequencies : (n,) Hz; or
+        omega : (n,) rad/s
     damping_ratio : of the modes of this linear system; None takes the model's C
     outputs : {name: (r,) row}
 
@@ -352,6 +355,7 @@ def linear_response(
     >>> print(f"{abs(free[0, 0]) / abs(stuck[0, 0]):.0f}")  # at the resonance of the free blade
     6
     """
+    frequencies = in_hz("frequencies", frequencies, omega)
     rows = check_outputs(outputs, model.size)[1]
     force = check_forcing(forcing, model.size, 1)[1]
     receptance = _linear_receptance(model, pairs, force, frequencies, damping_ratio)

@@ -15,7 +15,7 @@ from tipdamp.hbm.continuation.crossings import crossings
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.errors import Doubt, InputError
-from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.result import ForcedResponse, along
 from tipdamp.hbm.validation import brief, check_kind, check_whole, numbers
 
 # residual of a stored point relative to its motion, above which the problem is another one
@@ -23,10 +23,15 @@ SOLVES = 1e-6
 
 
 def solutions_at(
-    curve: ForcedResponse, problem: AnyProblem, value: float, parameter: Parameter | None = None
+    curve: ForcedResponse,
+    problem: AnyProblem,
+    value: float | None = None,
+    parameter: Parameter | None = None,
+    *,
+    omega: float | None = None,
 ) -> np.ndarray:
-    """(s, m, H+1) complex harmonics of every solution at a frequency in Hz, one for each crossing
-    of the curve.
+    """(s, m, H+1) complex harmonics of every solution at a frequency in Hz, or omega in rad/s, one
+    for each crossing of the curve.
 
     problem : the Problem or ContactProblem that the curve was made with
     value : in a curve over another parameter, a value of that; parameter : as given to
@@ -45,6 +50,7 @@ def solutions_at(
     >>> print(np.abs(found[:, 0, 1]).round(2))  # three on the fold, in their order along the curve
     [1.06 0.88 0.29]
     """
+    value = along(curve, value, omega)
     doubt = curve.further if curve.complete else f"it is incomplete, {curve.ended}"
     if doubt:
         warnings.warn(
@@ -103,13 +109,15 @@ def time_history(
     curve: ForcedResponse,
     problem: AnyProblem,
     name: str,
-    value: float,
+    value: float | None = None,
     which: int = 0,
     n: int = 256,
     parameter: Parameter | None = None,
+    *,
+    omega: float | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(t (n,) s, x (n,) m) of an output over one period of the motion; value, which : place in
-    `solutions_at`.
+    """(t (n,) s, x (n,) m) of an output over one period of the motion; value, omega, which : place
+    in `solutions_at`.
 
     Raises InputError as `solutions_at`, and where the curve has no such solution.
 
@@ -123,6 +131,7 @@ def time_history(
     """
     check_whole("time_history: n", n, 1)
     check_whole("time_history: which", which, 0)
+    value = along(curve, value, omega)
     found = solutions_at(curve, problem, value, parameter)
     if which >= len(found):
         raise InputError(

@@ -31,7 +31,7 @@ from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.fitting.result import DampingFit, MeasuredResponse
 from tipdamp.hbm.modes.derivatives import by_factor
 from tipdamp.hbm.response import follow_band
-from tipdamp.hbm.validation import check_settings, check_whole
+from tipdamp.hbm.validation import check_settings, check_whole, in_hz
 
 STEPS, HALVINGS = 40, 8
 LONGEST = 0.7  # step in the logarithm of an unknown
@@ -83,6 +83,7 @@ def fit_damping(
     stiffness: bool = False,
     scatter: bool = False,
     band: tuple[float, float] | None = None,
+    omega: tuple[float, float] | None = None,
     harmonics: int = 5,
     start: str | np.ndarray = "zero_slider",
     samples: int | None = None,
@@ -97,7 +98,7 @@ def fit_damping(
     mu, stiffness : whether a factor on mu, or on kn and kt, of all contacts is unknown, too
     scatter : whether each measured curve has a factor of its own on its amplitudes and, where the
         stiffness is known, on its frequencies, as from one mounting to the next
-    band : Hz, of the measured points that count; default: all
+    band : Hz, or omega : rad/s, of the measured points that count; default: all
     harmonics, start, samples : as in CurveOptions
     progress : function (hz, step, calls), called at each point of the curves that are followed and
         at each measured one; without one a terminal or a notebook shows a line, and False shows
@@ -119,6 +120,8 @@ def fit_damping(
     given.check_plain("fit_damping")
     if given.damping_ratio is None:
         raise InputError("fit_damping: finds damping ratios, the problem has a matrix C")
+    if omega is not None:
+        band = in_hz("band", band, omega)
     inside = [one if band is None else one.within(*band) for one in measured]
     options = {"harmonics": harmonics, "start": start, "samples": samples}
     unknowns = _unknowns(given, modes, mu, stiffness)

@@ -33,6 +33,7 @@ from tipdamp.hbm.validation import (
     check_outputs,
     check_settings,
     check_values,
+    in_hz,
     interval,
     one_of,
 )
@@ -59,7 +60,7 @@ def follow_peak(
     output : name of the one whose peak it is, None the first; several: the largest of them at each
         value, and where another one becomes the largest is located
     kind : of amplitude, as in `ForcedResponse.amplitude`
-    options : of FollowOptions; `outputs` and `band` must be given
+    options : of FollowOptions; `outputs`, and `band` or `omega`, must be given
     Raises InputError on unusable input, and where the first curve has no peak inside its band.
 
     At the last value, and where the branch of peaks ends (it meets a minimum of the curve, it is
@@ -133,7 +134,7 @@ def _checked(
     options: Any,
 ) -> tuple[Case, FollowOptions, tuple[float, float]]:
     """(case of the first output, options, values at both ends in units of the branch)."""
-    given = given_options(FollowOptions, options, ("outputs", "band"))
+    given = given_options(FollowOptions, options, ("outputs",))
     problem = contact_problem_of(problem)
     if problem.varying is not None:
         raise InputError(
@@ -152,7 +153,7 @@ def _checked(
         rows,
         (0,),
         KINDS[0],
-        interval("band", given.band, " Hz"),
+        interval("band", in_hz("band", given.band, given.omega), " Hz"),
         check_harmonics(given.harmonics),
         given.start,
         given.samples,

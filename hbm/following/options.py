@@ -11,10 +11,11 @@ from tipdamp.hbm.continuation.settings import Settings
 
 
 class FollowKeywords(TypedDict, total=False):
-    """The fields of FollowOptions as keywords; `outputs` and `band` must be given."""
+    """The fields of FollowOptions as keywords; `outputs`, and `band` or `omega`, must be given."""
 
     outputs: Required[Mapping[str, ArrayLike]]
-    band: Required[Sequence[float]]
+    band: Sequence[float] | None
+    omega: Sequence[float] | None
     harmonics: int
     at: ArrayLike
     start: str | np.ndarray | None
@@ -29,7 +30,7 @@ class FollowOptions:
 
     outputs : {name: a dof, or the (r,) row that takes the output out of q}
     band : (low, high) Hz of the whole curves at the first value, at the last one and where a branch
-        ends: in it the highest peak counts
+        ends: in it the highest peak counts; or omega : (low, high) rad/s
     harmonics, start, samples, settings : as in CurveOptions
     at : values of the parameter at which the peak is solved
     progress : function (value, step, calls), called at each place, and with step 0 on whole curves;
@@ -37,7 +38,8 @@ class FollowOptions:
     """
 
     outputs: Mapping[str, ArrayLike]
-    band: Sequence[float]
+    band: Sequence[float] | None = None
+    omega: Sequence[float] | None = None
     harmonics: int = 5
     at: ArrayLike = ()
     start: str | np.ndarray | None = None

@@ -31,7 +31,7 @@ from tipdamp.hbm.curve.solutions import points_of, restored
 from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.influence import Derivatives
 from tipdamp.hbm.modes.matrix_rates import SLOPES, STENCIL, rates_of
-from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.result import ForcedResponse, along
 from tipdamp.hbm.validation import check_whole
 
 # of the half width of the peak, by the curvature of its top: distance of the points beside it
@@ -97,15 +97,17 @@ def point_derivatives(
     curve: ForcedResponse,
     problem: AnyProblem,
     name: str,
-    value: float,
+    value: float | None = None,
     which: int = 0,
     kind: str = KINDS[0],
     order: int | None = None,
     *,
+    omega: float | None = None,
     parameters: Sequence[ModelParameter] = (),
 ) -> Derivatives:
-    """Of an output at a frequency in Hz that is held; which : place in `solutions_at`; parameters :
-    as in `peak_derivatives`.
+    """Of an output at a frequency in Hz, or omega in rad/s, that is held.
+
+    which : place in `solutions_at`; parameters : as in `peak_derivatives`
 
     Raises InputError as `peak_derivatives`, and where there is no such solution.
 
@@ -116,6 +118,7 @@ def point_derivatives(
     >>> print(by.frequency, bool(by.amplitude_by["level"][0] > 0))
     700.0 True
     """
+    value = along(curve, value, omega)
     at = _At(curve, problem, name, (kind, order), parameters)
     found = points_of(curve, at.equation, at.points, value)
     if not 0 <= check_whole("which", which, 0) < len(found):

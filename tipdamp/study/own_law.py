@@ -20,11 +20,18 @@ import numpy as np
 
 from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.hbm.laws import ContactLaw, Contacts, PlainForce
-from tipdamp.hbm.testing import check_force, check_law
-from tipdamp.study.values import check_parameters, parameters_of
+from tipdamp.hbm.testing import check_force, check_law, contacts_of_size
+from tipdamp.study.values import check_parameters
 
 FLAG = "--allow-code"
 ALLOWED: ContextVar[bool] = ContextVar("ALLOWED", default=False)
+SIZES: list[dict[str, Any]] = [  # a machine's contacts at 1 kHz, by m of their motion; or all of 1
+    *(
+        {"contacts": contacts_of_size(1e6, u), "amplitude": u, "omega": 2e3 * np.pi}
+        for u in (1e-5, 1e-6, 1e-4)
+    ),
+    {},
+]
 
 
 @contextmanager
@@ -63,8 +70,8 @@ def own_law(path: Path, content: str, name: str, parameters: dict[str, float]) -
     law = _law_class(path, content, name)
     check_parameters(law, parameters)
     made = law(**parameters)
-    _keep_contract(path, content, name)
-    made.check(Contacts(*np.array([[1.0], [1.0], [0.5], [1.0]])))  # with parameters of the study
+    made.check(Contacts(*np.array([[1.0], [1.0], [0.5], [1.0]])))
+    _keep_contract(path, content, name, tuple(sorted(parameters.items())))
     return made
 
 
@@ -118,21 +125,26 @@ def _again(path: Path, content: str, name: str, values: dict[str, Any]) -> Conta
 
 
 @cache
-def _keep_contract(path: Path, content: str, name: str) -> None:
-    """The conformance run, with 1 for parameters without a default, as its contacts are of the size
-    1; InputError with the first point in which the law breaks its contract."""
+def _keep_contract(
+    path: Path, content: str, name: str, parameters: tuple[tuple[str, float], ...]
+) -> None:
+    """The conformance run with the parameters of the study; InputError with the first point in
+    which the law breaks its contract.
+
+    Each motion is too large, too small or too steep for some parameter: one of SIZES at which the
+    contract is kept is enough.
+    """
     law = _law_class(path, content, name)
-    ones = {name: 1.0 for name, required in parameters_of(law).items() if required}
     check = check_force if issubclass(law, PlainForce) else check_law
-    try:
-        check(law(**ones))
-    except InputError as error:
-        raise InputError(f"{path}: conformance run: {error}") from None
-    except AssertionError as error:
-        said = " ".join(str(error).split())
-        raise InputError(f"{path} does not keep the contract of a law: {said}") from None
-    except Exception as error:
-        said = " ".join(str(error).split())
-        raise InputError(
-            f"{path}: conformance run: {type(error).__name__} in {name}: {said}"
-        ) from None
+    given = "".join(f", {key} = {value:g}" for key, value in parameters)
+    refused = []
+    for size in SIZES:
+        try:
+            with np.errstate(all="ignore"):
+                return check(law(**dict(parameters)), **size)
+        except AssertionError as error:
+            refused.append(f"does not keep the contract of a law{given}: {error}")
+        except Exception as error:
+            kind = "" if isinstance(error, InputError) else f"{type(error).__name__} in {name}: "
+            refused.append(f"conformance run{given}: {kind}{error}")
+    raise InputError(f"{path}: {' '.join(refused[0].split())}")

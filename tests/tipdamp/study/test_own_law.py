@@ -39,6 +39,16 @@ class Spring(ContactLaw):
         return (self.stiffness + self.more) * motion.u, state
 
 
+@dataclass(frozen=True)
+class BrokenWhereStiff(ContactLaw):
+    components: ClassVar[tuple] = ("t1",)
+    stiffness: float = 1.0
+
+    def step(self, motion, state, contacts):
+        u = np.abs(motion.u) if self.stiffness > 10 else motion.u
+        return self.stiffness * u, state
+
+
 class Broken(ContactLaw):
     components: ClassVar[tuple] = ("t1",)
 
@@ -109,6 +119,10 @@ def test_the_content_of_the_file_is_part_of_the_study(tmp_path):
         ('"my_law.py:Spring"', "the parameter 'stiffness' of Spring is missing"),
         ('{ name = "my_law.py:Spring", stifness = 1 }', "no parameter 'stifness'; did you mean"),
         ('"my_law.py:Broken"', "does not keep the contract of a law"),
+        (
+            '{ name = "my_law.py:BrokenWhereStiff", stiffness = 2e6 }',
+            "does not keep the contract of a law, stiffness = 2e\\+06: ",
+        ),
     ],
 )
 def test_what_the_file_does_not_hold(tmp_path, law, words):
@@ -116,6 +130,21 @@ def test_what_the_file_does_not_hold(tmp_path, law, words):
     with code_allowed(), pytest.raises(InputError, match=words) as error:
         chosen.make()
     assert "[respond] law" in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "law, text",
+    [
+        ('{ name = "my_law.py:BrokenWhereStiff", stiffness = 5 }', LINEAR),
+        ('{ name = "my_law.py:Smooth", v0 = 1e-3 }', SMOOTH),
+        ('{ name = "my_law.py:Smooth", v0 = 1e-2 }', SMOOTH),
+    ],
+)
+def test_parameters_of_a_machine_are_tried_at_its_size(tmp_path, law, text):
+    """At motions of 1 m this friction is a jump, which no number of samples resolves."""
+    chosen = load_study(study_with(tmp_path, law, text)).respond.law
+    with code_allowed():
+        assert chosen.make().name
 
 
 @pytest.mark.parametrize(
