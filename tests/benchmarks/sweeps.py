@@ -2,9 +2,10 @@
 
     python -m tests.benchmarks.sweeps [--cases 60]
 
-Prints for each the wall time of `tipdamp sweep` beside that of one job, the share of the processes'
-time that steps take, and at 25, 50 and 75 % of the cases the time left as it was told beside what
-it was. The machine should have nothing else to do.
+Prints for each the wall time of `tipdamp sweep` beside that of one job, the efficiency of its
+processes, the share of their time that steps take, and at 25, 50 and 75 % of the cases the time
+left as it was told beside what it was; then the time of the cluster beside that of two jobs, and
+the seconds in which an index of 10 000 cases is opened. The machine should have nothing else to do.
 """
 
 import argparse
@@ -17,8 +18,13 @@ from pathlib import Path
 
 from tests.benchmarks.record import record
 from tests.tipdamp.rig_study import CHAIN, write_chain
+from tests.tipdamp.sweep import large_index
+from tipdamp.engine.workers import Workers
 from tipdamp.hbm.errors import InputError
 from tipdamp.sweep.index import Index
+from tipdamp.sweep.run import _Running
+from tipdamp.sweep.summary import status
+from tipdamp.sweep.work import SweepWork
 
 STUDY = CHAIN.replace("harmonics = [1]", "harmonics = [7]")
 OVER = """
@@ -31,6 +37,7 @@ WAYS = {
     "two jobs": (2, ("--jobs", "2")),
     "local cluster of two": (2, ("--jobs", "2", "--scheduler", "local")),
 }
+CASES = 10_000  # of the index
 SHARES = (0.25, 0.5, 0.75)
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 
@@ -69,6 +76,23 @@ def measured(study, out, jobs, options):
     return row
 
 
+def of_large_index(folder, count):
+    """{operation: s} on the index of so many finished cases."""
+    whole, found = large_index.write(folder, count), {}
+
+    def taking(name, operation):
+        began = time.perf_counter()
+        operation()
+        found[name] = time.perf_counter() - began
+
+    taking("status", lambda: status(folder))
+    with Index(folder, write=True) as index, Workers(1) as workers:
+        sweep = _Running(SweepWork(folder, {}, folder), whole, index, workers)
+        taking("a sweep that goes on", lambda: sweep.take_stock(False))
+        taking("all rows", index.curves)
+    return found
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--cases", type=int, default=60)
@@ -79,9 +103,15 @@ def main():
         study.write_text(STUDY + OVER.format(count=cases // 2))
         for name, (jobs, options) in WAYS.items():
             row = measured(study, Path(place) / name.replace(" ", "_"), jobs, options)
-            rows[name] = row | {"times": rows.get("one job", row)["wall_s"] / row["wall_s"]}
+            times = rows.get("one job", row)["wall_s"] / row["wall_s"]
+            rows[name] = row | {"times": times, "efficiency": times / jobs}
             print(name, rows[name], flush=True)
-    record("sweeps", {"cases": cases, "rows": rows})
+        (folder := Path(place) / "index").mkdir()
+        opened = of_large_index(folder, CASES)
+    by_jobs, by_cluster = (rows[name]["wall_s"] for name in list(WAYS)[1:])
+    print(f"the cluster takes {by_cluster / by_jobs:.3f} of the time of two jobs")
+    print(f"index of {CASES} cases, s", opened)
+    record("sweeps", {"cases": cases, "rows": rows, "index_s": opened})
 
 
 if __name__ == "__main__":

@@ -67,6 +67,7 @@ class Cluster:
         for future in running:
             i = index[future]
             if future.status == "finished":
+                future.release()  # else it is made again when the process is lost that made it
                 yield i
             elif future.status == "error":
                 failed(i, future.exception())

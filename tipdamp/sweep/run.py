@@ -109,9 +109,9 @@ class _Running:
         for key in self.made:
             self.cases_left.pop(key, None)
         self._give_up(failed)
-        levels = self.index.levels()
+        levels, settled = self.index.levels(), self.made | failed
         for task in self.whole.tasks:
-            to_make = [step for step in task.steps if step.key not in self.made | failed]
+            to_make = [step for step in task.steps if step.key not in settled]
             if not to_make or any(step.key in failed for step in task.steps):
                 continue
             self.clock.wait_for(step.key for step in to_make)

@@ -19,6 +19,7 @@ RIDGE = 0.01
 LONGER = 0.25  # of its time so far, that a task still takes which should be done
 FEW_TASKS = 10_000  # up to which their order counts
 LEAST = 1e-3  # s of a step
+MOST = 3.0  # times what is fitted, that one step counts for the others
 
 
 class Clock:
@@ -110,7 +111,9 @@ def _terms(place: np.ndarray) -> np.ndarray:
 
 def _expected(known: np.ndarray, seconds: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """(n,) s of steps with terms wanted (n, t), by those that took seconds (m,) with terms known
-    (m, t): least squares of the logarithms, then scaled to their sum."""
+    (m, t): least squares of the logarithms, then scaled to their sum, in which none counts more
+    than a few times what it should have taken."""
     ridge = np.append(0.0, np.full(known.shape[1] - 1, RIDGE))
     b = np.linalg.solve(known.T @ known + np.diag(ridge), known.T @ np.log(seconds))
-    return np.exp(wanted @ b) * seconds.sum() / np.exp(known @ b).sum()
+    fitted = np.exp(known @ b)
+    return np.exp(wanted @ b) * np.minimum(seconds, MOST * fitted).sum() / fitted.sum()

@@ -117,6 +117,30 @@ def kill_at(pid, folder, count):
     os.kill(pid, signal.SIGKILL)
 
 
+@pytest.mark.slow
+def test_a_worker_that_is_lost_takes_no_finished_task_along(tmp_path):
+    """dask makes again what a lost process held, as long as somebody keeps it."""
+    log = tmp_path / "log"
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=False) as own,
+        distributed.Client(own) as client,
+    ):
+        done = cluster.Cluster(client, 2).spread(noted, log, range(6), None, None)
+        ended = [next(done) for _ in range(5)]
+        time.sleep(0.5)
+        own.sync(next(one for one in own.workers.values() if not one.state.executing).close)
+        ended += done
+    assert sorted(ended) == list(range(6))
+    assert sorted(map(int, log.read_text().split())) == list(range(6))
+
+
+def noted(log, task, report):
+    """Work that says which task it was given; the last one takes long."""
+    time.sleep(2.0 * (task == 5))
+    with log.open("a") as file:
+        file.write(f"{task}\n")
+
+
 def test_nobody_answers(sweep, monkeypatch, capsys):
     monkeypatch.setattr(cluster, "ANSWER", 1.0)
     assert swept(sweep, "--scheduler", "tcp://127.0.0.1:9") == 2

@@ -11,20 +11,21 @@ from pathlib import Path
 
 import pytest
 
+from tests.robustness import counts
 from tests.tipdamp.rig_study import CHAIN
 from tests.tipdamp.sweep.dask_processes import scheduler, worker
 from tipdamp.cli import main
 from tipdamp.sweep.index import Index
 from tipdamp.sweep.work import products
 
-KILLS = int(os.environ.get("TIPDAMP_KILLS", "3"))
+KILLS = int(os.environ.get("TIPDAMP_KILLS", "4"))
 LEVELS = max(8, 2 * KILLS)  # so many that the sweep outlives the kills
 SWEEP = f"""
 [sweep.over]
 model.pull = [60, 30, 20]
 respond.levels = {{ start = 2, stop = 12, count = {LEVELS} }}
 """
-VICTIMS = ("front process", "process") + ("scheduler",) * bool(find_spec("distributed"))
+VICTIMS = ("front process", "process") + ("scheduler", "worker") * bool(find_spec("distributed"))
 PATIENCE = 120.0  # s for a step to be finished
 
 
@@ -101,14 +102,32 @@ def kill_scheduler(study, folder, count):
     return alive
 
 
-KILL = {"front process": kill_front, "process": kill_process, "scheduler": kill_scheduler}
+def kill_worker(study, folder, count):
+    """As `kill_process`, one of the two workers of a scheduler."""
+    with scheduler() as (_, address), worker(address) as (victim, _), worker(address):
+        process = begun(study, "--scheduler", address)
+        wait_for(folder, count, process)
+        alive = process.poll() is None
+        victim.kill()
+        wait_for(folder, len(finished(folder)) + 2, process)
+        process.kill()
+        process.communicate()
+    return alive
+
+
+KILL = {
+    "front process": kill_front,
+    "process": kill_process,
+    "scheduler": kill_scheduler,
+    "worker": kill_worker,
+}
 
 
 @pytest.mark.slow
 def test_killed_processes_cost_the_running_case_alone(matrices_study):
-    """The front process, one that computes and the scheduler of a cluster, killed in turn without
-    warning: what was finished before is the same file at the end, and the numbers are those of a
-    sweep in peace."""
+    """The front process, one that computes, scheduler and worker of a cluster, killed in turn
+    without warning: what was finished before is the same file at the end, and the numbers are those
+    of a sweep in peace."""
     matrices_study.write_text(CHAIN + SWEEP)
     folder = matrices_study.parent / "results" / "study" / "sweep"
     before, lost = {}, Counter()
@@ -120,7 +139,6 @@ def test_killed_processes_cost_the_running_case_alone(matrices_study):
         now = finished(folder)
         assert before.items() <= now.items()  # not one was made again
         before = now
-    print(f"killed: {dict(lost)}; {len(before)} steps were finished by then")
     assert lost.total() == KILLS and set(lost) == set(VICTIMS)
     cases = 3 * LEVELS
     assert f"{cases} of {cases} cases done, 0 failed" in begun(matrices_study).communicate()[0]
@@ -132,6 +150,16 @@ def test_killed_processes_cost_the_running_case_alone(matrices_study):
         == 0
     )
     assert curves(folder / "p" / "sweep") == killed
+    if "TIPDAMP_KILLS" in os.environ:
+        counts.keep(
+            "SIGKILL over tipdamp sweep",
+            kills=KILLS,
+            victims=", ".join(f"{victim} {count}" for victim, count in lost.items()),
+            cases=cases,
+            finished_steps_by_the_last_kill=len(before),
+            finished_steps_made_again=0,
+            cases_with_other_numbers=0,
+        )
 
 
 @pytest.mark.slow
