@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from tests.hbm.following.test_follow import absorber
+from tests.hbm.following.test_follow import FORCE, TIP, absorber, oscillator
 from tipdamp.hbm.balance.parameter import ModelParameter, as_parameter
 from tipdamp.hbm.curve.peaks import find_peaks
 from tipdamp.hbm.following import taken_up
@@ -117,6 +117,19 @@ def test_a_way_back_that_is_lost_is_told(monkeypatch):
     assert not peaks.complete
     assert "between level = 1.5 and level = 1.69" in peaks.ended
     assert "another peak may be the highest" in peaks.ended
+
+
+def test_where_a_kink_stands_at_the_peak_places_are_fitted(monkeypatch):
+    """Where the equation has no solution: maxima of short pieces of the curve, and it says so."""
+    monkeypatch.setattr(taken_up, "run_from", lambda *given: None)
+    monkeypatch.setattr(taken_up, "begin_at", lambda case, top, p: (None, None))
+    monkeypatch.setattr(taken_up, "FITTED", 0.2)
+    problem, given = oscillator(), dict(outputs=TIP, band=(600, 1200), harmonics=1)
+    peaks = follow_peak(problem, FORCE, "level", (1.0, 3.0), **given)
+    assert peaks.complete and peaks.fitted.all() and np.isnan(peaks.curvature).all()
+    assert np.allclose(peaks.parameter, np.linspace(1.0, 3.0, 6))
+    assert "level = 1 to level = 3 the curve has a kink at its peak, places are" in peaks.ended
+    check_places(peaks, problem, FORCE, given, ["tip"], 6)
 
 
 @pytest.mark.parametrize("parameter", ["kn", "kt"])
