@@ -102,11 +102,13 @@ PUSH = np.array([0.0775, -0.1278, -0.0319])
 @pytest.mark.slow
 def test_the_way_back_goes_on_beyond_a_kink():
     """The other peak is the higher one from level 1.54 on; its way back from the last value meets a
-    kink at 1.69."""
+    kink at 1.69, from which on a kink stands at the peak itself."""
     problem = system_with_a_stop()
     peaks = follow_peak(problem, PUSH, "level", (1.5, 1.72), at=[1.53], **WITH_A_STOP)
     assert peaks.complete and peaks.jumps.sum() == 1
     assert peaks.parameter[peaks.jumps][0] == pytest.approx(1.5416, abs=2e-4)
+    assert (peaks.fitted == (peaks.parameter > 1.69)).all() and peaks.fitted.sum() > 9
+    assert "the curve has a kink at its peak, places are fitted" in peaks.ended
     check_places(peaks, problem, PUSH, WITH_A_STOP, ["o"], 5)
 
 
