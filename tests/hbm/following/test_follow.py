@@ -160,6 +160,18 @@ def test_the_rig_drifts_at_a_named_end():
 
 
 @pytest.mark.slow
+def test_a_drift_is_named_before_the_kink_that_it_makes():
+    """Of the damper along y, which whole curves beyond tell."""
+    problem, force, given = rig_alone()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        peaks = follow_peak(problem, force, "preload", (0.4, 0.2), **given)
+    assert not peaks.complete and 0.36 < peaks.parameter[-1] < 0.39
+    drift = peaks.ended.index("slides along (0.00, 1.00, 0.00)")
+    assert drift < peaks.ended.rindex("a kink") and peaks.ended.count("hold its mean") == 1
+
+
+@pytest.mark.slow
 def test_duffing_peaks_in_closed_form():
     given = dict(outputs={"x": [1.0]}, band=(0.05, 1.0), harmonics=1)
     peaks = follow_peak(duffing(0.1), np.ones(1), "level", (0.05, 3.0), at=[0.5, 2.0], **given)
