@@ -136,12 +136,18 @@ class Case:
 
     def begin(self, value: float, near: float | None = None) -> Extreme | None:
         """The highest peak, or the fold nearest to `near` Hz, on the whole curve at a value."""
-        curve, problem = self.curve(value)
         if self.what == "peak":
-            return self._highest(curve, problem)
+            return self.highest_at(value)[0]
+        curve = self.curve(value)[0]
         hz = self.band[0] if near is None else near
         found = min(folds(curve), key=lambda fold: abs(fold[1] - 2 * np.pi * hz), default=None)
         return None if found is None else Extreme(*found, self.columns[0])
+
+    def highest_at(self, value: float) -> tuple[Extreme | None, str]:
+        """(the highest peak of the whole curve at a value, why it has none in words)."""
+        curve, problem = self.curve(value)
+        top, whole = self._highest(curve, problem), curve.complete
+        return top, "" if whole or top else f"the curve has no peak, it {curve.ended}"
 
     def again(self, top: Extreme, value: float) -> Extreme | None:
         """A peak at another value, on the piece of the curve around it: no derivative is asked

@@ -71,10 +71,12 @@ def _other(path: Path) -> tuple[Extreme | None, float]:
     value = end if path.complete or run.enough else end + BEYOND * (last - first)
     value = last if path.passes(value, last) else value
     try:
-        top = case.begin(value / case.parameter.scale)
+        top, why = case.highest_at(value / case.parameter.scale)
     except InputError as error:
         path.runs[-1] = replace(run, why=f"{run.why}; {case.named(value)}: {error}")
         return None, value
+    if why:
+        path.runs[-1] = replace(run, why=f"beyond {case.named(end)} {why}; {run.why}")
     if top is None or not path.complete:
         return top, value
     higher = height_of(case, top, value) > (1 + HIGHER) * known[run.column]

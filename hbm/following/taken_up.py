@@ -85,7 +85,8 @@ def stretch(
     points = [_fitted(equation, top, value)]
     step = FITTED * abs(path.ends[1] - path.ends[0]) * np.sign(end - value)
     while value != end and not found(points[-1]):
-        value = end if abs(end - value) <= abs(step) else value + step
+        # a rest of rounding is no step
+        value = end if abs(end - value) <= 1.001 * abs(step) else value + step
         again = case.again(top, value / case.parameter.scale)
         if again is None or not case.inside(again.w):
             break

@@ -25,6 +25,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.modes.free_motion import ModeEquation
 from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.modes.stuck_modes import seen_alone, stuck_modes
+from tipdamp.hbm.ties import first_largest
 from tipdamp.hbm.validation import (
     LEAST,
     MOST,
@@ -52,7 +53,7 @@ def backbone(
     mode: int,
     amplitudes: Sequence[float],
     *,
-    outputs: Mapping[str, ArrayLike],
+    outputs: Mapping[str, ArrayLike] | None = None,
     harmonics: int = 5,
     samples: int | None = None,
     settings: Settings | None = None,
@@ -65,7 +66,8 @@ def backbone(
     mode : number of the stuck mode, 1 is the lowest
     amplitudes : (k,) m, ascending, two or more: of harmonic 1 of the first output. The mode is
         followed from the first to the last; at each in between it is solved
-    outputs : {name: a dof, or the (r,) row that takes the output out of q}
+    outputs : {name: a dof, or the (r,) row that takes the output out of q}; None takes the dof that
+        moves most in the mode, by the name "dof 7"
     harmonics : H, orders 0..H are kept; samples, settings : as in CurveOptions
     progress : function (amplitude, step, calls), called at each point; without one a terminal or a
         notebook shows a line, and False shows nothing
@@ -122,12 +124,16 @@ def _check_amplitudes(amplitudes: Sequence[float]) -> np.ndarray:
 
 
 def mode_equation(
-    problem: AnyProblem, mode: int, outputs: Mapping[str, ArrayLike], H: int, samples: int | None
+    problem: AnyProblem,
+    mode: int,
+    outputs: Mapping[str, ArrayLike] | None,
+    H: int,
+    samples: int | None,
 ) -> tuple[ModeEquation, np.ndarray, list[str]]:
     """(equation of a mode, rows (m, r) of the outputs, their names); InputError as `backbone`."""
     problem = contact_problem_of(problem)
     problem.check_plain("backbone")
-    names, rows = check_outputs(outputs, len(problem.K))
+    given = None if outputs is None else check_outputs(outputs, len(problem.K))
     if H < 1:
         raise InputError(f"harmonics = {H}: a mode vibrates in order 1, at least that many")
     modes = stuck_modes(problem)
@@ -136,6 +142,10 @@ def mode_equation(
         raise InputError(
             f"mode = {mode}: the stuck system has {len(modes.frequencies)}, the lowest is 1"
         )
+    if given is None:
+        dof = first_largest(np.abs(modes.shapes[:, index]))
+        given = check_outputs({f"dof {dof}": dof}, len(problem.K))
+    names, rows = given
     modes = seen_alone(modes, index, rows[0])
     row = rows[0] @ modes.shapes
     if abs(row[index]) <= UNSEEN * np.linalg.norm(rows[0]) * np.abs(modes.shapes[:, index]).max():

@@ -21,6 +21,7 @@ RUNS = (
     "curves",
     "kills",
     "point_floor",
+    "following",
     "force_residuals",
     "rig",
     "robustness",

@@ -71,6 +71,21 @@ def test_files_and_links_of_the_page(page):
 
 
 @pytest.mark.slow
+def test_pictures_of_modes_and_peaks(tmp_path):
+    """The script still draws them, and a page shows each."""
+    pytest.importorskip("matplotlib")
+    drawn = runpy.run_path(str(THEORY / "modes_and_peaks.py"))
+    pages = [
+        (THEORY / f"{page}.md").read_text("utf-8") for page in ("nonlinear_modes", "following")
+    ]
+    for name in drawn["PICTURES"]:
+        assert any(f"{name}.png" in page for page in pages)
+    drawn["main"](tmp_path, ["backbones", "rig_tornado"])
+    for name in ("backbones", "rig_tornado"):
+        assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
 def test_pictures_of_trusted_curves(tmp_path):
     """The script still draws those that are not from the rows of the validation page."""
     pytest.importorskip("matplotlib")

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import fsolve
 
 from tests.hbm.cases import beam, duffing, duffing_peak, rig
+from tests.hbm.modes.test_backbone import held_rig
 from tipdamp.hbm.balance.parameter import ModelParameter, as_parameter
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.varying import Unbalance
@@ -157,6 +158,37 @@ def test_the_rig_drifts_at_a_named_end():
         warnings.simplefilter("ignore")
         peaks = follow_peak(problem, force, "level", (0.5, 5.0), **given)
     assert not peaks.complete and peaks.ended.count("hold its mean position") == 1
+
+
+@pytest.mark.slow
+def test_a_drift_is_named_before_the_kink_that_it_makes():
+    """Of the damper along y, which whole curves beyond tell."""
+    problem, force, given = rig_alone()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        peaks = follow_peak(problem, force, "preload", (0.4, 0.2), **given)
+    assert not peaks.complete and 0.36 < peaks.parameter[-1] < 0.39
+    drift = peaks.ended.index("slides along (0.00, 1.00, 0.00)")
+    assert drift < peaks.ended.rindex("a kink") and peaks.ended.count("hold its mean") == 1
+
+
+@pytest.mark.slow
+def test_a_held_damper_is_followed_from_stuck_to_slip_of_every_contact():
+    """Its mean along y is held, and no drift ends the branch. Beside solutions at both sides of the
+    peak: whole curves do not solve all of theirs."""
+    problem, tip, _ = held_rig()
+    given = dict(outputs={"tip": tip}, band=(240, 395), harmonics=1)
+    peaks = follow_peak(problem, 20 * tip, "pull", (4.0, 0.13), **given)
+    assert peaks.ended == "reached the last value" and not peaks.jumps.any()
+    assert (peaks.share_stick[0] == 1).all() and (peaks.share_stick[-1] < 0.4).all()
+    for i in np.linspace(0, len(peaks) - 1, 6).astype(int):
+        there, forces = as_parameter("pull").rebuild(problem, {1: 20 * tip}, peaks.parameter[i])
+        asked = dict(outputs={"tip": tip}, harmonics=1, guess=peaks.unknowns[i])
+        before, top, after = (
+            solve_at(there, forces, s * peaks.frequency[i], **asked).amplitude()[0]
+            for s in (1 - 1e-5, 1, 1 + 1e-5)
+        )
+        assert top == pytest.approx(peaks.height[i], rel=1e-8) and top > max(before, after)
 
 
 @pytest.mark.slow

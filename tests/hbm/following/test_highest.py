@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from tests.hbm.following.test_follow import absorber
+from tests.hbm.following.test_follow import FORCE, TIP, absorber, oscillator
 from tipdamp.hbm.balance.parameter import ModelParameter, as_parameter
 from tipdamp.hbm.curve.peaks import find_peaks
 from tipdamp.hbm.following import taken_up
@@ -102,11 +102,13 @@ PUSH = np.array([0.0775, -0.1278, -0.0319])
 @pytest.mark.slow
 def test_the_way_back_goes_on_beyond_a_kink():
     """The other peak is the higher one from level 1.54 on; its way back from the last value meets a
-    kink at 1.69."""
+    kink at 1.69, from which on a kink stands at the peak itself."""
     problem = system_with_a_stop()
     peaks = follow_peak(problem, PUSH, "level", (1.5, 1.72), at=[1.53], **WITH_A_STOP)
     assert peaks.complete and peaks.jumps.sum() == 1
     assert peaks.parameter[peaks.jumps][0] == pytest.approx(1.5416, abs=2e-4)
+    assert (peaks.fitted == (peaks.parameter > 1.69)).all() and peaks.fitted.sum() > 9
+    assert "the curve has a kink at its peak, places are fitted" in peaks.ended
     check_places(peaks, problem, PUSH, WITH_A_STOP, ["o"], 5)
 
 
@@ -117,6 +119,19 @@ def test_a_way_back_that_is_lost_is_told(monkeypatch):
     assert not peaks.complete
     assert "between level = 1.5 and level = 1.69" in peaks.ended
     assert "another peak may be the highest" in peaks.ended
+
+
+def test_where_a_kink_stands_at_the_peak_places_are_fitted(monkeypatch):
+    """Where the equation has no solution: maxima of short pieces of the curve, and it says so."""
+    monkeypatch.setattr(taken_up, "run_from", lambda *given: None)
+    monkeypatch.setattr(taken_up, "begin_at", lambda case, top, p: (None, None))
+    monkeypatch.setattr(taken_up, "FITTED", 0.2)
+    problem, given = oscillator(), dict(outputs=TIP, band=(600, 1200), harmonics=1)
+    peaks = follow_peak(problem, FORCE, "level", (1.0, 3.0), **given)
+    assert peaks.complete and peaks.fitted.all() and np.isnan(peaks.curvature).all()
+    assert np.allclose(peaks.parameter, np.linspace(1.0, 3.0, 6))
+    assert "level = 1 to level = 3 the curve has a kink at its peak, places are" in peaks.ended
+    check_places(peaks, problem, FORCE, given, ["tip"], 6)
 
 
 @pytest.mark.parametrize("parameter", ["kn", "kt"])

@@ -334,6 +334,16 @@ def test_saved_and_loaded(tmp_path):
         mode.amplitudes("y")
 
 
+def test_without_outputs_the_dof_that_moves_most_is_followed():
+    problem, tip = cantilever(Jenkins1D(), kt=2.0, mu=1.0, preload=0.1)
+    given = dict(outputs={"tip": tip}, harmonics=1)
+    mode, same = (backbone(problem, 1, (0.02, 0.3), **more) for more in ({"harmonics": 1}, given))
+    size = np.abs(mode.shape[0])
+    assert mode.output_names.tolist() == [f"dof {size.argmax()}"]
+    assert mode.amplitude[0] == pytest.approx(size.max())
+    assert mode.frequency[0] == pytest.approx(same.frequency[0], rel=1e-9)
+
+
 def gap():
     one = Problem(M=[[1.0]], K=[[1.0]], damping_ratio=0.0)
     return one.add(UnilateralSpring(), 0, kn=1.0, preload=-0.1).contact_problem
