@@ -43,6 +43,13 @@ class Comparison:
     ForcedResponse
     method : 'event-driven' or 'sampled', as in Steady
     harmonics : (m, H+1) complex, m, of the outputs of the solution
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    >>> curve = damped.follow_band((600, 1000), outputs={"tip": 0})
+    >>> found = compare(curve, damped, 700.0)
+    >>> isinstance(found, Comparison), found.agrees, found.method
+    (True, True, 'event-driven')
     """
 
     difference: float

@@ -71,7 +71,6 @@ class ContactTable:
     area : (P,) m2 - of the surface that a contact point stands for; 0 for pairs of nodes, which
     know none
 
-    >>> from tipdamp.hbm.example import two_blades
     >>> model, pairs = two_blades()
     >>> rough = pairs.replace(mu=[0.6, 0.6])
     >>> rough.select(rough.side == "left").save("left.csv").name

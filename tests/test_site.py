@@ -1,7 +1,9 @@
 """The site: docstrings become pages, every public name has one, and the whole builds without a
 warning."""
 
+import ast
 import importlib.util
+import inspect
 import re
 import subprocess
 import sys
@@ -39,6 +41,48 @@ def test_docstrings_become_lists_and_code(api):
         *("- **first** : (n,) m,", "  and more", "", "Ends here.", ""),
         *("```pycon", ">>> 1 + 1", "2", "```", ""),
     ]
+
+
+def called():
+    """(name, function, class or method) that a page shows how to call."""
+    for name in tipdamp.__all__:
+        thing = getattr(tipdamp, name)
+        yield name, thing
+        for member, what in vars(thing).items() if inspect.isclass(thing) else ():
+            if inspect.isfunction(what) and not member.startswith("_"):
+                yield member, what
+
+
+def test_signatures_are_python(api):
+    """As they stand: keyword-only arguments after a star, no modules, no quoted types."""
+    shown = [(api.signature(name, thing), thing) for name, thing in called()]
+    shown = [(text, thing) for text, thing in shown if text]
+    assert len(shown) > 150
+    for text, thing in shown:
+        (made,) = ast.parse(f"def {text}: ...").body
+        own = [p for p in inspect.signature(thing).parameters.values() if p.name != "self"]
+        assert [a.arg for a in made.args.kwonlyargs] == [
+            p.name for p in own if p.kind is p.KEYWORD_ONLY
+        ], text
+        assert not re.search(r"\b(numpy|collections|typing|hbm|balance)\.", text), text
+        hints = [a.annotation for a in (*made.args.args, *made.args.kwonlyargs)]
+        assert not [h for h in hints if isinstance(h, ast.Constant) and isinstance(h.value, str)]
+
+
+@pytest.mark.parametrize("options", [tipdamp.CurveOptions, tipdamp.FollowOptions])
+def test_options_are_linked(api, options, tmp_path):
+    api.write_api(tmp_path / "api")
+    keywords = options.__name__.replace("Options", "Keywords")
+    takes = [
+        name
+        for name in tipdamp.__all__
+        if inspect.isfunction(thing := getattr(tipdamp, name))
+        and keywords in str(thing.__annotations__.get("options"))
+    ]
+    assert len(takes) > 1
+    for name in takes:
+        page = (tmp_path / "api" / f"{name}.md").read_text()
+        assert f"[{options.__name__}]({options.__name__}.md)" in page, name
 
 
 def test_every_fence_is_closed(api, tmp_path):

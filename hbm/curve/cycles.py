@@ -36,6 +36,13 @@ class ContactCycles:
     law, the preload included; sliders : (n+1, P, s) m, s = 0 for a law without; components : names
     of the nd components
     energy : of the period, by the law itself
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    >>> curve = damped.follow_band((600, 1000), outputs={"tip": 0})
+    >>> cycles = contact_cycles(curve, damped, 3)
+    >>> isinstance(cycles, ContactCycles), cycles.components
+    (True, ('t1',))
     """
 
     time: np.ndarray

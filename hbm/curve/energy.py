@@ -19,7 +19,15 @@ if TYPE_CHECKING:
 class EnergyBalance:
     """J per period: input of the excitation, loss in the structure's damping, friction (P,) of each
     contact; apparent - input if each force were in phase with its velocity; kinetic - J, largest of
-    a motion whose points move in phase, NaN under a general damping matrix."""
+    a motion whose points move in phase, NaN under a general damping matrix.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    >>> curve = damped.follow_band((600, 1000), outputs={"tip": 0})
+    >>> energy = energy_balance(curve, damped, 3)
+    >>> isinstance(energy, EnergyBalance), bool(energy.error < 1e-6)
+    (True, True)
+    """
 
     input: float
     damping: float

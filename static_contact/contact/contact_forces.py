@@ -68,6 +68,11 @@ class StaticForces:
 class Preload(StaticForces):
     """StaticForces with the displacement (r,) m of the bodies
     residual - |K q + B' N - f| / |f|, f without the constraint reactions; without load / ||B|' N|
+
+    >>> model, pairs = two_blades()
+    >>> found = preload(model, pairs, 60.0 * model.loads["pull"])
+    >>> isinstance(found, Preload), bool(found.residual < 1e-12)
+    (True, True)
     """
 
     displacement: np.ndarray

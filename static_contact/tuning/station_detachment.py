@@ -69,7 +69,15 @@ class Detachment:
     """pairs - the table with weight 0 on detached pairs; chosen - the set nearest the target;
     history - all sets that were tried; stations - kept ones; graded - None where all are whole;
     worth - of every station, beside the chosen set of whole stations; equivalent - sets within the
-    scatter of the target, the nearest first; target_hz - None where the stations were given."""
+    scatter of the target, the nearest first; target_hz - None where the stations were given.
+
+    >>> model, pairs = two_blades(stations=3)
+    >>> mode = sum(model.displacement_row("blade1", node, [0, 1, 0]) for node in (1, 2, 3))
+    >>> mode /= np.sqrt(mode @ model.M @ mode)
+    >>> found = detach_until(StuckAssembly(model), pairs, 1270.0, mode)
+    >>> isinstance(found, Detachment), len(found.stations)
+    (True, 2)
+    """
 
     pairs: ContactTable
     chosen: Step
@@ -139,8 +147,6 @@ def detach_until(
     Raises InputError "not reachable: a..b
     Hz" when the target lies outside what they give, and where no set is allowed.
 
-    >>> from tipdamp.hbm.example import two_blades
-    >>> from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
     >>> model, pairs = two_blades(stations=5)
     >>> mode = model.displacement_row("blade1", 3, [0, 1, 0])
     >>> for node in (1, 2, 4, 5):
