@@ -22,6 +22,7 @@ from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.validation import MOST_SAMPLES
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
     from tipdamp.hbm.continuation.point import Point
@@ -86,6 +87,15 @@ class Comparison:
         """Whether the integration is periodic and stayed on the orbit: then `difference` is an
         error."""
         return self.steady.periodic and not self.left
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A row for each output and order: the magnitude of its coefficient in m, by the balance
+        and by the integration. Raises InputError where pandas is not installed."""
+        output, order = np.indices(self.harmonics.shape).reshape(2, -1)
+        columns = {"output": output, "order": order}
+        columns["balance"] = np.abs(self.harmonics).ravel()
+        columns["integration"] = np.abs(self.steady.harmonics)[:, : self.H + 1].ravel()
+        return tables.frame(columns, "row")
 
     def _repr_html_(self) -> str:
         rows = {

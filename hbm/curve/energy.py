@@ -12,6 +12,7 @@ from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.drawing import pictures
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 
@@ -59,6 +60,13 @@ class EnergyBalance:
         contacts = [(f"contact {c}", float(one)) for c, one in enumerate(self.friction)]
         rows = [("input", self.input), ("damping", self.damping), *contacts]
         return pictures.bars(rows[::-1], "energy of a period (J)", ax)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A row for the input, for what the damping takes, and for each contact, in J. Raises
+        InputError where pandas is not installed."""
+        names = ["input", "damping", *(f"contact {c}" for c in range(len(self.friction)))]
+        taken = [self.input, self.damping, *self.friction]
+        return tables.frame({"of": names, "energy": taken}, "row")
 
     def _repr_html_(self) -> str:
         friction = f"{self.friction.sum():.4g} J in {len(self.friction)} contacts"

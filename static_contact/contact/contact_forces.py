@@ -10,6 +10,7 @@ from tipdamp.hbm import tables
 from tipdamp.hbm.contact import ContactTable
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 
@@ -53,6 +54,10 @@ class StaticForces:
     def plot(self, side: str | None = None, ax: "Axes | None" = None) -> "Axes":
         """Draw the preload map of a side, as `ContactTable.plot`."""
         return self.pairs.plot(side, ax)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """The rows of its `pairs`, as `ContactTable.to_pandas`."""
+        return self.pairs.to_pandas()
 
     def _repr_html_(self) -> str:
         rows = {}

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.optimize import brentq
 
+from tipdamp.hbm import tables
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
@@ -28,6 +29,7 @@ from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 from tipdamp.static_contact.tuning.stuck_search import StuckSearch
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 
@@ -88,6 +90,21 @@ class Detachment:
     graded: GradedStation | None = None
     equivalent: tuple[Step, ...] = ()
     passed_over: tuple[Step, ...] = ()
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A row for each set that was tried: stations kept at both ends, stuck frequency in Hz,
+        MAC. Raises InputError where pandas is not installed."""
+        names = ("front", "back", "hz", "mac")
+        return tables.frame({n: [vars(one)[n] for one in self.history] for n in names}, "set")
+
+    def _repr_html_(self) -> str:
+        rows = {"kept": f"{self.chosen.front} + {self.chosen.back} stations"}
+        rows |= {
+            "stuck frequency": f"{self.chosen.hz:.6g} Hz",
+            "tried": f"{len(self.history)} sets",
+        }
+        target = "" if self.target_hz is None else f" to {self.target_hz:.6g} Hz"
+        return tables.notebook_table(f"Detachment{target}", rows)
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the stuck frequency over the number of kept stations, with target and choice.
