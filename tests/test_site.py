@@ -5,6 +5,7 @@ import ast
 import importlib.util
 import inspect
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -17,12 +18,17 @@ ROOT = Path(__file__).parents[1]
 SITE = ROOT / "docs" / "site"
 
 
-@pytest.fixture(scope="module")
-def api():
-    spec = importlib.util.spec_from_file_location("site_api", SITE / "api.py")
+def script(name):
+    """A program of docs/site, as a module."""
+    spec = importlib.util.spec_from_file_location(f"site_{name}", SITE / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture(scope="module")
+def api():
+    return script("api")
 
 
 def test_every_public_name_has_a_page_with_its_example(api, tmp_path):
@@ -92,6 +98,19 @@ def test_every_fence_is_closed(api, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(not shutil.which("chromium"), reason="no chromium")
+def test_a_page_wider_than_a_phone_is_found(tmp_path):
+    head = '<!doctype html><meta name="viewport" content="width=device-width"><title>x</title>'
+    (tmp_path / "narrow.html").write_text(f"{head}<p>short")
+    (tmp_path / "wide.html").write_text(f'{head}<p style="width: 900px; margin: 0">long')
+    look = script("look")
+    ((page, width, found),) = look.too_wide(tmp_path)
+    assert (page, width) == ("wide.html", 390) and 900 <= found < 950
+    look.draw(tmp_path / "wide.html", tmp_path / "wide.png", 390)
+    assert (tmp_path / "wide.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.slow
 def test_the_site_builds_without_a_warning(tmp_path):
     for library in ("sphinx", "myst_parser", "furo"):
         pytest.importorskip(library)
@@ -109,3 +128,5 @@ def test_the_site_builds_without_a_warning(tmp_path):
         if not (page.parent / target).exists()
     ]
     assert missing == []
+    if shutil.which("chromium"):
+        assert script("look").too_wide(out) == []
