@@ -22,6 +22,7 @@ from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.validation import MOST_SAMPLES
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
     from tipdamp.hbm.continuation.point import Point
@@ -43,6 +44,13 @@ class Comparison:
     ForcedResponse
     method : 'event-driven' or 'sampled', as in Steady
     harmonics : (m, H+1) complex, m, of the outputs of the solution
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    >>> curve = damped.follow_band((600, 1000), outputs={"tip": 0})
+    >>> found = compare(curve, damped, 700.0)
+    >>> isinstance(found, Comparison), found.agrees, found.method
+    (True, True, 'event-driven')
     """
 
     difference: float
@@ -79,6 +87,15 @@ class Comparison:
         """Whether the integration is periodic and stayed on the orbit: then `difference` is an
         error."""
         return self.steady.periodic and not self.left
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A row for each output and order: the magnitude of its coefficient in m, by the balance
+        and by the integration. Raises InputError where pandas is not installed."""
+        output, order = np.indices(self.harmonics.shape).reshape(2, -1)
+        columns = {"output": output, "order": order}
+        columns["balance"] = np.abs(self.harmonics).ravel()
+        columns["integration"] = np.abs(self.steady.harmonics)[:, : self.H + 1].ravel()
+        return tables.frame(columns, "row")
 
     def _repr_html_(self) -> str:
         rows = {

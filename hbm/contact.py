@@ -23,6 +23,7 @@ from tipdamp.hbm.io.csv_table import read_table
 from tipdamp.hbm.validation import brief
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 GROUND = "ground"
@@ -71,7 +72,6 @@ class ContactTable:
     area : (P,) m2 - of the surface that a contact point stands for; 0 for pairs of nodes, which
     know none
 
-    >>> from tipdamp.hbm.example import two_blades
     >>> model, pairs = two_blades()
     >>> rough = pairs.replace(mu=[0.6, 0.6])
     >>> rough.select(rough.side == "left").save("left.csv").name
@@ -189,6 +189,12 @@ class ContactTable:
         if side not in self.sides:
             raise InputError(f"side '{side}': {nearest(str(side), self.sides)}")
         return pictures.preload_map(self, side, ax)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A row for each pair: the columns of its file but for the frame. Raises InputError where
+        pandas is not installed."""
+        columns = {name: one for name, one in vars(self).items() if one.ndim == 1}
+        return tables.frame(columns | dict(zip("xyz", self.position.T, strict=True)), "pair")
 
     def _repr_html_(self) -> str:
         rows = {

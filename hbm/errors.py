@@ -15,7 +15,7 @@ class InputError(ValueError):
 
     >>> Contacts(kn=1e6, kt=-1e6, mu=0.5, preload=40)
     Traceback (most recent call last):
-    tipdamp.hbm.errors.InputError: contact 1: kt = -1e+06, must be finite and not negative
+    tipdamp.hbm.errors.InputError: contact 0: kt = -1e+06, must be finite and not negative
     """
 
 

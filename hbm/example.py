@@ -79,7 +79,12 @@ def cantilever(
     length: float, height: float, thickness: float, elements: int = 8, E: float = 210e9
 ) -> tuple[np.ndarray, np.ndarray]:
     """(M, K), each (2 elements,) square, of a steel beam in bending, clamped at one end: deflection
-    m and slope of each node in turn, the tip last [Przemieniecki 1968]; lengths in m, E in Pa."""
+    m and slope of each node in turn, the tip last [Przemieniecki 1968]; lengths in m, E in Pa.
+
+    >>> M, K = cantilever(0.7, 0.014, 0.014)
+    >>> print(natural_frequencies(ReducedModel.from_matrices(M, K))[0].round(1))
+    23.9
+    """
     area, inertia, h = height * thickness, height * thickness**3 / 12, length / elements
     scale = np.diag([1.0, h, 1.0, h])
     bending = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])

@@ -37,6 +37,10 @@ def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path
     `load NAME` (N) for each load and a column `group NAME`, 1 on its nodes. Raises InputError for
     another kind, and where the model has contact points or names, empty or with blanks at an end,
     which npz alone holds.
+
+    >>> model, _ = two_blades()
+    >>> [path.name for path in write_model(model, ".", "mtx")]
+    ['M.mtx', 'K.mtx', 'dofs.csv']
     """
     if kind not in KINDS:
         raise InputError(f"export to '{kind}' is unknown; {nearest(kind, KINDS)}")

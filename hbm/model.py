@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 from scipy.linalg.lapack import dpotrf
 
+from tipdamp.hbm import tables
 from tipdamp.hbm.errors import Doubt, InputError, nearest, shown
 from tipdamp.hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_npz
 from tipdamp.hbm.io.matrices_in import read_model
@@ -85,6 +86,15 @@ class ReducedModel:
             f"of them modes; C {'given' if self.C is not None else 'none'}, groups "
             f"{len(self.groups)}, loads {', '.join(self.loads) or 'none'}>"
         )
+
+    def _repr_html_(self) -> str:
+        rows = {
+            f"body '{body}'": f"{int((self.body == body).sum())} dofs"
+            for body in dict.fromkeys(self.body.tolist())
+        }
+        rows |= {"damping": "C" if self.C is not None else "none"}
+        rows |= {"groups": ", ".join(self.groups), "loads": ", ".join(self.loads)}
+        return tables.notebook_table(f"Model of {self.size} dofs", rows)
 
     @property
     def moves(self) -> np.ndarray:

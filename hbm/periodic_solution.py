@@ -1,7 +1,7 @@
 """PeriodicSolution: a single periodic solution as read-only arrays."""
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 
@@ -83,6 +84,13 @@ class PeriodicSolution(ArrayRecord):
         motions = {name: self.harmonics[self.output_names.index(name)] for name in drawn}
         seconds = self.periods / self.frequency
         return pictures.period(seconds, motions, unit, ["solid"] * len(motions), ax)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A row for each output: half peak to peak, root mean square and mean in m. Raises
+        InputError where pandas is not installed."""
+        columns: dict[str, Any] = {"output": list(self.output_names)}
+        columns |= {kind: self.amplitude(kind) for kind in ("half_peak_to_peak", "rms")}
+        return tables.frame(columns | {"mean": self.harmonics[:, 0].real}, "row")
 
     def _repr_html_(self) -> str:
         rows = {

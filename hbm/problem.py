@@ -15,7 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from tipdamp.hbm import response, self_excited
+from tipdamp.hbm import response, self_excited, tables
 from tipdamp.hbm.balance.open_damping import open_modes
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem
 from tipdamp.hbm.balance.varying import Amplitude, Varying, amplitude_at, constant
@@ -96,6 +96,11 @@ class Problem(AnyProblem):
             raise InputError(
                 "K is missing: Problem(M, C, K), or Problem(M=..., K=..., damping_ratio=...)"
             )
+
+    def _repr_html_(self) -> str:
+        rows = {f"law {k}": one.law.name for k, one in enumerate(self.attached)}
+        rows |= {f"force of order {k}": f"{np.abs(f).max():.4g} N" for k, f in self.forces.items()}
+        return tables.notebook_table(f"Problem of {self.size} dofs", rows)
 
     @property
     def size(self) -> int:

@@ -111,7 +111,6 @@ def forced_response(
     Raises InputError on unusable input, before anything heavy. A point that does not converge stays
     in the result.
 
-    >>> from tipdamp.hbm.example import two_blades
     >>> model, pairs = two_blades()
     >>> tip = model.displacement_row("blade1", 1, [0, 1, 0])
     >>> given = dict(damping_ratio=0.01, outputs={"tip": tip}, harmonics=1)

@@ -24,6 +24,14 @@ if TYPE_CHECKING:
     from tipdamp.hbm.result import ForcedResponse
 
 
+UNITS = {
+    **dict.fromkeys(("amplitude", "height", "harmonics", "shape"), "m"),
+    "frequency": "Hz",
+    "friction_W": "W",
+    "modal_amplitude": "kg^(1/2) m",
+}
+
+
 def as_frame(curve: ForcedResponse, kind: str, order: int | None) -> pandas.DataFrame:
     """A row for each point: see `ForcedResponse.to_pandas`."""
     amplitude = curve.amplitude(kind, order)
@@ -39,7 +47,7 @@ def as_frame(curve: ForcedResponse, kind: str, order: int | None) -> pandas.Data
         ]
     if curve.truncation.size:
         columns["relative_truncation"] = curve.relative_truncation
-    return _frame(columns, "point")
+    return frame(columns, "point")
 
 
 def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
@@ -73,6 +81,25 @@ def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
     return xarray.Dataset(data, coords=places, attrs=about)
 
 
+def places_as_dataset(branch: Backbone | Followed) -> xarray.Dataset:
+    """All arrays by place, output, harmonic, contact and dof: see `Backbone.to_xarray`."""
+    xarray = library("xarray", "to_xarray")
+    dims = {
+        "harmonics": ("place", "output", "harmonic"),
+        "shape": ("place", "dof"),
+        "unknowns": ("place", "unknown"),
+    }
+    arrays = {name: a for name, a in vars(branch).items() if isinstance(a, np.ndarray)}
+    outputs = {name: arrays.pop(name) for name in ("output_names", "output_rows") if name in arrays}
+    data = {
+        name: (dims.get(name, ("place", "contact")[: a.ndim]), a, {"units": UNITS.get(name, "1")})
+        for name, a in arrays.items()
+    }
+    places = {"output": outputs["output_names"], "harmonic": np.arange(branch.H + 1)}
+    about = {"ended": branch.ended, "complete": int(branch.complete)}
+    return xarray.Dataset(data, coords=places, attrs=about)
+
+
 def notebook_table(caption: str, rows: Mapping[str, str]) -> str:
     """For a notebook: HTML of a caption and rows {what: value}, all of them plain text."""
     body = "".join(
@@ -91,21 +118,21 @@ def mode_as_frame(mode: Backbone, kind: str) -> pandas.DataFrame:
         "damping_ratio": mode.damping_ratio,
     }
     columns |= {name: mode.amplitudes(name, kind) for name in mode.output_names.tolist()}
-    return _frame(columns, "place")
+    return frame(columns, "place")
 
 
 def synthesis_as_frame(made: Synthesis, kind: str) -> pandas.DataFrame:
     """A row for each place: see `Synthesis.to_pandas`."""
     names, amplitude = made.output_names.tolist(), made.amplitude(kind)
     columns: dict[str, Any] = {"frequency": made.frequency}
-    return _frame(columns | dict(zip(names, amplitude.T, strict=True)), "place")
+    return frame(columns | dict(zip(names, amplitude.T, strict=True)), "place")
 
 
 def fit_as_frame(fit: DampingFit) -> pandas.DataFrame:
     """A row for each unknown: see `DampingFit.to_pandas`."""
     columns: dict[str, Any] = {"unknown": list(fit.names)}
     columns |= {name: vars(fit)[name] for name in ("values", "low", "high", "start")}
-    return _frame(columns, "row")
+    return frame(columns, "row")
 
 
 def followed_as_frame(peaks: Followed) -> pandas.DataFrame:
@@ -118,7 +145,7 @@ def followed_as_frame(peaks: Followed) -> pandas.DataFrame:
         "jump": peaks.jumps,
         "fitted": peaks.fitted,
     }
-    return _frame(columns, "place")
+    return frame(columns, "place")
 
 
 def influence_as_frame(by: Derivatives) -> pandas.DataFrame:
@@ -128,10 +155,11 @@ def influence_as_frame(by: Derivatives) -> pandas.DataFrame:
     columns["contact"] = [c for _, c in rows]
     columns["amplitude_percent"] = [by.amplitude_by[k][c] / by.amplitude for k, c in rows]
     columns["frequency_percent"] = [by.frequency_by[k][c] / by.frequency for k, c in rows]
-    return _frame(columns, "row")
+    return frame(columns, "row")
 
 
-def _frame(columns: dict[str, ArrayLike], index: str) -> DataFrame:
-    frame = library("pandas", "to_pandas").DataFrame(columns)
-    frame.index.name = index
-    return frame
+def frame(columns: Mapping[str, ArrayLike], index: str) -> DataFrame:
+    """{title: column} as a table with a named index; InputError where pandas is not installed."""
+    made = library("pandas", "to_pandas").DataFrame(columns)
+    made.index.name = index
+    return made

@@ -25,7 +25,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Material:
-    """E : Pa - Young's modulus; nu - Poisson's ratio; density : kg/m3."""
+    """E : Pa - Young's modulus; nu - Poisson's ratio; density : kg/m3.
+
+    >>> Material(E=210e9, nu=0.3, density=7850).nu
+    0.3
+    """
 
     E: float
     nu: float
@@ -64,6 +68,12 @@ def elastic_body(
     other_materials {cell group: Material}: what those cells are made of instead. Raises InputError
     for an absent or empty group, a cell that two materials claim, and a mesh that the memory will
     not hold.
+
+    >>> corners = 0.01 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> mesh = Mesh(np.arange(1, 5), corners, {"tetra": np.array([[0, 1, 2, 3]])})
+    >>> body = elastic_body(mesh, Material(E=210e9, nu=0.3, density=7850), "blade", free=True)
+    >>> body.K.shape
+    (12, 12)
     """
     check_memory((len(mesh.node), 0, mesh.source))
     fixed = fixed_nodes(mesh, clamp)

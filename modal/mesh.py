@@ -41,7 +41,13 @@ class Mesh:
     surface, 3 volume} where known; warnings : what was repaired or looks wrong; format : of the
     file; face_groups : {name: (f, 4) int} - the faces of a surface as the file lists them: node
     numbers of the corners, sorted, -1 in front of triangles (`faces.group_faces`); materials :
-    {group of cells: what the file says that it is made of}."""
+    {group of cells: what the file says that it is made of}.
+
+    >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> mesh = Mesh(np.arange(1, 5), np.array(corners), {"tetra": np.array([[0, 1, 2, 3]])})
+    >>> mesh.index([4, 1])
+    array([3, 0])
+    """
 
     node: np.ndarray
     position: np.ndarray

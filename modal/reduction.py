@@ -27,7 +27,16 @@ class Reduction:
     static shapes of interior loads in this order; contact_shapes, load_modes - how many of those;
     rigid - number of rigid modes; truncation - what was left out, None where it was not asked for;
     tractions (n, c) - of which the contact shapes are, None where they are of forces on every
-    contact point."""
+    contact point.
+
+    >>> springs = 1e8 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])  # held at one end
+    >>> table = dict(node=[1, 2, 3], position=0.1 * np.eye(3), dof_node=np.repeat([0, 1, 2], 3))
+    >>> K, M, xyz = np.kron(springs, np.eye(3)), np.eye(9), np.tile([0, 1, 2], 3)
+    >>> blade = Body.from_matrices("blade", K, M, dof_direction=xyz, **table)
+    >>> reduction = craig_bampton(blade, masters=[3], modes=3)
+    >>> isinstance(reduction, Reduction), reduction.Phi.shape
+    (True, (6, 3))
+    """
 
     body: Body
     model: ReducedModel

@@ -3,7 +3,6 @@
 import ast
 import json
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -87,14 +86,19 @@ def test_a_checker_sees_wrong_use_in_a_script(tmp_path):
 
 @pytest.mark.slow
 def test_pyright_sees_them_too(tmp_path):
-    """Where it is installed, also as basedpyright, which brings its own node."""
-    pyright = shutil.which("basedpyright") or shutil.which("pyright")
-    if not pyright or subprocess.run([pyright, "--version"], capture_output=True).returncode:
-        pytest.skip("no pyright")
+    pytest.importorskip("basedpyright")
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
     told = subprocess.run(
-        [pyright, "--outputjson", "--pythonpath", sys.executable, str(script)],
+        [
+            sys.executable,
+            "-m",
+            "basedpyright",
+            "--outputjson",
+            "--pythonpath",
+            sys.executable,
+            str(script),
+        ],
         cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
         capture_output=True,

@@ -9,12 +9,15 @@ directly inside a package, and its files; within a package each may use those th
 """
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
 import pytest
+
+import tipdamp
 
 ROOT = Path(__file__).parents[1]
 MAY_USE = {
@@ -275,6 +278,42 @@ def test_heavy_imports_wait_inside_functions(path):
 )
 def test_package_init_imports_nothing_heavy(path):
     assert tops(path) <= sys.stdlib_module_names
+
+
+DEEP = {  # what documents import from below tipdamp, and why a script's face has it not
+    "tipdamp.cli": "the command line from a script, for one file to show both",
+    "tipdamp.engine.store": "results of the rig's study, for its synthetic measurements",
+    "tipdamp.hbm": "inside the balance: the page of its theory",
+    "tipdamp.hbm.balance": "inside the balance: the page of its theory",
+    "tipdamp.measured.agreement": "inside [measured], for the rig's synthetic measurements",
+    "tipdamp.meshes.structured": "meshes of examples: a user's come from a mesher",
+    "tipdamp.modal.faces": "pairing of unlike meshes step by step, which a study does",
+    "tipdamp.modal.stress_recovery": "stress step by step, which a study does",
+    "tipdamp.stages": "the problem of a study's results folder",
+    "tipdamp.static_contact.stiffness": "contact stiffness step by step, which a study does",
+    "tipdamp.static_contact.surfaces": "pairing of unlike meshes step by step, which a study does",
+    "tipdamp.static_contact.tuning.roll_springs": "inside a study, for synthetic measurements",
+    "tipdamp.statics.model_inputs": "inside a study, for synthetic measurements",
+}
+
+
+def test_documents_import_from_the_face():
+    """What the face has is imported from it; what it has not stands in the list."""
+    pages = [ROOT / "README.md", *(ROOT / "docs").rglob("*.py"), *(ROOT / "docs").rglob("*.md")]
+    asked = re.compile(r"^ *from (tipdamp[\w.]*) import (\([^)]*\)|.*)", re.MULTILINE)
+    found = [
+        (page.name, home, name)
+        for page in pages
+        if not {"results", "site"} & set(page.parts)
+        for home, names in asked.findall(page.read_text(encoding="utf-8"))
+        for name in re.findall(r"\w+", names.partition("#")[0])
+    ]
+    assert len(found) > 100
+    below = [one for one in found if one[1] != "tipdamp"]
+    assert [one for one in below if one[2] in tipdamp.__all__] == []
+    used = {one: {home for home in DEEP if f"{one[1]}.".startswith(f"{home}.")} for one in below}
+    assert [one for one, homes in used.items() if not homes] == []
+    assert set().union(*used.values()) == set(DEEP)
 
 
 def test_every_package_is_declared():

@@ -78,9 +78,11 @@ if TYPE_CHECKING:
     )
     from tipdamp.hbm.balance.varying import ForceTable as ForceTable
     from tipdamp.hbm.balance.varying import Unbalance as Unbalance
+    from tipdamp.hbm.comparison import Comparison as Comparison
     from tipdamp.hbm.comparison import compare as compare
     from tipdamp.hbm.contact import ContactTable as ContactTable
     from tipdamp.hbm.continuation.settings import Settings as Settings
+    from tipdamp.hbm.curve.cycles import ContactCycles as ContactCycles
     from tipdamp.hbm.curve.cycles import (
         contact_cycles as contact_cycles,
     )
@@ -90,6 +92,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.curve.cycles import (
         whole_motion as whole_motion,
     )
+    from tipdamp.hbm.curve.energy import EnergyBalance as EnergyBalance
     from tipdamp.hbm.curve.folds_and_transitions import named_points as named_points
     from tipdamp.hbm.curve.options import CurveOptions as CurveOptions
     from tipdamp.hbm.curve.peaks import find_peaks as find_peaks
@@ -101,11 +104,14 @@ if TYPE_CHECKING:
     )
     from tipdamp.hbm.errors import Doubt as Doubt
     from tipdamp.hbm.errors import InputError as InputError
+    from tipdamp.hbm.example import cantilever as cantilever
+    from tipdamp.hbm.example import two_blades as two_blades
     from tipdamp.hbm.fitting.fit import fit_damping as fit_damping
     from tipdamp.hbm.fitting.result import DampingFit as DampingFit
     from tipdamp.hbm.fitting.result import MeasuredResponse as MeasuredResponse
     from tipdamp.hbm.following.follow import follow_fold as follow_fold
     from tipdamp.hbm.following.follow import follow_peak as follow_peak
+    from tipdamp.hbm.following.options import FollowOptions as FollowOptions
     from tipdamp.hbm.following.result import Followed as Followed
     from tipdamp.hbm.hold.spring import (
         HeldMotion as HeldMotion,
@@ -117,6 +123,9 @@ if TYPE_CHECKING:
         held_motions as held_motions,
     )
     from tipdamp.hbm.influence import Derivatives as Derivatives
+    from tipdamp.hbm.io.nlvib import from_nlvib as from_nlvib
+    from tipdamp.hbm.io.nlvib import read_nlvib as read_nlvib
+    from tipdamp.hbm.io.nlvib import to_nlvib as to_nlvib
     from tipdamp.hbm.laws.base import ContactLaw as ContactLaw
     from tipdamp.hbm.laws.coordinates import OwnForce as OwnForce
     from tipdamp.hbm.laws.coordinates import Polynomial as Polynomial
@@ -142,6 +151,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.laws.uncoupled.law import (
         UnilateralSpring as UnilateralSpring,
     )
+    from tipdamp.hbm.matrices_out import write_model as write_model
     from tipdamp.hbm.model import ReducedModel as ReducedModel
     from tipdamp.hbm.modes.backbone import backbone as backbone
     from tipdamp.hbm.modes.derivatives import (
@@ -180,6 +190,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.testing import check_force as check_force
     from tipdamp.hbm.testing import check_law as check_law
     from tipdamp.hbm.time.settings import IntegrationSettings as IntegrationSettings
+    from tipdamp.measured.damping import half_power as half_power
     from tipdamp.modal.body import Body as Body
     from tipdamp.modal.craig_bampton import (
         assemble as assemble,
@@ -187,8 +198,16 @@ if TYPE_CHECKING:
     from tipdamp.modal.craig_bampton import (
         craig_bampton as craig_bampton,
     )
+    from tipdamp.modal.elasticity import Material as Material
+    from tipdamp.modal.elasticity import elastic_body as elastic_body
+    from tipdamp.modal.mesh import Mesh as Mesh
+    from tipdamp.modal.reduction import Reduction as Reduction
+    from tipdamp.static_contact.contact.contact_forces import Preload as Preload
     from tipdamp.static_contact.contact.preload import preload as preload
+    from tipdamp.static_contact.tuning.station_detachment import Detachment as Detachment
     from tipdamp.static_contact.tuning.station_detachment import detach_until as detach_until
+    from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly as StuckAssembly
+    from tipdamp.study.own_law import code_allowed as code_allowed
     from tipdamp.study.study import load_study as load_study
 else:  # a module __getattr__ would let type checkers accept any name
     from importlib import import_module
@@ -266,6 +285,21 @@ else:  # a module __getattr__ would let type checkers accept any name
         "compare": "hbm.comparison",
         "IntegrationSettings": "hbm.time.settings",
         "load_study": "study.study",
+        "Comparison": "hbm.comparison",
+        "ContactCycles": "hbm.curve.cycles",
+        "EnergyBalance": "hbm.curve.energy",
+        "FollowOptions": "hbm.following.options",
+        "Preload": "static_contact.contact.contact_forces",
+        "Detachment": "static_contact.tuning.station_detachment",
+        "StuckAssembly": "static_contact.tuning.stuck_assembly",
+        "Reduction": "modal.reduction",
+        "Mesh": "modal.mesh",
+        **dict.fromkeys(("Material", "elastic_body"), "modal.elasticity"),
+        **dict.fromkeys(("cantilever", "two_blades"), "hbm.example"),
+        "write_model": "hbm.matrices_out",
+        **dict.fromkeys(("from_nlvib", "to_nlvib", "read_nlvib"), "hbm.io.nlvib"),
+        "half_power": "measured.damping",
+        "code_allowed": "study.own_law",
     }
     __all__ = sorted(_HOME)
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
+from tipdamp import ContactTable
 from tipdamp.cli import main
-from tipdamp.hbm.contact import ContactTable
 
 grid, far = np.stack(np.meshgrid(*[np.arange(6)] * 3, indexing="ij"), -1).reshape(-1, 3), 5
 ahead = np.array([0, 36, 42, 6, 1, 37, 43, 7])  # corners of a cell, by their nodes

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tipdamp import Jenkins1D, MeasuredResponse, Problem, fit_damping
-from tipdamp.measured.damping import half_power
+from tipdamp import Jenkins1D, MeasuredResponse, Problem, fit_damping, half_power
 
 zeta = 0.008
 blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=zeta)

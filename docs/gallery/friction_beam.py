@@ -7,8 +7,7 @@ the beam moves as without it: between the two frequencies friction damps best.
 import numpy as np
 from scipy.linalg import eigh
 
-from tipdamp import Jenkins1D, Problem
-from tipdamp.hbm.example import cantilever
+from tipdamp import Jenkins1D, Problem, cantilever
 
 M, K = cantilever(length=0.71, height=0.05, thickness=0.03)
 beam = Problem(M, K=K, damping_ratio=0.003).add(Jenkins1D(), 6, kt=1e6, mu=1, preload=5)

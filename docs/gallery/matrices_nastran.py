@@ -6,8 +6,7 @@ the model needs no table. OUTPUT4 (.op4) needs one, as OUTPUT2 (.op2) does, whic
 
 import numpy as np
 
-from tipdamp import Jenkins1D, Problem, ReducedModel, natural_frequencies
-from tipdamp.hbm.matrices_out import write_model
+from tipdamp import Jenkins1D, Problem, ReducedModel, natural_frequencies, write_model
 
 # Two masses of 20 kg on springs of 30 kN/mm, as Nastran punches them
 entries = {"KAAX": (60e6, -30e6, 30e6), "MAAX": (20.0, 0.0, 20.0)}

@@ -6,8 +6,7 @@ of three repeats (here made up, with noise).
 
 import numpy as np
 
-from tipdamp import Jenkins1D, Problem
-from tipdamp.measured.damping import half_power
+from tipdamp import Jenkins1D, Problem, half_power
 
 hz = np.linspace(650, 780, 300)
 mass, k, zeta = 0.05, 1e6, 0.012

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tipdamp import Problem, contact_cycles, load_study
+from tipdamp import Problem, code_allowed, contact_cycles, load_study
 from tipdamp.cli import main
-from tipdamp.study.own_law import code_allowed
 
 NAME = '{ name = "creeping_contact.py:CreepingContact", elastic = 0.1 }'
 main(["init", "mine"])

@@ -7,9 +7,7 @@ the stuck frequency to a target.
 import matplotlib.pyplot as plt
 import numpy as np
 
-from tipdamp import detach_until, preload
-from tipdamp.hbm.example import two_blades
-from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
+from tipdamp import StuckAssembly, detach_until, preload, two_blades
 
 model, pairs = two_blades(stations=5)
 crowned = pairs.replace(gap=2e-6 * (pairs.position[:, 0] / 0.008) ** 2)  # m: ends stand off

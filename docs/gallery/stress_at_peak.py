@@ -7,10 +7,8 @@ on the whole mesh, and the alternating stress. (In a study: `[respond] stress = 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from tipdamp import Jenkins1D, Problem, craig_bampton, whole_motion
+from tipdamp import Jenkins1D, Material, Mesh, Problem, craig_bampton, elastic_body, whole_motion
 from tipdamp.meshes.structured import extrude, join, ruled
-from tipdamp.modal.elasticity import Material, elastic_body
-from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.stress_recovery import alternating_stress
 
 length, width, height, steel = 0.1, 0.01, 0.005, Material(E=207e9, nu=0.3, density=7850.0)  # m, Pa

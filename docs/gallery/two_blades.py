@@ -4,8 +4,7 @@ The route of a study in one page: static preload, forced response at three level
 damper does per newton of force.
 """
 
-from tipdamp import DryFriction2T, forced_response, preload
-from tipdamp.hbm.example import two_blades
+from tipdamp import DryFriction2T, forced_response, preload, two_blades
 
 model, pairs = two_blades(stations=3)
 loaded = preload(model, pairs, 60.0 * model.loads["pull"]).pairs

@@ -7,9 +7,9 @@ of the damper is a contact point with the area around it. (In a study: name both
 import matplotlib.pyplot as plt
 import numpy as np
 
+from tipdamp import Mesh
 from tipdamp.meshes.structured import extrude, join, ruled
 from tipdamp.modal.faces import boundary_faces
-from tipdamp.modal.mesh import Mesh
 from tipdamp.static_contact.surfaces.facets import Surface
 from tipdamp.static_contact.surfaces.pairing import Side
 from tipdamp.static_contact.surfaces.points import FacingSides, surface_contact

@@ -4,10 +4,15 @@ import inspect
 import re
 from pathlib import Path
 
+from numpy.typing import ArrayLike
+
 import tipdamp
 
 NAMED = re.compile(r"^([A-Za-z_][\w, ]*?) : ")
 MOST = 20  # parameters
+MODULE = re.compile(r"\b[a-z_]\w*(\.\w+)*\.(?=\w)")
+ARRAY_LIKE = str(ArrayLike).replace("typing.", "")
+LINKED = {name for name in tipdamp.__all__ if re.match("[A-Z][a-z]+[A-Z0-9]", name)}  # no words
 MARKUP = re.compile(r"([\\*_<>\[\]|{}#$])")
 
 
@@ -37,7 +42,7 @@ def _page(name, thing):
             if callable(what):
                 lines += _signature(member, what)
             lines += as_markdown(inspect.getdoc(what) or "")
-    return "\n".join(lines) + "\n"
+    return "\n".join(lines).replace(_link(name), name) + "\n"  # no link of a page to itself
 
 
 def _members(thing):
@@ -53,17 +58,46 @@ def _members(thing):
 
 
 def _signature(name, thing):
+    text = signature(name, thing)
+    return ["```text", text, "```", ""] if text else []
+
+
+def signature(name: str, thing: object) -> str:
+    """How it is called, as Python; empty of what nobody calls."""
     try:
         given = inspect.signature(thing)
     except (TypeError, ValueError):  # of a Protocol or a Literal
-        return []
-    parts = [str(one) for one in given.parameters.values()]
-    if len(parts) > MOST:  # of a result, which nobody calls; its fields are explained below
-        return []
-    text = f"{name}({', '.join(parts)})"
+        return ""
+    parts = list(_arguments(given.parameters.values()))
+    if len(parts) > MOST and inspect.isclass(thing):  # a result; its fields are explained below
+        return ""
+    result = given.return_annotation
+    end = "" if result is given.empty or inspect.isclass(thing) else f" -> {_type(result)}"
+    text = f"{name}({', '.join(parts)}){end}"
     if len(text) > 80:
-        text = "\n".join([f"{name}(", *(f"    {part}," for part in parts), ")"])
-    return ["```text", text.replace("tipdamp.hbm.", "").replace("tipdamp.", ""), "```", ""]
+        text = "\n".join([f"{name}(", *(f"    {part}," for part in parts), f"){end}"])
+    return text
+
+
+def _arguments(parameters):
+    starred = False
+    for one in parameters:
+        if one.name in ("self", "cls"):
+            continue
+        if one.kind is one.KEYWORD_ONLY and not starred:
+            yield "*"
+        starred |= one.kind in (one.KEYWORD_ONLY, one.VAR_POSITIONAL)
+        stars = {one.VAR_POSITIONAL: "*", one.VAR_KEYWORD: "**"}.get(one.kind, "")
+        typed = "" if one.annotation is one.empty else f": {_type(one.annotation)}"
+        default = "" if one.default is one.empty else f" = {one.default!r}"
+        yield f"{stars}{one.name}{typed}" + re.sub("^ = <.*", " = ...", default)
+
+
+def _type(annotation):
+    """As it is written: without modules, and numpy's ArrayLike by its name."""
+    text = annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)
+    text = text.replace("typing.", "").replace(ARRAY_LIKE, "ArrayLike")
+    return MODULE.sub("", text.replace("'", '"') if "Literal" in text else text.replace("'", ""))
 
 
 def as_markdown(doc: str) -> list[str]:
@@ -97,7 +131,15 @@ def _paragraph(block):
 
 
 def _plain(text):
-    """Text that Markdown shows as it stands; what is between backquotes already is code."""
+    """Text that Markdown shows as it stands, with links to the pages of other names; what is
+    between backquotes already is code."""
     parts = text.split("`")
-    parts[::2] = [MARKUP.sub(r"\\\1", part) for part in parts[::2]]
+    parts[::2] = [
+        re.sub(r"\w+", lambda found: _link(found[0]), MARKUP.sub(r"\\\1", part))
+        for part in parts[::2]
+    ]
     return "`".join(parts)
+
+
+def _link(name):
+    return f"[{name}]({name}.md)" if name in LINKED else name

@@ -11,9 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tipdamp.hbm.balance.problem import ContactProblem
-from tipdamp.hbm.laws import Contacts, CubicSpring
-from tipdamp.hbm.response import follow_band
+from tipdamp import ContactProblem, Contacts, CubicSpring, follow_band
 
 C, F = 0.03, 0.2
 PEAK = 2.508937161, 2.657120165  # rad/s, m, by the closed form

@@ -13,8 +13,7 @@ from tests.hbm.cases import rig
 from tests.hbm.search.test_branches import STOPPED
 from tests.hbm.search.test_curves_beside import ABSORBER, HZ
 from tests.validation.trusted_curves import cases, errors
-from tipdamp import Search, branch_from, curves_beside
-from tipdamp.hbm.response import follow_band
+from tipdamp import Search, branch_from, curves_beside, follow_band
 
 MARKERS = {
     "fold": "o",

@@ -444,7 +444,6 @@ def contact_problem(
     Raises InputError on unusable input; warns where the model cannot move along the normal of a
     pair, and where the table is doubtful beside the model (see `hbm.contact_doubts`).
 
-    >>> from tipdamp.hbm.example import two_blades
     >>> model, pairs = two_blades()
     >>> half = pairs.replace(weight=[1, 0])
     >>> problem, kept = contact_problem(model, half, DryFriction2T(), damping_ratio=0.01)

@@ -317,7 +317,6 @@ def natural_frequencies(model: ReducedModel, pairs: ContactTable | None = None) 
     Between the two lie the resonances of a friction damper: a band is chosen by them. Rigid motions
     of a free damper are about 0.
 
-    >>> from tipdamp.hbm.example import two_blades
     >>> model, pairs = two_blades()
     >>> print(natural_frequencies(model, pairs)[:3].round())  # stuck
     [ 694. 1377. 1397.]
@@ -346,7 +345,6 @@ def linear_response(
     damping_ratio : of the modes of this linear system; None takes the model's C
     outputs : {name: (r,) row}
 
-    >>> from tipdamp.hbm.example import two_blades
     >>> model, pairs = two_blades()
     >>> tip = model.displacement_row("blade1", 1, [0, 1, 0])
     >>> given = dict(damping_ratio=0.01, outputs={"tip": tip})

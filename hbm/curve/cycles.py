@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tipdamp.hbm import fourier
+from tipdamp.hbm import fourier, tables
 from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.curve.energy import EnergyBalance
@@ -19,6 +19,7 @@ from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import check_whole
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
     from tipdamp.hbm.laws.uncoupled.law import Jenkins1D
@@ -36,6 +37,13 @@ class ContactCycles:
     law, the preload included; sliders : (n+1, P, s) m, s = 0 for a law without; components : names
     of the nd components
     energy : of the period, by the law itself
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    >>> curve = damped.follow_band((600, 1000), outputs={"tip": 0})
+    >>> cycles = contact_cycles(curve, damped, 3)
+    >>> isinstance(cycles, ContactCycles), cycles.components
+    (True, ('t1',))
     """
 
     time: np.ndarray
@@ -56,6 +64,27 @@ class ContactCycles:
             raise InputError(f"pair = {pair}: must be 0 to {self.force.shape[1] - 1}")
         motion, force = self.motion[:, pair], self.force[:, pair]
         return pictures.loop(motion, force, self.components, unit, ax)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A row for each instant and contact: time in s, motion in m and force in N of each
+        component. Raises InputError where pandas is not installed."""
+        instant, contact = np.indices(self.force.shape[:2]).reshape(2, -1)
+        columns = {"time": self.time[instant], "contact": contact}
+        for k, name in enumerate(self.components):
+            columns[f"motion_{name}"] = self.motion[..., k].ravel()
+            columns[f"force_{name}"] = self.force[..., k].ravel()
+        return tables.frame(columns, "row")
+
+    def _repr_html_(self) -> str:
+        taken = self.energy.friction
+        rows = {
+            f"contact {c}": f"{taken[c]:.4g} J, "
+            + ", ".join(
+                f"{name} up to {f:.4g} N" for name, f in zip(self.components, force, strict=True)
+            )
+            for c, force in enumerate(np.abs(self.force).max(axis=0))
+        }
+        return tables.notebook_table(f"Contacts over a period of {self.time[-1]:.4g} s", rows)
 
     @property
     def friction_work(self) -> np.ndarray:

@@ -12,6 +12,7 @@ from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.drawing import pictures
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 
@@ -19,7 +20,15 @@ if TYPE_CHECKING:
 class EnergyBalance:
     """J per period: input of the excitation, loss in the structure's damping, friction (P,) of each
     contact; apparent - input if each force were in phase with its velocity; kinetic - J, largest of
-    a motion whose points move in phase, NaN under a general damping matrix."""
+    a motion whose points move in phase, NaN under a general damping matrix.
+
+    >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    >>> curve = damped.follow_band((600, 1000), outputs={"tip": 0})
+    >>> energy = energy_balance(curve, damped, 3)
+    >>> isinstance(energy, EnergyBalance), bool(energy.error < 1e-6)
+    (True, True)
+    """
 
     input: float
     damping: float
@@ -51,6 +60,13 @@ class EnergyBalance:
         contacts = [(f"contact {c}", float(one)) for c, one in enumerate(self.friction)]
         rows = [("input", self.input), ("damping", self.damping), *contacts]
         return pictures.bars(rows[::-1], "energy of a period (J)", ax)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A row for the input, for what the damping takes, and for each contact, in J. Raises
+        InputError where pandas is not installed."""
+        names = ["input", "damping", *(f"contact {c}" for c in range(len(self.friction)))]
+        taken = [self.input, self.damping, *self.friction]
+        return tables.frame({"of": names, "energy": taken}, "row")
 
     def _repr_html_(self) -> str:
         friction = f"{self.friction.sum():.4g} J in {len(self.friction)} contacts"

@@ -529,7 +529,7 @@ def _too_stiff(
     worst = int(np.linalg.norm(rounding, axis=1).argmax())
     names = problem.law.components
     return (
-        f"contact {worst // len(names) + 1}: a stiffness of {springs[worst]:.3g} N/m along "
+        f"contact {worst // len(names)}: a stiffness of {springs[worst]:.3g} N/m along "
         f"{names[worst % len(names)]} is more than double precision can carry, rounding of the "
         f"motion is {share / scale:.1e} of the force: at most "
         f"{springs[worst] * allowed * scale / share:.1g} N/m, which is all but rigid beside the "

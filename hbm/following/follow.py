@@ -101,7 +101,8 @@ def follow_fold(
     """A fold of the curve over a parameter: where it turns back in frequency, and jumps begin.
 
     near : Hz, of the folds of the curve at the first value the nearest one; None the one nearest to
-    the begin of the band. All else as in `follow_peak`; heights are those of the first output.
+    the begin of the band
+    options : of FollowOptions, as in `follow_peak`; heights are those of the first output
     Where two folds meet the curve does not turn back any more: `ended` says so.
 
     >>> duffing = Problem([[1.0]], [[0.1]], [[1.0]]).add(CubicSpring(1.0), 0)

@@ -35,6 +35,9 @@ class FollowOptions:
     at : values of the parameter at which the peak is solved
     progress : function (value, step, calls), called at each place, and with step 0 on whole curves;
         without one a terminal or a notebook shows a line, and False shows nothing
+
+    >>> FollowOptions(outputs={"tip": 0}, band=(600, 1000)).harmonics
+    5
     """
 
     outputs: Mapping[str, ArrayLike]

@@ -15,6 +15,7 @@ from tipdamp.hbm.io.npz import save_npz
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.axes import Axes
 
 
@@ -122,6 +123,11 @@ class Followed(ArrayRecord):
         whether the way does not lead there, whether it is fitted. Raises InputError where pandas is
         not installed."""
         return tables.followed_as_frame(self)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The arrays of the branch by place, output, harmonic and contact, with their units. Raises
+        InputError where xarray is not installed."""
+        return tables.places_as_dataset(self)
 
     def _repr_html_(self) -> str:
         p, h = self.parameter, self.height

@@ -36,7 +36,6 @@ class Hold:
     with
     mean : only the mean of the motion is held, and rigidly: the vibration along it is free
 
-    >>> from tipdamp.hbm.example import two_blades
     >>> model, pairs = two_blades()
     >>> flat = pairs.replace(frame=[np.eye(3)] * 2)  # normals along z: friction alone resists y
     >>> tip = model.displacement_row("blade1", 1, [0, 1, 0])
@@ -66,7 +65,6 @@ class HeldMotion:
     extent : largest displacement of a dof in the motion, which makes of a force on the dofs one
     along the motion
 
-    >>> from tipdamp.hbm.example import two_blades
     >>> model, pairs = two_blades()
     >>> flat = pairs.replace(frame=[np.eye(3)] * 2)  # normals along z: friction alone resists y
     >>> held: HeldMotion = held_motions(model, flat, Hold("y"))[0]
@@ -93,7 +91,6 @@ def held_motions(
     Raises InputError for an unknown body or motion, a stiffness that is not positive, a motion that
     the body cannot do, that its own stiffness holds, or that is held twice.
 
-    >>> from tipdamp.hbm.example import two_blades
     >>> model, pairs = two_blades()
     >>> flat = pairs.replace(frame=[np.eye(3)] * 2)  # normals along z: friction alone resists y
     >>> [held.name for held in held_motions(model, flat, [Hold("y"), Hold([0, 0, 1])])]

@@ -32,6 +32,11 @@ def from_nlvib(X: ArrayLike, harmonics: int) -> Solutions:
 
     Raises InputError where X has another number of rows, is not finite, or a frequency in its last
     row is not positive.
+
+    >>> cosine = [0.0, 1.0, 0.0, 2 * np.pi * 60]  # mean, cosine and sine of one dof, rad/s
+    >>> found = from_nlvib(cosine, harmonics=1)
+    >>> print(found.hz.round(6), abs(found.harmonics[0, 0]))
+    [60.] [0. 1.]
     """
     H, allowed = check_harmonics(harmonics), "must be real numbers, a solution each column"
     table = numbers("X", X, allowed)
@@ -58,7 +63,12 @@ def from_nlvib(X: ArrayLike, harmonics: int) -> Solutions:
 
 def to_nlvib(hz: ArrayLike, harmonics: ArrayLike) -> np.ndarray:
     """X (dofs (2 H + 1) + 1, p) of solutions at hz (p,) with harmonics (p, dofs, H+1): of a curve
-    with an output for each dof `to_nlvib(curve.frequency, curve.harmonics)`."""
+    with an output for each dof `to_nlvib(curve.frequency, curve.harmonics)`.
+
+    >>> X = to_nlvib([60.0], [[[0.0, 1.0 - 2.0j]]])  # cos + 2 sin
+    >>> print(X[:3, 0])
+    [0. 1. 2.]
+    """
     values = np.asarray(harmonics, dtype=complex)
     p, dofs, orders = values.shape
     blocks = np.empty((p, 2 * orders - 1, dofs))
@@ -72,6 +82,11 @@ def read_nlvib(path: str | Path, harmonics: int, name: str = "X_HB") -> Solution
     """The variable `name` of a .mat file that Matlab or Octave saved (`save('X.mat', 'X_HB')`).
 
     Raises InputError where the file cannot be read or has no such variable, and as `from_nlvib`.
+
+    >>> from scipy.io import savemat
+    >>> savemat("X.mat", {"X_HB": to_nlvib([60.0], [[[0.0, 1.0 - 2.0j]]])})
+    >>> read_nlvib("X.mat", harmonics=1).hz.round(6)
+    array([60.])
     """
     from scipy.io import loadmat
 

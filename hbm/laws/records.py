@@ -56,12 +56,12 @@ class Contacts:
             if bad.any():
                 i = int(np.flatnonzero(bad)[0])
                 allowed = "finite" if name == "preload" else "finite and not negative"
-                raise InputError(f"contact {i + 1}: {name} = {values[i]:g}, must be {allowed}")
+                raise InputError(f"contact {i}: {name} = {values[i]:g}, must be {allowed}")
             far = (values != 0) & ((values < LEAST) | (values > MOST)) & (name != "preload")
             if far.any():
                 i = int(far.argmax())
                 raise InputError(
-                    f"contact {i + 1}: {name} = {values[i]:g}, must be zero, or between {LEAST:g} "
+                    f"contact {i}: {name} = {values[i]:g}, must be zero, or between {LEAST:g} "
                     f"and {MOST:g}, which double precision can carry"
                 )
         if len({len(self.kn), len(self.kt), len(self.mu), len(self.preload)}) != 1:

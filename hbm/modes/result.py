@@ -15,6 +15,7 @@ from tipdamp.hbm.io.npz import save_npz
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.axes import Axes
 
 
@@ -104,6 +105,11 @@ class Backbone(ArrayRecord):
         in Hz, damping ratio, and the amplitude of each output in m, of a kind as in `amplitudes`.
         Raises InputError where pandas is not installed."""
         return tables.mode_as_frame(self, kind)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The arrays of the branch by place, output, harmonic and contact, with their units. Raises
+        InputError where xarray is not installed."""
+        return tables.places_as_dataset(self)
 
     def _repr_html_(self) -> str:
         a, f, zeta = self.amplitude, self.frequency, self.damping_ratio

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from tipdamp.hbm import tables
 from tipdamp.hbm.balance.parameter import Equation, Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.continuation.branch import Branch
@@ -26,12 +27,13 @@ from tipdamp.hbm.curve.trace import record
 from tipdamp.hbm.curve.truncation import TruncationEstimate
 from tipdamp.hbm.curve.watched import Progress, watched
 from tipdamp.hbm.drawing import pictures
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import InputError, library
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.search.beside import Beside, Search, growth
 from tipdamp.hbm.stability.multipliers import Stability
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 # the cheapest way everywhere, before the others: the effort may not last
@@ -73,6 +75,21 @@ class CurvesBeside:
             for name, color in zip(drawn, colors, strict=True):
                 other.plot(name, unit=unit, label="", color=color, width=0.9, ax=on)
         return on
+
+    def to_pandas(self, kind: str = "half_peak_to_peak") -> "pandas.DataFrame":
+        """The rows of `ForcedResponse.to_pandas` of all curves, by the number of the curve, 0 for
+        the first one. Raises InputError where pandas is not installed."""
+        frames = [one.to_pandas(kind) for one in (self.curve, *self.curves)]
+        keys = range(len(frames))
+        return library("pandas", "to_pandas").concat(frames, keys=keys, names=["curve"])
+
+    def _repr_html_(self) -> str:
+        rows = {"searched": self.curve.searched}
+        for name in self.curve.output_names.tolist():
+            for k, one in enumerate((self.curve, *self.curves)):
+                at, height = one.at_least(name)
+                rows[f"largest of {name}, curve {k}"] = f"{height:.4g} m at {at:.6g}"
+        return tables.notebook_table(f"{len(self.curves)} curves beside the first", rows)
 
 
 class _LimitReached(Exception):

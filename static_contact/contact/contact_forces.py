@@ -10,6 +10,7 @@ from tipdamp.hbm import tables
 from tipdamp.hbm.contact import ContactTable
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 
@@ -54,6 +55,10 @@ class StaticForces:
         """Draw the preload map of a side, as `ContactTable.plot`."""
         return self.pairs.plot(side, ax)
 
+    def to_pandas(self) -> "pandas.DataFrame":
+        """The rows of its `pairs`, as `ContactTable.to_pandas`."""
+        return self.pairs.to_pandas()
+
     def _repr_html_(self) -> str:
         rows = {}
         for side in self.pairs.sides:
@@ -68,6 +73,11 @@ class StaticForces:
 class Preload(StaticForces):
     """StaticForces with the displacement (r,) m of the bodies
     residual - |K q + B' N - f| / |f|, f without the constraint reactions; without load / ||B|' N|
+
+    >>> model, pairs = two_blades()
+    >>> found = preload(model, pairs, 60.0 * model.loads["pull"])
+    >>> isinstance(found, Preload), bool(found.residual < 1e-12)
+    (True, True)
     """
 
     displacement: np.ndarray

@@ -300,7 +300,6 @@ def preload(
 ) -> Preload:
     """One load case of `StaticContact`.
 
-    >>> from tipdamp.hbm.example import two_blades
     >>> model, pairs = two_blades()
     >>> found = preload(model, pairs, 60.0 * model.loads["pull"])  # N
     >>> print(found.force.round(1), found.pairs.preload.round(1))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.optimize import brentq
 
+from tipdamp.hbm import tables
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
@@ -28,6 +29,7 @@ from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 from tipdamp.static_contact.tuning.stuck_search import StuckSearch
 
 if TYPE_CHECKING:
+    import pandas
     from matplotlib.axes import Axes
 
 
@@ -69,7 +71,15 @@ class Detachment:
     """pairs - the table with weight 0 on detached pairs; chosen - the set nearest the target;
     history - all sets that were tried; stations - kept ones; graded - None where all are whole;
     worth - of every station, beside the chosen set of whole stations; equivalent - sets within the
-    scatter of the target, the nearest first; target_hz - None where the stations were given."""
+    scatter of the target, the nearest first; target_hz - None where the stations were given.
+
+    >>> model, pairs = two_blades(stations=3)
+    >>> mode = sum(model.displacement_row("blade1", node, [0, 1, 0]) for node in (1, 2, 3))
+    >>> mode /= np.sqrt(mode @ model.M @ mode)
+    >>> found = detach_until(StuckAssembly(model), pairs, 1270.0, mode)
+    >>> isinstance(found, Detachment), len(found.stations)
+    (True, 2)
+    """
 
     pairs: ContactTable
     chosen: Step
@@ -80,6 +90,21 @@ class Detachment:
     graded: GradedStation | None = None
     equivalent: tuple[Step, ...] = ()
     passed_over: tuple[Step, ...] = ()
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """A row for each set that was tried: stations kept at both ends, stuck frequency in Hz,
+        MAC. Raises InputError where pandas is not installed."""
+        names = ("front", "back", "hz", "mac")
+        return tables.frame({n: [vars(one)[n] for one in self.history] for n in names}, "set")
+
+    def _repr_html_(self) -> str:
+        rows = {"kept": f"{self.chosen.front} + {self.chosen.back} stations"}
+        rows |= {
+            "stuck frequency": f"{self.chosen.hz:.6g} Hz",
+            "tried": f"{len(self.history)} sets",
+        }
+        target = "" if self.target_hz is None else f" to {self.target_hz:.6g} Hz"
+        return tables.notebook_table(f"Detachment{target}", rows)
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw the stuck frequency over the number of kept stations, with target and choice.
@@ -139,8 +164,6 @@ def detach_until(
     Raises InputError "not reachable: a..b
     Hz" when the target lies outside what they give, and where no set is allowed.
 
-    >>> from tipdamp.hbm.example import two_blades
-    >>> from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
     >>> model, pairs = two_blades(stations=5)
     >>> mode = model.displacement_row("blade1", 3, [0, 1, 0])
     >>> for node in (1, 2, 4, 5):

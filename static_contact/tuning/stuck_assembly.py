@@ -37,6 +37,12 @@ class StuckAssembly:
 
     motion(model, pairs) -> (3P, r) relative motion at the pairs, rows t1, t2, n of each in turn;
     another one than that of nodal dofs where the pairs do not act on these.
+
+    >>> model, pairs = two_blades()
+    >>> mode = model.displacement_row("blade1", 1, [0, 1, 0])
+    >>> mode /= np.sqrt(mode @ model.M @ mode)  # the free blade along y
+    >>> print(f"{StuckAssembly(model).modes(pairs, mode).tracked_hz:.0f} Hz")
+    1377 Hz
     """
 
     def __init__(self, model: ReducedModel, motion: Callable | None = None) -> None:

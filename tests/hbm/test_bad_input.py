@@ -169,7 +169,7 @@ REFUSED = {
     "mu not a number": (lambda: changed_pair("mu", np.nan), r"pair 2: mu = nan"),
     "kn infinite": (
         lambda: changed_pair("kn", np.inf),
-        r"contact 2: kn = inf, must be finite and not negative",
+        r"contact 1: kn = inf, must be finite and not negative",
     ),
     "preload infinite": (
         lambda: changed_pair("preload", np.inf),

@@ -194,7 +194,7 @@ def test_narrow_band():
 def test_settings_that_no_arithmetic_carries(name, value):
     settings = {"kn": [1e5], "kt": [1e6], "mu": [1.0], "preload": [10.0]} | {name: [value]}
     with pytest.raises(
-        InputError, match=rf"contact 1: {name} = \S+, must be zero, or between 1e-120 and 1e\+100"
+        InputError, match=rf"contact 0: {name} = \S+, must be zero, or between 1e-120 and 1e\+100"
     ):
         Contacts(**settings)
 

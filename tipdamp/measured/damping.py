@@ -31,6 +31,11 @@ def half_power(hz: np.ndarray, amplitude: np.ndarray) -> Resonance:
     hz, amplitude : (n,) ascending, of one branch - the curve is linked by PCHIP
     Raises InputError where the peak is cut off by the end of the record, clipped, or its half-power
     points are not in the record.
+
+    >>> hz = np.linspace(600, 1000, 400)
+    >>> found = half_power(hz, abs(1 / (1 - (hz / 800) ** 2 + 0.04j * hz / 800)))
+    >>> print(f"{found.peak_hz:.0f} Hz, {found.zeta:.3f}")
+    800 Hz, 0.020
     """
     from scipy.interpolate import PchipInterpolator
     from scipy.optimize import brentq

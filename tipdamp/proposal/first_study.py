@@ -9,6 +9,7 @@ from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.example import STOP, two_blades
+from tipdamp.hbm.matrices_out import write_model
 from tipdamp.hbm.model import ReducedModel
 
 STATIONS = 5
@@ -49,17 +50,20 @@ harmonics = 3
 
 
 def write_first_study(folder: Path) -> Path:
-    """The study file, with model.npz and pairs.csv beside it.
+    """The study file, with model.npz and pairs.csv beside it, and M.mtx, K.mtx and dofs.csv, of
+    which a model is made: for those of one's own to take their place.
 
     Raises InputError where one of them is there already.
     """
-    files = {name: folder / name for name in ("study.toml", "model.npz", "pairs.csv")}
+    names = ("study.toml", "model.npz", "pairs.csv", "M.mtx", "K.mtx", "dofs.csv")
+    files = {name: folder / name for name in names}
     for path in files.values():
         if path.exists():
             raise InputError(f"{path}: is there already; name another folder: tipdamp init FOLDER")
     folder.mkdir(parents=True, exist_ok=True)
     model, pairs = _as_study(*two_blades(STATIONS))
     model.save(files["model.npz"])
+    write_model(model, folder, "mtx")
     pairs.save(files["pairs.csv"])
     files["study.toml"].write_text(STUDY, encoding="utf-8")
     return files["study.toml"]

@@ -36,7 +36,11 @@ SIZES: list[dict[str, Any]] = [  # a machine's contacts at 1 kHz, by m of their 
 
 @contextmanager
 def code_allowed(allowed: bool = True) -> Iterator[None]:
-    """Within it files of laws that studies name may run."""
+    """Within it files of laws that studies name may run.
+
+    >>> with code_allowed():  # a law by file is a program: read it first
+    ...     law = load_study("study.toml").respond.law  # doctest: +SKIP
+    """
     before = ALLOWED.set(allowed)
     try:
         yield

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.io
 import scipy.sparse as sp
 
-from tipdamp.hbm.contact import ContactTable
+from tipdamp import ContactTable
 
 NODES = {"blades": [1, 2, 3, 11, 12, 13], "damper": [21, 22, 23]}
 ANGLE = np.radians(35)

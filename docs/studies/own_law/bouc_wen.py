@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from tipdamp.hbm.laws import ContactLaw
+from tipdamp import ContactLaw
 
 
 @dataclass(frozen=True)
@@ -70,9 +70,7 @@ def main():
     scipy."""
     from scipy.integrate import solve_ivp
 
-    from tipdamp.hbm.balance.problem import ContactProblem
-    from tipdamp.hbm.laws import Contacts
-    from tipdamp.hbm.response import follow_band
+    from tipdamp import ContactProblem, Contacts, follow_band
 
     law = BoucWen(alpha=[0.1, 0.3], reach=[0.2, 0.5], beta=[0.8, 0.4], gamma=[0.2, 0.6])
     contacts = Contacts(kn=[0, 0], kt=[1.0, 2.0], mu=[0, 0], preload=[0, 0])

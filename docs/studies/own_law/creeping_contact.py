@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from tipdamp.hbm.laws import ContactLaw
+from tipdamp import ContactLaw
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from tipdamp.hbm.laws import ContactLaw
+from tipdamp import ContactLaw
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,7 @@ class Dahl(ContactLaw):
 def main():
     """Energy of a cycle of amplitude X: 4 L (X - L/kt tanh(kt X/L)), the area between the two
     branches of dT/du."""
-    from tipdamp.hbm.balance.problem import ContactProblem
-    from tipdamp.hbm.laws import Contacts
-    from tipdamp.hbm.response import follow_band
+    from tipdamp import ContactProblem, Contacts, follow_band
 
     kt, mu, preload = 2.0, 0.5, 1.0
     one = np.eye(1)

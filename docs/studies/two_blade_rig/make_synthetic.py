@@ -15,12 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
+from tipdamp import follow_band, load_study
 from tipdamp.engine.store import Store
-from tipdamp.hbm.response import follow_band
 from tipdamp.measured.agreement import drawn, values_at
 from tipdamp.static_contact.tuning.roll_springs import with_springs
 from tipdamp.statics.model_inputs import declared_springs, excitation, outputs, ratio
-from tipdamp.study.study import load_study
 
 HERE = Path(__file__).parent
 HIDDEN = {"mu": 0.55, "preload": 0.96, "front": 6, "back": 4, "last": 0.5}
@@ -53,9 +52,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 def _hidden(study, store):
     """Problem, force of 1 N, row and name of the patch's centre, with the hidden contact set."""
-    from tipdamp.hbm.balance.problem import contact_problem
-    from tipdamp.hbm.contact import ContactTable
-    from tipdamp.hbm.model import ReducedModel
+    from tipdamp import ContactTable, ReducedModel, contact_problem
 
     model = ReducedModel.load(store.path("model.npz"))
     line = ContactTable.load(store.path("preload.csv"))

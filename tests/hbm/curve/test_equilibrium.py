@@ -175,7 +175,7 @@ def test_a_force_beyond_rounding_ends():
 def test_stiffness_beyond_double_precision_is_refused(kt):
     """1e16 N/m times the rounding of a motion, 2e-16 of it, is no longer small; the limit that is
     named is."""
-    said = r"contact 1: a stiffness of \S+ N/m along t1 is more than double .* at most"
+    said = r"contact 0: a stiffness of \S+ N/m along t1 is more than double .* at most"
     with pytest.raises(InputError, match=said) as caught:
         follow_band(four_dofs(kt), F, (50, 160), outputs=every_dof(four_dofs(1.0)))
     with pytest.raises(InputError, match="at most"):

@@ -1,18 +1,21 @@
 """Results draw themselves as the report does, say what they are in a notebook, and become
 tables."""
 
+import inspect
 import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import tipdamp
 from tipdamp import (
     CubicSpring,
     Jenkins1D,
     MeasuredResponse,
     Problem,
     Search,
+    StuckAssembly,
     backbone,
     compare,
     contact_cycles,
@@ -24,11 +27,10 @@ from tipdamp import (
     peak_derivatives,
     preload,
     synthesis,
+    two_blades,
 )
 from tipdamp.hbm.drawing.branches import branch_lines, error_band
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.example import two_blades
-from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
 pyplot = pytest.importorskip("matplotlib.pyplot")
 pyplot.switch_backend("agg")
@@ -365,6 +367,72 @@ def test_notebooks_show_results_in_words(fit, made, mode, rubbed, slipping):
     }
     for words, one in shown.items():
         assert words in one._repr_html_(), words
+
+
+@pytest.fixture(scope="module")
+def results(folded, duffing, rubbed, slipping, made, mode, fit):
+    """One of each public result that draws itself, by its class."""
+    model, pairs = two_blades(stations=3)
+    shape = sum(model.displacement_row("blade1", node, [0, 1, 0]) for node in (1, 2, 3))
+    shape = shape / np.sqrt(shape @ model.M @ shape)
+    given = dict(outputs={"tip": [1.0]}, band=(600, 1000), harmonics=1)
+    found = [
+        *(folded, folded[3], made, mode, fit, pairs),
+        follow_peak(slipping, [5.0], "level", (1.0, 2.0), **given),
+        peak_derivatives(rubbed, slipping, "tip"),
+        compare(rubbed, slipping, 760.0),
+        contact_cycles(rubbed, slipping, 3),
+        energy_balance(rubbed, slipping, 3),
+        curves_beside(rubbed, slipping, Search(frequencies=1, starts=1)),
+        detach_until(StuckAssembly(model), pairs, 1270.0, shape),
+        preload(model, pairs, model.loads["pull"]),
+    ]
+    return {type(one): one for one in found}
+
+
+def test_whatever_draws_itself_is_a_table_and_shows_itself_in_a_notebook(results):
+    faces = [getattr(tipdamp, name) for name in tipdamp.__all__]
+    draw = {one for one in faces if inspect.isclass(one) and hasattr(one, "plot")}
+    assert draw == set(results)
+    for one in results.values():
+        assert len(one.to_pandas()) > 0 and "<table>" in one._repr_html_(), type(one)
+    branches = {tipdamp.ForcedResponse, tipdamp.Backbone, tipdamp.Followed}
+    assert {one for one in draw if hasattr(one, "to_xarray")} == branches
+
+
+def test_tables_hold_what_their_results_do(results, rubbed, slipping):
+    rows = {kind.__name__: one.to_pandas() for kind, one in results.items()}
+    one = {kind.__name__: one for kind, one in results.items()}
+    assert rows["PeriodicSolution"]["rms"].tolist() == one["PeriodicSolution"].amplitude("rms")
+    assert rows["ContactTable"]["preload"].tolist() == one["ContactTable"].preload.tolist()
+    assert rows["ContactTable"]["x"].tolist() == one["ContactTable"].position[:, 0].tolist()
+    cycles = one["ContactCycles"]
+    last = rows["ContactCycles"].iloc[-1]
+    assert (last["time"], last["force_t1"]) == (cycles.time[-1], cycles.force[-1, -1, 0])
+    energy = rows["EnergyBalance"].set_index("of")["energy"]
+    assert energy["contact 0"] == one["EnergyBalance"].friction[0]
+    first = rows["CurvesBeside"].loc[0]
+    assert len(first) == len(rubbed) and first["tip"].max() == rubbed.peak("tip")[1]
+    compared = rows["Comparison"]
+    largest = compared[compared["order"] == 1].iloc[0]
+    assert largest["balance"] == abs(one["Comparison"].harmonics[0, 1])
+    assert largest["integration"] == pytest.approx(largest["balance"], rel=0.01)
+    assert rows["Detachment"]["hz"].tolist() == [s.hz for s in one["Detachment"].history]
+
+
+def test_branches_are_arrays_with_names(results):
+    mode, peaks = (results[kind].to_xarray() for kind in (tipdamp.Backbone, tipdamp.Followed))
+    assert mode["harmonics"].dims == ("place", "output", "harmonic")
+    assert mode["shape"].dims == ("place", "dof") and mode["frequency"].attrs == {"units": "Hz"}
+    assert peaks["share_slip"].dims == ("place", "contact")
+    assert peaks["height"].values.tolist() == results[tipdamp.Followed].height.tolist()
+    assert peaks["output"].values.tolist() == ["tip"]
+
+
+def test_models_and_problems_show_themselves(slipping):
+    model, _ = two_blades()
+    assert "body &#x27;damper&#x27;" in model._repr_html_() and "pull" in model._repr_html_()
+    assert "Jenkins1D" in slipping._repr_html_() and "5 N" in slipping._repr_html_()
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ def test_a_first_study_is_written_beside_its_files(tmp_path, capsys):
     study = load_study(tmp_path / "first" / "study.toml")
     assert study.respond.levels == (2.0, 10.0, 20.0)
     names = {path.name for path in (tmp_path / "first").iterdir()}
-    assert names == {"study.toml", "model.npz", "pairs.csv"}
+    assert names == {"study.toml", "model.npz", "pairs.csv", "M.mtx", "K.mtx", "dofs.csv"}
 
 
 def test_nothing_is_written_over(tmp_path, capsys):
