@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Material:
-    """E : Pa - Young's modulus; nu - Poisson's ratio; density : kg/m3.
+    """Isotropic and linear elastic.
+
+    E : Pa - Young's modulus; nu - Poisson's ratio; density : kg/m3.
 
     >>> Material(E=210e9, nu=0.3, density=7850).nu
     0.3

@@ -34,7 +34,9 @@ class GivenMaterial(NamedTuple):
 
 @dataclass(frozen=True)
 class Mesh:
-    """node : (n,) int - the user's node numbers; position : (n, 3) m; cells : {type of cells.CELLS:
+    """Nodes and solid cells of a file, with their numbers and groups.
+
+    node : (n,) int - the user's node numbers; position : (n, 3) m; cells : {type of cells.CELLS:
     (c, k) int} - indices into `node`, in gmsh's order; groups : {name: (g,) int node numbers};
     unused : what the file holds and this record does not; number : {type: (c,) int} - the user's
     element numbers; cell_groups : {name: element numbers}; dimension : {group: 0 nodes, 1 curve, 2

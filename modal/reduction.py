@@ -22,7 +22,9 @@ from tipdamp.modal.truncation import Truncation
 
 @dataclass(frozen=True)
 class Reduction:
-    """model - the body's ReducedModel; boundary, interior : (b,), (i,) int - dofs of the body
+    """A body reduced onto masters, with the way back to all its dofs.
+
+    model - the body's ReducedModel; boundary, interior : (b,), (i,) int - dofs of the body
     Psi : (i, b); Phi : (i, m); omega : (m,) rad/s - contact shapes, fixed-interface modes and
     static shapes of interior loads in this order; contact_shapes, load_modes - how many of those;
     rigid - number of rigid modes; truncation - what was left out, None where it was not asked for;

@@ -37,6 +37,7 @@ def test_every_public_name_has_a_page_with_its_example(api, tmp_path):
     assert set(pages) == {*tipdamp.__all__, "index"}
     assert [name for name in tipdamp.__all__ if "```pycon\n>>> " not in pages[name]] == []
     assert all(f"[{name}]({name}.md)" in pages["index"] for name in tipdamp.__all__)
+    assert all(f"`from tipdamp import {name}`" in pages[name] for name in tipdamp.__all__)
     assert "## plot" in pages["ForcedResponse"]
 
 

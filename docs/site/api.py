@@ -34,7 +34,7 @@ def _first(thing):
 
 
 def _page(name, thing):
-    lines = [f"# {name}", "", f"`from {thing.__module__} import {name}`, or from `tipdamp`", ""]
+    lines = [f"# {name}", "", f"`from tipdamp import {name}`, out of `{thing.__module__}`", ""]
     lines += [*_signature(name, thing), *as_markdown(inspect.getdoc(thing) or "")]
     if inspect.isclass(thing):
         for member, what in _members(thing):

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class EnergyBalance:
-    """J per period: input of the excitation, loss in the structure's damping, friction (P,) of each
+    """Energies of one period.
+
+    J per period: input of the excitation, loss in the structure's damping, friction (P,) of each
     contact; apparent - input if each force were in phase with its velocity; kinetic - J, largest of
     a motion whose points move in phase, NaN under a general damping matrix.
 

@@ -68,7 +68,9 @@ class StationWorth:
 
 @dataclass(frozen=True)
 class Detachment:
-    """pairs - the table with weight 0 on detached pairs; chosen - the set nearest the target;
+    """Stations kept where a stuck frequency meets its target.
+
+    pairs - the table with weight 0 on detached pairs; chosen - the set nearest the target;
     history - all sets that were tried; stations - kept ones; graded - None where all are whole;
     worth - of every station, beside the chosen set of whole stations; equivalent - sets within the
     scatter of the target, the nearest first; target_hz - None where the stations were given.
