@@ -74,7 +74,7 @@ def of_curves(repeats: int):
 
 
 def of_comparisons(repeats: int):
-    """At the peak, or where the sampled law is near it."""
+    """At the peak, of the upper branch where there are more."""
     p = load("I1")["parameters"]
     given = {
         "Duffing, H = 9": (
@@ -91,7 +91,7 @@ def of_comparisons(repeats: int):
     for name, (problem, force, band, options) in given.items():
         curve = follow_band(problem, force, band, **options)
         hz = curve.peak("x")[0]
-        found = least({name: lambda c=curve, p=problem, at=hz: compare(c, p, at)}, repeats)
+        found = least({name: lambda c=curve, p=problem, at=hz: compare(c, p, at, 0)}, repeats)
         yield {"case": name, "compare_s": found[name]}
     sampled = blade()
     curve = sampled.follow_band((780, 840), outputs=ROW, harmonics=9)
