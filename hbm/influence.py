@@ -13,7 +13,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.drawing.figure import Panel
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io.npz import open_npz, save_npz
+from tipdamp.hbm.io.array_files import open_npz, save_npz
 from tipdamp.hbm.validation import check_kind
 
 if TYPE_CHECKING:

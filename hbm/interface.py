@@ -26,7 +26,7 @@ from tipdamp.hbm.balance.reduced import Space, StuckMatrices
 from tipdamp.hbm.balance.restraint import stiff_factor
 from tipdamp.hbm.contact import GROUND, ContactTable, relative_motion
 from tipdamp.hbm.hold.spring import HeldMotion, with_springs
-from tipdamp.hbm.io.npz import open_npz, save_npz
+from tipdamp.hbm.io.array_files import open_npz, save_npz
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import Contacts, SliderStart
 from tipdamp.hbm.model import ReducedModel

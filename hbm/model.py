@@ -18,9 +18,9 @@ from scipy.linalg.lapack import dpotrf
 
 from tipdamp.hbm import tables
 from tipdamp.hbm.errors import Doubt, InputError, nearest, shown
+from tipdamp.hbm.io.array_files import save_npz
 from tipdamp.hbm.io.dof_table import DIRECTIONS, ROTATIONS, read_npz
 from tipdamp.hbm.io.matrices_in import read_model
-from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.points import ContactPoints, check_points, motion_of
 from tipdamp.hbm.validation import brief, numbers
 

@@ -15,8 +15,8 @@ from tipdamp.hbm.amplitude import KINDS, amplitude, local_maxima, orders_of, par
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import Doubt, InputError, nearest
 from tipdamp.hbm.influence import Derivatives
+from tipdamp.hbm.io.array_files import save_npz
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
-from tipdamp.hbm.io.npz import save_npz
 from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.validation import check_whole, in_hz, positive

@@ -28,7 +28,7 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io.npz import open_npz, save_npz
+from tipdamp.hbm.io.array_files import open_npz, save_npz
 
 
 @dataclass(frozen=True)

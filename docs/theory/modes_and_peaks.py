@@ -15,6 +15,7 @@ from tests.hbm.following.test_follow import rig_alone
 from tests.hbm.modes.test_synthesis import tip_of
 from tests.hbm.small_rig import small_rig
 from tipdamp import (
+    Doubt,
     DryFriction2T,
     Hold,
     Jenkins1D,
@@ -24,7 +25,6 @@ from tipdamp import (
     follow_peak,
     peak_derivatives,
 )
-from tipdamp.hbm.errors import Doubt
 
 TICKS = (0.1, 0.2, 0.5, 1, 2, 4)
 COLORS = ["#3b0f70", "#16508f", "#159a8a", "#7ab83a", "#f2ae00"]

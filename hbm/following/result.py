@@ -10,8 +10,8 @@ from tipdamp.hbm import tables
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.drawing.figure import Curve, Panel
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.array_files import save_npz
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
-from tipdamp.hbm.io.npz import save_npz
 
 if TYPE_CHECKING:
     import pandas

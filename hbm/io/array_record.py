@@ -9,7 +9,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.io.array_files import open_npz
 
 Record = TypeVar("Record", bound="ArrayRecord")
 PLAIN = {str: str, bool: bool, int: int, float: float}  # kinds of fields that are no arrays

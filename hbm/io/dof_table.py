@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.array_files import open_matlab, open_npz
 from tipdamp.hbm.io.csv_table import read_table
-from tipdamp.hbm.io.npz import open_npz
-from tipdamp.hbm.io.untrusted import open_matlab
 from tipdamp.hbm.points import ContactPoints
 
 DIRECTIONS = ("x", "y", "z")

@@ -23,11 +23,10 @@ import scipy.io
 import scipy.sparse as sp
 
 from tipdamp.hbm.errors import InputError, library, nearest
+from tipdamp.hbm.io.array_files import check_size, open_matlab, open_npz
 from tipdamp.hbm.io.dof_table import check_labels, read_dofs, saved_table, table_of_labels
-from tipdamp.hbm.io.npz import open_npz
 from tipdamp.hbm.io.op4 import read_op4
 from tipdamp.hbm.io.punch import read_punch
-from tipdamp.hbm.io.untrusted import check_size, open_matlab
 from tipdamp.hbm.memory import available_bytes
 
 FORMATS = (".npz", ".npy", ".mtx", ".mat", ".hb", ".rb", ".matrix", ".op4", ".op2", ".pch")

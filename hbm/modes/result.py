@@ -10,8 +10,8 @@ from tipdamp.hbm import tables
 from tipdamp.hbm.amplitude import amplitude
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
+from tipdamp.hbm.io.array_files import save_npz
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
-from tipdamp.hbm.io.npz import save_npz
 
 if TYPE_CHECKING:
     import pandas

@@ -17,9 +17,9 @@ from tests.robustness.rows import chain, corner, refused, stages, tipdamp
 from tests.tipdamp import corner_study, mesh_texts
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io import untrusted
+from tipdamp.hbm.io import array_files
+from tipdamp.hbm.io.array_files import open_npz
 from tipdamp.hbm.io.matrices_in import read_matrix
-from tipdamp.hbm.io.npz import open_npz
 from tipdamp.readers.dispatch import read_mesh
 
 LITTLE = 100e6  # bytes, for files of some kB
@@ -179,7 +179,7 @@ def test_a_packed_matlab_file(tmp_path, monkeypatch):
     """8 MB that are packed into 8 kB, where 4 MB are left."""
     scipy.io.savemat(tmp_path / "K.mat", {"K": np.zeros((1000, 1000))}, do_compression=True)
     assert (tmp_path / "K.mat").stat().st_size < 20e3
-    monkeypatch.setattr(untrusted, "available_bytes", lambda: 4e6)
+    monkeypatch.setattr(array_files, "available_bytes", lambda: 4e6)
     assert "take 0.008 GB of memory" in str(in_little_memory(read_matrix, tmp_path / "K.mat", "K"))
 
 
@@ -331,6 +331,6 @@ def test_room_is_that_of_the_machine(tmp_path, monkeypatch):
     """A file of 3 kB is refused where 10 kB are left: four times its size."""
     study = chain(tmp_path)
     monkeypatch.setattr(
-        untrusted, "available_bytes", lambda: 4.0 * (tmp_path / "model.npz").stat().st_size - 1
+        array_files, "available_bytes", lambda: 4.0 * (tmp_path / "model.npz").stat().st_size - 1
     )
     refused(study, "model.npz: has .* GB; what is read of it takes four times as much memory")

@@ -10,8 +10,8 @@ import pytest
 from tests.tipdamp.rig_study import CHAIN
 from tipdamp.cli import main
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io import npz
-from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.io import array_files
+from tipdamp.hbm.io.array_files import open_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse
 
@@ -36,7 +36,7 @@ def test_arrays_beyond_the_memory(tmp_path, monkeypatch, capsys):
     """9 MB in each of the readers of matrices, as from a supplier, where 12 MB are left."""
     big = np.zeros((1100, 1100))
     np.savez_compressed(tmp_path / "model.npz", M=big, K=big)
-    monkeypatch.setattr(npz, "available_bytes", lambda: 12e6)
+    monkeypatch.setattr(array_files, "available_bytes", lambda: 12e6)
     for read in (ReducedModel.load, lambda path: ReducedModel.from_files(path, path)):
         with pytest.raises(
             InputError, match="arrays take 0.0194 GB of memory, 0.012 GB are available"

@@ -18,7 +18,7 @@ from tipdamp.bodies.surfaces import damper_areas, length_text, named_side
 from tipdamp.checks.pairs import spacing
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.contact_doubts import LIMITS
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import InputError, shown
 from tipdamp.modal.cell_shape import sliver_warning
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.mesh_checks import parts
@@ -35,6 +35,7 @@ LARGE_DAMPING = 0.2
 # of two smooth half-spaces: rough contacts are stiffer; N/mm taken for N/m is a factor of 1e-3
 SOFT = 2e-3
 IN_UNITS = "and in the units of [units] (1 N/mm is 1e3 N/m, 1 N/mm3 is 1e9 N/m3)?"
+ALIKE = 1e-3  # of each constant of a material: people round them
 COVERED = 0.95  # of a side of the damper: less of it opposite to the blade is said
 # percent by which a bar with one and two layers of linear cells is too stiff in bending; quadratic
 # ones: 3 and 2 [tests/modal/test_bending.py]
@@ -53,6 +54,27 @@ def mesh_warnings(study: Study, name: str, mesh: Mesh, mass: float | None = None
     found += _slivers(study, name, mesh)
     found += _wave_speed(study) if name == "blades" else []
     return found + _size(study, name, mesh) + ([] if mass is None else _mass(name, mass))
+
+
+def unlike_materials(study: Study, mesh: Mesh) -> Iterator[str]:
+    """Of each group of cells the material of the file, in its own units, where the study has
+    another for these cells: it is not taken over."""
+    stated = {one.group: one for one in study.materials.values()}
+    for group, given in mesh.materials.items():
+        if group not in mesh.cell_groups:  # of the other body of the file
+            continue
+        own = stated.get(group, study.material)
+        alike = np.isclose(
+            [own.E, own.nu, own.density],
+            given.in_si(study.length_unit),
+            rtol=ALIKE,
+            atol=0.0,
+        )
+        if not alike.all():
+            yield (
+                f"material {shown(given.name)} of '{shown(group)}' (E = {given.E:g}, nu = "
+                f"{given.nu:g}, density = {given.density:g} in the units of the file)"
+            )
 
 
 def expectations(study: Study, inspected: InspectResult) -> list[str]:

@@ -31,7 +31,7 @@ from tipdamp.hbm.curve.journal import Journal, JournalBlock, StaleJournal
 from tipdamp.hbm.curve.options import PointsOfInterest
 from tipdamp.hbm.curve.probes import more_harmonics
 from tipdamp.hbm.errors import Doubt
-from tipdamp.hbm.io.npz import open_npz, save_npz
+from tipdamp.hbm.io.array_files import open_npz, save_npz
 from tipdamp.hbm.laws import ContactLaw, Contacts
 from tipdamp.hbm.modes.derivatives import with_derivatives
 from tipdamp.hbm.response import follow_band

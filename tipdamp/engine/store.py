@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tipdamp.hbm.errors import InputError, shown
-from tipdamp.hbm.io.untrusted import check_size
+from tipdamp.hbm.io.array_files import check_size
 
 
 class Finished(NamedTuple):

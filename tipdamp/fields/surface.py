@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tipdamp.hbm.io.npz import open_npz, save_npz
+from tipdamp.hbm.io.array_files import open_npz, save_npz
 from tipdamp.modal.faces import boundary_faces
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.reduction import Reduction

@@ -16,7 +16,7 @@ from tipdamp.engine.store import Store
 from tipdamp.fields import surface
 from tipdamp.fields.line_contact import LineContact, shown_patches
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.hbm.io.npz import open_npz, save_npz
+from tipdamp.hbm.io.array_files import open_npz, save_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.reduction import Reduction

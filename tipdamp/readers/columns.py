@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.io.untrusted import open_matlab
+from tipdamp.hbm.io.array_files import open_matlab
 
 MEANINGS = (
     "frequency_hz",

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.errors import InputError, shown
-from tipdamp.hbm.io.untrusted import check_size
+from tipdamp.hbm.io.array_files import check_size
 from tipdamp.modal.elements.cells import CELLS
 from tipdamp.modal.faces import face_keys
 from tipdamp.modal.mesh import GivenMaterial, Mesh

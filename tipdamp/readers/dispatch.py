@@ -4,7 +4,7 @@ entry of READERS."""
 from pathlib import Path
 
 from tipdamp.hbm.errors import InputError, nearest, shown
-from tipdamp.hbm.io.untrusted import check_size
+from tipdamp.hbm.io.array_files import check_size
 from tipdamp.modal.mesh import Mesh
 from tipdamp.readers import abaqus, ansys, gmsh, nastran
 from tipdamp.readers.content import to_mesh

@@ -13,7 +13,7 @@ from tipdamp.fields import surface
 from tipdamp.fields.surface import OuterSurface
 from tipdamp.fields.visualization import Shapes
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.hbm.io.npz import open_npz
+from tipdamp.hbm.io.array_files import open_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.result import ForcedResponse

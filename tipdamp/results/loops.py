@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from tipdamp.hbm.curve.cycles import ContactCycles
-from tipdamp.hbm.io.npz import open_npz, save_npz
+from tipdamp.hbm.io.array_files import open_npz, save_npz
 
 
 class Loops(NamedTuple):

@@ -27,13 +27,13 @@ from tipdamp.bodies.surfaces import SurfaceContact, damper_areas
 from tipdamp.bodies.table_checks import surface_angles, unknown_places
 from tipdamp.checks import only_friction
 from tipdamp.checks import pairs as pair_checks
-from tipdamp.checks.materials import unlike_materials
 from tipdamp.checks.plausibility import (
     distance_warnings,
     expectations,
     first_frequency,
     friction_warnings,
     mesh_warnings,
+    unlike_materials,
 )
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store

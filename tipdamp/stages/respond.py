@@ -36,7 +36,7 @@ from tipdamp.hbm.curve.trace import SLIDES
 from tipdamp.hbm.hold import spring
 from tipdamp.hbm.hold.spring import HeldMotion
 from tipdamp.hbm.interface import InterfaceReduction
-from tipdamp.hbm.io.npz import save_npz
+from tipdamp.hbm.io.array_files import save_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.results.response_results import BackCurve, CurveResult, Peak, RespondResult, families

@@ -16,7 +16,7 @@ from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import write_shapes
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.io.npz import open_npz, save_npz
+from tipdamp.hbm.io.array_files import open_npz, save_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.body import Body
 from tipdamp.modal.eigen import Factor

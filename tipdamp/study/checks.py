@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from tipdamp.hbm.curve.enough_harmonics import SETTINGS as HARMONICS
 from tipdamp.hbm.errors import InputError, nearest, shown
-from tipdamp.hbm.io.untrusted import check_size
+from tipdamp.hbm.io.array_files import check_size
 from tipdamp.hbm.validation import check_samples
 from tipdamp.study.law import laws_with_sliders
 from tipdamp.study.schema import (

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tipdamp.hbm.io.npz import save_npz
+from tipdamp.hbm.io.array_files import save_npz
 
 FULL = Path("/dev/full")  # takes nothing
 ARRAYS = {
