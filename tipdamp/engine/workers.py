@@ -180,7 +180,7 @@ class _Worker:
         except (EOFError, ConnectionError):
             self.process.join(PATIENCE)
             raise ChildProcessError(
-                f"a process that computed a curve ended unasked (exit code "
+                f"a process at work ended unasked (exit code "
                 f"{self.process.exitcode}), perhaps for want of memory; run the same command with "
                 "fewer --jobs"
             ) from None

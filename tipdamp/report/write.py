@@ -5,6 +5,7 @@ import time
 
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
+from tipdamp.engine.workers import Report, Workers
 from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.contents import contents
 from tipdamp.report.drawing import matplotlib, table
@@ -15,12 +16,15 @@ from tipdamp.report.summary import summarise
 from tipdamp.study.view import Study
 
 
-def write_report(study: Study, store: Store, tick: Tick, said: dict[str, list[str]]) -> list[str]:
+def write_report(
+    study: Study, store: Store, tick: Tick, said: dict[str, list[str]], workers: Workers
+) -> list[str]:
     """Write summary.json, the figures as PNG and CSV, and report.html into the results folder;
     returns their names.
 
-    said - {stage: its warnings} of the stages that the study asks for. Where a library of the
-    report is missing, summary.json is written all the same, then InputError says what to install.
+    said - {stage: its warnings} of the stages that the study asks for; workers - processes that
+    draw the figures. Where a library of the report is missing, summary.json is written all the
+    same, then InputError says what to install.
     """
     began = time.perf_counter()
     results = load_results(study, store, said)
@@ -30,12 +34,9 @@ def write_report(study: Study, store: Store, tick: Tick, said: dict[str, list[st
     figures = [
         block for section in sections for block in section.blocks if isinstance(block, Figure)
     ]
-    for i, figure in enumerate(figures):
-        tick(i / (len(figures) + 1), f"figures/{figure.name}.png")
-        with store.writing(f"figures/{figure.name}.png") as path:
-            matplotlib.draw(figure, path)
-        with store.writing(f"figures/{figure.name}.csv") as path:
-            table.write(figure, path)
+    drawn = workers.spread(_draw, store, figures, lambda *_: None)
+    for count, i in enumerate(drawn, 1):
+        tick(count / (len(figures) + 1), f"figures/{figures[i].name}.png")
     tick(len(figures) / (len(figures) + 1), "report.html")
     text = page(
         "report.html",
@@ -50,3 +51,11 @@ def write_report(study: Study, store: Store, tick: Tick, said: dict[str, list[st
     summary["seconds"]["report"] = round(time.perf_counter() - began, 3)
     store.write_json("summary.json", summary)
     return [f"figures/{figure.name}.{kind}" for figure in figures for kind in ("png", "csv")]
+
+
+def _draw(store: Store, figure: Figure, _: Report) -> None:
+    """One figure, and what it shows."""
+    with store.writing(f"figures/{figure.name}.png") as path:
+        matplotlib.draw(figure, path)
+    with store.writing(f"figures/{figure.name}.csv") as path:
+        table.write(figure, path)

@@ -2,6 +2,7 @@
 
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
+from tipdamp.engine.workers import Workers
 from tipdamp.report.write import write_report
 from tipdamp.results import ON_REQUEST, STAGES
 from tipdamp.stages.stage import Stage, load_stage
@@ -10,9 +11,9 @@ from tipdamp.study.view import PARTS, Study
 BEFORE = {name: load_stage(name) for name in STAGES if name != "report"}
 
 
-def report(study: Study, store: Store, tick: Tick) -> list[str]:
+def report(study: Study, store: Store, tick: Tick, workers: Workers) -> list[str]:
     """Write the page of what the stages before it found."""
-    return write_report(study, store, tick, said(study, store))
+    return write_report(study, store, tick, said(study, store), workers)
 
 
 def said(study: Study, store: Store) -> dict[str, list[str]]:
@@ -37,4 +38,5 @@ STAGE = Stage(
     reads=PARTS,
     needs=tuple(BEFORE),
     uses=tuple(ON_REQUEST),
+    parallel=True,
 )

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from tipdamp.engine.store import Store, plain
+from tipdamp.engine.workers import Workers
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.report.results import Results, load_results
@@ -269,8 +270,9 @@ def written(folder, **options):
     return store
 
 
-def write(study, store):
-    write_report(study, store, lambda *_: None, said(study, store))
+def write(study, store, jobs=1):
+    with Workers(jobs) as workers:
+        write_report(study, store, lambda *_: None, said(study, store), workers)
 
 
 def results_of(study, store) -> Results:

@@ -133,6 +133,17 @@ def test_tables_of_the_pictures(plain_report):
     )
 
 
+def test_two_processes_draw_the_same_pictures(plain_report, tmp_path):
+    """Byte for byte, with the tables beside them."""
+    study, store = artefacts(tmp_path)
+    write(study, store, jobs=2)
+    alone, shared = (
+        {path.name: path.read_bytes() for path in one.path("figures").iterdir()}
+        for one in (plain_report, store)
+    )
+    assert len(alone) > 10 and shared == alone
+
+
 def test_pictures_are_not_empty(plain_report):
     from matplotlib.image import imread
 

@@ -13,6 +13,7 @@ from tests.tipdamp import corner_study
 from tests.tipdamp.rig_study import files, read
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
+from tipdamp.engine.workers import Workers
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.write import write_report
 from tipdamp.study.study import load_study
@@ -77,7 +78,7 @@ def test_alone_and_over_ranks(tmp_path, capsys):
 def run_report(study, out):
     """The summary of a report on the preload alone."""
     said = {"inspect": [], "reduce": [], "preload": []}
-    write_report(load_study(study), Store(out), lambda *_: None, said)
+    write_report(load_study(study), Store(out), lambda *_: None, said, Workers())
     return read(out, "summary.json")
 
 
