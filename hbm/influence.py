@@ -59,8 +59,8 @@ class Derivatives:
 
     amplitude_by, frequency_by : {setting: (P,) m or Hz} by a relative change of kn, kt, mu or the
         preload of each contact; 'damping', 'level' (of the force) and parameters of one's own:
-        (1,). One per cent more of a
-        setting of contact c changes the amplitude by 0.01 amplitude_by[setting][c]
+        (1,). One per cent more of a setting of contact c changes the amplitude by 0.01
+        amplitude_by[setting][c]
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
     >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=4.0)
@@ -85,9 +85,7 @@ class Derivatives:
 
     def total(self, setting: str) -> tuple[float, float]:
         """(Hz, m) by a relative change of a setting of all contacts at once."""
-        if setting not in self.amplitude_by:
-            known = ", ".join(self.amplitude_by)
-            raise InputError(f"setting '{setting}': must be one of {known}")
+        self._check(setting)
         return float(self.frequency_by[setting].sum()), float(self.amplitude_by[setting].sum())
 
     def plot(
@@ -139,8 +137,13 @@ class Derivatives:
         """(P,) or (1,) per cent by one per cent more; InputError for an unknown setting."""
         if of not in WHAT:
             raise InputError(f"of = '{of}': must be 'amplitude' or 'frequency'")
-        self.total(setting)
+        self._check(setting)
         return vars(self)[f"{of}_by"][setting] / vars(self)[of]
+
+    def _check(self, setting: str) -> None:
+        if setting not in self.amplitude_by:
+            known = ", ".join(self.amplitude_by)
+            raise InputError(f"setting '{setting}': must be one of {known}")
 
     def tornado_panel(self, of: str) -> Panel:
         """A bar for each setting, the largest on top."""

@@ -14,6 +14,7 @@ from tests.hbm.cases import duffing
 from tests.hbm.following.test_follow import rig_alone
 from tests.hbm.modes.test_synthesis import tip_of
 from tests.hbm.small_rig import small_rig
+from tests.pictures import write_pictures
 from tipdamp import (
     Doubt,
     DryFriction2T,
@@ -120,14 +121,7 @@ PICTURES = {"backbones": backbones, "rig_tornado": tornado, "peaks_over_pull": p
 
 def main(folder=IMAGES, names=tuple(PICTURES)):
     """Write the pictures of these names."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    for name in names:
-        PICTURES[name](plt, Path(folder) / f"{name}.png")
-        plt.close("all")
+    write_pictures(PICTURES, folder, names)
 
 
 if __name__ == "__main__":

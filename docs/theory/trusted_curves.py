@@ -12,6 +12,7 @@ import numpy as np
 from tests.hbm.cases import rig
 from tests.hbm.search.test_branches import STOPPED
 from tests.hbm.search.test_curves_beside import ABSORBER, HZ
+from tests.pictures import write_pictures
 from tests.validation.trusted_curves import cases, errors
 from tipdamp import Search, branch_from, curves_beside, follow_band
 
@@ -142,14 +143,7 @@ PICTURES = {
 
 def main(folder=IMAGES, names=tuple(PICTURES)):
     """Write the pictures of these names."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    for name in names:
-        PICTURES[name](plt, Path(folder) / f"{name}.png")
-        plt.close("all")
+    write_pictures(PICTURES, folder, names)
 
 
 if __name__ == "__main__":

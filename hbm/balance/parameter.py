@@ -32,8 +32,8 @@ from tipdamp.hbm.validation import (
 
 Rebuild: TypeAlias = tuple[ContactProblem, dict]
 SETTINGS = ("preload", "mu", "kn", "kt")
-FIELDS = {"pull": "preload", "gap": "preload"}  # by what contacts hold it
-NAMES = (*SETTINGS, *FIELDS)
+HELD = {"pull": "preload", "gap": "preload"}  # by what contacts hold it
+NAMES = (*SETTINGS, *HELD)
 SMALLEST = 1e-9  # value below which nothing is evaluated
 DIFFERENCE = 1e-6  # step of the central differences, relative to the value
 
@@ -236,7 +236,6 @@ class ContactSetting(Parameter):
     setting: str
     contacts: tuple | int | None = None
     name: str = field(init=False)
-    field: str = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.setting not in NAMES:
@@ -254,12 +253,16 @@ class ContactSetting(Parameter):
             object.__setattr__(self, "contacts", contacts)
             some = f" of contacts {', '.join(map(str, contacts))}"
         object.__setattr__(self, "name", self.setting + some)
-        object.__setattr__(self, "field", FIELDS.get(self.setting, self.setting))
 
     @property
     def stiffens(self) -> bool:
         """kn and kt do."""
         return self.setting in ("kn", "kt")
+
+    @property
+    def _held(self) -> str:
+        """The field of the contacts that varies."""
+        return HELD.get(self.setting, self.setting)
 
     def check(self, problem: ContactProblem) -> None:
         """Preloads are those of the preloaded origin, gaps are there, and the contacts those of the
@@ -275,7 +278,7 @@ class ContactSetting(Parameter):
             raise InputError(
                 f"contacts = {brief(self.contacts)}: must be indices from 0 to {P - 1}"
             )
-        if not self.chosen(problem).any():
+        if self.setting == "gap" and not self.chosen(problem).any():
             raise InputError(
                 f"parameter '{self.name}': no contact is open at rest; give one a negative preload "
                 "-kn gap"
@@ -316,7 +319,7 @@ class ContactSetting(Parameter):
     def scaled(self, problem: ContactProblem, value: float) -> Contacts:
         """The settings of the contacts at a value."""
         factor = np.where(self.chosen(problem), value, 1.0)
-        changed = {self.field: factor * vars(problem.contacts)[self.field]}
+        changed = {self._held: factor * vars(problem.contacts)[self._held]}
         if self.setting == "kn" and not problem.preloaded:
             changed["preload"] = factor * problem.contacts.preload  # -kn gap
         return replace(problem.contacts, **changed)
@@ -324,7 +327,7 @@ class ContactSetting(Parameter):
     def force_rate(self, balance: HarmonicBalance, t: Terms, value: float) -> np.ndarray:
         """(P, nd, nh) derivative of the contact forces by the factor at a given motion."""
         problem = balance.problem
-        if self.field == "preload" and t.forces.by_preload is not None:
+        if self._held == "preload" and t.forces.by_preload is not None:
             rate = (problem.contacts.preload * self.chosen(problem))[
                 :, None, None
             ] * t.forces.by_preload
