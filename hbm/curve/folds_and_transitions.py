@@ -4,7 +4,7 @@ slip, lift off or part.
 What tells the kind of a point changes between two neighbouring points of the curve: the side to
 which the parameter runs, how many Floquet multipliers lie outside the unit circle, and in which of
 stick, slip and gap a contact is during the cycle. A fold is solved as the extremum of the
-parameter; every other change is enclosed by halving the arc.
+parameter; every other change is enclosed by the share of the cycle or the modulus that passes.
 """
 
 from collections.abc import Callable
@@ -19,6 +19,7 @@ from tipdamp.hbm.balance.symmetry import kept_by_symmetry
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.corrector import between
 from tipdamp.hbm.continuation.crossings import with_tangent
+from tipdamp.hbm.continuation.enclosing import enclosed
 from tipdamp.hbm.continuation.point import Metric, Point, size
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.outputs import Outputs
@@ -68,9 +69,9 @@ class _Leading:
 
 
 CONTACTS: dict[Kind, Callable[[np.ndarray], np.ndarray]] = {  # by their shares of the cycle (P, 3)
-    "onset of slip": lambda shares: shares[:, 1] > SHARE,
-    "lift-off": lambda shares: shares[:, 2] > SHARE,
-    "separation": lambda shares: shares[:, 2] > 1 - SHARE,
+    "onset of slip": lambda shares: shares[:, 1],
+    "lift-off": lambda shares: shares[:, 2],
+    "separation": lambda shares: 1 - shares[:, 2],
 }
 Near = tuple[Point, Point]
 
@@ -170,7 +171,8 @@ class _Along:
         if turn is not None:
             named("fold", (turn, turn), multiplier=self._at_one(turn, (a, b), metric))
         for (kind, of), (side, (one, other)) in product(CONTACTS.items(), enumerate(sides)):
-            for contact in np.flatnonzero(of(_shares(one)) != of(_shares(other))):
+            begun, ended = (of(_shares(end)) > SHARE for end in (one, other))
+            for contact in np.flatnonzero(begun != ended):
                 near = self._of_contact(int(contact), of, one, other, metric)
                 named(kind, near, int(contact), side=side)
                 opens += [near[1]] * (kind != "onset of slip")
@@ -203,10 +205,10 @@ class _Along:
         if not self._differ(a, b):
             return
         if self._leading(a).beside != self._leading(b).beside:
-            near = self._enclosed(a, b, metric, lambda point: self._leading(point).beside)
+            near = self._enclosed(a, b, metric, lambda here: here.beside)
             named(*self._passed(near))
         elif not folds:
-            near = self._enclosed(a, b, metric, lambda point: self._leading(point).outside)
+            near = self._enclosed(a, b, metric, lambda here: here.outside)
             if not self._at_end(near[1], metric):
                 named(*self._passed(near))
 
@@ -254,25 +256,28 @@ class _Along:
         return _nearest(multipliers, multipliers - 1)
 
     def _enclosed(
-        self, a: Point, b: Point, metric: Metric, test: Callable[[Point], object]
+        self, a: Point, b: Point, metric: Metric, of: Callable[["_Leading"], int]
     ) -> Near:
-        """Two neighbouring points between which the test changes, from those between which it
-        does."""
-        first = test(a)
-        for _ in range(DEFAULT.max_bisections):
-            if arc.distance(a, b, metric) <= ENCLOSED:
-                break
-            middle = between(self.equation.evaluate, a, b, 0.5, metric.weights)
-            if not arc.lies_between(middle, a, b, metric):
-                break
-            a, b = (middle, b) if test(middle) == first else (a, middle)
-            middle.detail.forget()
-        return a, b
+        """Two neighbouring points between which a number of multipliers outside the unit circle
+        changes."""
+        first = of(self._leading(a))
 
-    def _of_contact(
-        self, contact: int, of: Callable, a: Point, b: Point, metric: Metric
-    ) -> tuple[Point, Point]:
-        return self._enclosed(a, b, metric, lambda point: of(_shares(point))[contact])
+        def measure(point: Point) -> float:
+            here = self._leading(point)
+            away = np.abs(np.abs(here.multipliers) - 1).min(initial=np.inf)
+            return float(away if of(here) == first else -away)
+
+        return enclosed(self.equation.evaluate, a, b, measure, metric, ENCLOSED)
+
+    def _of_contact(self, contact: int, of: Callable, a: Point, b: Point, metric: Metric) -> Near:
+        """The same of the share of the cycle of a contact, which grows with the root of the
+        distance."""
+
+        def measure(point: Point) -> float:
+            share = of(_shares(point))[contact]
+            return float(share**2 if share > SHARE else -np.inf)
+
+        return enclosed(self.equation.evaluate, a, b, measure, metric, ENCLOSED)
 
     def _passed(self, near: Near) -> tuple[Kind, tuple[Point, Point], int, complex]:
         """(kind, near, contact, multiplier) of what changes the stability between two points."""

@@ -47,10 +47,10 @@ class StabilitySettings:
     """
 
     massless_above: float = 5.0
-    slow: int = 24
+    slow: int = 12
     foreign_share: float = 0.02
-    steps: int = 48
-    per_mode: int = 3
+    steps: int = 24
+    per_mode: int = 2
     halved: float = 1e-4
     doublings: int = 6
     work: float = 3e8
@@ -306,7 +306,8 @@ def _acting(tangents: "CycleTangents", springs: np.ndarray) -> np.ndarray:
     """(P, nd) components that are disturbed otherwise than the stuck springs."""
     gamma, nd = tangents.gamma.copy(), springs.shape[1]
     gamma[..., np.arange(nd), np.arange(nd)] -= springs
-    acts = gamma.any(axis=(0, 1, 3)) | gamma.any(axis=(0, 1, 4)) | tangents.captured.any(axis=0)
+    coupled = gamma.any(axis=(0, 1))
+    acts = coupled.any(axis=1) | coupled.any(axis=2) | tangents.captured.any(axis=0)
     acts[tangents.turning.of] |= tangents.turning.memory.any(axis=(0, 1, 4))
     return acts
 
