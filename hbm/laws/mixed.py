@@ -5,6 +5,7 @@ law = MixedLaw((DryFriction2T(), UnilateralSpring()), of_pair=[0, 0, 1, 0])
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -266,10 +267,17 @@ class MixedLaw(ContactLaw):
     def _parts(self, P: int) -> Iterator[tuple[ContactLaw, np.ndarray, Any]]:
         """(law, its contacts, its columns) of every law that has contacts."""
         self._check_length(P)
-        for i, law in enumerate(self.laws):
-            at = np.flatnonzero(np.asarray(self.of_pair) == i)
-            if len(at):
-                yield law, at, [self.components.index(c) for c in law.components]
+        yield from self._by_law.values()
+
+    @cached_property
+    def _by_law(self) -> dict[int, tuple[ContactLaw, np.ndarray, list[int]]]:
+        """What `_parts` gives, as a step asks for it."""
+        of_pair, components = np.asarray(self.of_pair), self.components
+        return {
+            i: (law, np.flatnonzero(of_pair == i), [components.index(c) for c in law.components])
+            for i, law in enumerate(self.laws)
+            if (of_pair == i).any()
+        }
 
 
 def is_own(law: ContactLaw) -> bool:
