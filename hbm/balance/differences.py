@@ -78,9 +78,9 @@ def tangents_and_differences(
             along = size if k == 3 else size * np.eye(by.shape[2])[d]
             found = size * by[:, :, d]
 
-            def moved(s: float, k: int = k, along: Any = along) -> np.ndarray:
-                there: list[Any] = [a + s * along if j == k else a for j, a in enumerate(given)]
-                return stepped(*there)
+            def moved(shares: np.ndarray, k: int = k, along: Any = along) -> np.ndarray:
+                there = ([*given[:k], given[k] + s * along, *given[k + 1 :]] for s in shares)
+                return np.array([stepped(*one) for one in there])
 
             yield said, found, differences(found, moved), 1e-6 * scale
 
@@ -93,16 +93,15 @@ def worst_entry(found: np.ndarray, expected: np.ndarray) -> str:
     return f"entry {list(map(int, at))} is {found[at]:.6g}, expected {expected[at]:.6g}"
 
 
-def differences(found: np.ndarray, value_at: Callable[[float], np.ndarray]) -> np.ndarray:
-    """(rows, ...) derivative of value_at(s) (rows, ...) at s = 0, to compare with `found`.
+def differences(found: np.ndarray, values_at: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """(rows, ...) derivative at 0 of values_at(shares) (shares, rows, ...), beside `found`.
 
     By central differences, and in a row that has a kink within their step by the differences of
     second order on one side of it: no row is left out.
     """
     h = 1e-6
-    here = value_at(0.0)
-    ahead = [value_at(s) for s in (h, h / 2)]
-    behind = [value_at(s) for s in (-h, -h / 2)]
+    here, *others = values_at(np.array([0.0, h, h / 2, -h, -h / 2]))
+    ahead, behind = others[:2], others[2:]
     numeric = np.array(
         [
             (ahead[0] - behind[0]) / (2 * h),
@@ -122,12 +121,13 @@ def history(
     start: Any = "zero_slider",
     samples: int = 512,
     periods: int = 1,
+    repeats: float = 1e-13,
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """(force (n, P, nd), state (n, P, ns), change) of a law over the last period, by its step in a
     plain loop.
 
-    periods : at most; fewer where the force repeats to rounding; change : of the force since the
-    period before"""
+    periods : at most; fewer where the force repeats to a share of the largest, by default to
+    rounding; change : of the force since the period before"""
     (u, v), dt = samples_of(x, samples), 2 * np.pi / (omega * samples)
     state = law.initial_state(u[0], aft.slider_start(start, len(contacts), law.sliders), contacts)
     force, states, change = np.zeros(u.shape), np.zeros((samples, *state.shape)), np.inf
@@ -137,7 +137,7 @@ def history(
             force[i], state = law.step(Motion(u[i], omega * v[i], dt), state, contacts)
             states[i] = state
         change = np.abs(force - before).max(initial=0.0)
-        if change <= 1e-13 * np.abs(force).max(initial=0.0):
+        if change <= repeats * np.abs(force).max(initial=0.0):
             break
     return force, states, change
 

@@ -5,6 +5,7 @@ law = MixedLaw((DryFriction2T(), UnilateralSpring()), of_pair=[0, 0, 1, 0])
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -88,29 +89,29 @@ class MixedLaw(ContactLaw):
         into: np.ndarray,
         of_law: Callable[[ContactLaw, Contacts], np.ndarray],
     ) -> np.ndarray:
-        for law, at, columns in self._parts(len(contacts)):
-            into[np.ix_(at, columns)] = of_law(law, contacts.select(at))
+        for law, at, place, _ in self._parts(len(contacts)):
+            into[place] = of_law(law, contacts.select(at))
         return into
 
     def _constant(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N: preload on the normal that the law of a contact does not know."""
         force = np.zeros((len(contacts), len(self.components)))
-        for law, at, _ in self._parts(len(contacts)):
+        for law, at, *_ in self._parts(len(contacts)):
             force[at, 2] = 0.0 if "n" in law.components or is_own(law) else contacts.preload[at]
         return force
 
     def initial_state(self, u: np.ndarray, start: SliderStart, contacts: Contacts) -> np.ndarray:
         """(P, ns) state of each law at t = 0."""
         state = np.zeros((len(contacts), self.states), dtype=u.dtype)
-        for law, at, columns in self._parts(len(contacts)):
+        for law, at, place, _ in self._parts(len(contacts)):
             state[at, : law.states] = law.initial_state(
-                u[np.ix_(at, columns)], _own(law, start, at), contacts.select(at)
+                u[place], _own(law, start, at), contacts.select(at)
             )
         return state
 
     def doubt(self, contacts: Contacts) -> str:
         """Of the first law that has one."""
-        doubts = (law.doubt(contacts.select(at)) for law, at, _ in self._parts(len(contacts)))
+        doubts = (law.doubt(contacts.select(at)) for law, at, *_ in self._parts(len(contacts)))
         return next(filter(None, doubts), "")
 
     def start_at_rest(
@@ -123,10 +124,9 @@ class MixedLaw(ContactLaw):
     ) -> SliderStart:
         """As in each law."""
         positions = start.positions.copy()
-        for law, at, columns in self._parts(len(contacts)):
-            own = np.ix_(at, columns)
+        for law, at, place, _ in self._parts(len(contacts)):
             positions[at, : law.sliders] = law.start_at_rest(
-                sticks[at], u[own], force[own], _own(law, start, at), contacts.select(at)
+                sticks[at], u[place], force[place], _own(law, start, at), contacts.select(at)
             ).positions
         return start._replace(positions=positions)
 
@@ -136,9 +136,9 @@ class MixedLaw(ContactLaw):
         """Force (P, nd) N and state (P, ns) of each law."""
         kind = np.result_type(*motion, state)
         force, new = self._constant(contacts).astype(kind), state.astype(kind)
-        for law, at, columns in self._parts(len(contacts)):
-            own = motion._replace(u=motion.u[np.ix_(at, columns)], v=motion.v[np.ix_(at, columns)])
-            force[np.ix_(at, columns)], new[at, : law.states] = law.step(
+        for law, at, place, _ in self._parts(len(contacts)):
+            own = motion._replace(u=motion.u[place], v=motion.v[place])
+            force[place], new[at, : law.states] = law.step(
                 own, state[at, : law.states], contacts.select(at)
             )
         return force, new
@@ -153,23 +153,21 @@ class MixedLaw(ContactLaw):
         shares = np.zeros((P, 3))
         work = np.zeros(P)
         parts = []
-        for law, at, columns in self._parts(P):
-            f = law.harmonics(
-                contacts.select(at), x[np.ix_(at, columns)], _own(law, start, at), grid, omega
-            )
-            g[np.ix_(at, columns)], active[np.ix_(at, columns)], shares[at] = (
+        for law, at, place, columns in self._parts(P):
+            f = law.harmonics(contacts.select(at), x[place], _own(law, start, at), grid, omega)
+            g[place], active[place], shares[at] = (
                 f.g,
                 f.active,
                 f.shares,
             )
-            work[at] = fourier.work(f.g, x[np.ix_(at, columns)]) if f.work is None else f.work
+            work[at] = fourier.work(f.g, x[place]) if f.work is None else f.work
             for into, part in ((by_preload, f.by_preload), (by_omega, f.by_omega)):
-                into[np.ix_(at, columns)] = 0.0 if part is None else part
+                into[place] = 0.0 if part is None else part
             parts.append((f, at[f.contacts], columns))
-        place = np.cumsum(active.any(axis=1)) - 1
+        row = np.cumsum(active.any(axis=1)) - 1
         D = np.zeros((active.any(axis=1).sum(), nd, nh, nd, nh))
         for f, at, columns in parts:
-            D[np.ix_(place[at], columns, range(nh), columns, range(nh))] = f.D
+            D[np.ix_(row[at], columns, range(nh), columns, range(nh))] = f.D
         known = all(f.by_preload is not None for f, *_ in parts)
         rated = any(f.by_omega is not None for f, *_ in parts)
         return ContactForces(
@@ -184,13 +182,11 @@ class MixedLaw(ContactLaw):
         P, nd, _ = x.shape
         parts: list[tuple[Any, np.ndarray, Any]] = [
             (
-                law.variation(
-                    contacts.select(at), x[np.ix_(at, columns)], _own(law, start, at), grid, omega
-                ),
+                law.variation(contacts.select(at), x[place], _own(law, start, at), grid, omega),
                 at,
                 columns,
             )
-            for law, at, columns in self._parts(P)
+            for law, at, place, columns in self._parts(P)
         ]
         if any(variation is None for variation, *_ in parts):
             return None
@@ -219,15 +215,15 @@ class MixedLaw(ContactLaw):
     def sticks_surely(self, contacts: Contacts, amplitude: np.ndarray) -> np.ndarray:
         """(P,) bool of each law."""
         sticks = np.zeros(len(contacts), dtype=bool)
-        for law, at, columns in self._parts(len(contacts)):
-            sticks[at] = law.sticks_surely(contacts.select(at), amplitude[np.ix_(at, columns)])
+        for law, at, place, _ in self._parts(len(contacts)):
+            sticks[at] = law.sticks_surely(contacts.select(at), amplitude[place])
         return sticks
 
     def piecewise_linear(self, contacts: Contacts) -> PiecewiseLinear | None:
         """One table of those of the laws; None where a law has none."""
         parts: list[tuple[Any, np.ndarray, Any]] = [
             (law.piecewise_linear(contacts.select(at)), at, columns)
-            for law, at, columns in self._parts(len(contacts))
+            for law, at, _, columns in self._parts(len(contacts))
         ]
         return (
             None
@@ -256,20 +252,28 @@ class MixedLaw(ContactLaw):
     def check(self, contacts: Contacts) -> None:
         """InputError where of_pair or the parameters of a law do not fit the contacts."""
         self._check_length(len(contacts))
-        for law, at, _ in self._parts(len(contacts)):
+        for law, at, *_ in self._parts(len(contacts)):
             law.check(contacts.select(at))
 
     def _check_length(self, P: int) -> None:
         if P != len(self.of_pair):
             raise InputError(f"of_pair has {len(self.of_pair)} entries for {P} pairs")
 
-    def _parts(self, P: int) -> Iterator[tuple[ContactLaw, np.ndarray, Any]]:
-        """(law, its contacts, its columns) of every law that has contacts."""
+    def _parts(self, P: int) -> Iterator[tuple[ContactLaw, np.ndarray, Any, list[int]]]:
+        """(law, its contacts, their place in its columns, these) of every law that has contacts."""
         self._check_length(P)
+        yield from self._by_law.values()
+
+    @cached_property
+    def _by_law(self) -> dict[int, tuple[ContactLaw, np.ndarray, Any, list[int]]]:
+        """What `_parts` gives, as a step asks for it."""
+        of_pair, components, found = np.asarray(self.of_pair), self.components, {}
         for i, law in enumerate(self.laws):
-            at = np.flatnonzero(np.asarray(self.of_pair) == i)
+            at = np.flatnonzero(of_pair == i)
+            columns = [components.index(c) for c in law.components]
             if len(at):
-                yield law, at, [self.components.index(c) for c in law.components]
+                found[i] = law, at, np.ix_(at, np.array(columns)), columns
+        return found
 
 
 def is_own(law: ContactLaw) -> bool:

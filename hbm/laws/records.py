@@ -72,7 +72,10 @@ class Contacts:
 
     def select(self, at: np.ndarray) -> "Contacts":
         """Some of the contacts, by a mask or by indices; an index may be repeated."""
-        return Contacts(self.kn[at], self.kt[at], self.mu[at], self.preload[at])
+        some = object.__new__(Contacts)  # of values that were checked
+        for name, values in vars(self).items():
+            object.__setattr__(some, name, np.atleast_1d(values[at]))
+        return some
 
 
 class SliderStart(NamedTuple):

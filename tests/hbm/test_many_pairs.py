@@ -55,9 +55,8 @@ def curve_of_bar(level, half=False, skew=0.0, **more):
     """Response of the bar at a force of the whole bar."""
     problem, share = bar(half, skew)
     tip = np.eye(len(problem.K))[0]
-    return follow_band(
-        problem, share * level * tip, BAND, harmonics=3, outputs={"tip": tip}, **more
-    )
+    given = dict(harmonics=3, outputs={"tip": tip}, truncation=False)
+    return follow_band(problem, share * level * tip, BAND, **given, **more)
 
 
 @pytest.mark.slow

@@ -9,8 +9,10 @@ import pytest
 
 from tests.conftest import changed
 from tests.tipdamp.backwards import followed_back
+from tests.tipdamp.rig_study import CHAIN_OF_STAGES
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
+from tipdamp.stages.report import said
 from tipdamp.study.study import load_study
 
 pytestmark = pytest.mark.slow
@@ -19,17 +21,16 @@ pytest.importorskip("dolfinx")
 FOLDER = Path(__file__).parents[1] / "reference" / "platform-wedge"
 
 
-def run(folder, *changes):
-    """(exit code, results) of the study at 3 N."""
+def run(folder, *changes, verbs=("run",)):
+    """(exit code of the last verb, results) of the study at 3 N."""
     for name in ("coarse_blades.msh", "coarse_damper.msh"):
         shutil.copy(FOLDER / name, folder)
     text = (FOLDER / "coarse.toml").read_text(encoding="utf-8")
     (folder / "coarse.toml").write_text(
         changed(text, ("levels = [0.1, 1, 3]", "levels = [3]"), *changes), encoding="utf-8"
     )
-    return main(["run", str(folder / "coarse.toml"), "--quiet"]), Store(
-        folder / "results" / "coarse"
-    )
+    codes = [main([verb, str(folder / "coarse.toml"), "--quiet"]) for verb in verbs]
+    return codes[-1], Store(folder / "results" / "coarse")
 
 
 def test_held_along_its_axis(tmp_path):
@@ -57,10 +58,10 @@ def test_held_along_its_axis(tmp_path):
 def test_curve_that_stops_has_no_peak(tmp_path, capsys):
     """309 and 491 um/N are where they stop; the peak, with a soft spring along the axis, is 1042.6
     um/N at 823.6 Hz."""
-    code, store = run(tmp_path)
-    printed, summary = capsys.readouterr(), store.read_json("summary.json")
+    code, store = run(tmp_path, verbs=("inspect", *CHAIN_OF_STAGES))
+    printed, found = capsys.readouterr(), store.read_json("respond.json")
     assert code == 3
-    up, down = summary["responses"][0], summary["responses"][0]["back"]
+    up, down = found["responses"][0], found["responses"][0]["back"]
     for one, bound in ((up, 308.8e-6), (down, 491e-6)):
         assert (
             one["peak_hz"] is None and one["peak_m"] is None and "rigid-body drift" in one["ended"]
@@ -72,5 +73,5 @@ def test_curve_that_stops_has_no_peak(tmp_path, capsys):
     assert "no peak, at least 926.5 um at 809.4 Hz; stopped at 809.394 Hz: " in printed.out
     assert any(
         re.search("followed from the other end is incomplete.*: no peak, at least 1473 um", w)
-        for w in summary["warnings"]
+        for w in said(load_study(tmp_path / "coarse.toml"), store)["respond"]
     )

@@ -108,6 +108,12 @@ def text(old, new):
     return change
 
 
+def without_report(study):
+    """Exit codes of the stages up to `cycles`: as `run`, which draws the report too."""
+    verbs = ("inspect", *CHAIN_OF_STAGES, "cycles")
+    return [main([verb, str(study), "--quiet"]) for verb in verbs]
+
+
 def run_chain(study, *options):
     """Exit code of `respond`, with the options, after the stages before it."""
     return [

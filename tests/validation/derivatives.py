@@ -30,6 +30,12 @@ def rows():
     yield from _cost()
 
 
+def quick():
+    """One of each kind: tests of the room hold every setting, and nothing is asked of the cost."""
+    yield from _setting("ratios", "mu", 0)
+    yield from _stuck()
+
+
 def long():
     """Every setting with every kind of damping."""
     for kind in KINDS:
@@ -114,4 +120,5 @@ SUBJECT = Subject(
         STUCK: 1e-6,
     },
     long=long,
+    quick=quick,
 )

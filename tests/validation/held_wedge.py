@@ -53,6 +53,7 @@ def rows(holds=tuple(HOLDS)):
             harmonics=1,
             outputs=patch,
             hold=HOLDS[name],
+            truncation=False,
         )
         peak = max((curve.peak(node) for node in patch), key=lambda p: p[1])
         at = int(np.abs(curve.frequency - peak[0]).argmin())

@@ -62,9 +62,8 @@ def residual(problem, force, w, q) -> float:
 def checked(system: System, rng, points: int = 5) -> Found:
     """The curve of a system, and the largest residual of some of its points."""
     outputs = {f"q{i}": row for i, row in enumerate(np.eye(len(system.force)))}
-    curve = follow_band(
-        system.problem, system.force, tuple(system.band), harmonics=system.H, outputs=outputs
-    )
+    given = dict(harmonics=system.H, outputs=outputs, truncation=False)
+    curve = follow_band(system.problem, system.force, tuple(system.band), **given)
     solved = np.flatnonzero(curve.converged)
     drawn = rng.choice(solved, min(points, len(solved)), replace=False)
     found = [

@@ -20,7 +20,8 @@ def rows(levels=(12, 20), harmonics=(5, 9), around=(0.0,)):
     name = next(iter(outputs))
     outputs = {name: outputs[name]}
     for level in levels:
-        first = follow_band(problem, level * force, BAND, harmonics=5, outputs=outputs)
+        given = dict(outputs=outputs, truncation=False)
+        first = follow_band(problem, level * force, BAND, harmonics=5, **given)
         peak = find_peaks(first, problem, name, "harmonic")[0, 0]
         for H in harmonics:
             curve = follow_band(
@@ -28,8 +29,8 @@ def rows(levels=(12, 20), harmonics=(5, 9), around=(0.0,)):
                 level * force,
                 BAND,
                 harmonics=H,
-                outputs=outputs,
                 at=peak + np.array(around),
+                **given,
             )
             for step in around:
                 yield _beside(

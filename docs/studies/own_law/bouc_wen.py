@@ -70,21 +70,15 @@ def main():
     scipy."""
     from scipy.integrate import solve_ivp
 
-    from tipdamp import ContactProblem, Contacts, follow_band
+    from tipdamp import ContactProblem, Contacts, solve_at
 
     law = BoucWen(alpha=[0.1, 0.3], reach=[0.2, 0.5], beta=[0.8, 0.4], gamma=[0.2, 0.6])
     contacts = Contacts(kn=[0, 0], kt=[1.0, 2.0], mu=[0, 0], preload=[0, 0])
     M, C, K = np.eye(2), 0.2 * np.eye(2), np.array([[2.0, -1.0], [-1.0, 2.0]])
     F, w = np.array([1.0, 0.3]), 1.3
     problem = ContactProblem(M, C, K, np.eye(2), law, contacts)
-    curve = follow_band(
-        problem,
-        F,
-        (w / (2 * np.pi), 1.001 * w / (2 * np.pi)),
-        harmonics=9,
-        samples=256,
-        outputs={"first": [1, 0], "second": [0, 1]},
-    )
+    outputs = {"first": [1, 0], "second": [0, 1]}
+    solution = solve_at(problem, F, omega=w, harmonics=9, samples=256, outputs=outputs)
 
     def rate(t, y):
         q, v, z = y[:2], y[2:4], y[4:]
@@ -95,7 +89,7 @@ def main():
     t = 50 * T + T * np.arange(2048) / 2048
     motion = solve_ivp(rate, (0, 51 * T), np.zeros(6), "LSODA", t, rtol=1e-8, atol=1e-10).y[:2]
     expected = np.abs(2 * np.mean(motion * np.exp(-1j * w * t), axis=1))
-    found = np.abs(curve.harmonics[0, :, 1])
+    found = np.abs(solution.harmonics[:, 1])
     print(f"amplitudes {found} m by harmonic balance, {expected} m by time integration")
     assert np.allclose(found, expected, rtol=1e-4)
 

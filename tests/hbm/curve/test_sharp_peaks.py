@@ -61,7 +61,7 @@ def test_three_solutions_up_to_the_fold(H, band):
     problem = duffing(0.03)
     curve = curve_of(problem, 0.2, band, H)
     inside, outside = curve.peak("x")[0], 3.0 / (2 * np.pi)
-    for _ in range(60):
+    for _ in range(36):  # to 1e-12
         middle = 0.5 * (inside + outside)
         inside, outside = (
             (middle, outside)

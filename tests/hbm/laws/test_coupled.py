@@ -183,6 +183,7 @@ def test_curves_of_high_orders_are_complete(H):
         np.array([0.9, 1.8]) / (2 * np.pi),
         harmonics=H,
         outputs={"x": [1.0, 0.0]},
+        truncation=False,
     )
     assert curve.complete, curve.ended
 

@@ -58,33 +58,13 @@ def test_curve_with_all_laws():
     pairs = ContactTable(**columns | {"damper_node": np.arange(1, n + 1)})
     force = np.concatenate([s[2] for s in singles])
     law = mixed(n)
-    ratio = 0.03
-    curve = forced_response(
-        model,
-        pairs,
-        law,
-        force,
-        (1.6, 1.8),
-        harmonics=3,
-        damping_ratio=ratio,
-        samples=128,
-        outputs={"all": np.ones(3 * n)} | {str(i): np.eye(3 * n)[3 * i] for i in range(n)},
-        at=[1.7],
-    )
+    given = dict(harmonics=3, damping_ratio=0.03, samples=128, at=[1.7], truncation=False)
+    outputs = {"all": np.ones(3 * n)} | {str(i): np.eye(3 * n)[3 * i] for i in range(n)}
+    curve = forced_response(model, pairs, law, force, (1.69, 1.71), outputs=outputs, **given)
     assert curve.complete, curve.ended
     for i, (alone, table, F) in enumerate(singles):
-        own = forced_response(
-            alone,
-            table,
-            LAWS[i].law,
-            F,
-            (1.6, 1.8),
-            harmonics=3,
-            damping_ratio=ratio,
-            samples=128,
-            outputs={"x": [1.0, 0, 0]},
-            at=[1.7],
-        )
+        outputs = {"x": [1.0, 0, 0]}
+        own = forced_response(alone, table, LAWS[i].law, F, (1.69, 1.71), outputs=outputs, **given)
         assert np.allclose(
             curve.harmonics[curve.frequency == 1.7][0, 1 + i],
             own.harmonics[own.frequency == 1.7][0, 0],

@@ -1,6 +1,7 @@
 """Derivatives of peaks, points and stuck frequencies beside differences of those solved anew."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -83,6 +84,12 @@ def peak(problem, kind="half_peak_to_peak"):
     return found
 
 
+@cache
+def peak_of(kind):
+    """Of the chain as it is."""
+    return peak(chain(kind))
+
+
 def difference(value_at, h=2e-3):
     """Derivative by a factor at 1, by differences of fourth order."""
     values = np.array([value_at(1 + s * h) for s in (-2, -1, 1, 2)])
@@ -94,7 +101,7 @@ def difference(value_at, h=2e-3):
 @pytest.mark.parametrize("kind", [by_ratio, by_matrix, turning])
 def test_a_peak_follows_a_setting_as_differences_say(kind, varied):
     setting, c = varied
-    found = peak(chain(kind))
+    found = peak_of(kind)
 
     def value_at(factor):
         one = peak(chain(kind, varied, factor))

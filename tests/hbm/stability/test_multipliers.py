@@ -213,7 +213,7 @@ def test_friction_and_a_cubic_spring(w):
     H = (u.shape[2] - 1) // 2
     at, rate = fourier.basis(np.zeros(1), H)[0], fourier.basis_rate(np.zeros(1), H)[0]
     y = np.r_[u[0, 0] @ at, u[1, 2] @ at, w * (u[0, 0] @ rate), w * (u[1, 2] @ rate), 0.0]
-    for _ in range(20):
+    for _ in range(6):  # from the motion of 25 harmonics, the slider at zero
         y = period(y)
     h = 1e-6
     J = np.array([(period(y + h * e) - period(y - h * e)) / (2 * h) for e in np.eye(5)]).T
@@ -241,7 +241,8 @@ def test_law_that_does_not_say():
     """Of a law of one's own with states: neither stable nor unstable."""
     mass = Problem([[1.0]], [[0.05]], [[1.0]]).force(0, 1.0)
     mass = mass.add(Remembering(), 0, kt=0.5, mu=0.5, preload=1.0)
-    curve = mass.follow_band((0.1, 0.3), harmonics=1, outputs={"x": 0}, stability="all")
+    curve = mass.follow_band((0.19, 0.2), harmonics=1, outputs={"x": 0}, stability="all")
+    assert curve.share_slip.max() > 0.1
     assert np.isnan(curve.multipliers).all() and not (curve.stable | curve.unstable).any()
 
 

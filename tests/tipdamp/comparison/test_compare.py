@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.tipdamp.rig_study import CHAIN, write_chain
+from tests.tipdamp.rig_study import CHAIN, without_report, write_chain
 from tipdamp.cli import main
 from tipdamp.comparison.read import read, source
 from tipdamp.report.subjects.axial import of_side
@@ -40,7 +40,7 @@ def run(tmp_path_factory):
         study(folder, "light"),
         study(folder, "heavy", pull=120, levels=[2 * Fe for Fe in LEVELS]),
     ):
-        assert main(["run", path, "--quiet"]) in (0, 3)
+        assert set(without_report(path)) <= {0, 3}
     return folder
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tests.tipdamp import corner_study, mesh_texts
 from tests.tipdamp.proposal.test_propose import filled
-from tests.tipdamp.rig_study import read
+from tests.tipdamp.rig_study import read, without_report
 from tipdamp.cli import main
 from tipdamp.proposal.trial import LEVELS, MULTIPLES, SOFTEST, STEEL, Trial
 from tipdamp.proposal.words import vector
@@ -56,7 +56,7 @@ def test_levels_begin_at_the_slip_of_this_model(tmp_path, capsys):
     text = path.read_text().replace('harmonics = "auto"', "harmonics = 3")
     text = text.replace("\npull = 250", '\npull = "?"')  # asked for with the material
     path.write_text(text.replace(vector(levels), vector(levels[::3])))
-    assert main(["run", filled(path, pull=250), "--quiet"]) == 0
+    assert not any(without_report(filled(path, pull=250)))
     few, many = read(tmp_path / "results" / path.stem, "respond.json")["responses"]
     assert len(few["slipping_pairs"]) == 0 < len(many["slipping_pairs"])
     path.unlink()

@@ -2,12 +2,13 @@
 
 import csv
 import re
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from tests.tipdamp.rig_study import CHAIN, CHAIN_OF_STAGES, read
+from tests.tipdamp.rig_study import CHAIN, CHAIN_OF_STAGES, read, write_chain
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
 from tipdamp.hbm.contact import ContactTable
@@ -25,20 +26,29 @@ def run(study, *verbs):
     return [main([verb, str(study), "--quiet"]) for verb in verbs]
 
 
+@pytest.fixture(scope="module")
+def responded(tmp_path_factory):
+    """Folder of the study with forced peaks, up to these."""
+    study = write_chain(tmp_path_factory.mktemp("responded"))
+    study.write_text(SLIPS)
+    assert run(study, *CHAIN_OF_STAGES) == [0] * 4
+    return study.parent
+
+
 @pytest.fixture
-def results(matrices_study):
-    """(run(section) -> exit code of `backbone`, results folder) of the study with forced peaks."""
-    matrices_study.write_text(SLIPS)
-    assert run(matrices_study, *CHAIN_OF_STAGES) == [0] * 4
+def results(responded, tmp_path):
+    """(run(section) -> exit code of `backbone`, results folder) of a copy of that study."""
+    shutil.copytree(responded, tmp_path, dirs_exist_ok=True)
+    study = tmp_path / "study.toml"
 
     def with_section(section):
-        matrices_study.write_text(SLIPS + section)
-        return run(matrices_study, "backbone")[0]
+        study.write_text(SLIPS + section)
+        return run(study, "backbone")[0]
 
-    return with_section, matrices_study.parent / "results" / "study"
+    return with_section, tmp_path / "results" / "study"
 
 
-def test_the_mode_begins_stuck_and_predicts_the_peaks(results, matrices_study):
+def test_the_mode_begins_stuck_and_predicts_the_peaks(results):
     """Where nothing slips its frequency and damping are those of the stuck mode; the force at phase
     resonance is that of the forced peaks."""
     with_section, folder = results
@@ -55,7 +65,7 @@ def test_the_mode_begins_stuck_and_predicts_the_peaks(results, matrices_study):
     with (folder / "backbone.csv").open() as file:
         rows = list(csv.DictReader(file))
     np.testing.assert_array_equal([float(row["frequency_hz"]) for row in rows], mode.frequency)
-    assert run(matrices_study, "inspect", "cycles", "report") == [0] * 3
+    assert run(folder.parents[1] / "study.toml", "inspect", "cycles", "report") == [0] * 3
     page = (folder / "report.html").read_text()
     assert "Peaks that the backbone predicts" in page
     assert (folder / "figures" / "backbone.png").is_file()

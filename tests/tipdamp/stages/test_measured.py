@@ -1,9 +1,11 @@
 """Measured curves in a study: from files to their agreement with the computed ones."""
 
+import shutil
+
 import numpy as np
 import pytest
 
-from tests.tipdamp.rig_study import CHAIN, read
+from tests.tipdamp.rig_study import CHAIN, read, write_chain
 from tipdamp.cli import main
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.measured.frf import load_band
@@ -24,11 +26,12 @@ def run(study, *verbs):
     return [main([verb, str(study), "--quiet"]) for verb in verbs]
 
 
-@pytest.fixture
-def study(matrices_study):
-    """The study with three made repeats of its own computed curve, 2 % apart."""
-    assert run(matrices_study, "inspect", "reduce", "preload", "tune", "respond") == [0] * 5
-    folder = matrices_study.parent
+@pytest.fixture(scope="module")
+def responded(tmp_path_factory):
+    """Folder of the study with three made repeats of its own computed curve, 2 % apart."""
+    study = write_chain(tmp_path_factory.mktemp("responded"))
+    assert run(study, "inspect", "reduce", "preload", "tune", "respond") == [0] * 5
+    folder = study.parent
     curve = ForcedResponse.load(folder / "results/study/responses/Fe_5N_H1.npz")
     hz = np.linspace(1000, 1300, 601)
     x = (
@@ -43,8 +46,15 @@ def study(matrices_study):
     )
     for k, factor in enumerate(FACTORS, 1):
         np.savetxt(folder / f"run_{k}.csv", np.column_stack([hz, *(factor * x)]), delimiter=",")
-    matrices_study.write_text(CHAIN + SECTION)
-    return matrices_study
+    study.write_text(CHAIN + SECTION)
+    return folder
+
+
+@pytest.fixture
+def study(responded, tmp_path):
+    """Path of a copy of that study."""
+    shutil.copytree(responded, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "study.toml"
 
 
 def test_a_measured_curve_beside_its_own_computation(study):

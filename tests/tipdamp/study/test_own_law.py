@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.tipdamp import corner_study
+from tests.tipdamp.rig_study import run_chain
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import InputError
@@ -238,7 +239,7 @@ def test_curves_of_a_law_by_file(first, jobs, capsys, tmp_path):
 
 @pytest.mark.slow
 def test_another_law_is_computed_anew_and_a_sweep_knows_it(first, capsys):
-    assert main(["run", str(first), "--quiet", "--jobs", "1", "--allow-code"]) == 0
+    assert run_chain(first, "--jobs", "1", "--allow-code") == 0
     capsys.readouterr()
     assert main(["respond", str(first), "--quiet", "--jobs", "1"]) == 0
     assert "up to date" in capsys.readouterr().out
