@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
 LEAST_ADDRESSES = 1_000_000_000  # bytes of address space, into which the libraries fit
 LONGEST_LINE = 4000  # letters of a message
+PARALLEL = ("respond", "report")  # stages that may use processes; known before stages are loaded
 KEPT = (
     "finished stages and curves are kept, and what running curves have; run the same command to "
     "continue"
@@ -553,12 +554,18 @@ def _doctor(_: argparse.Namespace) -> int:
     return 4 if any(c.status == "fail" for c in found) else 0
 
 
-def _opened(arguments: argparse.Namespace) -> "tuple[Study, Store]":
-    """(study, store) that the command line names."""
-    from tipdamp.stages.run import results_folder
+def _opened(
+    arguments: argparse.Namespace, workers: "Workers | None" = None
+) -> "tuple[Study, Store]":
+    """(study, store) that the command line names; workers - prepared while the stages are
+    loaded."""
     from tipdamp.study.study import load_study
 
     study = load_study(arguments.study)
+    if workers is not None:
+        workers.prepare()
+    from tipdamp.stages.run import results_folder
+
     for key, path in study.inputs().items():
         if path.is_file() and not study.holds(path):
             logging.getLogger("tipdamp").warning(
@@ -586,17 +593,17 @@ def _inspect(arguments: argparse.Namespace) -> int:
 
 
 def _one_stage(arguments: argparse.Namespace) -> int:
-    from tipdamp.stages.full import release
-
     asked, said = _asked(arguments), _Said()
     before = receipts.begin(asked)
-    study, store = _opened(arguments)
     with _workers(arguments) as workers:
+        study, store = _opened(arguments, workers if arguments.verb in PARALLEL else None)
         if arguments.verb == "respond":
             _compile_beside(workers, study, store)
         if ranks.count() == 1:
             _run(arguments, said, arguments.verb, study, store, workers)
         if vars(arguments).get("full"):
+            from tipdamp.stages.full import release
+
             try:
                 _run(arguments, said, "full", study, store, workers)
             finally:
@@ -608,10 +615,10 @@ def _one_stage(arguments: argparse.Namespace) -> int:
 def _all_stages(arguments: argparse.Namespace) -> int:
     asked, said = _asked(arguments), _Said()
     before = receipts.begin(asked)
-    study, store = _opened(arguments)
-    _refuse_code(study)
-    began = time.perf_counter()
     with _workers(arguments) as workers:
+        study, store = _opened(arguments, workers)
+        _refuse_code(study)
+        began = time.perf_counter()
         _stages(arguments, said, study, store, workers)
     report = f"report: {store.path('report.html')}"
     said(f"{report}  ({time.perf_counter() - began:.1f} s)", report)

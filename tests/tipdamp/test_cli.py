@@ -16,8 +16,9 @@ import pytest
 from tests.conftest import STUDY
 from tests.hbm.test_bad_input import with_entry
 from tests.tipdamp.rig_study import SAID_BY_THE_TABLE, edit, files, text
-from tipdamp.cli import Terminated, main
+from tipdamp.cli import PARALLEL, Terminated, main
 from tipdamp.hbm.balance import problem
+from tipdamp.stages.run import STAGES
 
 ROOT = Path(__file__).parents[2]
 
@@ -322,3 +323,7 @@ def test_stderr_that_takes_nothing(stderr, arguments, code):
     )
     assert (here.returncode, here.stdout) == (lost.returncode, lost.stdout) and not lost.stderr
     assert lost.returncode == code and bool(here.stderr) == (code != 0)
+
+
+def test_parallel_verbs_are_the_parallel_stages():
+    assert set(PARALLEL) == {name for name, stage in STAGES.items() if stage.parallel}

@@ -15,7 +15,8 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from multiprocessing import connection, get_context, parent_process
+from multiprocessing import connection, forkserver, get_context, parent_process
+from multiprocessing.context import ForkServerContext
 from types import ModuleType, TracebackType
 from typing import Any
 
@@ -70,6 +71,13 @@ class Workers:
         for worker in started:
             worker.wait()
         self.idle, self.busy = [], {}
+
+    def prepare(self) -> None:
+        """Let the server load what the processes need, and go on."""
+        if self.jobs > 1:
+            with _apart():
+                _forked()
+                forkserver.ensure_running()
 
     def begin(self, work: Work, task: Any) -> None:
         """Start a task in a process of its own and go on; what becomes of it is not waited for."""
@@ -157,8 +165,7 @@ class _Worker:
     again."""
 
     def __init__(self) -> None:
-        context = get_context("forkserver")
-        context.set_forkserver_preload([PRELOADED])
+        context = _forked()
         self.pipe, theirs = context.Pipe()
         self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
         self.common: Any = None
@@ -197,6 +204,13 @@ class _Worker:
         if self.process.is_alive():
             self.process.kill()
             self.process.join()
+
+
+def _forked() -> ForkServerContext:
+    """Processes forked from a server with all that is PRELOADED."""
+    context = get_context("forkserver")
+    context.set_forkserver_preload([PRELOADED])
+    return context
 
 
 @contextmanager

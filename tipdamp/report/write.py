@@ -2,6 +2,8 @@
 report.html."""
 
 import time
+from collections.abc import Callable
+from functools import partial
 
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
@@ -10,10 +12,13 @@ from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.contents import contents
 from tipdamp.report.drawing import matplotlib, table
 from tipdamp.report.introduction import introduction
+from tipdamp.report.libraries import need
 from tipdamp.report.page import page
 from tipdamp.report.results import load_results
 from tipdamp.report.summary import summarise
 from tipdamp.study.view import Study
+
+LIBRARIES = ("jinja2", "plotly", "matplotlib")
 
 
 def write_report(
@@ -23,22 +28,21 @@ def write_report(
     returns their names.
 
     said - {stage: its warnings} of the stages that the study asks for; workers - processes that
-    draw the figures. Where a library of the report is missing, summary.json is written all the
-    same, then InputError says what to install.
+    make the page and draw the figures. Where a library of the report is missing, summary.json is
+    written all the same, then InputError says what to install.
     """
     began = time.perf_counter()
     results = load_results(study, store, said)
     summary = summarise(results)
     store.write_json("summary.json", summary)
+    for library in LIBRARIES:
+        need(library)
     sections = contents(results)
     figures = [
         block for section in sections for block in section.blocks if isinstance(block, Figure)
     ]
-    drawn = workers.spread(_draw, store, figures, lambda *_: None)
-    for count, i in enumerate(drawn, 1):
-        tick(count / (len(figures) + 1), f"figures/{figures[i].name}.png")
-    tick(len(figures) / (len(figures) + 1), "report.html")
-    text = page(
+    text = partial(
+        page,
         "report.html",
         study.title,
         study.path.name,
@@ -46,14 +50,26 @@ def write_report(
         introduction=introduction(results),
         warnings=summary["warnings"],
     )
-    with store.writing("report.html") as path:
-        path.write_text(text, encoding="utf-8")
+    # the page takes longest
+    tasks = [partial(_page, text), *(partial(_draw, figure) for figure in figures)]
+    files = ["report.html", *(f"figures/{figure.name}.png" for figure in figures)]
+    for count, i in enumerate(workers.spread(_write, store, tasks, lambda *_: None), 1):
+        tick(count / len(tasks), files[i])
     summary["seconds"]["report"] = round(time.perf_counter() - began, 3)
     store.write_json("summary.json", summary)
     return [f"figures/{figure.name}.{kind}" for figure in figures for kind in ("png", "csv")]
 
 
-def _draw(store: Store, figure: Figure, _: Report) -> None:
+def _write(store: Store, task: Callable[[Store], None], _: Report) -> None:
+    task(store)
+
+
+def _page(text: Callable[[], str], store: Store) -> None:
+    with store.writing("report.html") as path:
+        path.write_text(text(), encoding="utf-8")
+
+
+def _draw(figure: Figure, store: Store) -> None:
     """One figure, and what it shows."""
     with store.writing(f"figures/{figure.name}.png") as path:
         matplotlib.draw(figure, path)

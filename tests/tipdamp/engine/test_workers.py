@@ -128,6 +128,27 @@ def test_no_process_outlives_the_one_that_uses_it(tmp_path):
         time.sleep(0.05)
 
 
+def test_the_server_that_is_prepared_is_the_one_that_forks():
+    program = (
+        "from multiprocessing.forkserver import _forkserver as server\n"
+        "from tipdamp.engine.workers import Workers, nothing\n"
+        "Workers(1).prepare()\n"
+        "assert server._forkserver_pid is None\n"
+        "with Workers(2) as workers:\n"
+        "    workers.prepare()\n"
+        "    prepared = server._forkserver_pid\n"
+        "    done = sorted(workers.spread(nothing, None, 'ab', lambda *_: None))\n"
+        "print(done, prepared is not None and server._forkserver_pid == prepared)\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=Path(__file__).parents[3],
+        capture_output=True,
+        text=True,
+    )
+    assert ended.stdout.split("\n")[0] == "[0, 1] True", ended.stderr
+
+
 def test_number_of_jobs(monkeypatch, capsys, matrices_study):
     monkeypatch.setenv("TIPDAMP_JOBS", "3")
     assert default_jobs() == 3

@@ -39,7 +39,8 @@ def draw(figure: Figure, path: Path) -> None:
                 fontsize=9,
             )
         _set_margins(out, canvas.get_renderer(), legend)
-        out.savefig(path, format="png")
+        # a sixth larger than with the default level, in less than half the time
+        out.savefig(path, format="png", pil_kwargs={"compress_level": 1})
 
 
 def _set_margins(out: Any, renderer: Any, legend: float) -> None:
@@ -52,7 +53,9 @@ def _set_margins(out: Any, renderer: Any, legend: float) -> None:
     grid = np.array(out.axes[0].get_gridspec().get_geometry())[::-1]  # columns, rows
     low, high = np.zeros(2), np.zeros(2)  # inch that x and y take before and behind a panel
     for axes in out.axes:
-        seen = axes.get_tightbbox(renderer, for_layout_only=True).get_points() / DPI
+        # the lines of the frame reach no further than the labels, and ask for all ticks again
+        box = axes.get_tightbbox(renderer, bbox_extra_artists=axes.texts, for_layout_only=True)
+        seen = box.get_points() / DPI
         place = axes.get_subplotspec().get_topmost_subplotspec().get_position(out)
         held = place.get_points() * size
         low, high = np.maximum(low, held[0] - seen[0]), np.maximum(high, seen[1] - held[1])

@@ -1,6 +1,7 @@
 """Figures drawn with plotly, as pieces of the HTML page."""
 
 import html
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,6 @@ def draw(figure: Figure) -> str:
     inner = figure.rows * figure.row_height
     data: list[dict] = []
     layout: dict = {
-        "template": "simple_white",
         "height": inner + TOP + bottom,
         "font": {"family": FONT, "size": 12.5, "color": INK},
         "margin": {"l": 70, "r": 18, "t": TOP, "b": bottom},
@@ -86,11 +86,36 @@ def draw(figure: Figure) -> str:
                 shape, label = _line(item, axes)
                 layout["shapes"].append(shape)
                 layout["annotations"] += label
-    # made in one piece: plotly checks a figure that grows piece by piece again and again
-    out = library().graph_objects.Figure({"data": data, "layout": layout})
-    return out.to_html(
-        full_html=False, include_plotlyjs=False, config=CONFIG, div_id=f"figure-{figure.name}"
+    return as_html(checked(data, layout), f"figure-{figure.name}", CONFIG)
+
+
+def checked(data: list[dict], layout: dict) -> Any:
+    """The plotly figure, without the template that `as_html` adds.
+
+    Made in one piece: plotly checks a figure that grows piece by piece again and again, and so it
+    does with the hundreds of entries of a template.
+    """
+    return library().graph_objects.Figure({"data": data, "layout": {"template": {}, **layout}})
+
+
+def as_html(figure: Any, name: str, config: dict) -> str:
+    """A <div> of that name with the script that draws a figure of `checked` into it."""
+    content = figure.to_dict()
+    content["layout"]["template"] = _template()
+    return library().io.to_html(
+        content,
+        config=config,
+        include_plotlyjs=False,
+        full_html=False,
+        validate=False,
+        div_id=name,
     )
+
+
+@cache
+def _template() -> dict:
+    """Looks of axes and traces that a figure does not set itself."""
+    return library().io.templates["simple_white"].to_plotly_json()
 
 
 def _domains(figure: Figure, inner: int) -> list[tuple[list[float], list[float]]]:
@@ -319,6 +344,7 @@ def library() -> Any:
     need("plotly")
     import plotly
     import plotly.graph_objects
+    import plotly.io
     import plotly.offline
 
     return plotly

@@ -21,12 +21,7 @@ def draw(picture: MovingBodies) -> str:
     kinds: dict[str, list] = {}
     for i, one in enumerate(picture.motions):
         kinds.setdefault(one.kind, []).append((i, one.label))
-    plot = figure_of(picture).to_html(
-        full_html=False,
-        include_plotlyjs=False,
-        config=plotly_scene.CONFIG_3D,
-        div_id=f"{picture.name}-plot",
-    )
+    plot = plotly.as_html(figure_of(picture), f"{picture.name}-plot", plotly_scene.CONFIG_3D)
     return render(
         "moving.html", picture=picture, kinds=kinds, plot=markup(plot), data=data_of(picture)
     )
@@ -34,24 +29,23 @@ def draw(picture: MovingBodies) -> str:
 
 def figure_of(picture: MovingBodies) -> Any:
     """The plotly figure at rest: the bodies, their sharp edges, the contacts."""
-    out = plotly.library().graph_objects.Figure()
-    for body, surface in picture.surfaces.items():
-        out.add_trace(
-            {
-                **plotly_scene.solid(MM * surface.position, surface.triangles),
-                "name": body,
-                "hoverinfo": "skip",
-                "intensity": np.zeros(len(surface.node), dtype=np.float32),
-                "colorscale": COLORS,
-                "cmin": 0,
-                "cmax": 1,
-                "showscale": False,
-                "showlegend": False,
-            }
-        )
+    traces = [
+        {
+            **plotly_scene.solid(MM * surface.position, surface.triangles),
+            "name": body,
+            "hoverinfo": "skip",
+            "intensity": np.zeros(len(surface.node), dtype=np.float32),
+            "colorscale": COLORS,
+            "cmin": 0,
+            "cmax": 1,
+            "showscale": False,
+            "showlegend": False,
+        }
+        for body, surface in picture.surfaces.items()
+    ]
     for surface in picture.surfaces.values():
         a, b = MM * surface.position[surface.edges].transpose(1, 0, 2)
-        out.add_trace(
+        traces.append(
             {
                 "type": "scatter3d",
                 "mode": "lines",
@@ -62,17 +56,16 @@ def figure_of(picture: MovingBodies) -> Any:
             }
         )
     if picture.contacts is not None:
-        out.add_traces(list(_contacts(picture.contacts)))
-    out.update_layout(
-        template="simple_white",
-        height=600,
-        margin={"l": 0, "r": 0, "t": 4, "b": 4},
-        scene=plotly_scene.space(picture.boxes()[0], picture.eye, picture.up),
-        legend={"orientation": "h", "x": 0.5, "y": 0.0, "xanchor": "center", "yanchor": "top"},
-        uirevision=picture.name,
-        font={"family": plotly.FONT, "size": 12.5},
-    )
-    return out
+        traces += _contacts(picture.contacts)
+    layout = {
+        "height": 600,
+        "margin": {"l": 0, "r": 0, "t": 4, "b": 4},
+        "scene": plotly_scene.space(picture.boxes()[0], picture.eye, picture.up),
+        "legend": {"orientation": "h", "x": 0.5, "y": 0.0, "xanchor": "center", "yanchor": "top"},
+        "uirevision": picture.name,
+        "font": {"family": plotly.FONT, "size": 12.5},
+    }
+    return plotly.checked(traces, layout)
 
 
 def _contacts(contacts: MovingContacts) -> Iterator[dict]:

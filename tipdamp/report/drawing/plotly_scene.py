@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from tipdamp.hbm.drawing.figure import INK
-from tipdamp.report.drawing.plotly import CONFIG, FONT, library, plain_text, small
+from tipdamp.report.drawing.plotly import CONFIG, FONT, as_html, checked, plain_text, small
 from tipdamp.report.drawing.scene import Points, Scale, Scene, Segments, Solid
 
 CONFIG_3D = {
@@ -30,14 +30,12 @@ LIGHT = {"ambient": 0.8, "diffuse": 0.45, "specular": 0.08, "roughness": 0.7, "f
 
 def draw(scene: Scene) -> str:
     """The scene as a <div> with its script; the page must hold plotly.js."""
-    return figure_of(scene).to_html(
-        full_html=False, include_plotlyjs=False, config=CONFIG_3D, div_id=f"figure-{scene.name}"
-    )
+    return as_html(figure_of(scene), f"figure-{scene.name}", CONFIG_3D)
 
 
 def figure_of(scene: Scene) -> Any:
     """The plotly figure."""
-    out = library().graph_objects.Figure()
+    traces = []
     seen: set[tuple[str, str]] = set()
     bars: dict[str, set[str]] = {}
     for item in scene.items:
@@ -50,15 +48,14 @@ def figure_of(scene: Scene) -> Any:
         }
         seen.add((name, item.case))
         shown = ("legendonly" if item.name in scene.hidden else True) if first else False
-        out.add_trace({**_DRAW[type(item)](item, bars), **legend, "visible": shown})
-    out.update_layout(
-        template="simple_white",
-        height=scene.height,
-        showlegend=True,
-        scene=space(scene.box, scene.eye, scene.up),
-        font={"family": FONT, "size": 12.5, "color": INK},
-        margin={"l": 0, "r": 0, "t": 70 if bars else 8, "b": 8},
-        legend={
+        traces.append({**_DRAW[type(item)](item, bars), **legend, "visible": shown})
+    layout = {
+        "height": scene.height,
+        "showlegend": True,
+        "scene": space(scene.box, scene.eye, scene.up),
+        "font": {"family": FONT, "size": 12.5, "color": INK},
+        "margin": {"l": 0, "r": 0, "t": 70 if bars else 8, "b": 8},
+        "legend": {
             "orientation": "h",
             "x": 0.5,
             "y": 0.0,
@@ -66,11 +63,10 @@ def figure_of(scene: Scene) -> Any:
             "yanchor": "top",
             "itemsizing": "constant",
         },
-        uirevision=scene.name,
-    )
-    if len(scene.cases) > 1:
-        out.update_layout(updatemenus=[_menu(scene)])
-    return out
+        "uirevision": scene.name,
+        "updatemenus": [_menu(scene)] if len(scene.cases) > 1 else [],
+    }
+    return checked(traces, layout)
 
 
 def space(box: np.ndarray, eye: tuple, up: tuple) -> dict:
