@@ -152,7 +152,8 @@ class Problem(AnyProblem):
         relative to it, and laws to the ground act on that.
 
         direction : (r,) motion of the dofs with the base by 1 m along its way
-        amplitude : a number, or a function of w rad/s; of an acceleration a : lambda w: -a / w**2
+        amplitude : a number, or a function of the w of the excitation, rad/s; of an acceleration
+            a : lambda w: -a / (harmonic * w)**2
         The force is that of inertia, (harmonic w)^2 M direction amplitude.
 
         >>> shaken = Problem(M=[[2.0]], C=[[8.0]], K=[[2e5]]).base_motion([1.0], 1e-4)

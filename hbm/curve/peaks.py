@@ -89,8 +89,8 @@ def find_peaks(
     parameter: Parameter | None = None,
     order: int | None = None,
 ) -> np.ndarray:
-    """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first,
-    solved to 1e-8.
+    """(k, 2) Hz and m of every local maximum of an output inside the band, the largest first;
+    heights solved to 1e-8, where they lie to about the root of it.
 
     problem : the ContactProblem that the curve was made with; kind, order : as in
     ForcedResponse.amplitude

@@ -31,15 +31,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StabilitySettings:
-    """massless_above : modes above this many times the frequency follow statically; twice as many
-        move the leading multiplier of the rig by 4e-4
+    """massless_above : modes above this many times the frequency follow statically, where they stay
+        above it without the springs of the contacts, too
     slow : poles that keep their mass however fast
+    doubled, further : change of the leading multipliers, as `halved`, by the next faster modes, up
+        to twice as far, or so many times as far where there are none; where it is larger they keep
+        their mass, too. Looked at once, and wherever twice as many components act; 2e-4 on the rig
     foreign_share : as in `IntegrationSettings`
     steps, per_mode : of a period at first, and for each period of the fastest mode; no fewer than
         half the events, which are instants in any case
-    halved : change of the leading multipliers, by modulus and relative to those above 1, between
-        half the steps and all of them; what is larger takes twice as many: a contact that is open
-        or slips and would be stiff where it sticks needs more, and errors fall by 16
+    halved, settled : change of the leading multipliers, and of all, by modulus and relative to
+        those above 1, between half the steps and all of them; what is larger takes twice as many: a
+        contact that opens or slips and would be stiff where it sticks needs more, and errors fall
+        by 16
     doublings, work : at most so many, and so many intervals times the square of the components
         that act, which takes seconds; what still changes is not known
     kept : leading multipliers
@@ -47,11 +51,14 @@ class StabilitySettings:
     """
 
     massless_above: float = 5.0
-    slow: int = 12
+    slow: int = 24
+    doubled: float = 1e-3
+    further: float = 8.0
     foreign_share: float = 0.02
     steps: int = 24
     per_mode: int = 2
     halved: float = 1e-4
+    settled: float = 0.02
     doublings: int = 6
     work: float = 3e8
     kept: int = 4
@@ -68,6 +75,8 @@ class Stability:
     def __init__(self, settings: StabilitySettings = SETTINGS) -> None:
         self.settings = settings
         self._known: dict[tuple, tuple] = {}
+        self._times = 1.0  # as far up as `massless_above` and `slow` say
+        self._acting = 0  # components at which it was looked at last
 
     def multipliers(
         self,
@@ -83,11 +92,14 @@ class Stability:
         nd, nh') of the contacts, with more orders than those of the point
         """
         found = np.full(self.settings.kept, np.nan, dtype=complex)
-        every = self._of(here, w, contacts, motion)
-        every = every[np.abs(every - 1) > self.settings.neutral]
-        every = every[np.lexsort((-every.imag, -np.abs(every)))][: len(found)]
-        found[: len(every)] = every
+        leading = self._leading(self._of(here, w, contacts, motion))
+        found[: len(leading)] = leading
         return found
+
+    def _leading(self, every: np.ndarray) -> np.ndarray:
+        """At most `kept` of the multipliers (n,), the largest first, without the neutral ones."""
+        every = every[np.abs(every - 1) > self.settings.neutral]
+        return every[np.lexsort((-every.imag, -np.abs(every)))][: self.settings.kept]
 
     def _of(
         self,
@@ -113,27 +125,59 @@ class Stability:
         coarse = variation.between(_joined(np.linspace(0, 2 * np.pi, 65), variation.events))
         acts = _acting(coarse, balance.springs)
         if not acts.any():  # all stick: the poles alone
-            every = poles(_at(_springs_alone(balance), np.empty(0, dtype=int))).s
-            found = np.exp(2 * np.pi / w * every)
-            return np.concatenate([found, found.conj()[every.imag > 0]])
-        place = np.where(acts, np.cumsum(acts).reshape(acts.shape) - 1, -1)
-        slow = self._poles(balance, w, acts)
-        # faster ones follow what acts on them, which a step resolves
-        fastest = min(np.abs(slow.s).max() / w, 2 * self.settings.massless_above)
-        steps = max(
-            self.settings.steps,
-            variation.steps,
-            int(np.ceil(self.settings.per_mode * fastest)),
-            len(variation.events) // 2,
-        )
+            return _of_poles(poles(_at(_springs_alone(balance), np.empty(0, dtype=int))).s, w)
+        opened = acts & _open(coarse)[:, None]
+        moved = acts & ~opened
+        place = np.where(moved, np.cumsum(moved).reshape(acts.shape) - 1, -1)
 
-        def after(half: int, least: bool) -> np.ndarray | None:
-            instants = _joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
-            if not least and len(instants) * float(acts.sum()) ** 2 > self.settings.work:
-                return None
-            return self._after(variation.between(instants), instants / w, slow, place, balance, w)
+        def of(slow: Poles) -> np.ndarray:
+            if not moved.any():
+                return _of_poles(slow.s, w)
+            # faster ones follow what acts on them, which a step resolves
+            fastest = min(np.abs(slow.s).max() / w, 2 * self.settings.massless_above)
+            steps = max(
+                self.settings.steps,
+                variation.steps,
+                int(np.ceil(self.settings.per_mode * fastest)),
+                len(variation.events) // 2,
+            )
 
-        return self._settled(after, max(steps // 2, 1))
+            def after(half: int, least: bool) -> np.ndarray | None:
+                instants = _joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
+                if not least and len(instants) * float(moved.sum()) ** 2 > self.settings.work:
+                    return None
+                tangents = variation.between(instants)
+                return self._after(tangents, instants / w, slow, place, balance, w)
+
+            return self._settled(after, max(steps // 2, 1))
+
+        return self._with_modes(of, balance, w, acts, opened)
+
+    def _with_modes(
+        self,
+        of: Callable[[Poles], np.ndarray],
+        balance: HarmonicBalance,
+        w: float,
+        acts: np.ndarray,
+        opened: np.ndarray,
+    ) -> np.ndarray:
+        """The multipliers by the poles that keep their mass, with as many of these as they need;
+        acts, opened (P, nd) : as of `_poles`."""
+        slow, count = self._poles(balance, w, acts, opened, self._times), int(acts.sum())
+        found = of(slow)
+        if count < 2 * self._acting:
+            return found
+        self._acting, tried = count, self._times
+        while len(found) and tried < self.settings.further * self._times:
+            tried *= 2
+            more = self._poles(balance, w, acts, opened, tried)
+            if len(more.s) == len(slow.s):
+                continue
+            wider = of(more)
+            if not len(wider) or self._moved(wider, found) <= self.settings.doubled:
+                break
+            self._times, slow, found = tried, more, wider
+        return found
 
     def _settled(self, after: Callable[[int, bool], np.ndarray | None], half: int) -> np.ndarray:
         """The multipliers that twice as many steps leave as they are; none where none are.
@@ -152,11 +196,18 @@ class Stability:
         return np.empty(0)
 
     def _same(self, every: np.ndarray, before: np.ndarray) -> bool:
-        """Whether the leading multipliers of two numbers of steps are."""
+        """Whether the multipliers of two numbers of steps are."""
         if not len(every) or len(every) != len(before):
             return False
-        now, then = (np.sort(np.abs(some))[::-1][: self.settings.kept] for some in (every, before))
-        return bool((np.abs(now - then) <= self.settings.halved * np.maximum(now, 1.0)).all())
+        # one that steps damp away in error may lead in truth
+        settled = _change(every, before) <= self.settings.settled
+        return settled and self._moved(every, before) <= self.settings.halved
+
+    def _moved(self, every: np.ndarray, before: np.ndarray) -> float:
+        """Change of the leading multipliers."""
+        now, then = self._leading(every), self._leading(before)
+        n = min(len(now), len(then))
+        return _change(now[:n], then[:n])
 
     def _after(
         self,
@@ -210,41 +261,85 @@ class Stability:
         acts = np.zeros(balance.springs.shape, dtype=bool)
         for tangents in smooth(np.linspace(0, 2 * np.pi, 65)):
             acts |= tangents.any(axis=(0, 2)) | tangents.any(axis=(0, 3))
-        slow = self._poles(balance, w, acts)
 
-        def after(half: int, _: bool) -> np.ndarray:
-            return _smooth_map(smooth, acts, balance.springs, slow, w, half)
+        def of(slow: Poles) -> np.ndarray:
+            def after(half: int, _: bool) -> np.ndarray:
+                return _smooth_map(smooth, acts, balance.springs, slow, w, half)
 
-        return self._settled(after, max(self.settings.steps, steps) // 2)
+            return self._settled(after, max(self.settings.steps, steps) // 2)
 
-    def _poles(self, balance: HarmonicBalance, w: float, acts: np.ndarray) -> Poles:
-        """Of the stuck system at the components that act, kept for frequencies up to half an octave
-        apart."""
+        return self._with_modes(of, balance, w, acts, np.zeros_like(acts))
+
+    def _poles(
+        self,
+        balance: HarmonicBalance,
+        w: float,
+        acts: np.ndarray,
+        opened: np.ndarray,
+        times: float,
+    ) -> Poles:
+        """Of the stuck system, without the springs of those components that are `opened` through
+        the cycle, at the others that act; kept for frequencies up to half an octave apart. times :
+        as far up as the settings say."""
         receptance, octave = balance.receptance, int(np.ceil(2 * np.log2(w)))
-        key = id(receptance), octave, acts.tobytes()
+        key = id(receptance), octave, times, acts.tobytes(), opened.tobytes()
         if key not in self._known:
             balance = _springs_alone(balance)
             rows = np.flatnonzero(acts.ravel())
             seen, every = _at(balance, rows), np.eye(len(rows))
             speeds = np.sort(np.abs(poles(seen).s))[: self.settings.slow]
+            limit = self.settings.massless_above * 2.0 ** (octave / 2)
             found = split(
                 seen,
                 every,
                 balance.springs.ravel()[rows],
-                max(self.settings.massless_above * 2.0 ** (octave / 2), 1.001 * speeds[-1]),
+                times * max(limit, 1.001 * speeds[-1]),
                 self.settings.foreign_share,
+                limit,
             )
-            out, into = found.out, found.into.T
-            slow = Poles(
-                found.s,
-                np.ascontiguousarray(np.hstack([out.real, -out.imag])),
-                np.ascontiguousarray(np.vstack([into.real, into.imag])),
-                found.flexibility(every),
-            )
+            slow = _real(found.s, found.out, found.into.T, found.flexibility(every))
+            if opened.any():
+                slow = _without_springs(slow, opened.ravel()[rows], balance.springs.ravel()[rows])
             if len(self._known) == SYSTEMS:
                 self._known.clear()
             self._known[key] = receptance, slow  # held, so that its id stays its own
         return self._known[key][1]
+
+
+def _of_poles(s: np.ndarray, w: float) -> np.ndarray:
+    """Multipliers of a system with the poles s (n,), one of each conjugate pair."""
+    found = np.exp(2 * np.pi / w * s)
+    return np.concatenate([found, found.conj()[s.imag > 0]])
+
+
+def _real(s: np.ndarray, out: np.ndarray, into: np.ndarray, static: np.ndarray) -> Poles:
+    """Of complex parts."""
+    return Poles(
+        s,
+        np.ascontiguousarray(np.hstack([out.real, -out.imag])),
+        np.ascontiguousarray(np.vstack([into.real, into.imag])),
+        static,
+    )
+
+
+def _without_springs(slow: Poles, gone: np.ndarray, springs: np.ndarray) -> Poles:
+    """At the other components of those with springs (nc,), without those that are gone (nc,)."""
+    rest = ~gone
+    k, S = -np.diag(springs[gone]), slow.static[gone]
+    held = k @ np.linalg.inv(np.eye(len(k)) + S[:, gone] @ k)  # force by the motion without it
+    system = np.block(
+        [
+            [np.diag(slow.s.real), -np.diag(slow.s.imag)],
+            [np.diag(slow.s.imag), np.diag(slow.s.real)],
+        ]
+    )
+    s, shapes = np.linalg.eig(system - slow.into[:, gone] @ held @ slow.out[gone])
+    back = slow.static[rest][:, gone] @ held
+    out = (slow.out[rest] - back @ slow.out[gone]) @ shapes
+    into = np.linalg.solve(shapes, slow.into[:, rest] - slow.into[:, gone] @ held @ S[:, rest])
+    kept = s.imag >= 0
+    out = out[:, kept] * np.where(s.imag > 0, 2.0, 1.0)[kept]
+    return _real(s[kept], out, into[kept], slow.static[rest][:, rest] - back @ S[:, rest])
 
 
 def _smooth_map(
@@ -289,6 +384,12 @@ def _smooth_map(
     return eigvals(whole) if np.isfinite(whole).all() else np.empty(0)
 
 
+def _change(every: np.ndarray, before: np.ndarray) -> float:
+    """Largest change of multipliers (n,), by modulus and relative to those above 1."""
+    now, then = (np.sort(np.abs(some)) for some in (every, before))
+    return float((np.abs(now - then) / np.maximum(now, 1.0)).max(initial=0.0))
+
+
 def _springs_alone(balance: HarmonicBalance) -> HarmonicBalance:
     """The balance with springs in the place of what holds a mean."""
     held = balance.problem.with_springs_alone()
@@ -310,6 +411,14 @@ def _acting(tangents: "CycleTangents", springs: np.ndarray) -> np.ndarray:
     acts = coupled.any(axis=1) | coupled.any(axis=2) | tangents.captured.any(axis=0)
     acts[tangents.turning.of] |= tangents.turning.memory.any(axis=(0, 1, 4))
     return acts
+
+
+def _open(tangents: "CycleTangents") -> np.ndarray:
+    """(P,) contacts whose force follows nothing all through the cycle."""
+    follows = tangents.gamma.any(axis=(0, 1, 3, 4)) | tangents.rate.any(axis=(0, 1, 3, 4))
+    follows |= tangents.memory.any(axis=(0, 2)) | tangents.captured.any(axis=(0, 2))
+    follows[tangents.turning.of] = True
+    return ~follows
 
 
 def _joined(even: np.ndarray, events: np.ndarray) -> np.ndarray:

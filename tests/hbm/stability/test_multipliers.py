@@ -416,7 +416,10 @@ def test_random_systems(law):
     assert compared == 6
 
 
-@pytest.mark.parametrize("kn, f", [(10.0, 0.3), (100.0, 0.3), (10.0, 0.1), (1000.0, 0.9)])
+STOPS = [(10.0, 0.3), (100.0, 0.3), (10.0, 0.1), (1000.0, 0.9), (1e6, 1.3)]
+
+
+@pytest.mark.parametrize("kn, f", STOPS)
 def test_a_stiff_stop_that_is_never_touched(kn, f):
     """Linear: the multipliers are exp(s T), whatever the stiffness that it would have."""
     mass = Problem([[1.0]], [[0.02]], [[1.0]]).add(UnilateralSpring(), 0, kn=kn, preload=-kn)
@@ -425,6 +428,52 @@ def test_a_stiff_stop_that_is_never_touched(kn, f):
     exact = np.exp((-0.01 + 1j * np.sqrt(1 - 1e-4)) / curve.frequency)
     exact = np.where(exact.imag >= 0, exact, exact.conj())
     assert np.abs(curve.multipliers[:, 0] - exact).max() < 1e-5
+
+
+def chain(n, law, w, **given):
+    """M, C, K and the problem of n masses, the first driven, with a contact at the middle one; its
+    settings by the amplitude there without it."""
+    r, middle = np.random.default_rng(1), n // 2
+    M, k = np.diag(r.uniform(0.5, 1.5, n)), r.uniform(0.7, 1.5, n + 1)
+    K = np.diag(k[:n] + k[1:]) - np.diag(k[1:n], 1) - np.diag(k[1:n], -1)
+    C, force = 0.02 * M + 0.004 * K, np.eye(n)[0]
+    free = np.abs(np.linalg.solve(K - w**2 * M + 1j * w * C, force)[middle])
+    given["preload"] *= free
+    return M, C, K, Problem(M, C, K).force(0, 1.0).add(law, middle, **given)
+
+
+LONG = {
+    "a stop, among the modes": (UnilateralSpring(), 0.6, {"kn": 100.0, "preload": -40.0}),
+    "a stop, below the modes": (UnilateralSpring(), 0.25, {"kn": 100.0, "preload": -40.0}),
+    "friction": (Jenkins1D(), 0.6, {"kt": 100.0, "mu": 1.0, "preload": 0.8}),
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_a_stiff_contact_on_a_long_chain(name):
+    """Where it is open or slips the inertia of its place sits in a mode that is fast while it
+    sticks: as with the mass of every mode kept."""
+    law, w, given = LONG[name]
+    *_, problem = chain(30, law, w, **given)
+    solution = problem.solve_at(omega=w, outputs={"x": 15}, harmonics=40, stability="all")
+    assert 0 < solution.share_stick[0] < 1
+    motion = fourier.to_real(solution.contact_motion).ravel()
+    point = solved(problem.contact_problem, np.eye(30)[0], w, 40, motion)
+    exact = Stability(StabilitySettings(massless_above=1e6)).multipliers(point.detail, w)
+    found = Stability().multipliers(point.detail, w)
+    assert np.abs(found) == pytest.approx(np.abs(exact), abs=1e-3)
+
+
+@pytest.mark.parametrize("n, kn, w", [(3, 1e6, 0.3), (13, 1e4, 0.3), (30, 1e4, 0.6)])
+def test_a_stiff_stop_on_a_chain_that_is_never_touched(n, kn, w):
+    """Linear: the multipliers are exp(s T) of the chain alone."""
+    M, C, K, problem = chain(n, UnilateralSpring(), w, kn=kn, preload=-10 * kn)
+    solution = problem.solve_at(omega=w, outputs={"x": 0}, harmonics=3, stability="all")
+    zero = np.zeros((n, n))
+    system = np.block([[zero, np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    exact = np.sort(np.exp(2 * np.pi / w * np.linalg.eigvals(system).real))[::-1]
+    assert solution.stable
+    assert np.abs(solution.multipliers) == pytest.approx(exact[:4], abs=1e-6)
 
 
 @pytest.mark.slow
