@@ -5,6 +5,7 @@
 The systems are those of the tests; it takes some minutes."""
 
 import sys
+import tempfile
 import warnings
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from tests.hbm.following.test_follow import rig_alone
 from tests.hbm.modes.test_synthesis import tip_of
 from tests.hbm.small_rig import small_rig
 from tests.pictures import write_pictures
+from tests.validation.three_dampers import FOLDER, PULL, prepared
 from tipdamp import (
     Doubt,
     DryFriction2T,
@@ -26,10 +28,11 @@ from tipdamp import (
     follow_peak,
     peak_derivatives,
 )
+from tipdamp.stages.respond import assembled
 
 TICKS = (0.1, 0.2, 0.5, 1, 2, 4)
 COLORS = ["#3b0f70", "#16508f", "#159a8a", "#7ab83a", "#f2ae00"]
-IMAGES = Path(__file__).parents[1] / "images"
+IMAGES, RIG_60MM = Path(__file__).parents[1] / "images", FOLDER / "rig_60mm"
 
 
 def over_curves(plot, case, amplitudes, levels, band, scale=1.0):
@@ -116,7 +119,76 @@ def small(mu):
         return contact_problem(model, rough, DryFriction2T(), **given)[0], tip
 
 
-PICTURES = {"backbones": backbones, "rig_tornado": tornado, "peaks_over_pull": peaks_over_pull}
+DAMPERS = ("asymmetric", "cylindrical", "wedge")
+FORCE = 20.0  # N, at the pull of 113 N: Fc/Fe = 5.65
+UP_AND_DOWN = (20.0, 0.2)  # times that pull: Fc/Fe = 113, where all stick, and 1.13
+BAND = (1750, 3300)  # Hz: out of phase
+
+
+def followed(study, pulls, size=1.0, **given):
+    """[peaks over the pull from that of a study to each of these values] of the node of blade 1
+    that moves most, under 20 N; size : of the meshes, as in `prepared`."""
+    with tempfile.TemporaryDirectory() as folder:
+        made = assembled(*prepared(study, folder, (PULL / FORCE,), size)).curves
+    rows = {name: row for name, row in made.rows.items() if name.startswith("patch_1")}
+    case, given = (made.problem, FORCE * made.force), dict(band=BAND, harmonics=3) | given
+    curve = follow_band(*case, outputs=rows, truncation=False, **given)
+    largest = curve.output_names[np.nanargmax(np.nanmax(curve.amplitude(), axis=0))]
+    given["outputs"] = {largest: rows[largest]}
+    return [follow_peak(*case, "pull", (1.0, pull), **given) for pull in pulls]
+
+
+NAMED = {  # by what is said of it
+    "leaves the band": "leaves the band",
+    "rolls": "rolls",
+    "slides": "slides",
+    "no periodic state": "no periodic state",
+    "": "lost",
+}
+
+
+def dampers_over_pull(plt, file):
+    """Of the three dampers on the rig of 60 mm, out of phase, from the pull of 113 N up to stuck
+    and down; dots where places are fitted, bars where another peak was taken up."""
+    figure, plot = plt.subplots(figsize=(7, 4.2), layout="constrained")
+    for damper, color in zip(DAMPERS, COLORS[::2], strict=True):
+        draw_ways(plot, damper, color, followed(RIG_60MM / f"{damper}.toml", UP_AND_DOWN))
+    finish(plot)
+    figure.savefig(file, dpi=110)
+
+
+def draw_ways(plot, damper, color, ways):
+    """The peaks of one damper, and how each way ends."""
+    for k, peaks in enumerate(ways):
+        ratio, height = PULL / FORCE * peaks.parameter, 1e6 * peaks.height / FORCE
+        plot.plot(ratio, height, color=color, lw=1.6, label=damper if k == 0 else None)
+        for places, mark in ((peaks.fitted, "."), (peaks.jumps, "|")):
+            plot.plot(ratio[places], height[places], mark, color=color, ms=4 if mark == "." else 12)
+        if not peaks.complete:
+            end = next(said for words, said in NAMED.items() if words in peaks.ended)
+            plot.plot(ratio[-1], height[-1], "o", color=color, mfc="w")
+            at = dict(textcoords="offset points", color=color, fontsize=9)
+            plot.annotate(end, (ratio[-1], height[-1]), (-4, -16), **at)
+
+
+def finish(plot):
+    """Axes of Fc/Fe and of the response per newton."""
+    plot.set(xscale="log", yscale="log", xlabel="Fc/Fe", ylabel="peak of a node of blade 1, µm/N")
+    plot.set(xticks=RATIOS, xticklabels=map(str, RATIOS), yticks=HEIGHTS)
+    plot.set(yticklabels=map(str, HEIGHTS))
+    plot.minorticks_off()
+    plot.legend(frameon=False)
+
+
+RATIOS = (1, 2, 5, 10, 20, 50, 100)
+HEIGHTS = (0.2, 0.3, 0.5, 0.7, 1)
+
+PICTURES = {
+    "backbones": backbones,
+    "rig_tornado": tornado,
+    "peaks_over_pull": peaks_over_pull,
+    "dampers_over_pull": dampers_over_pull,
+}
 
 
 def main(folder=IMAGES, names=tuple(PICTURES)):

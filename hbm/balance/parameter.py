@@ -312,8 +312,9 @@ class ContactSetting(Parameter):
 
     def chosen(self, problem: ContactProblem) -> np.ndarray:
         """(P,) bool, the contacts whose setting varies."""
-        every = np.arange(len(problem.contacts))
-        mine = np.isin(every, every if self.contacts is None else self.contacts)
+        mine = np.full(len(problem.contacts), self.contacts is None)
+        if self.contacts is not None:
+            mine[np.atleast_1d(self.contacts)] = True
         return mine & (problem.contacts.preload < 0) if self.setting == "gap" else mine
 
     def scaled(self, problem: ContactProblem, value: float) -> Contacts:

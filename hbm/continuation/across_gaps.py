@@ -21,7 +21,9 @@ def bridge_gap(tracer: BranchTracer) -> None:
     A branch that ran back when it was lost has behind it what lies ahead of there: it is taken up
     where it had come furthest."""
     last, metric = tracer.run[-1], tracer.metric()
-    found, tried = _solution_ahead(tracer, last.parameter, (last.x, np.zeros_like(last.x)))
+    aheads = AHEAD[: tracer.settings.places_ahead]
+    guesses = last.x, np.zeros_like(last.x)
+    found, tried = _solution_ahead(tracer, last.parameter, guesses, aheads)
     if found is not None and tracer.knows(found):
         solved = (point for point in tracer.branch.points if point.converged)
         left = max(solved, key=lambda point: tracer.sense * point.parameter)

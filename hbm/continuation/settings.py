@@ -52,6 +52,7 @@ class Settings:
     start_steps: int = 1000
     # times as many with n, a step costs as n^2; steady motions take some hundred
     max_gaps: int = 3  # places without a solution before the branch counts as lost
+    places_ahead: int = 7  # at most 7, at which a solution is looked for beyond a gap
     max_restarts: int = 12
     # unknowns this many times those of the start, where stiff contacts may have stuck: no
     runaway: float = 1e12

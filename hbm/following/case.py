@@ -15,6 +15,7 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.outputs import ModalRows
 from tipdamp.hbm.curve.watched import Progress
+from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.following.extremum import Slope
 from tipdamp.hbm.following.start import folds, highest_peak
 from tipdamp.hbm.response import follow_band
@@ -22,6 +23,7 @@ from tipdamp.hbm.result import ForcedResponse
 
 AROUND = 0.01  # of the frequency: band around a peak in which it is found again
 WIDER = (1.0, 4.0)  # times that
+SHARE = 1.0  # of that band, by which a unit step moves the frequency: the peak is solved anyway
 
 
 class Extreme(NamedTuple):
@@ -93,6 +95,7 @@ class Case:
         value: float,
         band: tuple | None = None,
         guess: tuple[float, np.ndarray] | None = None,
+        settings: Settings | None = None,
     ) -> tuple[ForcedResponse, ContactProblem]:
         """(curve over the band, or over another one, its problem) at a value of the parameter."""
         problem, forces = self.parameter.rebuild(self.damped, self.forces, value)
@@ -107,7 +110,7 @@ class Case:
             forces,
             self.band if band is None else band,
             outputs={self.names[j]: self.rows[j] for j in self.columns},
-            settings=self.settings,
+            settings=settings or self.settings,
             harmonics=self.H,
             samples=self.samples,
             truncation=False,
@@ -152,11 +155,14 @@ class Case:
     def again(self, top: Extreme, value: float) -> Extreme | None:
         """A peak at another value, on the piece of the curve around it: no derivative is asked
         for."""
-        hz = top.w / (2 * np.pi)
+        hz, settings = top.w / (2 * np.pi), replace(self.settings, parameter_share=SHARE)
         for wider in WIDER:
             side = AROUND * wider * hz
-            curve, problem = self.curve(value, (hz - side, hz + side))
-            found = self._highest(curve, problem)
+            try:
+                around = self.curve(value, (hz - side, hz + side), (hz, top.x), settings)
+            except InputError:  # no solution at that frequency beside it
+                around = self.curve(value, (hz - side, hz + side), None, settings)
+            found = self._highest(*around)
             if found is not None:
                 return found
         return None

@@ -25,7 +25,7 @@ from tipdamp.hbm.following.highest import highest
 from tipdamp.hbm.following.options import FollowKeywords, FollowOptions
 from tipdamp.hbm.following.result import Followed
 from tipdamp.hbm.following.run import Run, near, run_from
-from tipdamp.hbm.following.taken_up import Path
+from tipdamp.hbm.following.taken_up import Path, solve_at
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     check_forcing,
@@ -199,9 +199,8 @@ def _first(case: Case, p: float, near: float | None) -> Extreme:
 
 def _record(path: Path, at: np.ndarray, began: float) -> Followed:
     case, runs = path.case, path.runs
-    for run in runs:
-        for value in at:
-            run.at(value)
+    for value in at:
+        solve_at(path, value)
     points = [p for run in runs for p in run.points]
     found = [p.detail.found for p in points]
     columns = np.array([run.column for run in runs for _ in run.points])
@@ -258,7 +257,7 @@ def _jumps(runs: Sequence[Run]) -> np.ndarray:
 
 def _slides(case: Case, path: Path) -> str:
     """What nothing but friction restrains, once, where a run ended early and did not say it."""
-    early = any(run.why and not run.enough for run in path.runs)
+    early = not path.complete and any(run.why and not run.enough for run in path.runs)
     if not early or any(NO_PERIOD in said for said in path.said):
         return ""
     said = slides(case.problem).removesuffix(" Where they are not to slide: ")

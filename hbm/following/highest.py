@@ -12,12 +12,11 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.run import Run, height_of
 from tipdamp.hbm.following.taken_up import (
-    BEYOND,
     HIGHER,
     MOST_TAKEN_UP,
     Path,
     continues,
-    stretch,
+    past_kinks,
     take_up,
 )
 
@@ -26,13 +25,15 @@ def highest(case: Case, top: Extreme, ends: tuple[float, float]) -> Path:
     """The highest peak from a top at the first of two values, in units of the branch."""
     path, value, back = Path(case, ends), ends[0], None
     for _ in range(MOST_TAKEN_UP):
-        run = _forward(path, top, value)
+        run, *more = _forward(path, top, value)
         if back is not None and back.fitted == run.fitted:  # one branch, to both sides of its top
             path.runs.pop()
             run = replace(run, points=[*back.points, *run.points[1:]], calls=back.calls + run.calls)
         elif back is not None:
             path.said.append("")
-        path.runs.append(run)
+        path.runs += [run, *more]
+        path.said += [run.why if run.fitted else "" for run in [run, *more][:-1]]
+        run = path.runs[-1]
         path.complete = run.points[-1].parameter == ends[1]
         other, value = (None, value) if run.refused else _other(path)
         if other is None:
@@ -45,6 +46,8 @@ def highest(case: Case, top: Extreme, ends: tuple[float, float]) -> Path:
         if path.complete:
             break
         top = other
+    else:
+        path.said.append(f"left after {MOST_TAKEN_UP} whole curves: ask for a shorter range")
     why = path.runs[-1].why
     path.said += [why] if why else []
     path.said += ["reached the last value"] if path.complete else []
@@ -52,23 +55,23 @@ def highest(case: Case, top: Extreme, ends: tuple[float, float]) -> Path:
     return path
 
 
-def _forward(path: Path, top: Extreme, value: float) -> Run:
+def _forward(path: Path, top: Extreme, value: float) -> list[Run]:
     case = path.case
 
     def watch(point: Point) -> bool:
         heights = case.heights(point.detail.found)
         return heights[list(case.columns)].max() > (1 + HIGHER) * heights[top.column]
 
-    return stretch(path, top, (value, path.ends[1]), watch)
+    return past_kinks(path, top, (value, path.ends[1]), watch)
 
 
 def _other(path: Path) -> tuple[Extreme | None, float]:
     """(the highest peak of the whole curve beyond the last run, the value there); None where it is
     that of the run, or none is left."""
-    case, run, (first, last) = path.case, path.runs[-1], path.ends
+    case, run, last = path.case, path.runs[-1], path.ends[1]
     end = run.points[-1].parameter
     known = case.heights(run.points[-1].detail.found)
-    value = end if path.complete or run.enough else end + BEYOND * (last - first)
+    value = end if path.complete or run.enough else end + path.beyond
     value = last if path.passes(value, last) else value
     try:
         top, why = case.highest_at(value / case.parameter.scale)

@@ -33,6 +33,7 @@ FIRST = 40  # evaluations within which a top is solved, or not at all
 LOWER = 1e-3  # of a height: by more a solution is a smooth maximum beside a top that is a kink
 SECANTS, AT_BORDER = 8, 1e-6  # to the border of the band; of its frequency
 CRAWLS = 20  # steps in a row as short as that: a kink ends the branch
+LEAST = 1e-4  # arc length of a step over a peak: where none is that long it stands at a kink
 
 
 class Met(BudgetExceeded):
@@ -64,6 +65,7 @@ class Run:
     enough : whether it ends as what was looked for is found
     refused : whether it ends where the parameter makes no problem any more
     fitted : whether the points are maxima of pieces of a curve, not solutions of the equation
+    kink : whether it ends at a kink, beyond which the peak may go on
     """
 
     equation: Extremum
@@ -74,6 +76,7 @@ class Run:
     enough: bool = False
     refused: bool = False
     fitted: bool = False
+    kink: bool = False
 
     @property
     def values(self) -> np.ndarray:
@@ -134,7 +137,9 @@ def run_from(
     """
     # a gap would be bridged to whatever is found: here it is an end; derivatives of the extremum
     # are taken again now and then only, so that Newton is linear and the last step is evaluated
-    settings = replace(case.settings, max_gaps=0, last_step=0.0)
+    settings = replace(case.settings, max_gaps=0, places_ahead=1, last_step=0.0)
+    if case.what == "peak":
+        settings = replace(settings, smallest_step=LEAST)
     equation, begin = begin_at(case, top, ends[0])
     if begin is None:
         return None
@@ -180,6 +185,7 @@ def run_from(
     cut = len(branch.points) < whole or short[0] == CRAWLS
     enough = not (met or cut or left or branch.complete) and len(branch.points) > 1 and found(last)
     why = "" if branch.complete and not (cut or left) else _why(case, branch, met, cut)
+    kink = why == _at_a_kink(case, branch)
     place = case.named(branch.points[-1].parameter)
     if left:
         why = f"at {place} the peak leaves the band"
@@ -188,7 +194,14 @@ def run_from(
     if enough:
         why = f"at {case.named(last.parameter)} another output has the larger peak"
     return Run(
-        equation, branch.points, top.column, branch.calls, why, enough, bool(refused) and not left
+        equation,
+        branch.points,
+        top.column,
+        branch.calls,
+        why,
+        enough,
+        refused=bool(refused) and not left,
+        kink=kink and not (left or refused or enough),
     )
 
 
@@ -300,5 +313,10 @@ def _why(case: Case, branch: Branch, met: bool, cut: bool) -> str:
     if met:
         return f"at {place} two folds meet, and the curve does not turn back there beyond"
     if cut or branch.end in ("lost", "no point"):
-        return f"at {place} a kink of the curve ends the branch of {case.what}s"
+        return _at_a_kink(case, branch)
     return branch.sentence(case.named)
+
+
+def _at_a_kink(case: Case, branch: Branch) -> str:
+    place = case.named(branch.points[-1].parameter)
+    return f"at {place} a kink of the curve ends the branch of {case.what}s"

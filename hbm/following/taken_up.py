@@ -16,10 +16,12 @@ from tipdamp.hbm.following.run import Run, begin_at, equation_of, height_of, nea
 if TYPE_CHECKING:
     from tipdamp.hbm.following.extremum import Extremum
 
-MOST_TAKEN_UP = 20  # times that a peak is taken up, and found again on its way back
+MOST_TAKEN_UP = 100  # times that a peak is taken up, and found again on its way back
+TOLD = 0.2  # of the parameter: a peak is followed past kinks so far without a whole curve
 BEYOND = 1e-3  # of the range: how far past an end a peak is looked for
 HIGHER = 1e-6  # of a height: another peak is higher by more
 FITTED = 0.01  # of the range: steps in which a peak with a kink is found again
+WIDEST = 3.0  # times the parameter: the range, for that, of one that is wider
 ABOUT = 1e-3  # the same, beside a height that is interpolated
 EQUAL = 1e-9  # of a height: two peaks are as high
 SECANTS = 12
@@ -45,6 +47,11 @@ class Path:
     def sense(self) -> float:
         """Of the parameter along the runs."""
         return float(np.sign(self.ends[1] - self.ends[0]))
+
+    @property
+    def beyond(self) -> float:
+        """Step to a value past an end, along the runs."""
+        return BEYOND * (self.ends[1] - self.ends[0])
 
     def passes(self, p: float, q: float) -> bool:
         """Whether p lies beyond q."""
@@ -83,8 +90,9 @@ def stretch(
             return run
         equation = equation_of(case, top)
     points = [_fitted(equation, top, value)]
-    step = FITTED * abs(path.ends[1] - path.ends[0]) * np.sign(end - value)
+    way = np.sign(end - value)
     while value != end and not found(points[-1]):
+        step = way * FITTED * min(abs(path.ends[1] - path.ends[0]), WIDEST * abs(value))
         # a rest of rounding is no step
         value = end if abs(end - value) <= 1.001 * abs(step) else value + step
         again = case.again(top, value / case.parameter.scale)
@@ -97,7 +105,56 @@ def stretch(
     low, high = sorted((points[0].parameter, points[-1].parameter), reverse=path.sense < 0)
     place = f"{case.named(low)} to {case.named(high)}"
     why = f"from {place} the curve has a kink at its peak, places are fitted"
-    return Run(equation, points, column, len(points), why, fitted=True)
+    goes_on = value != end and len(points) > 1
+    return Run(equation, points, column, len(points), why, fitted=True, kink=goes_on)
+
+
+def past_kinks(
+    path: Path, top: Extreme, ends: tuple[float, float], found: Callable[[Point], bool]
+) -> list[Run]:
+    """`stretch`, and those that follow past kinks beside which the same peak goes on, up to where a
+    whole curve is to tell whether it still is the highest."""
+    runs = [stretch(path, top, ends, found)]
+    far = TOLD * abs(ends[0])
+    while abs(runs[-1].points[-1].parameter - ends[0]) < far:
+        beyond = _past(path, runs[-1], ends[1])
+        if beyond is None:
+            break
+        runs.append(stretch(path, *beyond, found))
+    return runs
+
+
+def _past(path: Path, run: Run, end: float) -> tuple[Extreme, tuple[float, float]] | None:
+    """(the peak beyond the kink that ends a run, (its value, end)); None where the same peak is not
+    found beside it."""
+    case, last = path.case, run.points[-1]
+    if not run.kink:
+        return None
+    way = abs(path.beyond) * np.sign(end - last.parameter)
+    value = last.parameter + way
+    value = end if (value - end) * way > 0 else value
+    here = Extreme(last.detail.found.x, last.detail.found.w, run.column)
+    top = case.again(here, value / case.parameter.scale)
+    return (top, (value, end)) if top and continues(run, top) else None
+
+
+def solve_at(path: Path, value: float) -> None:
+    """Solve the runs at a value between two of their places; of fitted ones by a piece of the
+    curve."""
+    case = path.case
+    for run in path.runs:
+        if not run.fitted:
+            run.at(value)
+            continue
+        order = path.sense * run.values
+        if not order[0] < path.sense * value < order[-1] or value in run.values:
+            continue
+        near_by = run.points[int(np.abs(run.values - value).argmin())].detail.found
+        beside = Extreme(near_by.x, near_by.w, run.column)
+        top = case.again(beside, value / case.parameter.scale)
+        if top is not None:
+            place = int(np.searchsorted(order, path.sense * value))
+            run.points.insert(place, _fitted(run.equation, top, value))
 
 
 def _fitted(equation: "Extremum", top: Extreme, value: float) -> Point:
@@ -153,7 +210,7 @@ def _back(path: Path, top: Extreme, value: float) -> tuple[list[Run], bool]:
 
     Where a run ends before, a whole curve tells the highest peak beyond its end, as on the way
     forward."""
-    case, (first, last) = path.case, path.ends
+    case, first = path.case, path.ends[0]
 
     def until_lower(point: Point) -> bool:
         known = path.height(point.parameter)
@@ -161,14 +218,15 @@ def _back(path: Path, top: Extreme, value: float) -> tuple[list[Run], bool]:
 
     runs: list[Run] = []
     for _ in range(MOST_TAKEN_UP):
-        run = stretch(path, top, (value, first), until_lower)
-        runs.insert(0, run.backwards())
+        ways = past_kinks(path, top, (value, first), until_lower)
+        runs[:0] = [run.backwards() for run in ways[::-1]]
+        run = ways[-1]
         value = run.points[-1].parameter
         if run.enough or until_lower(run.points[-1]):
             return runs, True
         known = None
         while known is None and path.passes(value, first):
-            value -= BEYOND * (last - first)
+            value -= path.beyond
             known = path.run_at(value)
         if known is None:  # at the first value a whole curve has told: it stands apart from that
             return runs, True
@@ -201,15 +259,14 @@ def _on_the_curve(path: Path, back: Run, at: float) -> float:
     has at the end of the run: a peak may stand on a branch of its own before it joins the curve.
 
     By halving, as a branch joins at once."""
-    case, way = path.case, path.ends[1] - path.ends[0]
-    low, high = at + BEYOND * way, float(back.values[-1])
-    if not path.passes(high, low) or not back.at(low) or _has(case, back, low):
+    low, high = at + path.beyond, float(back.values[-1])
+    if not path.passes(high, low) or not back.at(low) or _has(path.case, back, low):
         return at
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         if not back.at(middle):
             break
-        low, high = (low, middle) if _has(case, back, middle) else (middle, high)
+        low, high = (low, middle) if _has(path.case, back, middle) else (middle, high)
     back.at(high)
     return high
 

@@ -151,7 +151,7 @@ class ContactLaw:
 
     def force_at_rest(self, contacts: Contacts) -> np.ndarray:
         """(P, nd) N, force at u = 0."""
-        return self.tangents(*self._rest(contacts))[0]
+        return self.step(*self._rest(contacts))[0]
 
     def stiffness_at_rest(self, contacts: Contacts) -> np.ndarray:
         """(P, nd, nd) N/m, derivative of the force at u = 0: zero for a contact that is open

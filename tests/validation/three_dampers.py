@@ -5,10 +5,12 @@ import tempfile
 from pathlib import Path
 
 from tests.validation import Subject, row
+from tipdamp.engine.store import Store
 from tipdamp.meshes.two_blade_rig import main as write_meshes
 from tipdamp.results.response_results import RespondResult
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.study import load_study
+from tipdamp.study.view import Study
 
 FOLDER = Path(__file__).parents[2] / "docs" / "studies" / "three_dampers"
 PULL = 113.0  # N
@@ -29,21 +31,29 @@ PEAKS = {  # um/N on blade 1, where the cylindrical damper does not roll
 }
 
 
+def prepared(
+    study: Path, folder: str | Path, ratios: tuple[float, ...], size: float = 1.0
+) -> tuple[Study, Store]:
+    """(the study with levels at these Fc/Fe, its store) in a folder, tuned; size : of the meshes,
+    cells along each edge relative to the default."""
+    text = study.read_text(encoding="utf-8")
+    made = re.search(r"two_blade_rig (.*) --out \S*/(meshes\S*)", text)
+    write_meshes([*made[1].split(), "--size", f"{size}", "--out", f"{folder}/{made[2]}"])
+    text = re.sub(r"^levels = .*", f"levels = {[PULL / one for one in ratios]}", text, flags=re.M)
+    text = text.split("\n[sweep]\n")[0]
+    (Path(folder) / "study.toml").write_text(text, encoding="utf-8")
+    loaded = load_study(Path(folder) / "study.toml")
+    store = results_folder(loaded, None)
+    for stage in ("reduce", "preload", "tune"):
+        run_stage(stage, loaded, store, quiet=True)
+    return loaded, store
+
+
 def peaks(study: Path, ratios: tuple[float, ...]) -> list[float | None]:
     """um/N, largest of blade 1's patch at these Fc/Fe; None where there is no peak."""
     with tempfile.TemporaryDirectory() as folder:
-        text = study.read_text(encoding="utf-8")
-        made = re.search(r"two_blade_rig (.*) --out \S*/(meshes\S*)", text)
-        write_meshes([*made[1].split(), "--out", f"{folder}/{made[2]}"])
-        text = re.sub(
-            r"^levels = .*", f"levels = {[PULL / one for one in ratios]}", text, flags=re.M
-        )
-        text = text.split("\n[sweep]\n")[0]
-        (Path(folder) / "study.toml").write_text(text, encoding="utf-8")
-        study = load_study(Path(folder) / "study.toml")
-        store = results_folder(study, None)
-        for stage in ("reduce", "preload", "tune", "respond"):
-            run_stage(stage, study, store, quiet=True)
+        loaded, store = prepared(study, folder, ratios)
+        run_stage("respond", loaded, store, quiet=True)
         found = RespondResult.load(store).responses
     return [None if one.peak_m is None else 1e6 * one.peak_m / one.Fe_N for one in found]
 
