@@ -23,7 +23,8 @@ Amplitude = Callable[[float], complex]
 class Unbalance:
     """Amplitude m e w^2 of an unbalanced mass, N, at the frequency w rad/s of the excitation.
 
-    moment : m e in kg m; complex: with the phase of its place
+    moment : m e in kg m; complex: with the phase of its place; of a mass that turns k times as
+    fast (`harmonic=k`) k^2 times as much
 
     >>> rotor = Problem(M=[[2.0]], C=[[8.0]], K=[[2e5]]).force(0, Unbalance(1e-4))
     >>> stop = rotor.add(UnilateralSpring(), 0, kn=1e6, preload=-1e3)  # 1 mm away
