@@ -67,8 +67,8 @@ class PlainForce(ContactLaw):
         u, rate = (np.moveaxis(x @ basis.T, 2, 0).reshape(n * P, nd) for basis in (E, E_rate))
         every = np.tile(np.arange(P), n)
         with np.errstate(divide="ignore"):  # a static motion takes for ever
-            motion = Motion(u, omega * rate, 2 * np.pi / (np.float64(omega) * n))
-        law = self.select(every)
+            dt = float(np.divide(2 * np.pi / n, omega))
+        law, motion = self.select(every), Motion(u, omega * rate, dt)
         force, _, t = law.tangents(motion, np.zeros((n * P, 0)), contacts.select(every))
         bases = ((t.force_u, E), (t.force_v, omega * E_rate))[: 1 + t.of_rate]
         D: Any = sum(

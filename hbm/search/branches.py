@@ -33,6 +33,11 @@ from tipdamp.hbm.search.curves import as_curve
 from tipdamp.hbm.validation import check_kind
 
 LEADS_ON = ("symmetry breaking", "branch point", "period doubling")
+NO_BRANCH = "from which no other branch of periodic motions begins"
+GRAZING = (
+    "beside which a motion of two periods may begin, which `follow_band` follows with `periods=2` "
+    "and one as `guess`"
+)
 
 
 @dataclass(frozen=True)
@@ -104,8 +109,9 @@ def branch_from(
     check_kind("point", point, NamedPoint, "named_points, one of curve.named_points")
     if point.kind not in LEADS_ON:
         raise InputError(
-            f"branch_from: the point is a {point.kind}, from which no other branch of periodic "
-            f"motions begins; must be a {' or a '.join(LEADS_ON)}"
+            f"branch_from: the point is a {point.kind}, "
+            f"{GRAZING if point.kind == 'grazing' else NO_BRANCH}; "
+            f"must be a {' or a '.join(LEADS_ON)}"
         )
     equation, points = restored(curve, problem, parameter)
     ends = points[point.index : point.index + 2] if point.index >= 0 else []

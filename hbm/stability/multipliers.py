@@ -34,9 +34,10 @@ class StabilitySettings:
     """massless_above : modes above this many times the frequency follow statically, where they stay
         above it without the springs of the contacts, too
     slow : poles that keep their mass however fast
-    doubled, further : change of the leading multipliers, as `halved`, by the next faster modes, up
-        to twice as far, or so many times as far where there are none; where it is larger they keep
-        their mass, too. Looked at once, and wherever twice as many components act; 2e-4 on the rig
+    doubled, of_distance, further : change of the leading multipliers, by modulus, and by their
+        distance from the unit circle, by the next faster modes, up to twice as far, or so many
+        times as far where there are none; where it is larger they keep their mass, too. Looked at
+        once, and wherever twice as many components act; 2e-4 on the rig
     foreign_share : as in `IntegrationSettings`
     steps, per_mode : of a period at first, and for each period of the fastest mode; no fewer than
         half the events, which are instants in any case
@@ -53,6 +54,7 @@ class StabilitySettings:
     massless_above: float = 5.0
     slow: int = 24
     doubled: float = 1e-3
+    of_distance: float = 0.02
     further: float = 8.0
     foreign_share: float = 0.02
     steps: int = 24
@@ -66,7 +68,7 @@ class StabilitySettings:
 
 
 SETTINGS = StabilitySettings()
-SYSTEMS = 16  # stuck systems that are kept: every point has its own where a parameter changes them
+SYSTEMS = 32  # stuck systems that are kept: every point has its own where a parameter changes them
 
 
 class Stability:
@@ -130,9 +132,9 @@ class Stability:
         moved = acts & ~opened
         place = np.where(moved, np.cumsum(moved).reshape(acts.shape) - 1, -1)
 
-        def of(slow: Poles) -> np.ndarray:
+        def of(slow: Poles, half: int = 0) -> tuple[np.ndarray, int]:
             if not moved.any():
-                return _of_poles(slow.s, w)
+                return _of_poles(slow.s, w), 1
             # faster ones follow what acts on them, which a step resolves
             fastest = min(np.abs(slow.s).max() / w, 2 * self.settings.massless_above)
             steps = max(
@@ -149,22 +151,26 @@ class Stability:
                 tangents = variation.between(instants)
                 return self._after(tangents, instants / w, slow, place, balance, w)
 
-            return self._settled(after, max(steps // 2, 1))
+            return self._settled(after, max(steps // 2, 1), half)
 
         return self._with_modes(of, balance, w, acts, opened)
 
     def _with_modes(
         self,
-        of: Callable[[Poles], np.ndarray],
+        of: Callable[..., tuple[np.ndarray, int]],
         balance: HarmonicBalance,
         w: float,
         acts: np.ndarray,
         opened: np.ndarray,
     ) -> np.ndarray:
-        """The multipliers by the poles that keep their mass, with as many of these as they need;
-        acts, opened (P, nd) : as of `_poles`."""
+        """The multipliers by the poles that keep their mass, with as many of these as they need.
+
+        of(poles, steps) : the multipliers, and the steps with which they have settled; with as many
+        as are given, if any
+        acts, opened (P, nd) : as of `_poles`
+        """
         slow, count = self._poles(balance, w, acts, opened, self._times), int(acts.sum())
-        found = of(slow)
+        found, steps = of(slow)
         if count < 2 * self._acting:
             return found
         self._acting, tried = count, self._times
@@ -173,41 +179,53 @@ class Stability:
             more = self._poles(balance, w, acts, opened, tried)
             if len(more.s) == len(slow.s):
                 continue
-            wider = of(more)
-            if not len(wider) or self._moved(wider, found) <= self.settings.doubled:
+            now, then = self._leading(found), self._leading(of(more, steps)[0])
+            n = min(len(now), len(then))
+            off_circle = np.abs(np.abs(now[:n]) - 1)
+            allowed = np.maximum(self.settings.doubled, self.settings.of_distance * off_circle)
+            if (np.abs(np.abs(now[:n]) - np.abs(then[:n])) <= allowed).all():
                 break
-            self._times, slow, found = tried, more, wider
+            wider, more_steps = of(more)
+            if not len(wider):
+                break
+            self._times, slow, found, steps = tried, more, wider, more_steps
         return found
 
-    def _settled(self, after: Callable[[int, bool], np.ndarray | None], half: int) -> np.ndarray:
-        """The multipliers that twice as many steps leave as they are; none where none are.
+    def _settled(
+        self, after: Callable[[int, bool], np.ndarray | None], half: int, given: int = 0
+    ) -> tuple[np.ndarray, int]:
+        """(the multipliers that twice as many steps leave as they are, these steps); none where
+        none are. given : steps that are taken as they are, if any.
 
         after(steps, least) : those with so many, or None where that is too much; least : of the
         first two, which are not to be refused
         """
+        none = np.empty(0), 0
+        if given:
+            every = after(given, True)
+            return none if every is None else (every, given)
         before = np.empty(0)
         for doubling in range(self.settings.doublings + 2):
-            every = after(half * 2**doubling, doubling < 2)
+            steps = half * 2**doubling
+            every = after(steps, doubling < 2)
             if every is None:
                 break
             if self._same(every, before):
-                return every
+                return every, steps
             before = every
-        return np.empty(0)
+        return none
 
     def _same(self, every: np.ndarray, before: np.ndarray) -> bool:
         """Whether the multipliers of two numbers of steps are."""
         if not len(every) or len(every) != len(before):
             return False
         # one that steps damp away in error may lead in truth
-        settled = _change(every, before) <= self.settings.settled
-        return settled and self._moved(every, before) <= self.settings.halved
-
-    def _moved(self, every: np.ndarray, before: np.ndarray) -> float:
-        """Change of the leading multipliers."""
         now, then = self._leading(every), self._leading(before)
         n = min(len(now), len(then))
-        return _change(now[:n], then[:n])
+        return (
+            _change(every, before) <= self.settings.settled
+            and _change(now[:n], then[:n]) <= self.settings.halved
+        )
 
     def _after(
         self,
@@ -262,11 +280,11 @@ class Stability:
         for tangents in smooth(np.linspace(0, 2 * np.pi, 65)):
             acts |= tangents.any(axis=(0, 2)) | tangents.any(axis=(0, 3))
 
-        def of(slow: Poles) -> np.ndarray:
+        def of(slow: Poles, half: int = 0) -> tuple[np.ndarray, int]:
             def after(half: int, _: bool) -> np.ndarray:
                 return _smooth_map(smooth, acts, balance.springs, slow, w, half)
 
-            return self._settled(after, max(self.settings.steps, steps) // 2)
+            return self._settled(after, max(self.settings.steps, steps) // 2, half)
 
         return self._with_modes(of, balance, w, acts, np.zeros_like(acts))
 

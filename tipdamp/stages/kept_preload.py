@@ -125,7 +125,9 @@ def _moment_share(
         )
         moment = beside(held[held.any(axis=1)], moment)
     load = np.linalg.norm(loads.force_at_rest(study, model))
-    return float(np.linalg.norm(moment) / (load * contact_length(whole, study.driver.axis)))
+    length = contact_length(whole, study.driver.axis)
+    # one station has no length that a moment could be compared with
+    return float(np.linalg.norm(moment) / (load * length)) if length else 0.0
 
 
 def _check_moment(study: Study, facts: results.RedistributionFacts, share: float) -> None:

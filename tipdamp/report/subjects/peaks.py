@@ -3,7 +3,7 @@ largest stresses there."""
 
 from collections.abc import Iterator
 
-from tipdamp.hbm.result import NOT_SEARCHED
+from tipdamp.hbm.result import MORE_MAY_EXIST, NOT_SEARCHED
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects.amplitudes import reason
@@ -72,6 +72,7 @@ def trust(results: Results) -> Iterator[Table]:
             "of all points. Beside: further curves that a search found, such as detached "
             "resonances; none found is no proof that there is none. Integration: difference from "
             "time integration that starts on the orbit of the peak, with [respond] compare = true."
+            + _searches(results)
             + _of_the_model(results),
             [_trusted(results, case) for case in results.cases],
             left=(2,),
@@ -99,10 +100,34 @@ def _trusted(results: Results, case: ReportedCurve) -> Row:
         "from fewer": _from_fewer(results, case),
         "energy": number(facts.energy_error, 1),
         "other way": _other_way(facts),
-        "unstable": NOTHING if facts.unstable_points is None else f"{facts.unstable_points}",
-        "beside": "not searched" if facts.searched == NOT_SEARCHED else f"{len(facts.beside)}",
+        "unstable": _unstable(facts),
+        "beside": _beside(facts),
         "integration": _integration(results, case),
     }
+
+
+def _unstable(facts: CurveResult) -> str:
+    if facts.unstable_points is None:
+        return NOTHING
+    peak = ", the peak too" if facts.unstable else ", not the peak"
+    return f"{facts.unstable_points}" + peak * bool(facts.unstable_points)
+
+
+def _beside(facts: CurveResult) -> str:
+    if facts.searched == NOT_SEARCHED:
+        return "not searched"
+    stopped = ", search stopped" if facts.searched.endswith(MORE_MAY_EXIST) else ""
+    return f"{len(facts.beside)}{stopped}"
+
+
+def _searches(results: Results) -> str:
+    """What each search that was stopped has looked at."""
+    said = (
+        f"At {one.Fe:g} N, H = {one.H}: {one.facts.searched}."
+        for one in results.cases
+        if one.facts.searched.endswith(MORE_MAY_EXIST)
+    )
+    return "".join(f" {one}" for one in said)
 
 
 def _share(value: float | None) -> str:
