@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 class Comparison:
     """A periodic solution of the harmonic balance beside the integration from its orbit.
 
-    difference : of the amplitude of harmonic 1, the largest over the outputs and relative to the
-    largest output
+    difference : of the amplitude of the largest harmonic, the largest over the outputs and relative
+    to the largest output
     steady : Steady state of the integration; left : whether that is another orbit, told by where
         the balance leads from it
     multiplier : largest modulus of the Floquet multipliers of the orbit of the solution, not of
@@ -154,8 +154,8 @@ def compare(
             f"{np.abs(p.detail.outputs(curve.output_rows)[:, 1]).max():.3g}" for p in points
         )
         raise InputError(
-            f"compare: the curve has {len(points)} solutions at {value:g}, of amplitude {sizes} m; "
-            f"say which = 0 to {len(points) - 1}"
+            f"compare: the curve has {len(points)} solutions at {value:g}, whose first harmonic is "
+            f"{sizes} m; say which = 0 to {len(points) - 1}"
         )
     if not 0 <= (which or 0) < len(points) or not points[which or 0].converged:
         raise InputError(
@@ -255,10 +255,9 @@ def integrator_of(
 
 
 def _difference(point: "Point", rows: np.ndarray, steady: shooting.Steady) -> float:
-    X = point.detail.outputs(np.asarray(rows))
-    return float(
-        np.abs(np.abs(steady.harmonics[:, 1]) - np.abs(X[:, 1])).max() / np.abs(X[:, 1]).max()
-    )
+    X, Y = np.abs(point.detail.outputs(np.asarray(rows))), np.abs(steady.harmonics)
+    k = 1 + int(X[:, 1:].max(axis=0).argmax())  # of a subharmonic motion not the first
+    return float(np.abs(Y[:, k] - X[:, k]).max() / X[:, k].max())
 
 
 def left_orbit(

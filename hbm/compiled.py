@@ -113,7 +113,7 @@ def announce(kernel: Callable) -> None:
         path.is_file() and (path.stat().st_mtime >= newest or _holds(path, mark)) for path in stored
     ):
         logging.getLogger("hbm").warning(
-            "compiling the contact kernels (once per machine, about a minute)"
+            "compiling the contact kernels (once per machine for each kind of law, up to a minute)"
         )
 
 
