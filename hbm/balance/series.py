@@ -111,9 +111,8 @@ class ContactReceptance:
         left, right = self.rows_of(to)[:, low], self.into_of(at)[:, low].T
         own = factors[low].T
         parts = np.concatenate([own.real, own.imag])
-        found = ((left * parts[:, None]).reshape(-1, left.shape[1]) @ right).reshape(
-            len(parts), len(to), len(at)
-        )
+        each = (left * parts[:, None]).reshape(len(parts) * len(to), left.shape[1])
+        found = (each @ right).reshape(len(parts), len(to), len(at))
         if powers is not None:
             further = np.concatenate([x.real, x.imag], axis=1).T
             found += (further @ powers).reshape(found.shape)

@@ -144,8 +144,9 @@ class OwnForce(CoordinateForce):
         return self.force(motion.u, motion.v), state, none
 
     def check(self, contacts: Contacts) -> None:
-        """InputError where the force at rest is none."""
+        """InputError where the force at rest is none, or its derivative has another shape."""
         super().check(contacts)
+        self.tangents(*self._rest(contacts))
         numbers("OwnForce: force at rest", self.force_at_rest(contacts), "must be real numbers")
         if not np.isfinite(self.force_at_rest(contacts)).all():
             raise InputError("OwnForce: the force at rest is not finite")

@@ -54,7 +54,7 @@ class StabilitySettings:
     massless_above: float = 5.0
     slow: int = 24
     doubled: float = 1e-3
-    of_distance: float = 0.02
+    of_distance: float = 0.1
     further: float = 8.0
     foreign_share: float = 0.02
     steps: int = 24

@@ -8,6 +8,7 @@ import pytest
 from tests.hbm.cases import rig
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.series import ContactReceptance
+from tipdamp.hbm.balance.settings import DEFAULT
 
 
 @pytest.mark.parametrize("before", [0.3, 0.7, 0.95, 1.2, 3.0])
@@ -26,6 +27,21 @@ def test_the_way_to_a_frequency_does_not_count(before):
         "am,bm,mk->abk", shapes[rows], shapes[rows], receptance.factors(w * np.arange(4))[0]
     )
     assert np.abs(between(fresh, w) - one_by_one).max() < 1e-9 * np.abs(one_by_one).max()
+
+
+@pytest.mark.parametrize("w", [1.0, 17600.0])
+def test_many_components_at_once(w):
+    """Order by order, as those of few; also where no mode is as low as the frequency."""
+    problem, few = rig()[0], DEFAULT.few_between
+    receptance = problem.receptance()
+    shapes, rows = problem.B @ receptance.shapes, np.arange(54)
+    many = np.tile(rows, 1 + int(few**0.5) // len(rows))
+    factors = receptance.factors(w * np.arange(4))[0]
+    made = ContactReceptance(receptance, shapes)
+    found = made.between(many, many, factors, w)
+    assert len(many) ** 2 > few
+    expected = made.between(rows, rows, factors, w)
+    assert np.abs(found[:54, -54:] - expected).max() < 1e-12 * np.abs(expected).max()
 
 
 def test_all_curves_of_a_problem_share_it():
