@@ -3,12 +3,14 @@
 import html
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from tests.tipdamp.report.files import artefacts, cut, damage, results_of, write
 from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.result import MORE_MAY_EXIST, NOT_SEARCHED
 from tipdamp.report.checks import warnings_of
 from tipdamp.report.subjects import assumptions, key_figures, peaks, tuning
 from tipdamp.report.summary import summarise
@@ -276,3 +278,31 @@ def test_no_sets_without_scatter_history_or_target(tmp_path, missing):
         files["tune.json"] |= {"scatter_hz": 5.0} | dict([missing])
 
     assert not list(tuning.equivalent_sets(results_of(*artefacts(tmp_path, damage=change))))
+
+
+@pytest.mark.parametrize(
+    "searched, found, said",
+    [
+        (NOT_SEARCHED, 0, "not searched"),
+        ("looked at 12 of 12 values: no further curve found", 0, "0"),
+        (f"looked at 0 of 12 values; stopped after 60, {MORE_MAY_EXIST}", 0, "0, search stopped"),
+        (f"looked at 3 of 12 values; stopped after 60, {MORE_MAY_EXIST}", 2, "2, search stopped"),
+    ],
+)
+def test_a_search_that_was_stopped_is_told(searched, found, said):
+    """As one that found none is not."""
+    facts = SimpleNamespace(searched=searched, beside=(None,) * found)
+    assert peaks._beside(facts) == said
+
+
+@pytest.mark.parametrize(
+    "points, peak, said",
+    [
+        (None, False, NOTHING),
+        (0, False, "0"),
+        (3, False, "3, not the peak"),
+        (3, True, "3, the peak too"),
+    ],
+)
+def test_whether_the_peak_is_stable_is_told(points, peak, said):
+    assert peaks._unstable(SimpleNamespace(unstable_points=points, unstable=peak)) == said

@@ -121,13 +121,14 @@ def _beside(facts: CurveResult) -> str:
 
 
 def _searches(results: Results) -> str:
-    """What each search that was stopped has looked at."""
-    said = (
-        f"At {one.Fe:g} N, H = {one.H}: {one.facts.searched}."
-        for one in results.cases
-        if one.facts.searched.endswith(MORE_MAY_EXIST)
+    """What a search that was stopped means."""
+    if not any(one.facts.searched.endswith(MORE_MAY_EXIST) for one in results.cases):
+        return ""
+    return (
+        " Search stopped: at its share of the cost of the curves, [respond] search, before all "
+        "frequencies were looked at, as summary.json says of each curve; of the others nothing is "
+        "known."
     )
-    return "".join(f" {one}" for one in said)
 
 
 def _share(value: float | None) -> str:
