@@ -30,7 +30,7 @@ SOLVED = 1e-8  # of the amplitude: to what peaks are solved
 MOVES = 1e-6  # of the cycle, above which a pair slips or is open
 DOUBTFUL = 0.1  # of the vibration: a larger estimate of the truncation is no estimate
 NOT_SEARCHED = "not looked for further curves"
-MORE_MAY_EXIST = "more may exist"  # as a search ends that did not look everywhere
+SEARCH_STOPPED = "stopped after"  # of a search that did not look everywhere
 
 
 def _none(*shape: int, dtype: type = float) -> Any:

@@ -28,7 +28,7 @@ from tipdamp.hbm.curve.truncation import TruncationEstimate
 from tipdamp.hbm.curve.watched import Progress, watched
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, library
-from tipdamp.hbm.result import MORE_MAY_EXIST, ForcedResponse
+from tipdamp.hbm.result import SEARCH_STOPPED, ForcedResponse
 from tipdamp.hbm.search.beside import Beside, Search, growth
 from tipdamp.hbm.stability.multipliers import Stability
 
@@ -176,7 +176,7 @@ class _Looked:
                     self.looked.add(value)
                     self.searches += 1
         except _LimitReached as limit:
-            self.stopped = f"stopped after {limit}"
+            self.stopped = f"{SEARCH_STOPPED} {limit}"
         finally:
             self.equation.balance.on_call = None
 
@@ -184,9 +184,9 @@ class _Looked:
         """What was looked for and found."""
         n = len(self.found)
         found = f"{n} further curve{'s' * (n != 1)}" if n else "no further curve"
-        stopped = f"; {self.stopped}, {MORE_MAY_EXIST}" if self.stopped else ""
+        stopped = f"; {self.stopped}, more may exist" if self.stopped else ""
         if self.by_start and not stopped:
-            stopped = f"; random starts led to some of them, {MORE_MAY_EXIST}"
+            stopped = "; random starts led to some of them, more may exist"
         return (
             f"looked for further solutions at {len(self.looked)} of {self.search.frequencies} "
             f"values, over the level of the force and from {self.tried} starts: "

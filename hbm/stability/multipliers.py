@@ -340,18 +340,18 @@ def _real(s: np.ndarray, out: np.ndarray, into: np.ndarray, static: np.ndarray) 
     )
 
 
+def _system(slow: Poles) -> np.ndarray:
+    """(2n, 2n) of z' = A z alone, z = [Re, Im]."""
+    real, imaginary = np.diag(slow.s.real), np.diag(slow.s.imag)
+    return np.block([[real, -imaginary], [imaginary, real]])
+
+
 def _without_springs(slow: Poles, gone: np.ndarray, springs: np.ndarray) -> Poles:
     """At the other components of those with springs (nc,), without those that are gone (nc,)."""
     rest = ~gone
     k, S = -np.diag(springs[gone]), slow.static[gone]
     held = k @ np.linalg.inv(np.eye(len(k)) + S[:, gone] @ k)  # force by the motion without it
-    system = np.block(
-        [
-            [np.diag(slow.s.real), -np.diag(slow.s.imag)],
-            [np.diag(slow.s.imag), np.diag(slow.s.real)],
-        ]
-    )
-    s, shapes = np.linalg.eig(system - slow.into[:, gone] @ held @ slow.out[gone])
+    s, shapes = np.linalg.eig(_system(slow) - slow.into[:, gone] @ held @ slow.out[gone])
     back = slow.static[rest][:, gone] @ held
     out = (slow.out[rest] - back @ slow.out[gone]) @ shapes
     into = np.linalg.solve(shapes, slow.into[:, rest] - slow.into[:, gone] @ held @ S[:, rest])
@@ -372,12 +372,7 @@ def _smooth_map(
     middle = h * (np.arange(steps) + 0.5)
     P, nd = acts.shape
     rows = np.flatnonzero(acts.ravel())
-    s = np.block(
-        [
-            [np.diag(slow.s.real), -np.diag(slow.s.imag)],
-            [np.diag(slow.s.imag), np.diag(slow.s.real)],
-        ]
-    )
+    s = _system(slow)
     across = slow.out @ slow.into
 
     def rate(instants: np.ndarray) -> np.ndarray:

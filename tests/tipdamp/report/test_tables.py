@@ -10,7 +10,7 @@ import pytest
 
 from tests.tipdamp.report.files import artefacts, cut, damage, results_of, write
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.hbm.result import MORE_MAY_EXIST, NOT_SEARCHED
+from tipdamp.hbm.result import NOT_SEARCHED, SEARCH_STOPPED
 from tipdamp.report.checks import warnings_of
 from tipdamp.report.subjects import assumptions, key_figures, peaks, tuning
 from tipdamp.report.summary import summarise
@@ -285,8 +285,9 @@ def test_no_sets_without_scatter_history_or_target(tmp_path, missing):
     [
         (NOT_SEARCHED, 0, "not searched"),
         ("looked at 12 of 12 values: no further curve found", 0, "0"),
-        (f"looked at 0 of 12 values; stopped after 60, {MORE_MAY_EXIST}", 0, "0, search stopped"),
-        (f"looked at 3 of 12 values; stopped after 60, {MORE_MAY_EXIST}", 2, "2, search stopped"),
+        (f"looked at 0 of 12 values; {SEARCH_STOPPED} 60, more may exist", 0, "0, search stopped"),
+        (f"looked at 3 of 12 values; {SEARCH_STOPPED} 60, more may exist", 2, "2, search stopped"),
+        ("2 further curves found; random starts led to some of them, more may exist", 2, "2"),
     ],
 )
 def test_a_search_that_was_stopped_is_told(searched, found, said):

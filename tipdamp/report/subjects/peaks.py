@@ -3,7 +3,7 @@ largest stresses there."""
 
 from collections.abc import Iterator
 
-from tipdamp.hbm.result import MORE_MAY_EXIST, NOT_SEARCHED
+from tipdamp.hbm.result import NOT_SEARCHED, SEARCH_STOPPED
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects.amplitudes import reason
@@ -116,13 +116,13 @@ def _unstable(facts: CurveResult) -> str:
 def _beside(facts: CurveResult) -> str:
     if facts.searched == NOT_SEARCHED:
         return "not searched"
-    stopped = ", search stopped" if facts.searched.endswith(MORE_MAY_EXIST) else ""
+    stopped = ", search stopped" if SEARCH_STOPPED in facts.searched else ""
     return f"{len(facts.beside)}{stopped}"
 
 
 def _searches(results: Results) -> str:
     """What a search that was stopped means."""
-    if not any(one.facts.searched.endswith(MORE_MAY_EXIST) for one in results.cases):
+    if not any(SEARCH_STOPPED in one.facts.searched for one in results.cases):
         return ""
     return (
         " Search stopped: at its share of the cost of the curves, [respond] search, before all "
