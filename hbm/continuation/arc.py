@@ -197,7 +197,7 @@ def crossing(
     settings = replace(settings, max_stalls=settings.patient_stalls)
     for _ in range(settings.max_bisections):
         new = solve_fixed(
-            evaluate, _guess(a, b, parameter, metric), parameter, metric.weights, settings, 16
+            evaluate, on_cubic(a, b, parameter, metric), parameter, metric.weights, settings, 16
         )
         calls += new.iterations
         if new.converged:
@@ -218,7 +218,7 @@ def crossing(
     return replace(new, x=np.full_like(new.x, np.nan), converged=False), calls
 
 
-def _guess(a: Point, b: Point, parameter: float, metric: Metric) -> np.ndarray:
+def on_cubic(a: Point, b: Point, parameter: float, metric: Metric) -> np.ndarray:
     """x (n,) on the cubic from a to b where its parameter has a value between theirs, by
     bisection."""
     low, high = 0.0, 1.0

@@ -98,6 +98,7 @@ class Beside:
     ) -> None:
         self.balance, self.w, self.search, self.settings = balance, w, search, settings
         self.here, self.known = settings_here, list[np.ndarray]()
+        self.passed = list[np.ndarray]()  # by branches over the level, with their images
         self.tried, self.by_start = 0, 0
         self.weights = balance.weights.copy()
         if balance.problem.law.sliders:  # these may rest anywhere
@@ -112,6 +113,14 @@ class Beside:
         for x in known:
             self.known += self._new(x)
 
+    def on_branch(self, crossed: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
+        """(n,) unknowns of each further solution among those that a branch over the level of the
+        smallest known motion has crossed."""
+        self._pass(min(self.known, key=lambda one: size(self.weights * one)))
+        for x in crossed:
+            self._pass(x)
+            yield from self._added(x)
+
     def above_level(self) -> Iterator[np.ndarray]:
         """(n,) unknowns of each further solution over which the smallest known motion comes back to
         the level from above, as it is found."""
@@ -122,12 +131,11 @@ class Beside:
 
     def over_level(self) -> Iterator[np.ndarray]:
         """(n,) unknowns of each further solution on the branches over the level, as it is found."""
-        passed = list[np.ndarray]()
         for x in list(self.known) if self.search.level else ():
-            if self._among(x, passed):
+            if self._among(x, self.passed):
                 continue
             for found in self._over_level(x):
-                passed += [found, *(image(found) for image in self.symmetries)]
+                self._pass(found)
                 yield from self._added(found)
 
     def from_starts(self) -> Iterator[np.ndarray]:
@@ -156,6 +164,9 @@ class Beside:
     @property
     def _patience(self) -> int:
         return self.search.starts + self.here.for_each * (len(self.known) - 1)
+
+    def _pass(self, x: np.ndarray) -> None:
+        self.passed += [x, *(image(x) for image in self.symmetries)]
 
     def _added(self, x: np.ndarray) -> Iterator[np.ndarray]:
         """What is new of it and its images, after it is known."""

@@ -1,9 +1,9 @@
 """Curves beside a curve: detached resonances and other branches of its band."""
 
-import itertools
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -15,7 +15,7 @@ from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.closed import follow_both_ways
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import crossings
-from tipdamp.hbm.continuation.point import size
+from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.equilibrium import settle, with_residuals
@@ -29,7 +29,8 @@ from tipdamp.hbm.curve.watched import Progress, watched
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, library
 from tipdamp.hbm.result import SEARCH_STOPPED, ForcedResponse
-from tipdamp.hbm.search.beside import Beside, Search, growth
+from tipdamp.hbm.search.beside import Beside, Search
+from tipdamp.hbm.search.levels import AtLevel, places
 from tipdamp.hbm.stability.multipliers import Stability
 
 if TYPE_CHECKING:
@@ -37,7 +38,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 # the cheapest way everywhere, before the others: the effort may not last
-WAYS = (Beside.above_level, Beside.over_level, Beside.from_starts)
+WAYS: tuple[Callable[[Beside], Iterator[np.ndarray]], ...] = (
+    Beside.above_level,
+    Beside.over_level,
+    Beside.from_starts,
+)
 
 
 @dataclass(frozen=True)
@@ -102,6 +107,7 @@ def curves_beside(
     search: Search | None = None,
     parameter: Parameter | None = None,
     progress: Callable[[int, int], None] | Literal[False] | None = None,
+    crossed: Sequence[AtLevel] = (),
 ) -> CurvesBeside:
     """Look for solutions beside a complete curve at some frequencies of its band, and follow each
     both ways: once round where its curve is closed, else to the ends of the band.
@@ -109,7 +115,8 @@ def curves_beside(
     problem : the ContactProblem that the curve was made with; search : how far is looked, None for
     the default; parameter : as in `solutions_at`; progress : function (values looked at, curves
     found), called before each value; without one a terminal or a notebook shows a line, and False
-    shows nothing
+    shows nothing; crossed : what branches over the level have crossed (`over_levels`): their values
+    take the place of those of the search, which goes on from there
     None found is no proof that there is none. Raises InputError where the curve is incomplete or
     the problem is another one.
 
@@ -126,12 +133,12 @@ def curves_beside(
     if not curve.complete:
         raise InputError(f"curves_beside: the curve is incomplete, {curve.ended}")
     equation, points = restored(curve, problem, parameter)
-    total = len(WAYS) * search.frequencies
+    total = len(WAYS) * (len(crossed) or search.frequencies)
     shown = False if callable(progress) else progress
     with watched(shown, 0.0, total, f" of {total} searches") as line:
         told = progress or None, line
-        looked = _Looked(equation, Branch(points), search, curve.residual_calls, told)
-        looked.everywhere(float(curve.parameter.min()), float(curve.parameter.max()))
+        looked = _Looked(curve, equation, points, search, told, crossed)
+        looked.everywhere()
     outputs, of = (curve.output_names.tolist(), curve.output_rows), (problem, parameter)
     found = tuple(as_curve(branch, equation, outputs, of) for branch in looked.found)
     searched = replace(curve, searched=looked.words())
@@ -145,40 +152,58 @@ class _Looked:
 
     def __init__(
         self,
+        curve: ForcedResponse,
         equation: Equation,
-        branch: Branch,
+        points: list[Point],
         search: Search,
-        calls: int,
         told: tuple[Callable[[int, int], None] | None, Progress | None],
+        crossed: Sequence[AtLevel],
     ) -> None:
-        self.equation, self.search = equation, search
-        self.branches, self.found, self.stopped = [branch], list[Branch](), ""
-        self.most = max(search.effort * calls, search.least_calls)
+        self.curve, self.equation, self.search, self.on_branches = curve, equation, search, crossed
+        self.branches, self.found, self.stopped = [Branch(points)], list[Branch](), ""
+        self.most = max(search.effort * curve.residual_calls, search.least_calls)
         self.until = time.monotonic() + search.seconds
         self.calls, self.tried, self.by_start = 0, 0, 0
         self.progress, self.line, self.searches = *told, 0
         self.besides, self.crossed = dict[float, Beside](), dict[float, int]()
         self.looked = set[float]()
 
-    def everywhere(self, low: float, high: float) -> None:
-        """Look at all places of a band, in units of the parameter; far from each other first."""
-        count, scale = self.search.frequencies, self.equation.parameter.scale
-        shares = (np.arange(count) + 0.5) / count
-        values = (low + shares[_far_apart(count)] * (high - low)).tolist()
+    def everywhere(self) -> None:
+        """Look at all places of the band of the curve."""
+        scale, parameter = self.equation.parameter.scale, self.curve.parameter
+        band = scale * float(parameter.min()), scale * float(parameter.max())
         try:
-            # first where the motion grows faster than the force: a fold lies ahead
-            values.sort(key=self._growth, reverse=True)
-            for way in WAYS:
+            if self.on_branches:
+                values, ways = self._on_branches(band), WAYS[1:]
+            else:
+                values, ways = places(self.curve, self.equation, self.search.frequencies), WAYS
+            for way in ways:
                 for i, value in enumerate(values):
                     if self.progress:
                         self.progress(i, len(self.found))
-                    self._at(value, way, (scale * low, scale * high))
+                    self._check()
+                    self._at(value, way, band)
                     self.looked.add(value)
                     self.searches += 1
         except _LimitReached as limit:
-            self.stopped = f"{SEARCH_STOPPED} {limit}"
+            if not self.on_branches:  # which have looked at their values
+                self.stopped = f"{SEARCH_STOPPED} {limit}"
         finally:
             self.equation.balance.on_call = None
+        if self.on_branches and len(self.looked) < self.search.frequencies and not self.stopped:
+            calls = self.calls + sum(one.calls for one in self.on_branches)
+            self.stopped = f"{SEARCH_STOPPED} {calls} evaluations of the residual"
+
+    def _on_branches(self, band: tuple[float, float]) -> list[float]:
+        """Follow what the branches over the level have crossed; the values where they reached the
+        level of the curve."""
+        here = [one for one in self.on_branches if one.reach > 1.0]
+        for one in here:
+            if one.further:
+                self._at(one.value, partial(Beside.on_branch, crossed=one.further), band)
+            self.looked.add(one.value)
+            self.searches += 1
+        return [one.value for one in here]
 
     def words(self) -> str:
         """What was looked for and found."""
@@ -189,9 +214,13 @@ class _Looked:
             stopped = "; random starts led to some of them, more may exist"
         return (
             f"looked for further solutions at {len(self.looked)} of {self.search.frequencies} "
-            f"values, over the level of the force and from {self.tried} starts: "
+            f"values, over the level of the force{self._reach()} and from {self.tried} starts: "
             f"{found} found{stopped}"
         )
+
+    def _reach(self) -> str:
+        reach = min((one.reach for one in self.on_branches if one.reach > 1.0), default=0.0)
+        return f" up to {reach:.3g} times" * (reach > 0.0)
 
     def _beside(self, value: float) -> Beside:
         """The Beside of a value, which knows what the branches known hold there."""
@@ -208,19 +237,6 @@ class _Looked:
             self.crossed[value] += 1
         equation.balance.on_call = None
         return beside
-
-    def _growth(self, value: float) -> float:
-        """That of the smallest motion of the curve's points beside a value."""
-        equation, p = self.equation, self.equation.parameter.scale * value
-        points = self.branches[0].points
-        near = [
-            min(ends, key=lambda point: abs(point.parameter - p))
-            for ends in itertools.pairwise(points)
-            if (ends[0].parameter - p) * (ends[1].parameter - p) <= 0
-        ]
-        least = min(near, key=lambda point: size(equation.weights * point.x))
-        self._call()
-        return growth(*equation.balance_at(least.parameter), least.x)
 
     def _at(self, value: float, way: Callable, band: tuple[float, float]) -> None:
         beside, p = self._beside(value), self.equation.parameter.scale * value
@@ -249,7 +265,10 @@ class _Looked:
     def _call(self) -> None:
         self.calls += 1
         self._show(0.0, self.calls)
-        if self.calls > self.most:
+        self._check()
+
+    def _check(self) -> None:
+        if self.calls > self.most or not self.most:
             raise _LimitReached(f"{self.most:.0f} evaluations of the residual")
         if time.monotonic() > self.until:
             raise _LimitReached(f"{self.search.seconds:g} s")
@@ -280,14 +299,6 @@ class _Looked:
         )
         self.branches.append(branch)
         self.found.append(branch)
-
-
-def _far_apart(count: int) -> list[int]:
-    """Places 0..count-1 in an order in which those that follow each other are far apart, from the
-    middle on: by their binary digits reversed."""
-    digits = max(count - 1, 1).bit_length()
-    order = sorted(range(count), key=lambda i: int(f"{i:0{digits}b}"[::-1], 2))
-    return [(i + count // 2) % count for i in order]
 
 
 def as_curve(

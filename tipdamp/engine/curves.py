@@ -3,8 +3,7 @@ curve has is kept too.
 
 responses/Fe_5N_H3.npz, Fe_5N_H3_back.npz    the finished curves
 responses/Fe_5N_H3_more.json                 harmonics that a tolerance needs, where it misses it
-responses/Fe_5N_H3_beside.json               what was looked for beside one, in words ...
-responses/Fe_5N_H3_beside1.npz               ... and each curve that was found
+responses/Fe_5N_H3_beside.json, ...          further curves (`tipdamp.engine.further`)
 .stages/Fe_5N_H3.json                        key and fingerprints of the files
 .stages/Fe_5N_H3.<key>.<n>.npz               the journal of one that runs, or was interrupted
 """
@@ -36,10 +35,7 @@ from tipdamp.hbm.laws import ContactLaw, Contacts
 from tipdamp.hbm.modes.derivatives import with_derivatives
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.hbm.search.beside import Search
-from tipdamp.hbm.search.curves import curves_beside
 
-MOST_BESIDE = 4  # further curves of one curve that are followed
 # an npz file, cut or altered
 DAMAGED = (OSError, ValueError, KeyError, EOFError, RuntimeError, BadZipFile)
 
@@ -52,15 +48,14 @@ def _tell_damaged(path: Path, _key: str) -> None:
 
 @dataclass(frozen=True)
 class CurveCase:
-    """One curve: force level in N, harmonics, and the band in Hz as it is followed; search : the
-    residual calls for what may lie beside it, as a multiple of its own, 0 for none; tolerance : of
-    the truncation, for which a curve that misses it tells how many harmonics are enough, 0 for
-    none."""
+    """One curve: force level in N, harmonics, and the band in Hz as it is followed; search : key of
+    the search for what may lie beside it, empty for none; tolerance : of the truncation, for which
+    a curve that misses it tells how many harmonics are enough, 0 for none."""
 
     Fe_N: float
     H: int
     band: tuple[float, float]
-    search: float = 0.0
+    search: str = ""
     tolerance: float = 0.0
 
     @property
@@ -112,22 +107,18 @@ class Curves:
 
     def finished(self, case: CurveCase) -> bool:
         """Whether the store has this curve, made from the same, and unaltered."""
-        return self._kept(case.name, self.key(case)) and not self._parts(case)
+        return (
+            self.kept(case.name, self.key(case))
+            and not (case.tolerance and not self.kept(case.more, self._more_key(case)))
+            and not (case.search and not self.kept(case.beside, self.search_key(case)))
+        )
 
-    def _parts(self, case: CurveCase) -> list[Callable[[CurveCase, Callable], None]]:
-        """What is still to be made beside the curve itself."""
-        parts = list[Callable[[CurveCase, Callable], None]]()
-        if case.search and not self._kept(case.beside, self._search_key(case)):
-            parts.append(self._search)
-        if case.tolerance and not self._kept(case.more, self._more_key(case)):
-            parts.append(self._more)
-        return parts
-
-    def _kept(self, name: str, key: str) -> bool:
+    def kept(self, name: str, key: str) -> bool:
+        """Whether the store has what a name and its key stand for, unaltered."""
         record = self.store.record(name)
         if record is None or record.key != key or not record.outputs:
             return False
-        if record.outputs != _of(name, record.outputs):
+        if record.outputs != files_of(name, record.outputs):
             return False
         for file, mark in record.outputs.items():
             path = self.store.path(file)
@@ -169,7 +160,8 @@ class Curves:
         program."""
         return fingerprint(self._equations, case.Fe_N, case.H, case.band)
 
-    def _search_key(self, case: CurveCase) -> str:
+    def search_key(self, case: CurveCase) -> str:
+        """Fingerprint of all that the search beside a curve follows from."""
         return fingerprint(self.key(case), case.search)
 
     def _more_key(self, case: CurveCase) -> str:
@@ -185,12 +177,12 @@ class Curves:
         )
 
     def make(self, case: CurveCase, progress: Callable) -> None:
-        """Compute what is missing of a curve and put it into the store; one that was interrupted
-        goes on where it was."""
-        if not self._kept(case.name, self.key(case)):
+        """Compute what is missing of a curve, but for the search beside it, and put it into the
+        store; one that was interrupted goes on where it was."""
+        if not self.kept(case.name, self.key(case)):
             self._make_curve(case, progress)
-        for make_part in self._parts(case):
-            make_part(case, progress)
+        if case.tolerance and not self.kept(case.more, self._more_key(case)):
+            self._more(case, progress)
 
     def _make_curve(self, case: CurveCase, progress: Callable) -> None:
         try:
@@ -202,28 +194,6 @@ class Curves:
             curve.save(path)
         self.store.finish(case.name, self.key(case), [case.file], curve.seconds)
         self._remove_journal(case)
-
-    def _search(self, case: CurveCase, progress: Callable) -> None:
-        """Look for curves beside a complete one, and keep what was looked for and found."""
-        began, curve = time.perf_counter(), ForcedResponse.load(self.store.path(case.file))
-        words, found = f"{curve.searched}: the curve is incomplete", tuple[ForcedResponse, ...]()
-        if curve.complete:
-            search = Search(effort=case.search, least_calls=0, curves=MOST_BESIDE)
-
-            def tell(places: int, _: int) -> None:
-                progress(case.band[1], 0.0, curve.residual_calls)
-
-            beside = curves_beside(curve, self.problem, search, progress=tell)
-            words, found = beside.curve.searched, beside.curves
-        before = _of(case.beside, self.store.outputs(case.beside))
-        files = [f"responses/{case.beside}.json"]
-        self.store.write_json(files[0], {"searched": words})
-        for i, one in enumerate(found):
-            files.append(f"responses/{case.beside}{i + 1}.npz")
-            with self.store.writing(files[-1]) as path:
-                one.save(path)
-        seconds = time.perf_counter() - began
-        self.store.finish(case.beside, self._search_key(case), files, seconds, before)
 
     def _more(self, case: CurveCase, progress: Callable) -> None:
         """How many harmonics the tolerance needs, by points of the curve."""
@@ -311,7 +281,7 @@ def sweep(store: Store, cases: Collection[CurveCase]) -> None:
     for record in filter(Path.is_file, store.path(".stages").glob("Fe_*.json")):
         if record.stem in kept:
             continue
-        files = _of(record.stem, store.outputs(record.stem))
+        files = files_of(record.stem, store.outputs(record.stem))
         store.remove(files)
         for file in {f"responses/{record.stem}.npz": "", **files}:
             if store.path(file).is_file():
@@ -323,7 +293,7 @@ def sweep(store: Store, cases: Collection[CurveCase]) -> None:
         block.unlink()
 
 
-def _of(name: str, outputs: dict[str, str]) -> dict[str, str]:
+def files_of(name: str, outputs: dict[str, str]) -> dict[str, str]:
     """Those of the {file: fingerprint} that belong to the curve, or to what was found of it, by the
     name of their record, which may be forged."""
     ending = r"(\.json|\d+\.npz)" if name.endswith(("_beside", "_more")) else r"\.npz"

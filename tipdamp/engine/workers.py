@@ -23,7 +23,7 @@ from typing import Any
 from tipdamp.hbm.errors import InputError
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-PRELOADED = "tipdamp.engine.curves"  # with all that it imports
+PRELOADED = "tipdamp.engine.further"  # with all that it imports
 BETWEEN = 0.1  # s between two reports of a task
 PATIENCE = 10.0  # s for a process to keep what it has and end
 

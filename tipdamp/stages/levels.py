@@ -17,25 +17,40 @@ class LevelCurves:
     """tried - with harmonics = 'auto', with their errors; within - whether one meets the tolerance,
     the last; without it the last complete curve is taken; forward - the curves of these, and one
     that is still to be made and judged; wanted - for each H of the result its curve and, where
-    that may be another, the one from the other end; empty while H is not known."""
+    that may be another, the one from the other end; empty while H is not known; effort - of the
+    search beside the curve of the largest H, in evaluations of its own."""
 
     tried: tuple[TriedHarmonics, ...]
     within: bool | None
     forward: tuple[CurveCase, ...]
     wanted: tuple[tuple[CurveCase, ...], ...]
+    effort: float = 0.0
 
     @property
     def cases(self) -> list[CurveCase]:
         """All of them."""
         return [*self.forward, *(case for ways in self.wanted for case in ways)]
 
+    @property
+    def finest(self) -> CurveCase:
+        """The curve of the largest H."""
+        return max((ways[0] for ways in self.wanted), key=lambda case: case.H)
+
+    def searched(self, key: str) -> "LevelCurves":
+        """With the key of the search beside the curve of the largest H."""
+        finest = self.finest
+        wanted = (
+            (replace(ways[0], search=key) if ways[0] == finest else ways[0], *ways[1:])
+            for ways in self.wanted
+        )
+        return replace(self, wanted=tuple(wanted))
+
 
 def level_of(settings: Respond, curves: Curves, Fe: float) -> LevelCurves:
     """What a level of Fe N consists of, as far as the finished curves tell."""
     if orders := named_orders(settings.harmonics):
-        search = {H: 0.0 for H in orders} | {max(orders): _search(settings, orders)}
-        cases = [CurveCase(Fe, H, settings.band, search[H]) for H in orders]
-        return LevelCurves((), None, (), tuple(_ways(settings, curves, case) for case in cases))
+        every = tuple(_ways(settings, curves, CurveCase(Fe, H, settings.band)) for H in orders)
+        return LevelCurves((), None, (), every, _effort(settings, orders))
     tried, cases = list[TriedHarmonics](), []
     further: int | None = first_orders()
     while further is not None:
@@ -50,20 +65,21 @@ def level_of(settings: Respond, curves: Curves, Fe: float) -> LevelCurves:
             break
         further = curves.more_harmonics(case)
     H = ([one.H for one in tried if one.complete] or [tried[0].H])[-1]
-    effort = _search(settings, [one.H for one in tried])
-    chosen = CurveCase(Fe, H, settings.band, effort, settings.tolerance)
-    return LevelCurves(tuple(tried), within, tuple(cases), (_ways(settings, curves, chosen),))
+    chosen = CurveCase(Fe, H, settings.band, tolerance=settings.tolerance)
+    wanted = _ways(settings, curves, chosen)
+    effort = _effort(settings, [one.H for one in tried])
+    return LevelCurves(tuple(tried), within, tuple(cases), (wanted,), effort)
 
 
 def _ways(settings: Respond, curves: Curves, case: CurveCase) -> tuple[CurveCase, ...]:
     """The curve and, once it is finished and may be another one from there, that from the other end
-    of the band; further curves are looked for beside the first."""
+    of the band."""
     if not settings.both_ways or not curves.finished(case) or curves.load(case).alike_backwards:
         return (case,)
-    return case, replace(case, band=case.band[::-1], search=0.0, tolerance=0.0)
+    return case, replace(case, band=case.band[::-1], tolerance=0.0)
 
 
-def _search(settings: Respond, made: Sequence[int]) -> float:
+def _effort(settings: Respond, made: Sequence[int]) -> float:
     """Effort of the search beside the curve of the largest H, in evaluations of its own: the share
     of those of the curves of a level, their H in `made`; an evaluation costs in proportion to the
     unknowns."""

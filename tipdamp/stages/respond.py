@@ -24,6 +24,12 @@ from tipdamp.checks import only_friction
 from tipdamp.checks.pairs import pair_names
 from tipdamp.checks.room import acting, check_room
 from tipdamp.engine.curves import CurveCase, Curves, forget, sweep
+from tipdamp.engine.further import (
+    cross_levels,
+    follow_further,
+    level_branches,
+    level_search,
+)
 from tipdamp.engine.progress import Ticker
 from tipdamp.engine.store import Store
 from tipdamp.engine.workers import Workers
@@ -267,8 +273,34 @@ def _make(settings: Respond, curves: Curves, tick: Ticker, workers: Workers) -> 
                 if not curves.load(missing[i]).converged.any():
                     bars[i][1](1.0, "no point solved")
                 bars[i][0].close()
-    sweep(curves.store, [case for level in levels.values() for case in level.cases])
-    return list(levels.values())
+    made = _look_beside(curves, list(levels.values()), tick, workers)
+    sweep(curves.store, [case for level in made for case in level.cases])
+    return made
+
+
+def _look_beside(
+    curves: Curves, levels: list[LevelCurves], tick: Ticker, workers: Workers
+) -> list[LevelCurves]:
+    """Look for further curves beside those of the largest H, of all levels at once."""
+    if not any(level.effort for level in levels):
+        return levels
+    search = level_search(
+        curves, [level.finest for level in levels], [level.effort for level in levels]
+    )
+    missing = [case for case in search.cases if not curves.finished(case)]
+    branches = level_branches(curves, search) if missing else []
+    following = [(case, branches) for case in missing]
+    total, done = len(branches) + len(following), 0
+    for work, tasks in ((cross_levels, branches), (follow_further, following)):
+        before = done
+
+        def report(i: int, share: float, figures: str, before: int = before) -> None:
+            tick((before + share) / total, f"further curves: {figures}")
+
+        for _ in workers.spread(work, curves, tasks, report):
+            done += 1
+            tick(done / total, "further curves")
+    return [level.searched(search.cases[0].search) for level in levels]
 
 
 def make_curve(curves: Curves, case: CurveCase, report: Callable[[float, str], None]) -> None:

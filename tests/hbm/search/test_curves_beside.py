@@ -6,10 +6,13 @@ import pytest
 from tipdamp import CubicSpring, InputError, Jenkins1D, Problem, Search, curves_beside, solutions_at
 from tipdamp.hbm.balance.parameter import Equation, Level
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.closed import follow_both_ways
 from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import DEFAULT
 from tipdamp.hbm.search.beside import Beside, _Mixtures
+from tipdamp.hbm.search.levels import _held, _strange, over_levels
 
 HZ = 1 / (2 * np.pi)  # of 1 rad/s
 M, C = np.diag([1.0, 0.05]), np.array([[0.01, -0.005], [-0.005, 0.005]])
@@ -68,6 +71,24 @@ def test_more_harmonics_of_the_absorber():
     assert sorted(of_both[0]) == pytest.approx([0.0909, 0.811], rel=1e-3)
     assert of_both[1] == pytest.approx([0.1798], rel=1e-3)
     assert detached.force_residual.max() < 5e-9 and detached.energy_error.max() < 1e-8
+
+
+def driven(factor):
+    """The absorber under another force."""
+    return Problem(M, C, K).add(CubicSpring(CUBIC), (0, 1)).force(0, factor * FORCE)
+
+
+def of_orders(H):
+    return {**ONE_HARMONIC, "band": (0.6 * HZ, 1.6 * HZ), "harmonics": H, "samples": 16}
+
+
+def stretches_in_closed_form(w, level):
+    """|x1 - x2| of the solutions with one harmonic, under so many times the force."""
+    G = np.linalg.inv(K - w**2 * M + 1j * w * C)
+    across = np.array([1.0, -1.0])
+    g, r, k = across @ G @ across, level * FORCE * (across @ G)[0], 0.75 * CUBIC
+    roots = np.roots([abs(k * g) ** 2, 2 * k * g.real, 1, -(abs(r) ** 2)])
+    return np.sort(np.sqrt(roots[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)].real))
 
 
 RING = 3 * np.eye(4) - np.roll(np.eye(4), 1, axis=0) - np.roll(np.eye(4), -1, axis=0)
@@ -136,6 +157,52 @@ def test_means_of_sliders_are_one_solution():
         moved = x + [10.0, 0.0, 0.0]
         beside = Beside(balance, 1.0, [x, moved], Search(), DEFAULT)
         assert beside.same(x, moved) == one
+
+
+@pytest.mark.parametrize("harmonics", [(1, 1, 1), (3, 1, 1)])
+def test_one_branch_over_the_level_serves_the_curves_of_several(harmonics):
+    """At 0.93 rad/s, where the closed form has three solutions at each level; the branch comes back
+    over its fold; also where the curves have other numbers of harmonics."""
+    w, levels = 0.93, (0.5, 0.9, 1.0)
+    curves = [driven(f).follow_band(**of_orders(H)) for f, H in zip(levels, harmonics, strict=True)]
+    found = over_levels(curves, ABSORBER.contact_problem, w * HZ, 10.0, 1000)
+    for one, level, curve in zip(found, levels, curves, strict=True):
+        (further,), (held,) = one.further, _held(curve, w * HZ)
+        closed_form = stretches_in_closed_form(w, level)
+        assert len(closed_form) == 3
+        # the curve's point is one between two of its own
+        tolerances = zip((further, held), (0.05 if curve.H > 1 else 1e-6, 0.02), strict=True)
+        for x, tolerance in tolerances:
+            stretch = float(np.hypot(*x[1:3]))
+            assert np.abs(closed_form / stretch - 1).min() < tolerance
+        assert curve.H > 1 or np.hypot(*further[1:3]) > 1.5 * np.hypot(*held[1:3])
+    assert found[0].reach == pytest.approx(2 * found[2].reach, rel=1e-12)
+    assert found[0].calls < 200
+
+
+def test_means_of_sliders_are_no_further_solution():
+    blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
+    damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
+    for problem, count in ((damped, 0), (ABSORBER.contact_problem, 1)):
+        balance = HarmonicBalance(problem, {1: np.ones(len(problem.K))}, 1)
+        x = np.array([0.0, 1.0, 0.0])
+        branch = Branch([Point(level * x, level, True, 1) for level in (0.5, 1.5)])
+        assert len(_strange(branch, 1.0, balance, [x + [1e3, 0.0, 0.0]], 1)) == count
+
+
+def test_a_branch_over_the_level_keeps_its_limit():
+    curves = [driven(1.0).follow_band(**of_orders(1))]
+    problem, hz = ABSORBER.contact_problem, 1.3 * HZ
+    (short,), (long,) = (over_levels(curves, problem, hz, 10.0, calls) for calls in (8, 1000))
+    assert short.calls <= 9 < long.calls <= 1000
+    assert short.reach < long.reach == pytest.approx(10.0)
+    words = [
+        curves_beside(curves[0], problem, Search(effort=0.0, least_calls=0), crossed=[one])
+        for one in (short, long)
+    ]
+    assert f"up to {short.reach:.3g} times" in words[0].curve.searched
+    assert all("at 1 of 12 values" in one.curve.searched for one in words)
+    assert f"stopped after {long.calls} evaluations" in words[1].curve.searched
 
 
 def test_a_study_finds_the_detached_resonance():

@@ -20,6 +20,12 @@ from tests.tipdamp.rig_study import CHAIN, CHAIN_OF_STAGES, files
 from tests.tipdamp.rig_study import run_chain as run
 from tipdamp.cli import main
 from tipdamp.engine import curves
+from tipdamp.engine.further import (
+    cross_levels,
+    follow_further,
+    level_branches,
+    level_search,
+)
 from tipdamp.engine.store import Store
 from tipdamp.hbm.curve.journal import Journal, JournalBlock
 from tipdamp.hbm.drawing.figure import Curve
@@ -138,13 +144,23 @@ def test_everything_counts_in_the_key(tmp_path):
     assert other(describe=len).key(case) == base.key(case) == replace(base).key(case)
 
 
+def looked_beside(made, case, effort):
+    """The case with its curve, and with what an effort finds beside it."""
+    made.make(case, lambda *_: None)
+    search = level_search(made, [case], [effort])
+    branches = level_branches(made, search)
+    for branch in branches:
+        cross_levels(made, branch, lambda *_: None)
+    follow_further(made, (search.cases[0], branches), lambda *_: None)
+    return search.cases[0]
+
+
 def test_curves_that_are_found_beside_one(tmp_path, made):
     """The detached resonance of an absorber is kept beside its curve, which says what was looked
     for; another effort makes the search anew, not the curve."""
     store, force = Store(tmp_path), np.eye(2)[0]
     absorber = curves.Curves(ABSORBER.contact_problem, force, {"patch:1": force}, None, store)
-    case = curves.CurveCase(0.0311, 1, (0.6 * HZ, 1.6 * HZ), 1.0)
-    absorber.make(case, lambda *_: None)
+    case = looked_beside(absorber, curves.CurveCase(0.0311, 1, (0.6 * HZ, 1.6 * HZ)), 4.0)
     assert absorber.finished(case) and made == [case.name]
     files = absorber.files(case)
     assert [Path(file).name for file in files] == [
@@ -175,9 +191,12 @@ def test_curves_that_are_found_beside_one(tmp_path, made):
     highest = max(drawn, key=lambda item: np.nanmax(item.y, initial=0.0))
     assert np.nanmax(highest.y) > 18 * np.nanmax(drawn[0].y) and highest is not drawn[0]
     assert highest.x.max() < case.band[1]
-    less = replace(case, search=0.01)
-    assert absorber.finished(replace(case, search=0.0)) and not absorber.finished(less)
-    absorber.make(less, lambda *_: None)
+    assert absorber.finished(replace(case, search=""))
+    assert looked_beside(absorber, case, 4.0) == case
+    share = looked_beside(absorber, case, Respond.model_fields["search"].default)
+    assert "1 further curve found" in absorber.load(share).searched
+    less = looked_beside(absorber, case, 0.0)
+    assert less.search not in ("", case.search) and not absorber.finished(case)
     assert made == [case.name] and absorber.files(less) == files[:2]
     assert not store.path(files[2]).exists() and "more may exist" in absorber.load(less).searched
 
