@@ -600,6 +600,20 @@ def test_forces_of_the_velocity_beside_friction_are_not_told():
     assert found.converged and np.isnan(found.multipliers).all()
 
 
+def test_a_multiplier_that_few_steps_damp_away_is_waited_for():
+    """It would be left out as a small one, where the leading ones alone were to settle."""
+    leading, true, asked = [0.9, 0.8, 0.7, 0.6], 1.5, []
+
+    def after(steps, _):
+        asked.append(steps)
+        return np.array([*leading, true * (1 - 1 / (1 + (steps / 60) ** 4))], dtype=complex)
+
+    every, steps = Stability()._settled(after, 12)
+    assert np.abs(every).max() == pytest.approx(true, rel=1e-3)
+    assert steps == asked[-1] > 200
+    assert after(24, True).real.min() < 0.1  # of the first, where the leading ones are as they stay
+
+
 def test_a_slider_that_touches_its_limit_leaves_the_poles():
     """Coupled friction that sticks through the cycle, at points of a curve that come down to its
     limit: the multipliers are the exponentials of the poles of the stuck system."""
