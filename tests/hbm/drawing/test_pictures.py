@@ -34,6 +34,7 @@ from tipdamp.hbm.errors import InputError
 
 pyplot = pytest.importorskip("matplotlib.pyplot")
 pyplot.switch_backend("agg")
+NONE = np.empty(0)
 
 
 @pytest.fixture(autouse=True)
@@ -69,13 +70,34 @@ def test_no_line_where_the_branch_does_not_lead(duffing):
     jumps = np.zeros(len(curve), dtype=bool)
     jumps[[3, 4]] = True
     a = curve.amplitude()[:, 0]
-    line, dot = branch_lines(replace(curve, jumps=jumps), a, "x", "b")
+    line, dot = branch_lines(replace(curve, jumps=jumps), a, NONE, "x", "b")
     assert np.flatnonzero(np.isnan(line.y)).tolist() == [3, 5]
     assert np.asarray(line.y)[[2, 4, 6]] == pytest.approx(a[[2, 3, 4]])
     assert np.asarray(dot.y) == pytest.approx(a[3:4])
     band = error_band(replace(curve, jumps=jumps), a, 1e-3 * a, "", "b")
     assert np.isnan(np.asarray(band.low)[[3, 5]]).all()
-    assert len(list(branch_lines(curve, a, "x", "b"))) == 1
+    assert len(list(branch_lines(curve, a, NONE, "x", "b"))) == 1
+
+
+@pytest.mark.parametrize("kind", ["half_peak_to_peak", "rms"])
+def test_dashes_begin_and_end_where_stability_changes(folded, kind):
+    """At the folds themselves, not at the next points that were solved: both lines meet there."""
+    (whole,), (dashed,) = (lines(folded.plot(kind=kind), style) for style in ("-", "--"))
+    drawn = np.isfinite(dashed.get_ydata())
+    folds = [one.parameter for one in folded.named_points if one.kind == "fold"]
+    assert dashed.get_xdata()[drawn][[0, -1]].tolist() == folds
+    both = drawn & np.isfinite(whole.get_ydata())
+    assert whole.get_xdata()[both].tolist() == folds
+    if kind == "half_peak_to_peak":
+        heights = [one.amplitudes[0] for one in folded.named_points if one.kind == "fold"]
+        assert whole.get_ydata()[both].tolist() == heights
+
+
+def test_dashes_run_to_the_next_points_where_no_named_point_is_known(folded):
+    curve = replace(folded, named_points=())
+    (dashed,) = lines(curve.plot(), "--")
+    drawn = np.isfinite(dashed.get_ydata())
+    assert drawn.sum() == curve.unstable.sum() + 2
 
 
 def lines(ax, style):
@@ -90,10 +112,11 @@ def test_unstable_parts_are_dashed_between_the_folds(folded):
     ax = folded.plot()
     (whole,), (dashed,) = lines(ax, "-"), lines(ax, "--")
     drawn = np.isfinite(dashed.get_ydata())
+    points = np.isin(whole.get_xdata(), folded.parameter)
     folds = sorted(one.parameter for one in folded.named_points if one.kind == "fold")
     inside = dashed.get_xdata()[drawn]
     assert folds[0] - 0.01 < inside.min() and inside.max() < folds[-1] + 0.01
-    assert np.isnan(whole.get_ydata()[folded.unstable]).all()
+    assert np.isnan(whole.get_ydata()[points][folded.unstable]).all()
     assert ax.get_xlabel() == "frequency (Hz)" and ax.get_ylabel() == "amplitude (m)"
     assert labels(ax) == ["x", "fold"]
 
