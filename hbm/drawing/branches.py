@@ -74,7 +74,7 @@ def branch_lines(
     yield Curve(x, np.where(unstable, np.nan, drawn), name, color, width=width)
     if unstable.any():
         beside = unstable | np.r_[False, unstable[:-1]] | np.r_[unstable[1:], False]
-        yield Curve(x, np.where(beside, drawn, np.nan), "", color, "dash", width)
+        yield Curve(x, np.where(beside, drawn, np.nan), "unstable", color, "dash", width)
     known = np.isfinite(drawn)
     alone = known & ~np.r_[False, known[:-1]] & ~np.r_[known[1:], False]
     if alone.any():
@@ -96,14 +96,12 @@ def _changes(curve: ForcedResponse) -> list[int]:
     return found
 
 
-def error_band(
-    curve: ForcedResponse, amplitude: np.ndarray, error: np.ndarray, name: str, color: str
-) -> Band:
+def error_band(curve: ForcedResponse, amplitude: np.ndarray, error: np.ndarray, color: str) -> Band:
     """Around an amplitude (n,): what the orders left out may change, by their estimate (n,); a gap
     where that is no estimate, or the branch does not lead on."""
     error = np.where(curve.doubtful, np.nan, error)
     x, low, high = with_gaps(curve, amplitude - error, amplitude + error)
-    return Band(x, low, high, name, color, 0.4)
+    return Band(x, low, high, "estimated error", color, 0.4)
 
 
 def named_marks(places: Sequence[Place], kinds: Mapping[str, str], color: str) -> Iterator[Item]:

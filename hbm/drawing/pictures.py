@@ -112,12 +112,12 @@ def _amplitude_items(
     label, color, width = style
     j = curve.column(name)
     a = factor * curve.amplitude(kind, order)[:, j]
-    if curve.truncation.size:
-        share = 1.0 if kind == "rms" else np.sqrt(2)
-        yield error_band(curve, a, factor * share * curve.truncation[:, j], "", color)
     solved = kind == "half_peak_to_peak"
     named = factor * named_amplitudes(curve)[:, j] if solved else between_points(curve, a)
     yield from branch_lines(curve, a, named, label, color, width)
+    if curve.truncation.size:
+        share = 1.0 if kind == "rms" else np.sqrt(2)
+        yield error_band(curve, a, factor * share * curve.truncation[:, j], color)
     places = [
         Place(one.kind, one.parameter, height)
         for one, height in zip(curve.named_points, named, strict=True)

@@ -74,7 +74,7 @@ def test_no_line_where_the_branch_does_not_lead(duffing):
     assert np.flatnonzero(np.isnan(line.y)).tolist() == [3, 5]
     assert np.asarray(line.y)[[2, 4, 6]] == pytest.approx(a[[2, 3, 4]])
     assert np.asarray(dot.y) == pytest.approx(a[3:4])
-    band = error_band(replace(curve, jumps=jumps), a, 1e-3 * a, "", "b")
+    band = error_band(replace(curve, jumps=jumps), a, 1e-3 * a, "b")
     assert np.isnan(np.asarray(band.low)[[3, 5]]).all()
     assert len(list(branch_lines(curve, a, NONE, "x", "b"))) == 1
 
@@ -118,7 +118,7 @@ def test_unstable_parts_are_dashed_between_the_folds(folded):
     assert folds[0] - 0.01 < inside.min() and inside.max() < folds[-1] + 0.01
     assert np.isnan(whole.get_ydata()[points][folded.unstable]).all()
     assert ax.get_xlabel() == "frequency (Hz)" and ax.get_ylabel() == "amplitude (m)"
-    assert labels(ax) == ["x", "fold"]
+    assert labels(ax) == ["x", "unstable", "estimated error", "fold"]
 
 
 def test_marks_stand_on_the_curve(rubbed):
@@ -153,10 +153,21 @@ def test_curves_on_the_same_axes_have_colours_and_entries_of_their_own(rubbed):
     assert rubbed.plot(label="second", ax=ax) is ax
     first, second = lines(ax, "-")
     assert first.get_color() != second.get_color()
-    assert labels(ax) == ["first", "onset of slip", "second"]
+    assert labels(ax) == ["first", "estimated error", "onset of slip", "second"]
     ax.set_title("mine")
     rubbed.plot(label="third", color="red", ax=ax)
     assert ax.get_title() == "mine" and lines(ax, "-")[2].get_color() == "red"
+
+
+def test_what_dashes_and_shading_mean_stands_once_in_the_legend(folded):
+    ax = folded.plot(label="one")
+    assert labels(folded.plot(label="two", ax=ax)) == [
+        "one",
+        "unstable",
+        "estimated error",
+        "fold",
+        "two",
+    ]
 
 
 def test_a_solution_is_drawn_over_its_period(folded):

@@ -105,7 +105,7 @@ def _family_curve(
     yield Band(hz, below, above, "", color, 0.13)
     error = case.error_of_top(results.first_patch)
     if error is not None:
-        yield error_band(case.curve, top, factor * error, "", color)
+        yield error_band(case.curve, top, factor * error, color)
     heights = factor * case.named(results.first_patch).max(axis=1)
     yield from branch_lines(case.curve, top, heights, level_title(case), color)
     named = places(case, factor)
@@ -206,7 +206,7 @@ def _level_items(results: Results, case: ReportedCurve) -> Iterator[Item]:
     others = results.families[:-1]
     error = case.error_of_top(results.first_patch)
     if error is not None and not others:
-        yield error_band(case.curve, top, MICRO * error, "estimated error", BLUE)
+        yield error_band(case.curve, top, MICRO * error, BLUE)
     same_level = (c for family in others for c in family if c.Fe == case.Fe)
     for k, other in enumerate(same_level):
         largest = MICRO * other.patch(results.first_patch).max(axis=1)
