@@ -55,8 +55,6 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
         "Forced response",
         (
             peaks.peaks,
-            peaks.trust,
-            peaks.harmonics,
             response.families,
             response.levels,
             response.trend,
@@ -68,6 +66,7 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
             peaks.safety,
         ),
     ),
+    ("trust", "How far to trust this", (peaks.trust, peaks.harmonics)),
     ("backbone", "Nonlinear mode", (backbone.figure, backbone.table)),
     (
         "contacts",
