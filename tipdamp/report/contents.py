@@ -17,6 +17,7 @@ from tipdamp.report.subjects import (
     key_figures,
     measured,
     modes,
+    named_places,
     pairs,
     peaks,
     preload,
@@ -66,7 +67,11 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
             peaks.safety,
         ),
     ),
-    ("trust", "How far to trust this", (peaks.trust, peaks.harmonics)),
+    (
+        "trust",
+        "How far to trust this",
+        (peaks.trust, peaks.harmonics, named_places.table),
+    ),
     ("backbone", "Nonlinear mode", (backbone.figure, backbone.table)),
     (
         "contacts",
