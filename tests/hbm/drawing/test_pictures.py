@@ -317,13 +317,15 @@ def test_dataset_has_names_and_units(rubbed):
     assert data.dissipated.attrs["units"] == "J" and data.frequency.attrs["units"] == "Hz"
 
 
-def test_notebooks_show_a_table(folded):
+def test_notebooks_show_a_table(folded, duffing):
     _, pairs = two_blades()
     shown = [one._repr_html_() for one in (folded, folded[0], pairs)]
     assert all(text.startswith("<table>") and text.endswith("</table>") for text in shown)
     assert "fold" in shown[0] and "side &#x27;left&#x27;" in shown[2]
     point = folded.at(0.12)
     assert f"0.12 Hz, x {point.amplitude().item():.4g} m" in repr(point)
+    found = compare(folded, duffing, 0.12)
+    assert repr(found) == f"<Comparison at 0.12 Hz, H = 3: {found.said}>"
 
 
 @pytest.fixture(scope="module")
