@@ -38,7 +38,13 @@ from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.enough_harmonics import AUTO, enough_harmonics
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
 from tipdamp.hbm.curve.folds_and_transitions import named_points
-from tipdamp.hbm.curve.guess import orders_of_guess, place_and_unknowns, solved, with_orders
+from tipdamp.hbm.curve.guess import (
+    orders_of_guess,
+    place_and_unknowns,
+    repeats,
+    solved,
+    with_orders,
+)
 from tipdamp.hbm.curve.hold_check import hold_in_words, stiffer_change
 from tipdamp.hbm.curve.options import (
     CurveKeywords,
@@ -245,13 +251,20 @@ def solve_at(
     else:
         x = with_orders(place_and_unknowns(chosen.guess, hz, hz)[1], balance)
         point = solve_fixed(balance.evaluate, x, w, balance.weights, settings)
-    points = [point]
-    (residual,), (energy,), (bad,) = settle(Equation(balance, Frequency()), points, [w])
+    points, equation = [point], Equation(balance, Frequency(), periods=chosen.periods)
+    (residual,), (energy,), (bad,) = settle(equation, points, [w])
     found = points[0].converged and not bad
     if not found and (why := slides(problem)):
         warnings.warn(
             f"solve_at: no solution was found at {hz:g} Hz; {why}give a `guess` that is near, or "
             "less force",
+            Doubt,
+            stacklevel=2,
+        )
+    if found and (earlier := repeats(points[0], equation)):
+        warnings.warn(
+            f"solve_at: the solution found at {hz:g} Hz {earlier}; give a `guess` that is nearer "
+            "to one that lasts them all",
             Doubt,
             stacklevel=2,
         )

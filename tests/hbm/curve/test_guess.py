@@ -44,6 +44,20 @@ def test_a_motion_of_three_periods_in_closed_form():
     assert np.abs(np.delete(found.harmonics[0], 1)).max() < 1e-9
 
 
+@pytest.mark.parametrize("guess", [None, np.array([0.0, 1e-3, 0.0])])
+def test_a_solution_that_repeats_earlier_than_it_was_asked_for_is_said(guess, recwarn):
+    """The ordinary motion, from no guess or one of a third that dies out; not for one period, and
+    not where it does last three."""
+    duffing, w, unknowns = third(2.0)
+    found = duffing.solve_at(8 * HZ, outputs={"x": 0}, harmonics=5, periods=3, guess=guess)
+    (said,) = (str(one.message) for one in recwarn)
+    assert found.converged and "repeats after 1 of 3 periods of the excitation" in said
+    recwarn.clear()
+    duffing.solve_at(8 * HZ, outputs={"x": 0}, harmonics=5)
+    duffing.solve_at(w * HZ, outputs={"x": 0}, harmonics=5, periods=3, guess=unknowns(5))
+    assert not recwarn.list
+
+
 def test_a_curve_of_three_periods_runs_through_it(tmp_path):
     duffing, w, unknowns = third(2.0)
     curve = duffing.follow_band(
