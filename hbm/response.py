@@ -237,6 +237,19 @@ def solve_at(
     ... )
     >>> found.converged, near.converged
     (True, True)
+
+    A guess by hand, in the layout of `CurveOptions.guess`: two stops of one component, two orders.
+
+    >>> two = (
+    ...     Problem(np.eye(2), 0.1 * np.eye(2), np.eye(2)).force(0, 1.0)
+    ...     .add(UnilateralSpring(), 0, kn=1.0, preload=1.0)
+    ...     .add(UnilateralSpring(), (1, 0), kn=1.0, preload=1.0)
+    ... )
+    >>> guess = np.zeros((2, 1, 5))  # contacts, components, [mean, cos 1, -sin 1, cos 2, -sin 2]
+    >>> guess[:, 0, 1] = 0.5  # both move as 0.5 cos tau
+    >>> found = two.solve_at(0.2, outputs={"x": 0}, harmonics=2, guess=guess.ravel())
+    >>> found.unknowns.reshape(guess.shape)[0, 0, 2] == found.contact_motion[0, 0, 1].imag
+    True
     """
     chosen = curve_options(options)
     asked = one_of("stability", chosen.stability, get_args(PointsOfInterest)) != "none"
