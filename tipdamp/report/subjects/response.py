@@ -225,7 +225,7 @@ def _marked(cases: Sequence[ReportedCurve]) -> str:
         return ""
     return (
         "Triangles and stars: where along the curve the first contact begins to slip, lifts off "
-        "or parts, and where the last one ends. "
+        "for a part of the cycle or separates for the whole of it, and where the last one ends. "
     )
 
 
