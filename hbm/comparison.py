@@ -66,6 +66,9 @@ class Comparison:
     method: str
     harmonics: np.ndarray
 
+    def __repr__(self) -> str:
+        return f"<Comparison at {self.hz:.6g} Hz, H = {self.H}: {self.said}>"
+
     def plot(self, output: int = 0, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
         """Draw the motion of an output over a period: the balance as a line, the steady state of
         the integration dashed.

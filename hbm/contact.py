@@ -222,6 +222,11 @@ class ContactTable:
         return self.area > 0
 
     @property
+    def to_ground(self) -> np.ndarray:
+        """(P,) bool - pairs with a fixed counterpart, such as a stop beside the damper."""
+        return (self.blade_body == GROUND) | (self.damper_body == GROUND)
+
+    @property
     def carrying(self) -> np.ndarray:
         """(P,) bool - pairs that are not detached."""
         return self.weight > 0

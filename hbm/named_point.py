@@ -30,7 +30,8 @@ class NamedPoint:
         'Neimark-Sacker' - a multiplier passes -1, or a complex pair the unit circle; 'grazing' -
         multipliers jump across it, as a contact touches or begins to slip;
         'onset of slip', 'lift-off' - a contact does so somewhere in the cycle on one side of the
-        point; 'separation' - it is open through the cycle on one side
+        point; 'separation' - it is open through the whole cycle on one side and touches in a part
+        of it on the other, so of a contact that is open at rest where it first touches
     parameter, frequency : of the point, Hz where the curve runs over the frequency
     within : of the parameter, what is not known of its place
     index : of the point of the curve after which it lies

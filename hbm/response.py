@@ -38,7 +38,13 @@ from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.enough_harmonics import AUTO, enough_harmonics
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
 from tipdamp.hbm.curve.folds_and_transitions import named_points
-from tipdamp.hbm.curve.guess import orders_of_guess, place_and_unknowns, solved, with_orders
+from tipdamp.hbm.curve.guess import (
+    orders_of_guess,
+    place_and_unknowns,
+    repeats,
+    solved,
+    with_orders,
+)
 from tipdamp.hbm.curve.hold_check import hold_in_words, stiffer_change
 from tipdamp.hbm.curve.options import (
     CurveKeywords,
@@ -231,6 +237,19 @@ def solve_at(
     ... )
     >>> found.converged, near.converged
     (True, True)
+
+    A guess by hand, in the layout of `CurveOptions.guess`: two stops of one component, two orders.
+
+    >>> two = (
+    ...     Problem(np.eye(2), 0.1 * np.eye(2), np.eye(2)).force(0, 1.0)
+    ...     .add(UnilateralSpring(), 0, kn=1.0, preload=1.0)
+    ...     .add(UnilateralSpring(), (1, 0), kn=1.0, preload=1.0)
+    ... )
+    >>> guess = np.zeros((2, 1, 5))  # contacts, components, [mean, cos 1, -sin 1, cos 2, -sin 2]
+    >>> guess[:, 0, 1] = 0.5  # both move as 0.5 cos tau
+    >>> found = two.solve_at(0.2, outputs={"x": 0}, harmonics=2, guess=guess.ravel())
+    >>> found.unknowns.reshape(guess.shape)[0, 0, 2] == found.contact_motion[0, 0, 1].imag
+    True
     """
     chosen = curve_options(options)
     asked = one_of("stability", chosen.stability, get_args(PointsOfInterest)) != "none"
@@ -245,13 +264,20 @@ def solve_at(
     else:
         x = with_orders(place_and_unknowns(chosen.guess, hz, hz)[1], balance)
         point = solve_fixed(balance.evaluate, x, w, balance.weights, settings)
-    points = [point]
-    (residual,), (energy,), (bad,) = settle(Equation(balance, Frequency()), points, [w])
+    points, equation = [point], Equation(balance, Frequency(), periods=chosen.periods)
+    (residual,), (energy,), (bad,) = settle(equation, points, [w])
     found = points[0].converged and not bad
     if not found and (why := slides(problem)):
         warnings.warn(
             f"solve_at: no solution was found at {hz:g} Hz; {why}give a `guess` that is near, or "
             "less force",
+            Doubt,
+            stacklevel=2,
+        )
+    if found and (earlier := repeats(points[0], equation)):
+        warnings.warn(
+            f"solve_at: the solution found at {hz:g} Hz {earlier}; give a `guess` that is nearer "
+            "to one that lasts them all",
             Doubt,
             stacklevel=2,
         )

@@ -3,6 +3,8 @@
 import re
 from pathlib import Path
 
+from tipdamp.hbm.drawing.branches import CONTACTS
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -32,6 +34,10 @@ def test_symbols_of_the_theory_stand_in_the_glossary_alone():
         met[page.name] = symbols(" ".join(f for f in formulas if not f.startswith("python")))
     assert len(set().union(*met.values())) > 30
     assert {name: found - known for name, found in met.items() if found - known} == {}
+
+
+def test_what_happens_to_a_contact_has_a_line_of_its_own():
+    assert {*CONTACTS} <= {row[1].strip() for row in ROWS}
 
 
 def test_names_of_the_glossary_are_in_the_code():

@@ -64,8 +64,9 @@ ENDS = {  # why a branch ended, and the remedy
     "round": "closed: it returned to where it begins",
     "through": "it leaves the band at both ends",
     "meets": "reached the curve again from which it branches off",
+    "parent": "reached, at {at}, the motion of fewer periods from which it branches off",
 }
-COMPLETE = ("end", "round", "through", "meets")
+COMPLETE = ("end", "round", "through", "meets", "parent")
 ACROSS = (0.003, 0.01, 0.03, 0.1)  # arc lengths tried across a place where branches cross
 BEFORE = 12  # points behind a kink, onto which no step beyond it may lead back ...
 RETRACED = 0.05  # ... by this share of the step

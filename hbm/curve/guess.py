@@ -82,7 +82,7 @@ def solved(equation: Equation, x: np.ndarray, value: float, settings: Settings) 
             f"guess: Newton's method leads from it to no solution at {named}; give one that is "
             "nearer, such as the unknowns of a solution at a neighbouring value"
         )
-    for doubt in (_far(point, x, weights), _repeats(point, equation)):
+    for doubt in (_far(point, x, weights), repeats(point, equation)):
         if doubt:
             warnings.warn(f"guess: the solution found at {named} {doubt}", Doubt, stacklevel=6)
     return point
@@ -93,11 +93,18 @@ def _far(point: Point, x: np.ndarray, weights: np.ndarray) -> str:
     return f"lies {away:.0%} of its motion away: it may be another one" if away > FAR else ""
 
 
-def _repeats(point: Point, equation: Equation) -> str:
-    """That the motion repeats after fewer periods of the excitation than those of the equation."""
+def repeats(point: Point, equation: Equation) -> str:
+    """That the motion repeats after fewer periods of the excitation than those of the equation, in
+    words; empty where it does not."""
+    lasts, periods = periods_of(point, equation), equation.periods
+    return f"repeats after {lasts} of {periods} periods of the excitation" * (lasts < periods)
+
+
+def periods_of(point: Point, equation: Equation) -> int:
+    """Periods of the excitation after which the motion repeats: those of the equation, or fewer."""
     u = np.abs(fourier.to_complex(point.x.reshape(equation.balance.n_components, -1)))
     orders, periods = np.arange(u.shape[1]), equation.periods
     for times in (d for d in range(periods, 1, -1) if periods % d == 0):
         if u[:, orders % times != 0].max(initial=0.0) <= SHORTER * u[:, 1:].max(initial=0.0):
-            return f"repeats after {periods // times} of {periods} periods of the excitation"
-    return ""
+            return periods // times
+    return periods

@@ -67,7 +67,13 @@ class CurveOptions:
         `ForcedResponse.unknowns`, of as many orders or fewer) where the band begins, or (value,
         unknowns) of one at a value inside it: the curve is then followed from there both ways, once
         round where it is closed. None starts from the stuck response, then raises the force from
-        zero, then integrates in time, then comes from other frequencies
+        zero, then integrates in time, then comes from other frequencies. They are a flat (P, nd,
+        2 h + 1), h orders of the relative motion in m of the P contacts that carry, in the order of
+        the problem; of each the nd components of the law (`law.components`; with several laws t1,
+        t2, n and what else they have, a single row being n or t1); of each [mean, a_1, b_1, ...,
+        a_h, b_h] of mean + sum a_k cos k tau - b_k sin k tau: the sine with a minus, so that a + i
+        b is the coefficient of `contact_motion`. tau runs at the frequency of the excitation over
+        `periods`. See the example of `solve_at`
     start : where the sliders start, before the first of two periods: 'zero_slider', the default (T
         = 0 at q = 0), 'zero_force' (T = 0 at the position of t = 0: means then depend on the phase
         of the force) or positions (P, nt) in m

@@ -16,6 +16,7 @@ from tipdamp.hbm.continuation.point import Point, failed, size
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.drift_end import goes_on
 from tipdamp.hbm.curve.outputs import Outputs
+from tipdamp.hbm.curve.parent import end_at_parent
 from tipdamp.hbm.curve.starts import first_of, starts
 from tipdamp.hbm.curve.unmoved import follow_unmoved, moves_contacts
 from tipdamp.hbm.hold.named_motion import mostly
@@ -55,8 +56,11 @@ def trace(
         stop = last if beyond is None else beyond
         if begin is not None and begin.parameter != first:
             found.append(_both_ways(equation, begin, first, stop, settings, budget, note))
+            end_at_parent(equation, found[0], begin)
             return found[0]
         _first_staying(equation, first, stop, settings, budget, found, note, begin)
+        if begin is not None:
+            end_at_parent(equation, found[-1], begin)
     except BudgetExceeded:  # while further first points were sought
         pass
     finally:

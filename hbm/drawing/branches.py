@@ -41,31 +41,67 @@ def with_gaps(curve: ForcedResponse, *values: np.ndarray) -> list[np.ndarray]:
     return [np.insert(curve.parameter, at, curve.parameter[at]), *gaps]
 
 
+def named_amplitudes(curve: ForcedResponse) -> np.ndarray:
+    """(k, m) m, half of peak to peak of the outputs at the named points of a curve."""
+    found = [one.amplitudes for one in curve.named_points]
+    return np.reshape(np.array(found, dtype=float), (len(found), len(curve.output_names)))
+
+
+def between_points(curve: ForcedResponse, amplitude: np.ndarray) -> np.ndarray:
+    """(k,) at the named points of a curve of an amplitude (n,) that is known at its points alone:
+    the mean of the two beside each."""
+    beside = (amplitude[one.index : one.index + 2] for one in curve.named_points)
+    return np.array([pair.mean() for pair in beside])
+
+
 def branch_lines(
-    curve: ForcedResponse, amplitude: np.ndarray, name: str, color: str, width: float = 1.6
+    curve: ForcedResponse,
+    amplitude: np.ndarray,
+    named: np.ndarray,
+    name: str,
+    color: str,
+    width: float = 1.6,
 ) -> Iterator[Item]:
-    """An amplitude (n,) along a curve: unstable parts dashed, each up to the points beside it; a
-    gap where the branch does not lead on, and a dot for a point by itself."""
-    x, drawn, lost = with_gaps(curve, amplitude, curve.unstable)
-    unstable = lost == 1
+    """An amplitude (n,) along a curve, and (k,) at its named points: unstable parts dashed, each up
+    to the named points at which stability changes, or to the points beside it where none is known;
+    a gap where the branch does not lead on, and a dot for a point by itself."""
+    gaps, turns = np.flatnonzero(curve.jumps), _changes(curve)
+    at = np.r_[gaps, [curve.named_points[k].index + 1 for k in turns]].astype(int)
+    turning = [curve.named_points[k].parameter for k in turns]
+    x = np.insert(curve.parameter, at, np.r_[curve.parameter[gaps], turning])
+    drawn = np.insert(amplitude, at, np.r_[np.full(len(gaps), np.nan), named[turns]])
+    unstable = np.insert(curve.unstable, at, False)
     yield Curve(x, np.where(unstable, np.nan, drawn), name, color, width=width)
     if unstable.any():
         beside = unstable | np.r_[False, unstable[:-1]] | np.r_[unstable[1:], False]
-        yield Curve(x, np.where(beside, drawn, np.nan), "", color, "dash", width)
+        yield Curve(x, np.where(beside, drawn, np.nan), "unstable", color, "dash", width)
     known = np.isfinite(drawn)
     alone = known & ~np.r_[False, known[:-1]] & ~np.r_[known[1:], False]
     if alone.any():
         yield Marks(x[alone], drawn[alone], "", color, size=2 * width)
 
 
-def error_band(
-    curve: ForcedResponse, amplitude: np.ndarray, error: np.ndarray, name: str, color: str
-) -> Band:
+def _changes(curve: ForcedResponse) -> list[int]:
+    """Places in the named points of those at which a curve changes from stable to unstable or back:
+    of several between two points the one next to the stable part."""
+    stable, unstable = curve.stable, curve.unstable
+    found = list[int]()
+    for i in np.flatnonzero((stable[:-1] & unstable[1:]) | (unstable[:-1] & stable[1:])):
+        here = [
+            k
+            for k, one in enumerate(curve.named_points)
+            if one.index == i and one.kind in BIFURCATIONS
+        ]
+        found += here[:1] if stable[i] else here[-1:]
+    return found
+
+
+def error_band(curve: ForcedResponse, amplitude: np.ndarray, error: np.ndarray, color: str) -> Band:
     """Around an amplitude (n,): what the orders left out may change, by their estimate (n,); a gap
     where that is no estimate, or the branch does not lead on."""
     error = np.where(curve.doubtful, np.nan, error)
     x, low, high = with_gaps(curve, amplitude - error, amplitude + error)
-    return Band(x, low, high, name, color, 0.4)
+    return Band(x, low, high, "estimated error", color, 0.4)
 
 
 def named_marks(places: Sequence[Place], kinds: Mapping[str, str], color: str) -> Iterator[Item]:

@@ -13,9 +13,11 @@ from tipdamp.hbm.drawing.branches import (
     BIFURCATIONS,
     CONTACTS,
     Place,
+    between_points,
     branch_lines,
     error_band,
     failures,
+    named_amplitudes,
     named_marks,
     outermost,
     peak_mark,
@@ -40,7 +42,6 @@ from tipdamp.hbm.errors import InputError, library, nearest
 
 if TYPE_CHECKING:
     from tipdamp.hbm.contact import ContactTable
-    from tipdamp.hbm.named_point import NamedPoint
     from tipdamp.hbm.result import ForcedResponse
 
 BAR = 0.3  # half the thickness of a bar
@@ -111,13 +112,15 @@ def _amplitude_items(
     label, color, width = style
     j = curve.column(name)
     a = factor * curve.amplitude(kind, order)[:, j]
+    solved = kind == "half_peak_to_peak"
+    named = factor * named_amplitudes(curve)[:, j] if solved else between_points(curve, a)
+    yield from branch_lines(curve, a, named, label, color, width)
     if curve.truncation.size:
         share = 1.0 if kind == "rms" else np.sqrt(2)
-        yield error_band(curve, a, factor * share * curve.truncation[:, j], "", color)
-    yield from branch_lines(curve, a, label, color, width)
+        yield error_band(curve, a, factor * share * curve.truncation[:, j], color)
     places = [
-        Place(one.kind, one.parameter, _height(one, a, j, kind, factor))
-        for one in curve.named_points
+        Place(one.kind, one.parameter, height)
+        for one, height in zip(curve.named_points, named, strict=True)
     ]
     yield from named_marks(places, BIFURCATIONS, color)
     yield from named_marks(outermost(places), CONTACTS, color)
@@ -126,13 +129,6 @@ def _amplitude_items(
         if curve.peak_points[top, j]:
             yield peak_mark(float(curve.parameter[top]), float(a[top]), color)
     yield from failures(curve, a, curve.complete)
-
-
-def _height(point: NamedPoint, a: np.ndarray, j: int, kind: str, factor: float) -> float:
-    """Of a named point, whose half peak to peak is known; of other kinds between its neighbours."""
-    if kind == "half_peak_to_peak":
-        return factor * point.amplitudes[j]
-    return float(a[point.index : point.index + 2].mean())
 
 
 def period(

@@ -30,7 +30,6 @@ from tipdamp.report.results import Results
 from tipdamp.report.subjects import preload
 from tipdamp.report.subjects.amplitudes import level_title, orders_of
 from tipdamp.report.text import MICRO, listing
-from tipdamp.statics.model_inputs import in_patch
 
 COLORS = (VERMILION, BLUE, GREEN, ORANGE, "#CC79A7", "#56B4E9", INK, GREY)
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross")
@@ -240,9 +239,9 @@ def _band(results: Results) -> str:
 def _response(results: Results, patch: str, blade: int) -> Panel:
     items: list[Item] = []
     for case, color in zip(results.finest, level_colors(len(results.finest)), strict=True):
-        mine = in_patch(case.curve.output_names, patch)
-        top = MICRO / case.Fe * case.curve.amplitude()[:, mine].max(axis=1)
-        items += branch_lines(case.curve, top, level_title(case), color)
+        top = MICRO / case.Fe * case.patch(patch).max(axis=1)
+        named = MICRO / case.Fe * case.named(patch).max(axis=1)
+        items += branch_lines(case.curve, top, named, level_title(case), color)
         items += failures(case.curve, top, case.facts.complete)
     return Panel(
         f"blade {blade}",

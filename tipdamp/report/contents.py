@@ -17,6 +17,7 @@ from tipdamp.report.subjects import (
     key_figures,
     measured,
     modes,
+    named_places,
     pairs,
     peaks,
     preload,
@@ -55,8 +56,6 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
         "Forced response",
         (
             peaks.peaks,
-            peaks.trust,
-            peaks.harmonics,
             response.families,
             response.levels,
             response.trend,
@@ -67,6 +66,11 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
             peaks.stress,
             peaks.safety,
         ),
+    ),
+    (
+        "trust",
+        "How far to trust this",
+        (peaks.trust, peaks.harmonics, named_places.table),
     ),
     ("backbone", "Nonlinear mode", (backbone.figure, backbone.table)),
     (

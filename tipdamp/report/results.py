@@ -13,6 +13,7 @@ from tipdamp.fields import surface
 from tipdamp.fields.surface import OuterSurface
 from tipdamp.fields.visualization import Shapes
 from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.drawing.branches import named_amplitudes
 from tipdamp.hbm.io.array_files import open_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.modes.result import Backbone
@@ -93,6 +94,10 @@ class ReportedCurve:
     def patch(self, name: str) -> np.ndarray:
         """(n, k) m, half of peak-to-peak of the k nodes of a patch; NaN where a point failed."""
         return self.curve.amplitude()[:, in_patch(self.curve.output_names, name)]
+
+    def named(self, name: str) -> np.ndarray:
+        """(c, k) m, the same at the c named points of the curve."""
+        return named_amplitudes(self.curve)[:, in_patch(self.curve.output_names, name)]
 
 
 @dataclass(frozen=True)

@@ -93,10 +93,10 @@ def _otherwise_damped(found: Sequence[PeakCycle], asked: float) -> Iterator[str]
     most = max(found, key=lambda one: one.damping_ratio, default=None)
     if most is not None and most.damping_ratio > MORE_DAMPED * asked > 0:
         yield (
-            f"damping_ratio = {asked:.4g} is that of modes with every kept pair closed; at the "
+            f"the damping ratio {asked:.4g} is that of modes with every kept pair closed; at the "
             f"peak of Fe = {most.Fe_N:g} N, {most.hz:.4g} Hz, where pairs slip or are open, the "
             f"structure itself is damped by {most.damping_ratio:.4g}, friction left out: the peak "
-            "is lower by that; where it matters give the damping_ratio that fits this motion"
+            "is lower by that; where it matters give the damping ratio that fits this motion"
         )
 
 

@@ -221,7 +221,7 @@ def _open_damping(found: OpenModes | None) -> str:
     if other is None:
         return ""
     return (
-        f"damping_ratio = {other.asked:.4g} is that of modes with every kept pair closed; with "
+        f"the damping ratio {other.asked:.4g} is that of modes with every kept pair closed; with "
         f"those open that are open at rest mode {other.mode}, {other.hz:.4g} Hz, has "
         f"{other.own:.4g}, without friction, as the linear stuck response is drawn; [respond] "
         f"damping_ratio = {other.asked**2 / other.own:.4g} would give it {other.asked:.4g}"

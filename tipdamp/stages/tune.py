@@ -224,10 +224,17 @@ def _keep(
         raise InputError(f"[tune] {error}{inputs.softer(study)}") from None
 
 
+def _place(pairs: ContactTable, along: np.ndarray, station: int) -> float:
+    """m along the axis of a station of the damper; a stop of the same number may lie elsewhere."""
+    here = pairs.station == station
+    between = here & ~pairs.to_ground
+    return float(along[between if between.any() else here].mean())
+
+
 def _by_station(found: Detachment, along: np.ndarray) -> tuple[ContactTable, dict]:
     """The pairs, and fields of TuneResult; along (P,) m: the pairs along the axis."""
     worth = [
-        results.PlacedWorth(**vars(w), position_m=along[found.pairs.station == w.station].mean())
+        results.PlacedWorth(**vars(w), position_m=_place(found.pairs, along, w.station))
         for w in found.worth
     ]
     return found.pairs, {

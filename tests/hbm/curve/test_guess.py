@@ -10,6 +10,7 @@ from tipdamp import (
     ForceParameter,
     InputError,
     Problem,
+    UnilateralSpring,
     branch_from,
     curves_beside,
     follow_parameter,
@@ -42,6 +43,20 @@ def test_a_motion_of_three_periods_in_closed_form():
     assert found.converged and found.force_orders == (3,)
     assert abs(found.harmonics[0, 1]) == pytest.approx(2.0, rel=1e-9)
     assert np.abs(np.delete(found.harmonics[0], 1)).max() < 1e-9
+
+
+@pytest.mark.parametrize("guess", [None, np.array([0.0, 1e-3, 0.0])])
+def test_a_solution_that_repeats_earlier_than_it_was_asked_for_is_said(guess, recwarn):
+    """The ordinary motion, from no guess or one of a third that dies out; not for one period, and
+    not where it does last three."""
+    duffing, w, unknowns = third(2.0)
+    found = duffing.solve_at(8 * HZ, outputs={"x": 0}, harmonics=5, periods=3, guess=guess)
+    (said,) = (str(one.message) for one in recwarn)
+    assert found.converged and "repeats after 1 of 3 periods of the excitation" in said
+    recwarn.clear()
+    duffing.solve_at(8 * HZ, outputs={"x": 0}, harmonics=5)
+    duffing.solve_at(w * HZ, outputs={"x": 0}, harmonics=5, periods=3, guess=unknowns(5))
+    assert not recwarn.list
 
 
 def test_a_curve_of_three_periods_runs_through_it(tmp_path):
@@ -136,6 +151,40 @@ def test_a_subharmonic_curve_over_the_level():
     w = twice.frequency[i] / HZ
     y, _ = orbit(stopped, state(twice.harmonics[i], w / 2), w, 2)
     assert np.abs(a_period_later(stopped, y, w) - y).max() > 1e-3 * np.abs(y).max()
+
+
+GAPPED = Problem([[1.0]], [[0.1]], [[1.0]]).force(0, 1.0)
+GAPPED = GAPPED.add(UnilateralSpring(), 0, kn=50.0, preload=-15.0)  # a stop 0.3 m away
+
+
+@pytest.fixture(scope="module")
+def gapped():
+    """(where its period doubles, Hz, the last at a grazing; two motions of two periods, the second
+    not far from the grazing)."""
+    given = {"outputs": {"x": 0}, "harmonics": 10, "stability": "all"}
+    curve = GAPPED.follow_band((1.9 * HZ, 2.3 * HZ), **given)
+    doubled = [p for p in curve.named_points if p.kind == "period doubling"]
+    (twice,) = branch_from(curve, GAPPED.contact_problem, doubled[0])
+    places = len(twice.frequency) // 2, len(twice.frequency) - 6
+    guesses = [(twice.frequency[i], twice.unknowns[i]) for i in places]
+    return [p.frequency for p in doubled], guesses
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_subharmonic_curve_ends_at_its_parent(gapped, inside):
+    """Both ways, where the period doubles and at the grazing; and from where the band begins."""
+    doubled, guesses = gapped
+    guess = guesses[0] if inside else guesses[1]
+    begin, end = (1.9 * HZ, 3.7 * HZ) if inside else (guess[0], 1.9 * HZ)
+    given = {"outputs": {"x": 0}, "harmonics": 20, "periods": 2, "guess": guess}
+    curve = GAPPED.follow_band((begin, end), **given)
+    assert curve.complete and "from which it branches off" in curve.ended
+    assert "stopped" not in curve.ended
+    own = np.abs(curve.harmonics[:, 0, 1::2]).max(axis=1)
+    whole = np.abs(curve.harmonics[:, 0, 1:]).max(axis=1)
+    ends = [0, -1] if inside else [-1]
+    assert (own[ends] <= 1e-6 * whole[ends]).all() and (own[1:-1] > 1e-6 * whole[1:-1]).all()
+    assert (np.abs(curve.frequency[ends][:, None] / doubled - 1).min(axis=1) < 1e-3).all()
 
 
 def test_a_force_parameter_counts_orders_of_the_excitation():

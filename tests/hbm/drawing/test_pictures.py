@@ -34,6 +34,7 @@ from tipdamp.hbm.errors import InputError
 
 pyplot = pytest.importorskip("matplotlib.pyplot")
 pyplot.switch_backend("agg")
+NONE = np.empty(0)
 
 
 @pytest.fixture(autouse=True)
@@ -69,13 +70,34 @@ def test_no_line_where_the_branch_does_not_lead(duffing):
     jumps = np.zeros(len(curve), dtype=bool)
     jumps[[3, 4]] = True
     a = curve.amplitude()[:, 0]
-    line, dot = branch_lines(replace(curve, jumps=jumps), a, "x", "b")
+    line, dot = branch_lines(replace(curve, jumps=jumps), a, NONE, "x", "b")
     assert np.flatnonzero(np.isnan(line.y)).tolist() == [3, 5]
     assert np.asarray(line.y)[[2, 4, 6]] == pytest.approx(a[[2, 3, 4]])
     assert np.asarray(dot.y) == pytest.approx(a[3:4])
-    band = error_band(replace(curve, jumps=jumps), a, 1e-3 * a, "", "b")
+    band = error_band(replace(curve, jumps=jumps), a, 1e-3 * a, "b")
     assert np.isnan(np.asarray(band.low)[[3, 5]]).all()
-    assert len(list(branch_lines(curve, a, "x", "b"))) == 1
+    assert len(list(branch_lines(curve, a, NONE, "x", "b"))) == 1
+
+
+@pytest.mark.parametrize("kind", ["half_peak_to_peak", "rms"])
+def test_dashes_begin_and_end_where_stability_changes(folded, kind):
+    """At the folds themselves, not at the next points that were solved: both lines meet there."""
+    (whole,), (dashed,) = (lines(folded.plot(kind=kind), style) for style in ("-", "--"))
+    drawn = np.isfinite(dashed.get_ydata())
+    folds = [one.parameter for one in folded.named_points if one.kind == "fold"]
+    assert dashed.get_xdata()[drawn][[0, -1]].tolist() == folds
+    both = drawn & np.isfinite(whole.get_ydata())
+    assert whole.get_xdata()[both].tolist() == folds
+    if kind == "half_peak_to_peak":
+        heights = [one.amplitudes[0] for one in folded.named_points if one.kind == "fold"]
+        assert whole.get_ydata()[both].tolist() == heights
+
+
+def test_dashes_run_to_the_next_points_where_no_named_point_is_known(folded):
+    curve = replace(folded, named_points=())
+    (dashed,) = lines(curve.plot(), "--")
+    drawn = np.isfinite(dashed.get_ydata())
+    assert drawn.sum() == curve.unstable.sum() + 2
 
 
 def lines(ax, style):
@@ -90,12 +112,13 @@ def test_unstable_parts_are_dashed_between_the_folds(folded):
     ax = folded.plot()
     (whole,), (dashed,) = lines(ax, "-"), lines(ax, "--")
     drawn = np.isfinite(dashed.get_ydata())
+    points = np.isin(whole.get_xdata(), folded.parameter)
     folds = sorted(one.parameter for one in folded.named_points if one.kind == "fold")
     inside = dashed.get_xdata()[drawn]
     assert folds[0] - 0.01 < inside.min() and inside.max() < folds[-1] + 0.01
-    assert np.isnan(whole.get_ydata()[folded.unstable]).all()
+    assert np.isnan(whole.get_ydata()[points][folded.unstable]).all()
     assert ax.get_xlabel() == "frequency (Hz)" and ax.get_ylabel() == "amplitude (m)"
-    assert labels(ax) == ["x", "fold"]
+    assert labels(ax) == ["x", "unstable", "estimated error", "fold"]
 
 
 def test_marks_stand_on_the_curve(rubbed):
@@ -130,10 +153,21 @@ def test_curves_on_the_same_axes_have_colours_and_entries_of_their_own(rubbed):
     assert rubbed.plot(label="second", ax=ax) is ax
     first, second = lines(ax, "-")
     assert first.get_color() != second.get_color()
-    assert labels(ax) == ["first", "onset of slip", "second"]
+    assert labels(ax) == ["first", "estimated error", "onset of slip", "second"]
     ax.set_title("mine")
     rubbed.plot(label="third", color="red", ax=ax)
     assert ax.get_title() == "mine" and lines(ax, "-")[2].get_color() == "red"
+
+
+def test_what_dashes_and_shading_mean_stands_once_in_the_legend(folded):
+    ax = folded.plot(label="one")
+    assert labels(folded.plot(label="two", ax=ax)) == [
+        "one",
+        "unstable",
+        "estimated error",
+        "fold",
+        "two",
+    ]
 
 
 def test_a_solution_is_drawn_over_its_period(folded):
@@ -283,13 +317,15 @@ def test_dataset_has_names_and_units(rubbed):
     assert data.dissipated.attrs["units"] == "J" and data.frequency.attrs["units"] == "Hz"
 
 
-def test_notebooks_show_a_table(folded):
+def test_notebooks_show_a_table(folded, duffing):
     _, pairs = two_blades()
     shown = [one._repr_html_() for one in (folded, folded[0], pairs)]
     assert all(text.startswith("<table>") and text.endswith("</table>") for text in shown)
     assert "fold" in shown[0] and "side &#x27;left&#x27;" in shown[2]
     point = folded.at(0.12)
     assert f"0.12 Hz, x {point.amplitude().item():.4g} m" in repr(point)
+    found = compare(folded, duffing, 0.12)
+    assert repr(found) == f"<Comparison at 0.12 Hz, H = 3: {found.said}>"
 
 
 @pytest.fixture(scope="module")

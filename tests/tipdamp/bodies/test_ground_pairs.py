@@ -1,6 +1,8 @@
 """Pairs to the ground in a user's table: the cube in its corner against a stop, and a plate that
 rubs on a blade."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -127,7 +129,11 @@ def test_a_whole_run_with_pairs_to_the_ground(table, tmp_path):
     assert main(["run", str(path), "--quiet"]) in (0, 1)
     kept = ContactTable.load(tmp_path / "results" / "corner" / "kept.csv")
     assert kept.preload[kept.side == "stop"] == pytest.approx(ALONG, rel=1e-6)
-    assert (tmp_path / "results" / "corner" / "report.html").is_file()
+    tune = json.loads((tmp_path / "results" / "corner" / "tune.json").read_text())
+    places = [one["position_m"] for one in tune["station_worth"]]
+    assert places == pytest.approx([0, corner_study.A / 2, corner_study.A])  # not the stop's
+    page = (tmp_path / "results" / "corner" / "report.html").read_text(encoding="utf-8")
+    assert "&#39; to ground" in page or "' to ground" in page
 
 
 @pytest.mark.parametrize(

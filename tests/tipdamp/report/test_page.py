@@ -91,6 +91,7 @@ def test_every_section_and_picture_is_there(plain_report):
         "preload",
         "tuning",
         "response",
+        "trust",
         "pairs",
         "assumptions",
         "reduction",

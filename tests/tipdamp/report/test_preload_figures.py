@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.tipdamp.fields.test_line_contact import E_STAR, LENGTH, LOAD, R, flank
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.subjects import preload
 from tipdamp.report.subjects.axial import PER_LENGTH, PRESSURE
 
@@ -44,6 +45,20 @@ def test_force_per_length_of_a_line_contact(rows):
     assert marks[0].x == pytest.approx(1e3 * np.linspace(0, LENGTH, 5))
     assert marks[0].y == pytest.approx(np.full(5, 1e-3 * LOAD / LENGTH))
     assert panel.y_range[0] == 0 < marks[0].y.max() < panel.y_range[1]
+
+
+def test_a_stop_is_named_and_no_end_of_the_damper():
+    """A side of pairs to the ground, beside one between the bodies."""
+    table = points(5)
+    stop = table.replace(side=np.full(len(table), "stop"), blade_body=np.full(len(table), "ground"))
+    both = ContactTable(
+        **{name: np.r_[column, vars(stop)[name]] for name, column in vars(table).items()}
+    )
+    found = results_with(both, None)
+    titles = [panel.title for panel in preload.panels(found, both)]
+    assert titles == ["side 'left', cylinder", "side 'stop' to ground"]
+    said = preload._ends(found, both)
+    assert "'left'" in said and "'stop'" not in said
 
 
 def test_pressure_where_the_strip_is_wide_or_not_known():

@@ -69,4 +69,5 @@ def test_a_structure_that_is_damped_otherwise_is_said():
     assert not list(_otherwise_damped([one], 0.01)) and not list(_otherwise_damped([], 0.01))
     more = one.model_copy(update={"Fe_N": 20.0, "damping_ratio": 0.07})
     (said,) = _otherwise_damped([one, more], 0.01)
+    assert said.startswith("the damping ratio 0.01 is that of modes")  # words on the page
     assert "at the peak of Fe = 20 N" in said and "damped by 0.07, friction left out" in said

@@ -529,6 +529,7 @@ def test_damping_of_pairs_that_are_open_at_rest():
         return respond._open_damping(open_modes(problem))
 
     assert "mode 1, 0.1592 Hz, has 0.02, without friction" in said(0.01, -1.0)
+    assert said(0.01, -1.0).startswith("the damping ratio 0.01 is that of modes")
     assert "damping_ratio = 0.005 would give it 0.01" in said(0.01, -1.0)
     assert "has 0.01, without friction" in said(0.005, -1.0)
     assert said(0.01, 1.0) == ""

@@ -61,7 +61,15 @@ def of_side(pairs: ContactTable, side: str) -> ContactTable:
     return pairs.select(pairs.side == side)
 
 
+def named_side(pairs: ContactTable, side: str) -> str:
+    """With a word where its counterpart is fixed: a stop is no side of the damper between the
+    blades."""
+    return f"side '{side}'" + " to ground" * bool(of_side(pairs, side).to_ground.all())
+
+
 def side_title(results: Results, side: str) -> str:
     """Name and shape of a side."""
+    pairs = results.whole if results.whole is not None else results.kept
+    name = f"side '{side}'" if pairs is None else named_side(pairs, side)
     shape = results.study.sides[side].shape if side in results.study.sides else ""
-    return f"side '{side}'" + (f", {shape}" if shape else "")
+    return name + (f", {shape}" if shape else "")

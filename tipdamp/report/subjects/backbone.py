@@ -64,7 +64,8 @@ def figure(results: Results) -> Iterator[Figure]:
 def _forced(results: Results, found: BackboneResult) -> Iterator[Item]:
     for case, color in zip(results.finest, level_colors(len(results.finest)), strict=True):
         top = MICRO * case.patch(found.response).max(axis=1)
-        yield from branch_lines(case.curve, top, level_title(case), color)
+        named = MICRO * case.named(found.response).max(axis=1)
+        yield from branch_lines(case.curve, top, named, level_title(case), color)
 
 
 def _open_at_rest(found: BackboneResult) -> str:

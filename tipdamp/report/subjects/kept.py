@@ -22,6 +22,7 @@ from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import (
     AXIAL,
+    named_side,
     nodal,
     of_side,
     side_title,
@@ -65,8 +66,8 @@ def figure(results: Results) -> Iterator[Figure]:
         for side in table.sides
     ]
     sums = listing(
-        f"{number(s.sum_N)} N on side '{name}' ({number(s.min_N, 3)} to {number(s.max_N, 3)} N, "
-        f"{s.detached} open)"
+        f"{number(s.sum_N)} N on {named_side(whole, name)} ({number(s.min_N, 3)} to "
+        f"{number(s.max_N, 3)} N, {s.detached} open)"
         for name, s in results.tune.preload_kept.items()
     )
     caption = (

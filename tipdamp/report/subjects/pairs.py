@@ -13,6 +13,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.scene import NORMAL, TANGENT_1, TANGENT_2, Item, Points, Scene, Segments
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
+from tipdamp.report.subjects.axial import named_side
 from tipdamp.report.subjects.surroundings import (
     NO_SURFACE,
     box_of,
@@ -98,7 +99,9 @@ def contact_pairs(
     items.append(
         Segments(end[None], end[None] + 4 * length * along, "axis of the damper", "#222222", 7.0)
     )
-    counts = listing(f"{int((pairs.side == s).sum())} on side '{s}'" for s in pairs.sides)
+    counts = listing(
+        f"{int((pairs.side == s).sum())} on {named_side(pairs, s)}" for s in pairs.sides
+    )
     caption = (
         f"The {len(pairs)} contact pairs ({counts}) with their frames: n must point out of the "
         f"damper into the blade, t1 along the axis. Point at a {place} for its numbers, the "

@@ -63,9 +63,9 @@ def trust(results: Results) -> Iterator[Table]:
     """How far each curve can be trusted, one row each."""
     if results.cases:
         yield Table(
-            "How far to trust this. Harmonics: estimated error of the largest peak by the orders "
-            "above H. From fewer: change of the peak from the next smaller H. Energy: largest "
-            "error of input = damping + friction over a period, relative to the input, of all "
+            "Harmonics: estimated error of the largest peak by the orders above H. From fewer: "
+            "change of the peak from the next smaller H. Energy: largest error of input = damping "
+            "+ friction over a period, relative to the input, of all "
             "points. Other way: the band followed from its other end; not needed where the "
             "solution there is found by itself, too, and the curve is one whole branch; else the "
             "change of the peak. Unstable: motions of which a disturbance grows, of the peaks or "

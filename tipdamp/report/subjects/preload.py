@@ -29,6 +29,7 @@ from tipdamp.report.subjects.axial import (
     PER_LENGTH,
     lines_of,
     load_of,
+    named_side,
     of_side,
     side_title,
     station_sums,
@@ -44,7 +45,8 @@ def at_rest(results: Results) -> Iterator[Figure]:
         return
     sides = results.preload.sides
     sums = listing(
-        f"{number(s.sum_N)} N on side '{name}' (equilibrium {number(s.equilibrium_N)} N, "
+        f"{number(s.sum_N)} N on {named_side(results.whole, name)} "
+        f"(equilibrium {number(s.equilibrium_N)} N, "
         f"{s.detached} open)"
         for name, s in sides.items()
     )
@@ -63,7 +65,7 @@ def of_load_cases(results: Results) -> Iterator[Figure]:
     """One map for each further load case."""
     for case, facts in (results.preload.cases if results.preload else {}).items():
         sums = listing(
-            f"{number(s.sum_N)} N on side '{name}' ({s.detached} open)"
+            f"{number(s.sum_N)} N on {named_side(results.loads[case], name)} ({s.detached} open)"
             for name, s in facts.sides.items()
         )
         caption = (
@@ -163,9 +165,9 @@ def _row(results: Results, pairs: ContactTable, row: int, low: float) -> Iterato
 
 
 def _ends(results: Results, whole: ContactTable) -> str:
-    """Ratio of the station sums at the ends to the lowest in the middle third."""
+    """Ratio of the station sums at the ends of the damper to the lowest in the middle third."""
     parts = []
-    for side in whole.sides:
+    for side in whole.select(~whole.to_ground).sides:
         _, total = station_sums(results, of_side(whole, side))
         third = max(len(total) // 3, 1)
         middle = total[third : len(total) - third].min(initial=np.inf)

@@ -12,6 +12,7 @@ from tipdamp.hbm.drawing.branches import (
     branch_lines,
     error_band,
     failures,
+    named_amplitudes,
     named_marks,
     outermost,
     peak_mark,
@@ -104,16 +105,18 @@ def _family_curve(
     yield Band(hz, below, above, "", color, 0.13)
     error = case.error_of_top(results.first_patch)
     if error is not None:
-        yield error_band(case.curve, top, factor * error, "", color)
-    yield from branch_lines(case.curve, top, level_title(case), color)
+        yield error_band(case.curve, top, factor * error, color)
+    heights = factor * case.named(results.first_patch).max(axis=1)
+    yield from branch_lines(case.curve, top, heights, level_title(case), color)
     named = places(case, factor)
     for one in case.beside:
         columns = in_patch(one.output_names, results.first_patch)
-        highest = one.amplitude()[:, columns].max(axis=1)
-        yield from branch_lines(one, factor * highest, "", color, 0.9)
+        highest = factor * one.amplitude()[:, columns].max(axis=1)
+        heights = factor * named_amplitudes(one)[:, columns].max(axis=1)
+        yield from branch_lines(one, highest, heights, "", color, 0.9)
         named += [
-            Place(at.kind, at.frequency, factor * np.array(at.amplitudes)[columns].max())
-            for at in one.named_points
+            Place(at.kind, at.frequency, height)
+            for at, height in zip(one.named_points, heights, strict=True)
         ]
     yield from named_marks(named, BIFURCATIONS, color)
     if facts.peak_m is not None and facts.peak_hz is not None:
@@ -196,12 +199,14 @@ def _level_items(results: Results, case: ReportedCurve) -> Iterator[Item]:
     amplitude = MICRO * case.patch(results.first_patch)
     hz, top, low = case.curve.frequency, amplitude.max(axis=1), amplitude.min(axis=1)
     yield Band(hz, low, top, f"H = {case.H}, patch of blade 1", VERMILION, 0.28)
-    yield from branch_lines(case.curve, top, f"H = {case.H}, largest and smallest", VERMILION)
-    yield from branch_lines(case.curve, low, "", VERMILION, 1.0)
+    heights = MICRO * case.named(results.first_patch)
+    title = f"H = {case.H}, largest and smallest"
+    yield from branch_lines(case.curve, top, heights.max(axis=1), title, VERMILION)
+    yield from branch_lines(case.curve, low, heights.min(axis=1), "", VERMILION, 1.0)
     others = results.families[:-1]
     error = case.error_of_top(results.first_patch)
     if error is not None and not others:
-        yield error_band(case.curve, top, MICRO * error, "estimated error", BLUE)
+        yield error_band(case.curve, top, MICRO * error, BLUE)
     same_level = (c for family in others for c in family if c.Fe == case.Fe)
     for k, other in enumerate(same_level):
         largest = MICRO * other.patch(results.first_patch).max(axis=1)
@@ -220,7 +225,7 @@ def _marked(cases: Sequence[ReportedCurve]) -> str:
         return ""
     return (
         "Triangles and stars: where along the curve the first contact begins to slip, lifts off "
-        "or parts, and where the last one ends. "
+        "for a part of the cycle or separates for the whole of it, and where the last one ends. "
     )
 
 
