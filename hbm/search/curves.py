@@ -52,8 +52,9 @@ class CurvesBeside:
     curve : the first one, which holds what was looked for (`ForcedResponse.searched`)
     curves : a ForcedResponse each, over the band of the first curve; closed ones begin and end at
         their lowest frequency
-    places, solutions : (k,) values of the parameter at which was looked, and the number of
-        solutions known there afterwards
+    places, solutions : (k,) values of the parameter at which was looked, and the number of all
+        solutions known there afterwards: those of the first curve, of which a fold makes several,
+        and the further ones that were found, also beyond the last curve that is followed
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
     >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
