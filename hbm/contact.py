@@ -227,6 +227,24 @@ class ContactTable:
         return (self.blade_body == GROUND) | (self.damper_body == GROUND)
 
     @property
+    def stops(self) -> np.ndarray:
+        """(P,) bool - pairs of the sides to ground whose stations are not those of a side between
+        two bodies: they lie beside the damper, and are not detached with its stations."""
+        between = self.select(~self.to_ground)
+        lines = {frozenset(between.station[between.side == s].tolist()) for s in between.sides}
+        beside = [
+            s
+            for s in self.select(self.to_ground).sides
+            if lines and frozenset(self.station[self.side == s].tolist()) not in lines
+        ]
+        return self.to_ground & np.isin(self.side, beside)
+
+    @property
+    def stations(self) -> int:
+        """Number of stations along the damper."""
+        return int(self.station[~self.stops].max()) + 1
+
+    @property
     def carrying(self) -> np.ndarray:
         """(P,) bool - pairs that are not detached."""
         return self.weight > 0

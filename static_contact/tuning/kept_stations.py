@@ -21,7 +21,7 @@ class KeptStations:
 def from_middle(pairs: ContactTable, closed: np.ndarray, at_least: int) -> Iterator[KeptStations]:
     """Every number of stations at the two ends, at least one at each; those that differ in open
     pairs alone once."""
-    stations = int(pairs.station.max()) + 1
+    stations = pairs.stations
     yield KeptStations((stations + 1) // 2, stations // 2, pairs.carrying)
     counts = range(1, stations)
     front = [
@@ -47,6 +47,8 @@ def least_loaded(
 ) -> Iterator[KeptStations]:
     """Stations leave by their part of the side's load, summed over the sides; of equal ones the
     inner first."""
+    beside = pairs.stops
+    closed = closed & ~beside
     load = np.where(closed, 1.0 if load is None else load, 0.0)
     share = sum(
         (load / load[pairs.side == side].sum()) * (pairs.side == side)
@@ -55,29 +57,30 @@ def least_loaded(
     )
     stations = np.unique(pairs.station[closed])
     share = np.round(np.bincount(pairs.station, share)[stations] + SAME, 6)
-    order = stations[np.lexsort((-np.abs(stations - pairs.station.max() / 2), -share))]
+    order = stations[np.lexsort((-np.abs(stations - (pairs.stations - 1) / 2), -share))]
     for count in range(len(order), at_least - 1, -1):
-        kept = np.isin(pairs.station, order[:count]) & pairs.carrying
+        kept = (np.isin(pairs.station, order[:count]) | beside) & pairs.carrying
         yield KeptStations(*halves(pairs, kept), kept)
 
 
 def halves(pairs: ContactTable, kept: np.ndarray) -> tuple[int, int]:
     """(front, back): kept stations before and behind the middle."""
-    stations = np.unique(pairs.station[kept])
-    front = int((stations <= pairs.station.max() / 2).sum())
+    stations = np.unique(pairs.station[kept & ~pairs.stops])
+    front = int((stations <= (pairs.stations - 1) / 2).sum())
     return front, len(stations) - front
 
 
 def ends_of(pairs: ContactTable, front: int, back: int) -> np.ndarray:
-    """(P,) bool: the first `front` and the last `back` stations of every side."""
+    """(P,) bool: the first `front` and the last `back` stations of every side, and all stops."""
     last = np.array([pairs.station[pairs.side == s].max() for s in pairs.side])
-    return (pairs.station < front) | (pairs.station > last - back)
+    return (pairs.station < front) | (pairs.station > last - back) | pairs.stops
 
 
 def keep_ends(
     pairs: ContactTable, front: int, back: int, *, conserve: bool = False
 ) -> ContactTable:
-    """Detach all but the first `front` and the last `back` stations of every side.
+    """Detach all but the first `front` and the last `back` stations of every side; stops to ground
+    beside the damper stay.
 
     conserve=False: the others keep their stiffness [Zucca 2016, sec. 7.1]; True: they take over
     that of all."""

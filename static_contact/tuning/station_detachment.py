@@ -186,7 +186,7 @@ def detach_until(
         history.append(_step(search, one))
         if progress:
             progress(history[-1], (i + 1) / len(sets))
-    _check_reach(history, target_hz, options, int(pairs.station.max()) + 1)
+    _check_reach(history, target_hz, options, pairs.stations)
     best, passed_over = _best_allowed(sets, history, target_hz, pairs, options)
     weight = np.where(sets[best].kept, pairs.weight, 0.0)
     chosen = history[best]
@@ -222,10 +222,9 @@ def keep_stations(
 ) -> Detachment:
     """Keep the given numbers of stations at both ends, (front, back). Raises InputError when there
     are not so many."""
-    stations = int(pairs.station.max()) + 1
-    if sum(ends) > stations:
+    if sum(ends) > pairs.stations:
         raise InputError(
-            f"{ends[0]} + {ends[1]} stations are to be kept, the sides have {stations}"
+            f"{ends[0]} + {ends[1]} stations are to be kept, the sides have {pairs.stations}"
         )
     return keep_weights(
         assembly, pairs, np.where(ends_of(pairs, *ends), pairs.weight, 0.0), follow, options, ends
@@ -381,8 +380,9 @@ def _worth(
 ) -> tuple[StationWorth, ...]:
     """Of every station that has a closed pair, unless nothing would be left without it."""
     hz, found = search.find(weight)[0], []
-    for station in np.unique(pairs.station[search.closed]):
-        mine = pairs.station == station
+    beside = pairs.stops
+    for station in np.unique(pairs.station[search.closed & ~beside]):
+        mine = (pairs.station == station) & ~beside
         kept = bool((weight[mine & search.closed] > 0).any())
         other = np.where(mine, 0.0 if kept else pairs.weight, weight)
         if (other[search.closed] > 0).any():
@@ -391,4 +391,4 @@ def _worth(
 
 
 def _stations(pairs: ContactTable, weight: np.ndarray) -> tuple[int, ...]:
-    return tuple(np.unique(pairs.station[weight > 0]).tolist())
+    return tuple(np.unique(pairs.station[(weight > 0) & ~pairs.stops]).tolist())

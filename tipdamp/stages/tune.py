@@ -227,7 +227,7 @@ def _keep(
 def _place(pairs: ContactTable, along: np.ndarray, station: int) -> float:
     """m along the axis of a station of the damper; a stop of the same number may lie elsewhere."""
     here = pairs.station == station
-    between = here & ~pairs.to_ground
+    between = here & ~pairs.stops
     return float(along[between if between.any() else here].mean())
 
 

@@ -87,7 +87,7 @@ def line_of(study: Study, pairs: ContactTable) -> ContactTable:
 def ends_kept(study: Study, line: ContactTable) -> tuple[int, int]:
     """(front, back) stations that the study keeps."""
     if study.tune.stations == "all":
-        stations = int(line.station.max()) + 1
+        stations = line.stations
         return (stations + 1) // 2, stations // 2
     front, back = study.tune.stations
     return front, back

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from tests.contact_tables import contact_table
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.example import two_blades
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.static_contact.tuning.kept_stations import keep_ends
 from tipdamp.static_contact.tuning.station_detachment import (
@@ -261,3 +263,42 @@ def test_target_out_of_reach():
         detach_until(
             StuckAssembly(model, motion), pairs_of(range(P["n"])), 4000.0, out_of_phase(model)
         )
+
+
+def on_ground(pairs, side, nodes):
+    """Pairs of the damper's nodes with the ground, as stations of one more side."""
+    first = pairs.select(np.zeros(nodes, dtype=int)).replace(
+        side=np.full(nodes, side),
+        station=np.arange(nodes),
+        blade_body=np.full(nodes, "ground"),
+        blade_node=np.zeros(nodes, dtype=int),
+        damper_node=np.arange(1, nodes + 1),
+    )
+    return ContactTable(
+        **{
+            name: np.concatenate([column, vars(first)[name]])
+            for name, column in vars(pairs).items()
+        }
+    )
+
+
+@pytest.mark.parametrize("order", ["from_middle", "least_loaded"])
+def test_a_stop_beside_the_damper_is_never_detached(order):
+    """Nor counted among its stations; a fixed wall along the damper is detached as the others."""
+    model, alone = two_blades(stations=5)
+    row = sum(model.displacement_row("blade1", node, [0, 1, 0]) for node in range(1, 6))
+    follow = row / np.sqrt(row @ model.M @ row)
+    load = np.tile([1.0, 3.0, 2.0, 4.0, 5.0], 2)
+    for nodes, stop in ((3, True), (5, False)):
+        pairs = on_ground(alone, "more", nodes)
+        mine = pairs.side == "more"
+        assert (pairs.stops == (mine & stop)).all() and pairs.stations == 5
+        loads = np.concatenate([load, np.full(nodes, 100.0)])
+        options = DetachmentOptions(order=order, load=loads)
+        # of that many stations kept: below the stuck frequency of all
+        target = StuckAssembly(model).modes(keep_ends(pairs, 1, 1), follow).tracked_hz
+        found = detach_until(StuckAssembly(model), pairs, target, follow, options)
+        assert found.pairs.carrying[mine].all() == stop
+        assert len(found.stations) < 5 and {w.station for w in found.worth} <= set(range(5))
+        front, back = found.chosen.front, found.chosen.back
+        assert front + back == len(found.stations)

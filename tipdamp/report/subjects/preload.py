@@ -167,7 +167,7 @@ def _row(results: Results, pairs: ContactTable, row: int, low: float) -> Iterato
 def _ends(results: Results, whole: ContactTable) -> str:
     """Ratio of the station sums at the ends of the damper to the lowest in the middle third."""
     parts = []
-    for side in whole.select(~whole.to_ground).sides:
+    for side in whole.select(~whole.stops).sides:
         _, total = station_sums(results, of_side(whole, side))
         third = max(len(total) // 3, 1)
         middle = total[third : len(total) - third].min(initial=np.inf)
