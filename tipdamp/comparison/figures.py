@@ -37,6 +37,7 @@ SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross
 RATIO = "pull over excitation, Fc/Fe"
 AT_LEAST = {False: "at least: curve incomplete", True: "at least: the damper rolls or slides"}
 BEST = "least of the curve"
+DOUBTED = "hollow: unstable, or error above the tolerance or not known"
 ROOM = 1.2  # beside the first and the last mark of a logarithmic axis
 BESIDE = 1.025  # of Fc/Fe, from one study to the next: bars of their scatter do not hide each other
 
@@ -67,10 +68,12 @@ def optimisation(comparison: ComparedStudies) -> Iterator[Figure]:
         "Optimisation curves",
         "Largest amplitude per newton, half of peak-to-peak over the patch of each blade, of the "
         "motions in which both blades move in phase and of those out of phase. Lines join levels "
-        "whose peaks are of one mode; stars mark the least of both blades. Hollow triangles: the "
-        "curve does not cover the range of the phase, and its peak is at least that high. Hollow "
-        "circles: between them the peak drifts, by more than 2 % in frequency. Crosses: the phase "
-        "has no maximum of its own at this level, and the place is that between its neighbours. "
+        "whose peaks are of one mode; stars mark the least of both blades. Hollow marks: the peak "
+        "is that of an unstable motion, or its estimated error is above the tolerance of the study "
+        "or not known. Hollow triangles: the curve does not cover the range of the phase, and its "
+        "peak is at least that high. Rings: between them the peak drifts, by more than 2 % in "
+        "frequency. Crosses: the phase has no maximum of its own at this level, and the place is "
+        "that between its neighbours. "
         + "Bars: from the least to the largest of the scatter. "
         * any(p.scatter for p in comparison.peaks)
         + "Several pulls of a study draw one curve where the response per newton depends on Fc/Fe "
@@ -115,7 +118,11 @@ def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[
         aside = BESIDE ** (k - (len(comparison.names) - 1) / 2)
         spreads = [(aside * p.ratio, *comparison.spread(p)) for p in solved]
         yield from _bars(spreads, f"scatter of {listing(comparison.scattered(name))}", color)
-        yield Marks(*_points(solved, "m_per_N", MICRO), name, color, symbol)
+        for doubted, said in ((False, name), (True, DOUBTED)):
+            some = [peak for peak in solved if bool(peak.doubts) == doubted]
+            if some:
+                points = _points(some, "m_per_N", MICRO)
+                yield Marks(*points, said, color, symbol, filled=not doubted)
     optima = comparison.optima(phase)
     for name in comparison.names:
         yield from marks(comparison.of(name, phase, blade), style_of(comparison, name)[0])
@@ -129,7 +136,9 @@ def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[
                 yield Marks(x, y, said, color, symbol, filled=False, size=10)
         if name in optima:
             best = [peak for peak in mine if peak.ratio == optima[name].ratio]
-            yield Marks(*_points(best, "m_per_N", MICRO), BEST, color, "star", size=16)
+            sure = not any(peak.doubts for peak in best)
+            points = _points(best, "m_per_N", MICRO)
+            yield Marks(*points, BEST, color, "star", filled=sure, size=16)
 
 
 def _bars(spreads: Sequence[tuple[float, float, float]], name: str, color: str) -> Iterator[Curve]:

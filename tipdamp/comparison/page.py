@@ -7,7 +7,7 @@ from dataclasses import fields
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from tipdamp.comparison import figures, stress, tables, wear
+from tipdamp.comparison import doubts, figures, stress, tables, wear
 from tipdamp.comparison.figures import in_words
 from tipdamp.comparison.optimum import Optimum
 from tipdamp.comparison.peaks import ComparedPeak, Phase, motion_beyond
@@ -16,7 +16,7 @@ from tipdamp.engine.store import Store
 from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.drawing import matplotlib, table
 from tipdamp.report.page import Block, Section, page
-from tipdamp.report.text import listing, micro, number
+from tipdamp.report.text import listing, number
 
 SECTIONS = (
     (
@@ -68,6 +68,7 @@ def _write(comparison: ComparedStudies, store: Store) -> list[str]:
         ", ".join(dict.fromkeys(one.results.study.path.name for one in comparison.computed)),
         [section for section in sections if section.blocks],
         introduction=list(introduction(comparison)),
+        warnings=doubts.warnings(comparison),
     )
     with store.writing(FILES[0]) as path:
         path.write_text(text, encoding="utf-8")
@@ -115,10 +116,12 @@ def _least(phase: Phase, optima: dict[str, Optimum]) -> str:
     place = (
         ", where friction takes nothing" if least.idle else f" at Fc/Fe = {number(least.ratio, 3)}"
     )
-    best = listing(f"{name} {micro(one.m_per_N)}" for name, one in others)
+    best = listing(f"{name} {doubts.height(one.peak, 'µm/N')}" for name, one in others)
     return (
         f"{in_words(phase).capitalize()} the least response is that of {first}, "
-        f"{micro(least.m_per_N)} µm/N{place}" + (f" ({best} µm/N at their best)." if best else ".")
+        f"{doubts.height(least.peak, 'µm/N')}{place}."
+        + f" The others at their best: {best}."
+        * bool(best)
     )
 
 

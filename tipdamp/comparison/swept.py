@@ -1,5 +1,6 @@
 """What the sweep of a study has computed: one record for each case."""
 
+import json
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from tipdamp.sweep.cases import Case, cases_of, content_of, in_words, study_of_c
 from tipdamp.sweep.index import Index
 from tipdamp.sweep.plan import SweepStep, chain
 from tipdamp.sweep.run import folder_of
-from tipdamp.sweep.work import products, unpack
+from tipdamp.sweep.work import products, unpack, warned
 
 # keys by which cases stand at different places of a comparison; others make its scatter
 PLACES = ("damper.pull", "model.pull", "respond.levels", "respond.band", "respond.harmonics")
@@ -94,8 +95,13 @@ def _loaded(
                     unpack(folder, step, store)
                     unpacked[step.stage] = step.key
             one = study_of_case(study.path, content, number, case)
-            results = load_results(one, store, {step.stage: [] for step in steps})
+            said = {step.stage: _said(store, step.stage) for step in steps}
+            results = load_results(one, store, said)
             yield Computed(study.name, results, scatter_of(content, case))
+
+
+def _said(store: Store, stage: str) -> list[str]:
+    return [str(text) for text in json.loads(store.path(warned(stage)).read_text("utf-8"))]
 
 
 def scatter_of(content: dict, case: Case) -> str:

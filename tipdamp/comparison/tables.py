@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from tipdamp.comparison.doubts import error, height, stability
 from tipdamp.comparison.events import drifts
 from tipdamp.comparison.figures import in_words
 from tipdamp.comparison.optimum import Optimum, envelope, lowest_at
@@ -114,7 +115,7 @@ def _best(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
             "phase": in_words(phase),
             "study": name,
             "best Fc/Fe": "none" if one.idle else number(one.ratio, 3),
-            "least (µm/N)": micro(one.m_per_N),
+            "least (µm/N)": height(one.peak),
             "flat: Fc/Fe": NOTHING if one.idle else _flat(one),
             "pull for Fe = 10 N (N)": NOTHING if one.idle else number(10 * one.ratio, 3),
             "rank": f"{rank[name]}" + " (tied)" * (list(rank.values()).count(rank[name]) > 1),
@@ -238,14 +239,15 @@ def cases(comparison: ComparedStudies) -> Iterator[Table]:
             rows += [_case(name, phase, peaks) for peaks in zip(*on, strict=True)]
     yield Table(
         "Every case: largest FRF in µm/N at Hz on each blade, and the share of the kept pairs that "
-        "slip or open at that of blade 1.",
+        "slip or open at that of blade 1. Error by the harmonics left out, and stability of the "
+        "motion: of the blade with the larger peak; a dash where it is not known.",
         rows,
         left=(0, 1),
     )
 
 
 def _case(name: str, phase: Phase, peaks: Sequence[ComparedPeak]) -> Row:
-    first = peaks[0]
+    first, largest = peaks[0], max(peaks, key=lambda peak: peak.m_per_N or 0.0)
     return {
         "study": name,
         "phase": in_words(phase),
@@ -254,6 +256,8 @@ def _case(name: str, phase: Phase, peaks: Sequence[ComparedPeak]) -> Row:
         "Fe (N)": number(first.Fe),
         "H": f"{first.H}",
         **{f"blade {peak.blade}": _height(peak) for peak in peaks},
+        "error": error(largest),
+        "motion": stability(largest),
         "slip": NOTHING if first.slipping is None else f"{100 * first.slipping:.0f} %",
     }
 

@@ -50,16 +50,20 @@ def _incomplete(reasons: dict[str, int]) -> list[str]:
     ]
 
 
-def _warnings(said: dict[int, list[str]]) -> list[str]:
-    """One line for each warning, whatever its numbers, with those of the first case that has it."""
-    alike: dict[str, dict[int, str]] = {}
+def alike(said: Mapping[int, Sequence[str]]) -> list[tuple[str, list[int]]]:
+    """Of {case: its warnings} each warning once, whatever its numbers: (text of the first case that
+    has it, all cases that have it)."""
+    found: dict[str, dict[int, str]] = {}
     for number, texts in said.items():
         for text in texts:
-            alike.setdefault(NUMBER.sub("#", text), {}).setdefault(number, text)
+            found.setdefault(NUMBER.sub("#", text), {}).setdefault(number, text)
+    return [(next(iter(every.values())), list(every)) for every in found.values()]
+
+
+def _warnings(said: dict[int, list[str]]) -> list[str]:
     return [
-        f"warning: {shown(text, LONGEST)} (case {number}{_and_others(len(every) - 1)})"
-        for every in alike.values()
-        for number, text in [next(iter(every.items()))]
+        f"warning: {shown(text, LONGEST)} (case {cases[0]}{_and_others(len(cases) - 1)})"
+        for text, cases in alike(said)
     ]
 
 

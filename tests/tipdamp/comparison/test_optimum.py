@@ -23,6 +23,8 @@ def level(Fe, height, blade=1, share=0.5, error=0.0):
         hz=1600.0,
         m_per_N=height,
         error=error,
+        tolerance=1e-3,
+        stable=True,
         at_least=None,
         slipping=0.0,
         friction_W=(friction,),

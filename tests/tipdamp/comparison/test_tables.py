@@ -8,8 +8,8 @@ import pytest
 
 from tests.contact_tables import contact_table, frames
 from tests.tipdamp.comparison.test_peaks import results
-from tipdamp.comparison import events, stress, tables
-from tipdamp.comparison.figures import optimisation, responses
+from tipdamp.comparison import doubts, events, stress, tables
+from tipdamp.comparison.figures import BEST, DOUBTED, optimisation, responses
 from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
 from tipdamp.comparison.record import ComparedStudies, Computed, finest
@@ -30,6 +30,8 @@ def level(name, Fe, height, **other):
         "pull": 100.0,
         "hz": 2800.0,
         "error": 0.0,
+        "tolerance": 1e-3,
+        "stable": True,
         "at_least": None,
         "slipping": 0.5,
         "friction_W": (0.1 * np.pi * 2800 * Fe**2 * (height or 0.0),),
@@ -105,8 +107,8 @@ def test_no_pull_is_best_where_nothing_slips(tmp_path):
     (said,) = introduction(given)
     assert said == (
         "Out of phase the least response is that of stiff, 0.3000 µm/N, where friction takes "
-        "nothing (soft 0.4000 µm/N at their best). No pull is best for stiff, whose least is that "
-        "without friction."
+        "nothing. The others at their best: soft 0.4000 µm/N. No pull is best for stiff, whose "
+        "least is that without friction."
     )
     (table,) = tables.best(given)
     row = next(row for row in table.records if row["study"] == "stiff")
@@ -135,6 +137,53 @@ def test_studies_that_are_equal_share_a_rank(tmp_path):
     assert ranked(4.04e-7, error=0.005) == (apart, False)
     assert ranked(4.5e-7, scatter=(3.9e-7, 5e-7)) == (tied, True)
     assert ranked(4.5e-7, scatter=(4.1e-7, 5e-7)) == (apart, False)
+
+
+def test_doubts_of_peaks_are_told(tmp_path):
+    """Unstable, an error above the tolerance, or none known: hollow on the curve, in the table of
+    every case and in the warnings; the headline has no more digits than the error leaves."""
+    given = comparison(tmp_path)
+    peaks = [
+        level("soft", 1.0, 8e-7),
+        level("soft", 10.0, 4.321e-7, error=0.032, stable=False),
+        level("soft", 50.0, 6e-7, error=None, stable=None),
+        level("stiff", 1.0, 5.678e-7, error=9e-4),
+        level("stiff", 10.0, 5.6785e-7, error=4e-3),
+    ]
+    given = replace(given, peaks=tuple(peaks))
+    (figure,) = optimisation(given)
+    marks = [one for one in figure.panels[0].items if isinstance(one, Marks)]
+    hollow = [(one.name, x) for one in marks if not one.filled for x in one.x]
+    doubted = [(DOUBTED, 2.0), (DOUBTED, 10.0), (DOUBTED, 10.0)]
+    assert sorted(hollow) == [*doubted, (BEST, 10.0)]
+    (table,) = tables.cases(given)
+    told = {(r["study"], r["Fe (N)"]): (r["error"], r["motion"]) for r in table.records}
+    assert told["soft", "10.00"] == ("3.2 %", "unstable")
+    assert told["soft", "50.00"] == ("not known", NOTHING)
+    assert told["soft", "1.000"] == ("0 %", "stable")
+    (said,) = introduction(given)
+    assert "that of soft, 0.43 µm/N ± 3 % (unstable) at Fc/Fe = 10.0. The others" in said
+    assert "others at their best: stiff 0.568 µm/N ± 0.09 %." in said
+    assert doubts.warnings(given) == [
+        "soft: 2 of 3 peaks, with those of its scatter, are in doubt: error above the tolerance 1 "
+        "(up to 3.2 %), error not known 1 and unstable 1.",
+        "stiff: 1 of 2 peaks, with those of its scatter, are in doubt: error above the tolerance 1 "
+        "(up to 0.40 %).",
+    ]
+
+
+def test_warnings_of_the_stages_are_told_once(tmp_path):
+    """Of all cases of a study those that are alike but for their numbers."""
+    given = comparison(tmp_path)
+    one = given.computed[0].results
+    several = [
+        Computed("soft", replace(one, said={"tune": [f"MAC of {mac} with the free one"]}), scatter)
+        for mac, scatter in ((0.42, ""), (0.43, "contact.mu = 0.5"), (0.44, "contact.mu = 0.6"))
+    ]
+    name = one.study.name
+    assert doubts.warnings(ComparedStudies(tuple(several), ())) == [
+        f"{name}: MAC of 0.42 with the free one. (3 of 3 cases)"
+    ]
 
 
 def test_friction_is_among_what_tells_studies_apart(tmp_path):
