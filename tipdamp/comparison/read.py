@@ -6,7 +6,7 @@ from itertools import combinations
 from pathlib import Path
 
 from tipdamp.comparison.record import ComparedStudies, Computed, compared
-from tipdamp.comparison.swept import swept_cases
+from tipdamp.comparison.swept import check_own_case, swept_cases
 from tipdamp.engine.store import Store, fingerprint
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.validation import brief
@@ -92,6 +92,8 @@ def refuse(studies: Sequence[Study]) -> None:
                     f"{study.path}: section [{section}] is missing, a comparison needs the forced "
                     "response of the kept pairs"
                 )
+        if "sweep" in study:
+            check_own_case(study)
     for one, other in combinations(studies, 2):
         if one.name == other.name:
             raise InputError(
