@@ -26,7 +26,7 @@ from tipdamp.hbm.drawing.figure import (
     Panel,
     level_colors,
 )
-from tipdamp.report.results import Results
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects import preload
 from tipdamp.report.subjects.amplitudes import level_title, orders_of
 from tipdamp.report.text import MICRO, listing
@@ -210,45 +210,52 @@ def preloads(comparison: ComparedStudies) -> Iterator[Figure]:
 
 
 def responses(comparison: ComparedStudies) -> Iterator[Figure]:
-    """Of each study its curves on both blades, per newton."""
-    taken = Counter[str]()
+    """Of each study its curves on both blades, per newton, at all levels; one for each pull and
+    band."""
+    groups: dict[tuple[str, str, str], list[Results]] = {}
     for each in comparison.nominal:
-        one, alike = each.results, [o.results for o in comparison.nominal if o.name == each.name]
-        pull, levels, band = (
-            [what(one)] * (len({what(other) for other in alike}) > 1)
-            for what in (_pull, _levels, _band)
+        groups.setdefault((each.name, _pull(each.results), _band(each.results)), []).append(
+            each.results
         )
-        whose = ", ".join((each.name, *pull, *levels))
-        file = re.sub(r"[^\w.+-]+", "_", "_".join((whose, *band)))
+    taken = Counter[str]()
+    for (name, pull, band), mine in groups.items():
+        alike = [one for one in groups if one[0] == name]
+        several = [len({one[k] for one in alike}) > 1 for k in (1, 2)]
+        whose = f"{name}, {pull}" if several[0] else name
+        file = re.sub(r"[^\w.+-]+", "_", "_".join((whose, *[band] * several[1])))
         taken[file] += 1
+        cases = _levels(mine)
         yield Figure(
             f"responses_{file}" + f"_{taken[file]}" * (taken[file] > 1),
-            f"{whose}: forced response, {_band(one)}",
-            f"{whose}, {_band(one)}: largest amplitude over the patch of each blade, per newton of "
-            f"force, {orders_of(one.finest)}; dashed parts are unstable.",
-            tuple(_response(one, patch, k) for k, patch in enumerate(one.study.respond.patches, 1)),
+            f"{whose}: forced response, {band}",
+            "Largest amplitude over the patch of each blade, per newton of force, "
+            f"{orders_of(cases)}; dashed parts are unstable.",
+            tuple(
+                _response(mine[0], cases, patch, k)
+                for k, patch in enumerate(mine[0].study.respond.patches, 1)
+            ),
             row_height=360,
         )
+
+
+def _levels(every: Sequence[Results]) -> list[ReportedCurve]:
+    """The curves of all, one for each level, ascending: that of most harmonics."""
+    cases = [case for one in every for case in one.finest]
+    most = {case.Fe: case for case in sorted(cases, key=lambda case: case.H)}
+    return [most[Fe] for Fe in sorted(most)]
 
 
 def _pull(results: Results) -> str:
     return f"Fc = {results.study.driver.pull:g} N"
 
 
-def _levels(results: Results) -> str:
-    levels = results.study.respond.levels
-    return (
-        "Fe = " + " to ".join(dict.fromkeys(f"{Fe:g}" for Fe in (min(levels), max(levels)))) + " N"
-    )
-
-
 def _band(results: Results) -> str:
     return "{:g} to {:g} Hz".format(*results.study.respond.band)
 
 
-def _response(results: Results, patch: str, blade: int) -> Panel:
+def _response(results: Results, cases: Sequence[ReportedCurve], patch: str, blade: int) -> Panel:
     items: list[Item] = []
-    for case, color in zip(results.finest, level_colors(len(results.finest)), strict=True):
+    for case, color in zip(cases, level_colors(len(cases)), strict=True):
         mine = in_patch(case.curve.output_names, patch)
         top = MICRO / case.Fe * case.curve.amplitude()[:, mine].max(axis=1)
         items += branch_lines(case.curve, top, level_title(case), color)

@@ -451,25 +451,26 @@ def test_stress_of_a_curve_without_a_peak_is_a_bound(tmp_path):
     assert last["safety"] == "0.0200" and last["alternating (MPa)"] == "4000"
 
 
-def test_figures_of_a_sweep_are_told_apart(tmp_path):
-    """By pull, levels and band, in words and in the names of their files, which have no blanks;
-    what all have in common is not in the names."""
+def test_figures_of_a_sweep_have_all_levels(tmp_path):
+    """One for each pull and band, which its title names, and its file, whose name has no blanks;
+    what all have in common is not in the names. Of a level the curve of most harmonics."""
     (tmp_path / "a").mkdir()
     one = results(tmp_path / "a")
     pull = one.study.driver.pull
     every = [at_pull(one, fc, one.kept.preload) for fc in (pull, 2 * pull) for _ in range(4)]
     for k, each in enumerate(every):
-        levels, band = [
-            ((1.0,), (1.0, 20.0))[k % 2],
-            ((1200.0, 3300.0), (1200.0, 1900.0))[k // 2 % 2],
-        ]
-        changed = each.study.respond.model_copy(update={"levels": levels, "band": band})
+        Fe, band = (1.0, 20.0)[k % 2], ((1200.0, 3300.0), (1200.0, 1900.0))[k // 2 % 2]
+        changed = each.study.respond.model_copy(update={"levels": (Fe,), "band": band})
         vars(each.study)["respond"] = changed
+        facts = one.cases[0].facts.model_copy(update={"Fe_N": Fe})
+        vars(each)["cases"] = (replace(one.cases[0], facts=facts),)
     drawn = list(responses(ComparedStudies(tuple(Computed("a b", each) for each in every), ())))
-    for told in ("name", "title", "caption"):
-        assert len({getattr(figure, told) for figure in drawn}) == 8
-    assert drawn[0].name == f"responses_a_b_Fc_{pull:g}_N_Fe_1_N_1200_to_3300_Hz"
-    assert drawn[1].caption.startswith(f"a b, Fc = {pull:g} N, Fe = 1 to 20 N, 1200 to 3300 Hz: ")
+    assert len({figure.name for figure in drawn}) == len({figure.title for figure in drawn}) == 4
+    assert drawn[0].name == f"responses_a_b_Fc_{pull:g}_N_1200_to_3300_Hz"
+    assert drawn[0].title == f"a b, Fc = {pull:g} N: forced response, 1200 to 3300 Hz"
+    assert "a b" not in drawn[0].caption
+    for figure in drawn:
+        assert len(figure.legend) == 2 and "20 N" in figure.legend[1]
     alone = ComparedStudies((Computed("a b", one), Computed("a_b", one), Computed("a b", one)), ())
     names = [figure.name for figure in responses(alone)]
-    assert names == ["responses_a_b", "responses_a_b_2", "responses_a_b_3"]
+    assert names == ["responses_a_b", "responses_a_b_2"]
