@@ -12,7 +12,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.validation import brief
 from tipdamp.report.results import load_results
 from tipdamp.stages.report import said
-from tipdamp.stages.run import check_current, program_mark, stage_key
+from tipdamp.stages.run import check_current, command, program_mark, stage_key
 from tipdamp.study.study import load_study
 from tipdamp.study.view import Study
 
@@ -44,7 +44,8 @@ def source(study: Study, store: Store) -> Source:
         return Source(mark, swept.computed, swept.failed)
     if store.record("respond") is None:
         raise InputError(
-            f"{study.path}: its forced response is not there yet; run: tipdamp run {study.path}"
+            f"{study.path}: its forced response is not there yet; run: "
+            + command("run", study, store)
         )
     check_current("report", study, store)
 

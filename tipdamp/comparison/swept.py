@@ -15,6 +15,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.report.results import load_results
 from tipdamp.report.text import listing
+from tipdamp.stages.run import command
 from tipdamp.study.schema import SECTIONS
 from tipdamp.study.toml_file import read_toml
 from tipdamp.study.view import Study
@@ -66,13 +67,14 @@ def swept_cases(study: Study, store: Store) -> SweptCases:
         for number, case in enumerate(cases, 1)
     ]
     there = products(folder)
-    with Index(folder) as index:
+    how = command("sweep", study, store)
+    with Index(folder, how=how) as index:
         reasons = {one.key: one.reason for one in index.cases() if one.state == "failed"}
     missing = [steps for steps in chains if steps[-1].key not in there | reasons.keys()]
     if missing:
         raise InputError(
             f"{study.path}: {len(missing)} of the {len(cases)} cases of its sweep are not there "
-            f"yet; run: tipdamp sweep {study.path}"
+            f"yet; run: {how}"
         )
     every = list(zip(cases, chains, strict=True))
     done = [(case, steps) for case, steps in every if steps[-1].key in there]
