@@ -68,12 +68,12 @@ def optimisation(comparison: ComparedStudies) -> Iterator[Figure]:
         "Optimisation curves",
         "Largest amplitude per newton, half of peak-to-peak over the patch of each blade, of the "
         "motions in which both blades move in phase and of those out of phase. Lines join levels "
-        "whose peaks are of one mode; stars mark the least of both blades. Hollow marks: the peak "
-        "is that of an unstable motion, or its estimated error is above the tolerance of the study "
-        "or not known. Hollow triangles: the curve does not cover the range of the phase, and its "
-        "peak is at least that high. Rings: between them the peak drifts, by more than 2 % in "
-        "frequency. Crosses: the phase has no maximum of its own at this level, and the place is "
-        "that between its neighbours. "
+        "whose peaks are of one mode; stars mark the least of both blades where friction "
+        "takes anything. Hollow marks: the peak is that of an unstable motion, or its estimated "
+        "error is above the tolerance of the study or not known. Hollow triangles: the curve does "
+        "not cover the range of the phase, and its peak is at least that high. Rings: between them "
+        "the peak drifts, by more than 2 % in frequency. Crosses: the phase has no maximum of its "
+        "own at this level, and the place is that between its neighbours. "
         + "Bars: from the least to the largest of the scatter. "
         * any(p.scatter for p in comparison.peaks)
         + "Several pulls of a study draw one curve where the response per newton depends on Fc/Fe "
@@ -134,7 +134,7 @@ def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[
             symbol = "triangle-down" if drifts else "triangle-up"
             if bounds:
                 yield Marks(x, y, said, color, symbol, filled=False, size=10)
-        if name in optima:
+        if name in optima and not optima[name].idle:
             best = [peak for peak in mine if peak.ratio == optima[name].ratio]
             sure = not any(peak.doubts for peak in best)
             points = _points(best, "m_per_N", MICRO)

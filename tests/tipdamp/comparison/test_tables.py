@@ -76,8 +76,14 @@ def test_best_pull_with_ranks(tmp_path):
 
 def test_a_least_at_the_end_of_the_levels_is_no_optimum(tmp_path):
     """Of `stiff`, as high at every level; between its levels `soft` has a least."""
-    (said,) = introduction(comparison(tmp_path))
+    given = comparison(tmp_path)
+    (said,) = introduction(given)
     assert said.endswith("Least at the first or last level, where more levels are needed: stiff.")
+    assert "that of stiff, 0.3000 µm/N at Fc/Fe = 2.00 or less. The" in said
+    (table,) = tables.best(given)
+    stiff = table.records[1]
+    assert stiff["best Fc/Fe"] == "2.00 or less"
+    assert stiff["pull for Fe = 10 N (N)"] == "20.0 or less"
 
 
 def test_a_least_above_which_the_damper_rolls_needs_no_more_levels(tmp_path):
@@ -110,6 +116,9 @@ def test_no_pull_is_best_where_nothing_slips(tmp_path):
         "nothing. The others at their best: soft 0.4000 µm/N. No pull is best for stiff, whose "
         "least is that without friction."
     )
+    (figure,) = optimisation(given)
+    stars = [one for one in figure.panels[0].items if vars(one).get("name") == BEST]
+    assert [list(one.x) for one in stars] == [[10.0]]  # of soft alone
     (table,) = tables.best(given)
     row = next(row for row in table.records if row["study"] == "stiff")
     assert row["best Fc/Fe"] == "none" and row["flat: Fc/Fe"] == NOTHING
@@ -137,6 +146,34 @@ def test_studies_that_are_equal_share_a_rank(tmp_path):
     assert ranked(4.04e-7, error=0.005) == (apart, False)
     assert ranked(4.5e-7, scatter=(3.9e-7, 5e-7)) == (tied, True)
     assert ranked(4.5e-7, scatter=(4.1e-7, 5e-7)) == (apart, False)
+
+
+def test_the_same_scatter_is_ranked_case_by_case(tmp_path):
+    """The bars overlap, and one is lower in every case: it is the first. Not where it is in some of
+    them alone, nor where the cases are others."""
+    given = comparison(tmp_path)
+
+    def ranked(soft, stiff):
+        peaks = [
+            level(name, Fe, h, scatter=scatter)
+            for name, heights in (("soft", soft), ("stiff", stiff))
+            for scatter, h in heights.items()
+            for Fe in (1.0, 10.0)
+        ]
+        return replace(given, peaks=tuple(peaks)).ranks("out_of_phase")
+
+    low = {"": 3.0e-7, "mu = 0.4": 4.0e-7, "mu = 0.6": 2.0e-7}
+    high = {case: 1.2 * height for case, height in low.items()}
+    assert ranked(low, high) == {"soft": 1, "stiff": 2}
+    assert ranked(low, high | {"mu = 0.6": 1.9e-7}) == {"soft": 1, "stiff": 1}
+    assert ranked(low, {"": 3.6e-7, "mu = 0.5": 3.0e-7}) == {"soft": 1, "stiff": 1}
+
+
+def test_one_study_is_not_said_to_be_the_best(tmp_path):
+    given = comparison(tmp_path)
+    alone = [p for p in given.peaks if p.study == "soft"]
+    (said,) = introduction(replace(given, computed=given.computed[:1], peaks=tuple(alone)))
+    assert said == "Out of phase the least response is 0.4000 µm/N at Fc/Fe = 10.0."
 
 
 def test_doubts_of_peaks_are_told(tmp_path):
