@@ -76,6 +76,11 @@ def _check_key(where: str, key: str, study: Study) -> None:
             f"{where} {shown(key)}: is no key of a section of the study, such as damper.pull or "
             "contact.left.kn"
         )
+    name, _, of_side = inside.partition(".")
+    if section == "contact" and of_side and name not in study.sides:
+        raise InputError(
+            f"{where} {shown(key)}: no side {shown(name)!r}; there are {', '.join(study.sides)}"
+        )
 
 
 def _rows(path: Path) -> Iterator[Case]:

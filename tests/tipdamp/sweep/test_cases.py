@@ -64,6 +64,12 @@ def test_a_row_of_empty_cells_is_the_study_itself(sweep):
     assert [list(case.values()) for case in cases] == [[None, None], [0.4, None]]
 
 
+def test_a_side_that_is_none_is_no_key(sweep):
+    path = sweep("\n[sweep.over]\ncontact.middle.kn = [1e6]\n")
+    with pytest.raises(InputError, match="no side 'middle'; there are left, right$"):
+        cases_of(load_study(path))
+
+
 def test_what_cases_share_is_one_step(sweep):
     steps = [step.stage for step in planned(sweep(OVER)).steps]
     counts = {stage: steps.count(stage) for stage in dict.fromkeys(steps)}
