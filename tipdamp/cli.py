@@ -498,6 +498,7 @@ def _init(arguments: argparse.Namespace) -> int:
 def _export(arguments: argparse.Namespace) -> int:
     from tipdamp.hbm.matrices_out import write_model
     from tipdamp.hbm.model import ReducedModel
+    from tipdamp.stages.run import command
     from tipdamp.stages.universal_responses import write_responses
 
     study, store = _opened(arguments)
@@ -506,7 +507,7 @@ def _export(arguments: argparse.Namespace) -> int:
         return 0
     if not store.path("model.npz").is_file():
         raise InputError(
-            f"{arguments.study}: nothing to export yet; run: tipdamp reduce {arguments.study}"
+            f"{arguments.study}: nothing to export yet; run: {command('reduce', study, store)}"
         )
     for planted in store.path("export").glob("*"):
         store.path(f"export/{planted.name}")  # a link that leads out would be written through
@@ -663,6 +664,7 @@ def _stages(
 
 
 def _sweep(arguments: argparse.Namespace) -> int:
+    from tipdamp.stages.run import command
     from tipdamp.sweep.estimate import sweep_estimate
     from tipdamp.sweep.run import folder_of, planned, run_sweep
     from tipdamp.sweep.summary import status
@@ -684,7 +686,7 @@ def _sweep(arguments: argparse.Namespace) -> int:
         with _sweepers(arguments, folder_of(store)) as workers:
             options = {"quiet": arguments.quiet, "retry": arguments.retry, "tell": tell}
             files = run_sweep(study.path, store, workers, **options)
-    text, whole = status(folder_of(store))
+    text, whole = status(folder_of(store), command("sweep", study, store))
     print("\n".join([text, *map(str, files)]))
     return 0 if whole else 3
 

@@ -26,7 +26,7 @@ from tipdamp.hbm.drawing.figure import (
     Panel,
     level_colors,
 )
-from tipdamp.report.results import Results
+from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects import preload
 from tipdamp.report.subjects.amplitudes import level_title, orders_of
 from tipdamp.report.text import MICRO, listing
@@ -36,6 +36,7 @@ SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross
 RATIO = "pull over excitation, Fc/Fe"
 AT_LEAST = {False: "at least: curve incomplete", True: "at least: the damper rolls or slides"}
 BEST = "least of the curve"
+DOUBTED = "hollow: unstable, or error above the tolerance or not known"
 ROOM = 1.2  # beside the first and the last mark of a logarithmic axis
 BESIDE = 1.025  # of Fc/Fe, from one study to the next: bars of their scatter do not hide each other
 
@@ -66,10 +67,12 @@ def optimisation(comparison: ComparedStudies) -> Iterator[Figure]:
         "Optimisation curves",
         "Largest amplitude per newton, half of peak-to-peak over the patch of each blade, of the "
         "motions in which both blades move in phase and of those out of phase. Lines join levels "
-        "whose peaks are of one mode; stars mark the least of both blades. Hollow triangles: the "
-        "curve does not cover the range of the phase, and its peak is at least that high. Hollow "
-        "circles: between them the peak drifts, by more than 2 % in frequency. Crosses: the phase "
-        "has no maximum of its own at this level, and the place is that between its neighbours. "
+        "whose peaks are of one mode; stars mark the least of both blades where friction "
+        "takes anything. Hollow marks: the peak is that of an unstable motion, or its estimated "
+        "error is above the tolerance of the study or not known. Hollow triangles: the curve does "
+        "not cover the range of the phase, and its peak is at least that high. Rings: between them "
+        "the peak drifts, by more than 2 % in frequency. Crosses: the phase has no maximum of its "
+        "own at this level, and the place is that between its neighbours. "
         + "Bars: from the least to the largest of the scatter. "
         * any(p.scatter for p in comparison.peaks)
         + "Several pulls of a study draw one curve where the response per newton depends on Fc/Fe "
@@ -114,7 +117,11 @@ def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[
         aside = BESIDE ** (k - (len(comparison.names) - 1) / 2)
         spreads = [(aside * p.ratio, *comparison.spread(p)) for p in solved]
         yield from _bars(spreads, f"scatter of {listing(comparison.scattered(name))}", color)
-        yield Marks(*_points(solved, "m_per_N", MICRO), name, color, symbol)
+        for doubted, said in ((False, name), (True, DOUBTED)):
+            some = [peak for peak in solved if bool(peak.doubts) == doubted]
+            if some:
+                points = _points(some, "m_per_N", MICRO)
+                yield Marks(*points, said, color, symbol, filled=not doubted)
     optima = comparison.optima(phase)
     for name in comparison.names:
         yield from marks(comparison.of(name, phase, blade), style_of(comparison, name)[0])
@@ -126,9 +133,11 @@ def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[
             symbol = "triangle-down" if drifts else "triangle-up"
             if bounds:
                 yield Marks(x, y, said, color, symbol, filled=False, size=10)
-        if name in optima:
+        if name in optima and not optima[name].idle:
             best = [peak for peak in mine if peak.ratio == optima[name].ratio]
-            yield Marks(*_points(best, "m_per_N", MICRO), BEST, color, "star", size=16)
+            sure = not any(peak.doubts for peak in best)
+            points = _points(best, "m_per_N", MICRO)
+            yield Marks(*points, BEST, color, "star", filled=sure, size=16)
 
 
 def _bars(spreads: Sequence[tuple[float, float, float]], name: str, color: str) -> Iterator[Curve]:
@@ -200,45 +209,52 @@ def preloads(comparison: ComparedStudies) -> Iterator[Figure]:
 
 
 def responses(comparison: ComparedStudies) -> Iterator[Figure]:
-    """Of each study its curves on both blades, per newton."""
-    taken = Counter[str]()
+    """Of each study its curves on both blades, per newton, at all levels; one for each pull and
+    band."""
+    groups: dict[tuple[str, str, str], list[Results]] = {}
     for each in comparison.nominal:
-        one, alike = each.results, [o.results for o in comparison.nominal if o.name == each.name]
-        pull, levels, band = (
-            [what(one)] * (len({what(other) for other in alike}) > 1)
-            for what in (_pull, _levels, _band)
+        groups.setdefault((each.name, _pull(each.results), _band(each.results)), []).append(
+            each.results
         )
-        whose = ", ".join((each.name, *pull, *levels))
-        file = re.sub(r"[^\w.+-]+", "_", "_".join((whose, *band)))
+    taken = Counter[str]()
+    for (name, pull, band), mine in groups.items():
+        alike = [one for one in groups if one[0] == name]
+        several = [len({one[k] for one in alike}) > 1 for k in (1, 2)]
+        whose = f"{name}, {pull}" if several[0] else name
+        file = re.sub(r"[^\w.+-]+", "_", "_".join((whose, *[band] * several[1])))
         taken[file] += 1
+        cases = _levels(mine)
         yield Figure(
             f"responses_{file}" + f"_{taken[file]}" * (taken[file] > 1),
-            f"{whose}: forced response, {_band(one)}",
-            f"{whose}, {_band(one)}: largest amplitude over the patch of each blade, per newton of "
-            f"force, {orders_of(one.finest)}; dashed parts are unstable.",
-            tuple(_response(one, patch, k) for k, patch in enumerate(one.study.respond.patches, 1)),
+            f"{whose}: forced response, {band}",
+            "Largest amplitude over the patch of each blade, per newton of force, "
+            f"{orders_of(cases)}; dashed parts are unstable.",
+            tuple(
+                _response(mine[0], cases, patch, k)
+                for k, patch in enumerate(mine[0].study.respond.patches, 1)
+            ),
             row_height=360,
         )
+
+
+def _levels(every: Sequence[Results]) -> list[ReportedCurve]:
+    """The curves of all, one for each level, ascending: that of most harmonics."""
+    cases = [case for one in every for case in one.finest]
+    most = {case.Fe: case for case in sorted(cases, key=lambda case: case.H)}
+    return [most[Fe] for Fe in sorted(most)]
 
 
 def _pull(results: Results) -> str:
     return f"Fc = {results.study.driver.pull:g} N"
 
 
-def _levels(results: Results) -> str:
-    levels = results.study.respond.levels
-    return (
-        "Fe = " + " to ".join(dict.fromkeys(f"{Fe:g}" for Fe in (min(levels), max(levels)))) + " N"
-    )
-
-
 def _band(results: Results) -> str:
     return "{:g} to {:g} Hz".format(*results.study.respond.band)
 
 
-def _response(results: Results, patch: str, blade: int) -> Panel:
+def _response(results: Results, cases: Sequence[ReportedCurve], patch: str, blade: int) -> Panel:
     items: list[Item] = []
-    for case, color in zip(results.finest, level_colors(len(results.finest)), strict=True):
+    for case, color in zip(cases, level_colors(len(cases)), strict=True):
         top = MICRO / case.Fe * case.patch(patch).max(axis=1)
         named = MICRO / case.Fe * case.named(patch).max(axis=1)
         items += branch_lines(case.curve, top, named, level_title(case), color)

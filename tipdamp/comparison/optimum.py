@@ -11,6 +11,7 @@ from tipdamp.hbm.ties import SAME, first_largest
 
 FLAT = 0.05  # above the least, within which a pull counts as good
 FINE = 2001  # places between the computed levels
+Spans = dict[str, tuple[float, float]]  # {case: (from, to)}
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,13 @@ class Optimum:
     def ratio(self) -> float:
         """Fc/Fe at the least."""
         return self.peak.ratio
+
+    @property
+    def beyond(self) -> str:
+        """' or less', ' or more': where the true least may lie, of one at an end; else ''."""
+        if not self.of_end:
+            return ""
+        return " or less" if self.low == self.ratio else " or more"
 
     @property
     def m_per_N(self) -> float:
@@ -96,12 +104,20 @@ def envelope(peaks: Sequence[ComparedPeak]) -> tuple[np.ndarray, np.ndarray]:
     return np.array([peak.ratio for peak in every]), np.array(height, dtype=float)
 
 
-def ranks(spans: dict[str, tuple[float, float]]) -> dict[str, int]:
-    """{name: place} of {name: (from, to)}, 1 of the smallest: before it are those that lie below it
-    whole, so that equal ones share a place."""
+def ranks(spans: dict[str, Spans]) -> dict[str, int]:
+    """{name: place}, 1 of the smallest: before it are those that lie below it, so that equal ones
+    share a place. spans {name: {case: (from, to)}}: where two have the same cases, one lies below
+    the other if it does in every case, else if it does whole."""
     return {
-        name: 1 + sum(high < low for _, high in spans.values()) for name, (low, _) in spans.items()
+        name: 1 + sum(_below(other, mine) for other in spans.values())
+        for name, mine in spans.items()
     }
+
+
+def _below(one: Spans, other: Spans) -> bool:
+    if one.keys() == other.keys():
+        return all(one[case][1] < other[case][0] for case in one)
+    return max(high for _, high in one.values()) < min(low for low, _ in other.values())
 
 
 def lowest_at(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> dict[str, tuple[int, int]]:

@@ -7,7 +7,7 @@ from dataclasses import fields
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from tipdamp.comparison import figures, stress, tables, wear
+from tipdamp.comparison import doubts, figures, stress, tables, wear
 from tipdamp.comparison.figures import in_words
 from tipdamp.comparison.optimum import Optimum
 from tipdamp.comparison.peaks import ComparedPeak, Phase, motion_beyond
@@ -16,7 +16,8 @@ from tipdamp.engine.store import Store
 from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.drawing import matplotlib, table
 from tipdamp.report.page import Block, Section, page
-from tipdamp.report.text import listing, micro, number
+from tipdamp.report.text import listing
+from tipdamp.study.view import Study
 
 SECTIONS = (
     (
@@ -65,9 +66,10 @@ def _write(comparison: ComparedStudies, store: Store) -> list[str]:
     text = page(
         "comparison.html",
         f"Compared: {listing(studies)}",
-        ", ".join(dict.fromkeys(one.results.study.path.name for one in comparison.computed)),
+        ", ".join(dict.fromkeys(_file(one.results.study) for one in comparison.computed)),
         [section for section in sections if section.blocks],
         introduction=list(introduction(comparison)),
+        warnings=doubts.warnings(comparison),
     )
     with store.writing(FILES[0]) as path:
         path.write_text(text, encoding="utf-8")
@@ -82,6 +84,11 @@ def _write(comparison: ComparedStudies, store: Store) -> list[str]:
             table.write(figure, path)
         files += [drawn, plain]
     return files
+
+
+def _file(study: Study) -> str:
+    """'da.toml (wedge 35/35)'."""
+    return study.path.name + f" ({study.title})" * (study.title != study.name)
 
 
 def introduction(comparison: ComparedStudies) -> Iterator[str]:
@@ -102,7 +109,7 @@ def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
         return
     yield " ".join(
         (
-            _least(phase, optima),
+            _least(comparison, phase, optima),
             *_tied(comparison, phase),
             *_without_friction(optima),
             *_beyond(comparison, phase, optima),
@@ -110,15 +117,20 @@ def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
     )
 
 
-def _least(phase: Phase, optima: dict[str, Optimum]) -> str:
+def _least(comparison: ComparedStudies, phase: Phase, optima: dict[str, Optimum]) -> str:
     (first, least), *others = optima.items()
     place = (
-        ", where friction takes nothing" if least.idle else f" at Fc/Fe = {number(least.ratio, 3)}"
+        ", where friction takes nothing"
+        if least.idle
+        else f" at Fc/Fe = {tables.best_ratio(comparison, phase, first, least)}"
     )
-    best = listing(f"{name} {micro(one.m_per_N)}" for name, one in others)
+    whose = f"that of {first}, " * (len(comparison.names) > 1)
+    best = listing(f"{name} {doubts.height(one.peak, 'µm/N')}" for name, one in others)
     return (
-        f"{in_words(phase).capitalize()} the least response is that of {first}, "
-        f"{micro(least.m_per_N)} µm/N{place}" + (f" ({best} µm/N at their best)." if best else ".")
+        f"{in_words(phase).capitalize()} the least response is {whose}"
+        f"{doubts.height(least.peak, 'µm/N')}{place}."
+        + f" The others at their best: {best}."
+        * bool(best)
     )
 
 

@@ -20,6 +20,7 @@ from tipdamp.study.schema import Respond
 Phase = Literal["in_phase", "out_of_phase"]
 PHASES: tuple[Phase, ...] = ("in_phase", "out_of_phase")
 IDLE = 1e-3  # of the power of the force: friction that takes no more takes nothing
+UNSTABLE, UNKNOWN, ABOVE = "unstable", "error not known", "error above the tolerance"  # doubts
 MARGIN = 0.15  # of free and stuck frequency of a phase, between which its peaks are looked for
 
 
@@ -32,7 +33,8 @@ class ComparedPeak:
     hz, m_per_N - of the peak; None where the curve has none of this phase: at_least - m/N, the
     largest that was solved, where the curve does not cover the range of the phase, else the phase
     has no maximum of its own; error - of m_per_N by the harmonics left out, relative to it, None
-    without an estimate
+    without an estimate; tolerance - what the study allows it; stable - whether disturbances of the
+    motion there die out, None where that is not known
     slipping - share of the kept pairs that slip or open there; friction_W - W, power of friction in
     each of them
     mac - of the outputs with those at the peak of the next lower level; None at the first
@@ -50,6 +52,8 @@ class ComparedPeak:
     hz: float | None
     m_per_N: float | None
     error: float | None
+    tolerance: float
+    stable: bool | None
     at_least: float | None
     slipping: float | None
     friction_W: tuple[float, ...]
@@ -81,6 +85,21 @@ class ComparedPeak:
         """(m/N, m/N): the peak less and more its error."""
         height, error = self.m_per_N or 0.0, max(self.error or 0.0, SAME)
         return height * (1 - error), height * (1 + error)
+
+    @property
+    def doubts(self) -> list[str]:
+        """Why the height of the peak is not to be relied on, in words."""
+        if self.m_per_N is None:
+            return []
+        found = [UNSTABLE] if self.stable is False else []
+        if self.error_unknown:
+            return [*found, UNKNOWN]
+        return [*found, ABOVE] if (self.error or 0.0) > self.tolerance else found
+
+    @property
+    def error_unknown(self) -> bool:
+        """Whether there is no estimate of its error, or one too large to be one."""
+        return self.error is None or self.error >= DOUBTFUL
 
     @property
     def of_another_mode(self) -> bool:
@@ -199,6 +218,8 @@ def _peak(
         hz=None,
         m_per_N=None,
         error=None,
+        tolerance=respond.tolerance,
+        stable=None,
         at_least=None,
         slipping=None,
         friction_W=(),
@@ -226,6 +247,7 @@ def _peak(
         hz=place,
         m_per_N=height / case.Fe,
         error=_error(curve, at, output),
+        stable=_stable(curve, at),
         slipping=slipping(curve, at),
         friction_W=tuple((curve.dissipated[at] * curve.frequency[at]).tolist()),
         mac=None if before is None else _mac(before, outputs),
@@ -294,6 +316,10 @@ def _error(curve: ForcedResponse, at: int, output: int) -> float | None:
         return None
     error = curve.truncation[at, output] / curve.amplitude("rms")[at, output]
     return float(min(error, DOUBTFUL))
+
+
+def _stable(curve: ForcedResponse, at: int) -> bool | None:
+    return bool(curve.stable[at]) if curve.stable[at] or curve.unstable[at] else None
 
 
 def _mac(a: np.ndarray, b: np.ndarray) -> float:

@@ -6,13 +6,13 @@ from itertools import combinations
 from pathlib import Path
 
 from tipdamp.comparison.record import ComparedStudies, Computed, compared
-from tipdamp.comparison.swept import swept_cases
+from tipdamp.comparison.swept import check_own_case, swept_cases
 from tipdamp.engine.store import Store, fingerprint
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.validation import brief
 from tipdamp.report.results import load_results
 from tipdamp.stages.report import said
-from tipdamp.stages.run import check_current, program_mark, stage_key
+from tipdamp.stages.run import check_current, command, program_mark, stage_key
 from tipdamp.study.study import load_study
 from tipdamp.study.view import Study
 
@@ -44,7 +44,8 @@ def source(study: Study, store: Store) -> Source:
         return Source(mark, swept.computed, swept.failed)
     if store.record("respond") is None:
         raise InputError(
-            f"{study.path}: its forced response is not there yet; run: tipdamp run {study.path}"
+            f"{study.path}: its forced response is not there yet; run: "
+            + command("run", study, store)
         )
     check_current("report", study, store)
 
@@ -92,6 +93,8 @@ def refuse(studies: Sequence[Study]) -> None:
                     f"{study.path}: section [{section}] is missing, a comparison needs the forced "
                     "response of the kept pairs"
                 )
+        if "sweep" in study:
+            check_own_case(study)
     for one, other in combinations(studies, 2):
         if one.name == other.name:
             raise InputError(

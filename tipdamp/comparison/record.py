@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from tipdamp.comparison.optimum import Optimum, optimum, ranks
+from tipdamp.comparison.optimum import Optimum, Spans, optimum, ranks
 from tipdamp.comparison.peaks import PHASES, ComparedPeak, Phase, peaks_of, why_missing
 from tipdamp.report.results import Results
 
@@ -91,12 +91,14 @@ class ComparedStudies:
 
     def ranks(self, phase: Phase) -> dict[str, int]:
         """{study: place by its least}, 1 of the lowest; those that are equal within their errors
-        and their scatter share a place."""
-        found = {}
+        and their scatter share a place: of the same scatter case by case."""
+        spans: dict[str, Spans] = {}
         for name, one in self.optima(phase).items():
-            low, high = zip(*(peak.span for peak in self._alike(one.peak)), strict=True)
-            found[name] = min(low), max(high)
-        return ranks(found)
+            mine = spans.setdefault(name, {})
+            for peak in self._alike(one.peak):
+                low, high = mine.get(peak.scatter, peak.span)
+                mine[peak.scatter] = min(low, peak.span[0]), max(high, peak.span[1])
+        return ranks(spans)
 
     def missing(self) -> Iterator[tuple[str, Phase, str]]:
         """(study, phase, why it has no peaks of it)."""

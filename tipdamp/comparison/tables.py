@@ -5,10 +5,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from tipdamp.comparison.doubts import error, height, stability
 from tipdamp.comparison.events import drifts
 from tipdamp.comparison.figures import in_words
 from tipdamp.comparison.optimum import Optimum, envelope, lowest_at
-from tipdamp.comparison.peaks import ComparedPeak, Phase
+from tipdamp.comparison.peaks import ComparedPeak, Phase, motion_beyond
 from tipdamp.comparison.record import ComparedStudies
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.table import Table
@@ -42,6 +43,7 @@ def _column(comparison: ComparedStudies, name: str) -> Row:
     assert tune is not None and reduced is not None and preload is not None  # it has curves
     free = reduced.free_hz
     return {
+        "title": one.study.title,
         "pull Fc (N)": listing(dict.fromkeys(f"{study.driver.pull:g}" for study in mine)),
         "without damper, out of phase (Hz)": hertz(free.get("out_of_phase")),
         "without damper, in phase (Hz)": hertz(free.get("in_phase")),
@@ -93,9 +95,9 @@ def best(comparison: ComparedStudies) -> Iterator[Table]:
             "levels. Flat: Fc/Fe within which it stays within 5 % of the least; open where that "
             "reaches the first or the last level. None: friction takes nothing at the least, every "
             "pair sticks there or slips freely. Rank: by the least; studies that are equal within "
-            "the errors of their peaks or their scatter are tied; lowest: at how many of the "
-            "levels in the range of all studies its curve is the lowest. Paper: the rank that the "
-            "study states as its reference.",
+            "the errors of their peaks or their scatter, of the same scatter case by case, are "
+            "tied; lowest: at how many of the levels in the range of all studies its curve "
+            "is the lowest. Paper: the rank that the study states as its reference.",
             rows,
             left=(0, 1),
         )
@@ -113,14 +115,25 @@ def _best(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
         yield {
             "phase": in_words(phase),
             "study": name,
-            "best Fc/Fe": "none" if one.idle else number(one.ratio, 3),
-            "least (µm/N)": micro(one.m_per_N),
+            "best Fc/Fe": "none" if one.idle else best_ratio(comparison, phase, name, one),
+            "least (µm/N)": height(one.peak),
             "flat: Fc/Fe": NOTHING if one.idle else _flat(one),
-            "pull for Fe = 10 N (N)": NOTHING if one.idle else number(10 * one.ratio, 3),
+            "pull for Fe = 10 N (N)": NOTHING
+            if one.idle
+            else best_ratio(comparison, phase, name, one, 10),
             "rank": f"{rank[name]}" + " (tied)" * (list(rank.values()).count(rank[name]) > 1),
             "lowest": f"{first} of {common}" if common else NOTHING,
             "paper": NOTHING if stated is None else f"{stated:g}",
         }
+
+
+def best_ratio(
+    comparison: ComparedStudies, phase: Phase, name: str, one: Optimum, force: float = 1.0
+) -> str:
+    """Fc/Fe of a least, times a force: '2.00 or less' where it may lie beyond the levels, but not
+    where the damper rolls or slides there."""
+    ends = motion_beyond(comparison.of(name, phase), one.ratio)
+    return number(force * one.ratio, 3) + ("" if ends else one.beyond)
 
 
 def _flat(one: Optimum) -> str:
@@ -238,14 +251,15 @@ def cases(comparison: ComparedStudies) -> Iterator[Table]:
             rows += [_case(name, phase, peaks) for peaks in zip(*on, strict=True)]
     yield Table(
         "Every case: largest FRF in µm/N at Hz on each blade, and the share of the kept pairs that "
-        "slip or open at that of blade 1.",
+        "slip or open at that of blade 1. Error by the harmonics left out, and stability of the "
+        "motion: of the blade with the larger peak; a dash where it is not known.",
         rows,
         left=(0, 1),
     )
 
 
 def _case(name: str, phase: Phase, peaks: Sequence[ComparedPeak]) -> Row:
-    first = peaks[0]
+    first, largest = peaks[0], max(peaks, key=lambda peak: peak.m_per_N or 0.0)
     return {
         "study": name,
         "phase": in_words(phase),
@@ -254,6 +268,8 @@ def _case(name: str, phase: Phase, peaks: Sequence[ComparedPeak]) -> Row:
         "Fe (N)": number(first.Fe),
         "H": f"{first.H}",
         **{f"blade {peak.blade}": _height(peak) for peak in peaks},
+        "error": error(largest),
+        "motion": stability(largest),
         "slip": NOTHING if first.slipping is None else f"{100 * first.slipping:.0f} %",
     }
 

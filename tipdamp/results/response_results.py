@@ -1,6 +1,7 @@
 """What the stages of the forced response found: curves, periods at their peaks, stresses, and what
 was measured."""
 
+import math
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -375,15 +376,26 @@ class FittedValue(Record):
     high: float
     start: float
 
+    @property
+    def digits(self) -> int:
+        """Significant ones, so that value and interval are told apart."""
+        half = (self.high - self.low) / 2
+        if not 0 < half < abs(self.value):
+            return 4
+        return max(4, math.ceil(math.log10(abs(self.value) / half)) + 1)
+
 
 class FittedCurve(Record):
     """A measured curve of a fit. misfit - root mean square of the difference, relative to the
-    largest amplitude; half_power - as if nothing slipped."""
+    largest amplitude; half_power - as if nothing slipped; hz, m_per_N - the fitted curve at the
+    measured frequencies in the band."""
 
     measured: str
     level_N: float
     misfit: float
     half_power: MeasuredDamping
+    hz: tuple[float, ...] = ()
+    m_per_N: tuple[float, ...] = ()
 
 
 class FitResult(Result):

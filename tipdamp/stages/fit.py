@@ -84,9 +84,16 @@ def result(found: DampingFit, names: Sequence[str], facts: Sequence[MeasuredFact
         ),
         curves=tuple(
             FittedCurve(
-                measured=name, level_N=one.level_N, misfit=misfit, half_power=one.half_power
+                measured=name,
+                level_N=one.level_N,
+                misfit=misfit,
+                half_power=one.half_power,
+                hz=tuple(run.hz.tolist()),
+                m_per_N=tuple((np.abs(amplitude) / one.level_N).tolist()),
             )
-            for name, one, misfit in zip(names, facts, found.misfit, strict=True)
+            for name, one, misfit, run, amplitude in zip(
+                names, facts, found.misfit, found.measured, found.computed, strict=True
+            )
         ),
         iterations=found.iterations,
         warnings=found.doubts,
@@ -109,7 +116,8 @@ def line(store: Store) -> str:
 
 def _said(found: FitResult) -> Iterator[str]:
     for one in found.values:
-        yield f"{one.name} {one.value:.4g} ({one.low:.4g} to {one.high:.4g})"
+        value, low, high = (f"{x:.{one.digits}g}" for x in (one.value, one.low, one.high))
+        yield f"{one.name} {value} ({low} to {high})"
 
 
 STAGE = Stage(

@@ -180,7 +180,14 @@ def check_current(name: str, study: Study, store: Store) -> None:
         else []
     )
     one = [*absent, *stale][0] if len([*absent, *stale]) == 1 else "run"
-    raise InputError(f"'{name}' needs {', and '.join(found)}; run: tipdamp {one} {study.path}")
+    raise InputError(f"'{name}' needs {', and '.join(found)}; run: {command(one, study, store)}")
+
+
+def command(verb: str, study: Study, store: Store) -> str:
+    """As one types it: 'tipdamp sweep study.toml --out folder', with the folder where it is not the
+    study's own."""
+    out = "" if store.folder == study.results else f" --out {store.folder}"
+    return f"tipdamp {verb} {study.path}{out}"
 
 
 def all_needed(stage: Stage, study: Study) -> list[str]:

@@ -12,6 +12,7 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.measured.universal import FrfAt, write_universal
 from tipdamp.results.response_results import RespondResult, families
+from tipdamp.stages.run import command
 from tipdamp.statics.model_inputs import group
 from tipdamp.study.view import Study
 
@@ -23,7 +24,7 @@ def write_responses(study: Study, store: Store) -> Path:
     the force, per newton. Raises InputError where nothing was responded."""
     if not store.path(RespondResult.file).is_file():
         raise InputError(
-            f"{study.path}: no responses to export yet; run: tipdamp respond {study.path}"
+            f"{study.path}: no responses to export yet; run: {command('respond', study, store)}"
         )
     axis = _axis(study.respond.direction)
     driven = _driven_node(study, ReducedModel.load(store.path("model.npz")))

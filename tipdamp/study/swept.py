@@ -12,6 +12,7 @@ from tipdamp.study.values import COUNT, LONGEST, NUMBER, Key, Kind, number, whol
 
 RANGE = ("start", "stop", "count", "spacing")
 SPACINGS = ("lin", "log")
+DIGITS = 12  # of the values of a range: 0.4 and not 0.39999999999999997
 END = Key(NUMBER, "")
 POINTS = Key(COUNT, "", low=1, high=LONGEST)
 
@@ -90,7 +91,7 @@ def _values(key: str, given: Any) -> tuple[Any, ...]:
     values = interval.at(np.linspace(0.0, 1.0, count))
     values[0] = interval.start
     values[-1] = interval.stop if count > 1 else interval.start
-    return tuple(values.tolist())
+    return tuple(float(f"{value:.{DIGITS}g}") for value in values)
 
 
 def _interval(key: str, table: dict) -> SampledKey:

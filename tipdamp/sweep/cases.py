@@ -76,16 +76,22 @@ def _check_key(where: str, key: str, study: Study) -> None:
             f"{where} {shown(key)}: is no key of a section of the study, such as damper.pull or "
             "contact.left.kn"
         )
+    name, _, of_side = inside.partition(".")
+    if section == "contact" and of_side and name not in study.sides:
+        raise InputError(
+            f"{where} {shown(key)}: no side {shown(name)!r}; there are {', '.join(study.sides)}"
+        )
 
 
 def _rows(path: Path) -> Iterator[Case]:
-    """Rows of a CSV of cases."""
+    """Rows of a CSV of cases; one of empty cells is the study itself, a blank line is none."""
     if not path.is_file():
         raise InputError(f"[sweep] cases: file not found: {path}")
     with path.open(newline="", encoding="utf-8-sig") as file:
-        header, *lines = [row for row in csv.reader(file) if any(cell.strip() for cell in row)] or [
-            []
-        ]
+        rows = list(csv.reader(file))
+    first = next((i for i, row in enumerate(rows) if any(map(str.strip, row))), len(rows))
+    header, *lines = rows[first:] or [[]]
+    lines = [row for row in lines if len(row) > 1 or any(map(str.strip, row))]
     keys = [cell.strip() for cell in header]
     for key in keys:
         if keys.count(key) > 1:

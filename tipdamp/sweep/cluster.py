@@ -127,6 +127,8 @@ def cluster(address: str, jobs: int, folder: Path) -> Iterator[Cluster]:
             client = Client(address, timeout=ANSWER, set_as_default=False)
         except Exception as error:  # whatever comes of what another program says
             said = shown(" ".join(str(error).split()) or "silence", 200)
+            if isinstance(error, MemoryError):  # of its words, read as the length of a message
+                said = "something else does"
             raise InputError(
                 f"--scheduler {address}: no scheduler of dask answers there within {ANSWER:g} s "
                 f"({said}); start one with: dask scheduler"

@@ -17,6 +17,7 @@ from tipdamp.sweep.plan import SweepStep
 from tipdamp.sweep.rows import CurveRow, Row, StressRow
 
 FILE = "index.sqlite"
+HOW = "tipdamp sweep STUDY.toml"
 BUSY = 30.0  # s that a reader waits for the writer
 OTHER_TABLES = ("no such table", "no such column", "has no column", " columns but ")
 
@@ -55,12 +56,12 @@ create table if not exists facts (name text primary key, value text);
 
 
 class Index:
-    """The index in the folder of a sweep."""
+    """The index in the folder of a sweep. how - the command that makes it."""
 
-    def __init__(self, folder: Path, write: bool = False) -> None:
+    def __init__(self, folder: Path, write: bool = False, how: str = HOW) -> None:
         self.path = folder / FILE
         if not write and not self.path.is_file():
-            raise InputError(f"{folder}: no sweep has run here yet; run: tipdamp sweep STUDY.toml")
+            raise InputError(f"{folder}: no sweep has run here yet; run: {how}")
         with self._told():
             mode = "rwc" if write else "ro"
             self.base = sqlite3.connect(

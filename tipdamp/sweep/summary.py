@@ -11,7 +11,7 @@ from tipdamp.engine.progress import duration
 from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import shown
 from tipdamp.sweep.cases import in_words
-from tipdamp.sweep.index import CaseState, Index
+from tipdamp.sweep.index import HOW, CaseState, Index
 
 FREQUENCY = re.compile(r"(\d+(?:\.\d+)?(?:e[+-]?\d+)?) Hz")
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
@@ -19,22 +19,22 @@ LONGEST = 300  # letters of a reason or a warning
 SHOWN = 20  # cases that failed, for each reason
 
 
-def status(folder: Path) -> tuple[str, bool]:
+def status(folder: Path, how: str = HOW) -> tuple[str, bool]:
     """(text, whether no case failed and no curve is incomplete) of the sweep in a folder, also
-    while another process works there."""
-    with Index(folder) as index:
+    while another process works there; how - the command of the sweep."""
+    with Index(folder, how=how) as index:
         cases, facts, incomplete = index.cases(), index.facts(), index.incomplete()
         warnings = index.warnings()
     count = Counter(one.state for one in cases)
     lines = [
         f"sweep       {count['done']} of {len(cases)} cases done, {count['failed']} failed, "
-        f"{count['to do']} to do{_left(folder, facts, count['to do'])}"
+        f"{count['to do']} to do{_left(folder, facts, count['to do'], how)}"
     ]
     lines += _incomplete(incomplete)
     lines += _warnings(warnings)
     lines += _failures([one for one in cases if one.state == "failed"])
     if count["failed"]:
-        lines.append(f"to try them again: tipdamp sweep {facts.get('study', 'STUDY')} --retry")
+        lines.append(f"to try them again: {how} --retry")
     return "\n".join(lines), not count["failed"] and not incomplete
 
 
@@ -50,16 +50,20 @@ def _incomplete(reasons: dict[str, int]) -> list[str]:
     ]
 
 
-def _warnings(said: dict[int, list[str]]) -> list[str]:
-    """One line for each warning, whatever its numbers, with those of the first case that has it."""
-    alike: dict[str, dict[int, str]] = {}
+def alike(said: Mapping[int, Sequence[str]]) -> list[tuple[str, list[int]]]:
+    """Of {case: its warnings} each warning once, whatever its numbers: (text of the first case that
+    has it, all cases that have it)."""
+    found: dict[str, dict[int, str]] = {}
     for number, texts in said.items():
         for text in texts:
-            alike.setdefault(NUMBER.sub("#", text), {}).setdefault(number, text)
+            found.setdefault(NUMBER.sub("#", text), {}).setdefault(number, text)
+    return [(next(iter(every.values())), list(every)) for every in found.values()]
+
+
+def _warnings(said: dict[int, list[str]]) -> list[str]:
     return [
-        f"warning: {shown(text, LONGEST)} (case {number}{_and_others(len(every) - 1)})"
-        for every in alike.values()
-        for number, text in [next(iter(every.items()))]
+        f"warning: {shown(text, LONGEST)} (case {cases[0]}{_and_others(len(cases) - 1)})"
+        for text, cases in alike(said)
     ]
 
 
@@ -75,14 +79,14 @@ def _with_range(why: str, every: Sequence[str]) -> str:
     return why.replace("... Hz", f"{min(hz):g} to {max(hz):g} Hz", 1)
 
 
-def _left(folder: Path, facts: Mapping[str, Any], to_do: int) -> str:
+def _left(folder: Path, facts: Mapping[str, Any], to_do: int, how: str) -> str:
     if not to_do:
         return ""
     if not Store(folder).in_use:
-        return f"; nothing runs, to go on: tipdamp sweep {facts.get('study', 'STUDY')}"
+        return f"; nothing runs, to go on: {how}"
     left, told = facts.get("left"), facts.get("told")
     if left is None or told is None:
-        return ""
+        return "".join(f"; runs: {shown(text, 200)}" for text in facts.get("runs", []))
     ago = time.time() - told
     return f"; about {duration(left)} left as told {duration(max(ago, 0.0))} ago"
 

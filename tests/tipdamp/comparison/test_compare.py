@@ -11,6 +11,7 @@ import pytest
 from tests.tipdamp.rig_study import CHAIN, without_report, write_chain
 from tipdamp.cli import main
 from tipdamp.comparison.read import read, source
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.subjects.axial import of_side
 from tipdamp.report.subjects.wear import wear_index
 from tipdamp.stages.run import results_folder
@@ -179,10 +180,32 @@ def test_sweep_of_a_study_gives_its_pulls_and_its_scatter(tmp_path, capsys):
     page = (tmp_path / "page" / "comparison.html").read_text(encoding="utf-8")
     assert "scatter" in page and "Compared: swept" in page and "swept, Fc = 120 N" in page
     assert "µm/N, where friction takes nothing." in page  # nothing slips
-    (tmp_path / "scatter.csv").write_text("respond.damping_ratio\n0.009\n")
-    assert main(["sweep", str(path), "--quiet"]) == 0
-    capsys.readouterr()
-    assert "no case has the study's own values" in refused(capsys, str(path))
+
+
+def test_a_sweep_without_the_study_itself_is_refused_before_it_runs(tmp_path, capsys):
+    """With the values that a case lacks; those of the pairs and defaults are the study's own."""
+    write_chain(tmp_path)
+    path = Path(study(tmp_path, "swept", levels=[1.0]))
+    path.write_text(path.read_text() + "\n[sweep]\ncases = 'scatter.csv'\n")
+
+    def told(text):
+        (tmp_path / "scatter.csv").write_text(text)
+        return refused(capsys, str(path), "--run")
+
+    assert "own values, about which the others scatter; add one with respond.damping_ratio = " in (
+        said := told("respond.damping_ratio,model.pull\n0.009,60\n")
+    )
+    assert "model.pull" not in said
+    assert not (tmp_path / "results").exists()
+    mu = float(np.unique(ContactTable.load(tmp_path / "pairs.csv").mu).item())
+    assert f"add one with contact.mu = {mu}\n" in told(f"contact.mu\n{mu + 0.1}\n")
+    zeta = 0.01
+    assert f"contact.mu = {mu} and respond.damping_ratio = {zeta}" in told(
+        f"contact.mu,respond.damping_ratio\n{mu},0.02\n{mu + 0.1},{zeta}\n"
+    )
+    assert "contact.mu" not in told(f"contact.mu,respond.damping_ratio\n{mu},0.02\n")
+    (tmp_path / "scatter.csv").write_text(f"contact.mu\n{mu}\n")
+    assert "no sweep has run here yet" in refused(capsys, str(path))
 
 
 def test_wear_index_is_the_friction_of_the_period(run):

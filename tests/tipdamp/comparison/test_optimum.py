@@ -23,6 +23,8 @@ def level(Fe, height, blade=1, share=0.5, error=0.0):
         hz=1600.0,
         m_per_N=height,
         error=error,
+        tolerance=1e-3,
+        stable=True,
         at_least=None,
         slipping=0.0,
         friction_W=(friction,),
@@ -85,8 +87,11 @@ def test_a_valley_alone_is_no_structure_without_friction():
 
 
 def test_ranks_and_where_a_curve_is_lowest():
-    assert ranks({"a": (2.0, 2.0), "b": (1.0, 1.0), "c": (2.0, 2.0)}) == {"a": 2, "b": 1, "c": 2}
-    assert ranks({"a": (2.0, 2.5), "b": (1.0, 2.1), "c": (2.2, 3.0)}) == {"a": 1, "b": 1, "c": 2}
+    def ranked(**spans):
+        return ranks({name: {"": span} for name, span in spans.items()})
+
+    assert ranked(a=(2.0, 2.0), b=(1.0, 1.0), c=(2.0, 2.0)) == {"a": 2, "b": 1, "c": 2}
+    assert ranked(a=(2.0, 2.5), b=(1.0, 2.1), c=(2.2, 3.0)) == {"a": 1, "b": 1, "c": 2}
     ratio = np.array([1.0, 10.0, 100.0])
     found = lowest_at(
         {

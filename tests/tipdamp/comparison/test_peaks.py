@@ -175,6 +175,8 @@ def test_reasons_without_advice():
             hz=None,
             m_per_N=None,
             error=None,
+            tolerance=1e-3,
+            stable=None,
             at_least=1e-7,
             slipping=None,
             friction_W=(),

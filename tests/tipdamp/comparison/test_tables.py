@@ -8,8 +8,8 @@ import pytest
 
 from tests.contact_tables import contact_table, frames
 from tests.tipdamp.comparison.test_peaks import results
-from tipdamp.comparison import events, stress, tables
-from tipdamp.comparison.figures import optimisation, responses
+from tipdamp.comparison import doubts, events, stress, tables
+from tipdamp.comparison.figures import BEST, DOUBTED, optimisation, responses
 from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
 from tipdamp.comparison.record import ComparedStudies, Computed, finest
@@ -30,6 +30,8 @@ def level(name, Fe, height, **other):
         "pull": 100.0,
         "hz": 2800.0,
         "error": 0.0,
+        "tolerance": 1e-3,
+        "stable": True,
         "at_least": None,
         "slipping": 0.5,
         "friction_W": (0.1 * np.pi * 2800 * Fe**2 * (height or 0.0),),
@@ -74,8 +76,14 @@ def test_best_pull_with_ranks(tmp_path):
 
 def test_a_least_at_the_end_of_the_levels_is_no_optimum(tmp_path):
     """Of `stiff`, as high at every level; between its levels `soft` has a least."""
-    (said,) = introduction(comparison(tmp_path))
+    given = comparison(tmp_path)
+    (said,) = introduction(given)
     assert said.endswith("Least at the first or last level, where more levels are needed: stiff.")
+    assert "that of stiff, 0.3000 µm/N at Fc/Fe = 2.00 or less. The" in said
+    (table,) = tables.best(given)
+    stiff = table.records[1]
+    assert stiff["best Fc/Fe"] == "2.00 or less"
+    assert stiff["pull for Fe = 10 N (N)"] == "20.0 or less"
 
 
 def test_a_least_above_which_the_damper_rolls_needs_no_more_levels(tmp_path):
@@ -105,9 +113,12 @@ def test_no_pull_is_best_where_nothing_slips(tmp_path):
     (said,) = introduction(given)
     assert said == (
         "Out of phase the least response is that of stiff, 0.3000 µm/N, where friction takes "
-        "nothing (soft 0.4000 µm/N at their best). No pull is best for stiff, whose least is that "
-        "without friction."
+        "nothing. The others at their best: soft 0.4000 µm/N. No pull is best for stiff, whose "
+        "least is that without friction."
     )
+    (figure,) = optimisation(given)
+    stars = [one for one in figure.panels[0].items if vars(one).get("name") == BEST]
+    assert [list(one.x) for one in stars] == [[10.0]]  # of soft alone
     (table,) = tables.best(given)
     row = next(row for row in table.records if row["study"] == "stiff")
     assert row["best Fc/Fe"] == "none" and row["flat: Fc/Fe"] == NOTHING
@@ -135,6 +146,81 @@ def test_studies_that_are_equal_share_a_rank(tmp_path):
     assert ranked(4.04e-7, error=0.005) == (apart, False)
     assert ranked(4.5e-7, scatter=(3.9e-7, 5e-7)) == (tied, True)
     assert ranked(4.5e-7, scatter=(4.1e-7, 5e-7)) == (apart, False)
+
+
+def test_the_same_scatter_is_ranked_case_by_case(tmp_path):
+    """The bars overlap, and one is lower in every case: it is the first. Not where it is in some of
+    them alone, nor where the cases are others."""
+    given = comparison(tmp_path)
+
+    def ranked(soft, stiff):
+        peaks = [
+            level(name, Fe, h, scatter=scatter)
+            for name, heights in (("soft", soft), ("stiff", stiff))
+            for scatter, h in heights.items()
+            for Fe in (1.0, 10.0)
+        ]
+        return replace(given, peaks=tuple(peaks)).ranks("out_of_phase")
+
+    low = {"": 3.0e-7, "mu = 0.4": 4.0e-7, "mu = 0.6": 2.0e-7}
+    high = {case: 1.2 * height for case, height in low.items()}
+    assert ranked(low, high) == {"soft": 1, "stiff": 2}
+    assert ranked(low, high | {"mu = 0.6": 1.9e-7}) == {"soft": 1, "stiff": 1}
+    assert ranked(low, {"": 3.6e-7, "mu = 0.5": 3.0e-7}) == {"soft": 1, "stiff": 1}
+
+
+def test_one_study_is_not_said_to_be_the_best(tmp_path):
+    given = comparison(tmp_path)
+    alone = [p for p in given.peaks if p.study == "soft"]
+    (said,) = introduction(replace(given, computed=given.computed[:1], peaks=tuple(alone)))
+    assert said == "Out of phase the least response is 0.4000 µm/N at Fc/Fe = 10.0."
+
+
+def test_doubts_of_peaks_are_told(tmp_path):
+    """Unstable, an error above the tolerance, or none known: hollow on the curve, in the table of
+    every case and in the warnings; the headline has no more digits than the error leaves."""
+    given = comparison(tmp_path)
+    peaks = [
+        level("soft", 1.0, 8e-7),
+        level("soft", 10.0, 4.321e-7, error=0.032, stable=False),
+        level("soft", 50.0, 6e-7, error=None, stable=None),
+        level("stiff", 1.0, 5.678e-7, error=9e-4),
+        level("stiff", 10.0, 5.6785e-7, error=4e-3),
+    ]
+    given = replace(given, peaks=tuple(peaks))
+    (figure,) = optimisation(given)
+    marks = [one for one in figure.panels[0].items if isinstance(one, Marks)]
+    hollow = [(one.name, x) for one in marks if not one.filled for x in one.x]
+    doubted = [(DOUBTED, 2.0), (DOUBTED, 10.0), (DOUBTED, 10.0)]
+    assert sorted(hollow) == [*doubted, (BEST, 10.0)]
+    (table,) = tables.cases(given)
+    told = {(r["study"], r["Fe (N)"]): (r["error"], r["motion"]) for r in table.records}
+    assert told["soft", "10.00"] == ("3.2 %", "unstable")
+    assert told["soft", "50.00"] == ("not known", NOTHING)
+    assert told["soft", "1.000"] == ("0 %", "stable")
+    (said,) = introduction(given)
+    assert "that of soft, 0.43 µm/N ± 3 % (unstable) at Fc/Fe = 10.0. The others" in said
+    assert "others at their best: stiff 0.568 µm/N ± 0.09 %." in said
+    assert doubts.warnings(given) == [
+        "soft: 2 of 3 peaks, with those of its scatter, are in doubt: error above the tolerance 1 "
+        "(up to 3.2 %), error not known 1 and unstable 1.",
+        "stiff: 1 of 2 peaks, with those of its scatter, are in doubt: error above the tolerance 1 "
+        "(up to 0.40 %).",
+    ]
+
+
+def test_warnings_of_the_stages_are_told_once(tmp_path):
+    """Of all cases of a study those that are alike but for their numbers."""
+    given = comparison(tmp_path)
+    one = given.computed[0].results
+    several = [
+        Computed("soft", replace(one, said={"tune": [f"MAC of {mac} with the free one"]}), scatter)
+        for mac, scatter in ((0.42, ""), (0.43, "contact.mu = 0.5"), (0.44, "contact.mu = 0.6"))
+    ]
+    name = one.study.name
+    assert doubts.warnings(ComparedStudies(tuple(several), ())) == [
+        f"{name}: MAC of 0.42 with the free one. (3 of 3 cases)"
+    ]
 
 
 def test_friction_is_among_what_tells_studies_apart(tmp_path):
@@ -402,25 +488,26 @@ def test_stress_of_a_curve_without_a_peak_is_a_bound(tmp_path):
     assert last["safety"] == "0.0200" and last["alternating (MPa)"] == "4000"
 
 
-def test_figures_of_a_sweep_are_told_apart(tmp_path):
-    """By pull, levels and band, in words and in the names of their files, which have no blanks;
-    what all have in common is not in the names."""
+def test_figures_of_a_sweep_have_all_levels(tmp_path):
+    """One for each pull and band, which its title names, and its file, whose name has no blanks;
+    what all have in common is not in the names. Of a level the curve of most harmonics."""
     (tmp_path / "a").mkdir()
     one = results(tmp_path / "a")
     pull = one.study.driver.pull
     every = [at_pull(one, fc, one.kept.preload) for fc in (pull, 2 * pull) for _ in range(4)]
     for k, each in enumerate(every):
-        levels, band = [
-            ((1.0,), (1.0, 20.0))[k % 2],
-            ((1200.0, 3300.0), (1200.0, 1900.0))[k // 2 % 2],
-        ]
-        changed = each.study.respond.model_copy(update={"levels": levels, "band": band})
+        Fe, band = (1.0, 20.0)[k % 2], ((1200.0, 3300.0), (1200.0, 1900.0))[k // 2 % 2]
+        changed = each.study.respond.model_copy(update={"levels": (Fe,), "band": band})
         vars(each.study)["respond"] = changed
+        facts = one.cases[0].facts.model_copy(update={"Fe_N": Fe})
+        vars(each)["cases"] = (replace(one.cases[0], facts=facts),)
     drawn = list(responses(ComparedStudies(tuple(Computed("a b", each) for each in every), ())))
-    for told in ("name", "title", "caption"):
-        assert len({getattr(figure, told) for figure in drawn}) == 8
-    assert drawn[0].name == f"responses_a_b_Fc_{pull:g}_N_Fe_1_N_1200_to_3300_Hz"
-    assert drawn[1].caption.startswith(f"a b, Fc = {pull:g} N, Fe = 1 to 20 N, 1200 to 3300 Hz: ")
+    assert len({figure.name for figure in drawn}) == len({figure.title for figure in drawn}) == 4
+    assert drawn[0].name == f"responses_a_b_Fc_{pull:g}_N_1200_to_3300_Hz"
+    assert drawn[0].title == f"a b, Fc = {pull:g} N: forced response, 1200 to 3300 Hz"
+    assert "a b" not in drawn[0].caption
+    for figure in drawn:
+        assert len(figure.legend) == 2 and "20 N" in figure.legend[1]
     alone = ComparedStudies((Computed("a b", one), Computed("a_b", one), Computed("a b", one)), ())
     names = [figure.name for figure in responses(alone)]
-    assert names == ["responses_a_b", "responses_a_b_2", "responses_a_b_3"]
+    assert names == ["responses_a_b", "responses_a_b_2"]

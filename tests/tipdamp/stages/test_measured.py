@@ -1,5 +1,6 @@
 """Measured curves in a study: from files to their agreement with the computed ones."""
 
+import csv
 import shutil
 
 import numpy as np
@@ -151,6 +152,12 @@ def test_damping_of_a_measured_curve_comes_back(study):
     assert run(study, "cycles", "agreement", "report") == [0] * 3
     page = (study.parent / "results" / "study" / "report.html").read_text()
     assert "Fitted to the measured curves" in page and "half-power over fit" in page
+    folder = study.parent / "results" / "study"
+    hz, mean, *_ = load_band(folder / "measured" / "run.csv")
+    assert curve["m_per_N"] == pytest.approx(np.interp(curve["hz"], hz, mean), rel=0.1)
+    with (folder / "figures" / "measured.csv").open() as file:
+        drawn = [row for row in csv.DictReader(file) if row["name"] == "fitted"]
+    assert [float(row["y"]) for row in drawn] == pytest.approx(1e6 * np.array(curve["m_per_N"]))
 
 
 def test_a_measured_curve_has_factors_of_its_own(study):

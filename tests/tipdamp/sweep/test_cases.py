@@ -43,10 +43,31 @@ def test_lists_and_ranges_make_their_product(sweep):
     path = sweep(OVER)
     cases = cases_of(load_study(path))
     assert [case["model.pull"] for case in cases] == [60, 60, 60, 30, 30, 30, 15, 15, 15]
-    assert [case["respond.levels"] for case in cases[:3]] == pytest.approx([1, 10, 100], rel=1e-14)
+    assert [case["respond.levels"] for case in cases[:3]] == [1, 10, 100]
     study = study_of_case(path, read_toml(path), 6, cases[5])
     assert (study.driver.pull, study.respond.levels) == (30.0, (100.0,))
     assert "sweep" not in study
+
+
+def test_values_of_a_range_are_round(sweep):
+    """0.4, as one would write it and look it up, and not 0.39999999999999997."""
+    text = "\n[sweep.over]\ncontact.mu = { start = 0.3, stop = 0.6, count = 4 }\n"
+    cases = cases_of(load_study(sweep(text)))
+    assert [case["contact.mu"] for case in cases] == [0.3, 0.4, 0.5, 0.6]
+
+
+def test_a_row_of_empty_cells_is_the_study_itself(sweep):
+    """An empty cell leaves its key as it is; a blank line is no case."""
+    path = sweep("\n[sweep]\ncases = 'cases.csv'\n")
+    path.with_name("cases.csv").write_text("contact.mu,model.pull\n,\n0.4,\n\n")
+    cases = cases_of(load_study(path))
+    assert [list(case.values()) for case in cases] == [[None, None], [0.4, None]]
+
+
+def test_a_side_that_is_none_is_no_key(sweep):
+    path = sweep("\n[sweep.over]\ncontact.middle.kn = [1e6]\n")
+    with pytest.raises(InputError, match="no side 'middle'; there are left, right$"):
+        cases_of(load_study(path))
 
 
 def test_what_cases_share_is_one_step(sweep):

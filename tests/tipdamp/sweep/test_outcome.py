@@ -212,7 +212,10 @@ def test_a_refused_study_is_no_sweep(sweep, capsys):
     assert swept(sweep) == 2
     capsys.readouterr()
     assert swept(sweep, "--status") == 2
-    assert "no sweep has run here yet" in capsys.readouterr().err
+    there = f"{sweep} --out {sweep.parent / 'other'}"
+    assert f"run: tipdamp sweep {sweep}\n" in capsys.readouterr().err
+    assert swept(sweep, "--status", "--out", str(sweep.parent / "other")) == 2
+    assert f"no sweep has run here yet; run: tipdamp sweep {there}\n" in capsys.readouterr().err
 
 
 def test_nothing_runs_after_a_kill(sweep):
@@ -220,12 +223,15 @@ def test_nothing_runs_after_a_kill(sweep):
     assert swept(sweep, "--dry-run") == 0
     with Index(folder(sweep), write=True) as index:
         index.begin([{"model.pull": 60}, {"model.pull": 30}], ["a", "b"])
-        index.say(study="study.toml", left=100.0, told=time.time())
+        index.say(left=None, runs=["reduce of model.pull = 60"])
+        with Store(folder(sweep)).lock():
+            assert "2 to do; runs: reduce of model.pull = 60" in status(folder(sweep))[0]
+        index.say(left=100.0, told=time.time())
     with Store(folder(sweep)).lock():
         assert "2 to do; about 1 min 40 s left" in status(folder(sweep))[0]
-    text = status(folder(sweep))[0]
+    text = status(folder(sweep), "tipdamp sweep study.toml --out here")[0]
     assert "left" not in text
-    assert "2 to do; nothing runs, to go on: tipdamp sweep study.toml" in text
+    assert "2 to do; nothing runs, to go on: tipdamp sweep study.toml --out here" in text
 
 
 def test_a_full_disk_ends_the_sweep_in_one_line(sweep, capsys, monkeypatch):
@@ -264,7 +270,7 @@ def test_the_summary_counts_cases_and_says_why(tmp_path):
     assert not whole
     assert text.splitlines()[:5] == [
         "sweep       2 of 5 cases done, 2 failed, 1 to do; nothing runs, to go on: tipdamp sweep "
-        "STUDY",
+        "STUDY.toml",
         "1 curve is incomplete: the damper slides freely",
         "failed: gave up",
         "    case 3: model.pull = 2",

@@ -5,7 +5,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from tipdamp.hbm.drawing.figure import Band, Curve, Figure, Item, Marks, Panel, level_colors
+from tipdamp.hbm.drawing.figure import (
+    VERMILION,
+    Band,
+    Curve,
+    Figure,
+    Item,
+    Marks,
+    Panel,
+    level_colors,
+)
 from tipdamp.measured.agreement import computed_amplitude, drawn
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
@@ -51,8 +60,8 @@ def fitted(results: Results) -> Iterator[Table]:
         [
             {
                 "": one.name,
-                "found": number(one.value, 4),
-                "95 %": f"{number(one.low, 4)} to {number(one.high, 4)}",
+                "found": number(one.value, one.digits),
+                "95 %": f"{number(one.low, one.digits)} to {number(one.high, one.digits)}",
                 "start": number(one.start, 4),
             }
             for one in found.values
@@ -122,7 +131,9 @@ def figure(results: Results) -> Iterator[Figure]:
             "Measured and computed curves",
             "Measured response per newton: points are the mean of the repeats, the shaded band is "
             "what the measurement allows. Lines are the computed curves of the same level of force "
-            "at the same place; several H where the study has several.",
+            "at the same place; several H where the study has several."
+            + " Dashed: with what was fitted, at the measured frequencies."
+            * bool(results.fit),
             [_panel(results, name, one.level_N) for name, one in results.measured.curves.items()],
             row_height=380,
         )
@@ -146,6 +157,11 @@ def _panel(results: Results, name: str, level: float) -> Panel:
         hz, drawn_amplitude = (values[:-1] for values in drawn(case.curve.frequency, amplitude))
         items.append(Curve(hz, drawn_amplitude, f"computed, H = {case.H}", color))
         top = max(top, np.nanmax(amplitude))
+    for fitted_one in results.fit.curves if results.fit else ():
+        if fitted_one.measured == name:
+            amplitude = MICRO * np.array(fitted_one.m_per_N)
+            items.append(Curve(fitted_one.hz, amplitude, "fitted", VERMILION, dash="dash"))
+            top = max(top, amplitude.max(initial=0.0))
     low, high = results.study.respond.band
     return Panel(
         f"{name}: {level:.4g} N",
