@@ -162,6 +162,8 @@ def synthesis(
         raise InputError(f"level = {brief(level)}: must be one number")
     equation = _same_equation(mode, problem)
     F = float(factor) * check_forcing(np.asarray(forcing), len(problem.K), 1)[1]
+    if not F.any():
+        raise InputError("forcing: is zero, so that nothing moves; give a force")
     line = _OverAmplitude.of(mode, problem)
     s = line.places
     above = line.reach(s, F) > 0

@@ -252,6 +252,7 @@ def one_blade(K=1e6, mu=0.5):
 
 WRONG = {
     "mode = None: must be the Backbone": lambda mode: synthesis(None, one_blade(), [1.0]),
+    "forcing: is zero": lambda mode: synthesis(mode, one_blade(), [0.0]),
     r"level = \[1, 2\]: must be one": lambda mode: synthesis(mode, one_blade(), [1.0], [1, 2]),
     "has not the stuck mode 1 of the backbone": lambda mode: synthesis(mode, one_blade(2e6), [1.0]),
     "at 0.0001 m is none with its contacts": lambda mode: synthesis(mode, one_blade(mu=0.1), [1.0]),
