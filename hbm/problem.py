@@ -22,6 +22,7 @@ from tipdamp.hbm.balance.varying import Amplitude, Varying, amplitude_at, consta
 from tipdamp.hbm.curve.options import CurveKeywords, with_options_named
 from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.laws.base import ContactLaw, check_law
+from tipdamp.hbm.laws.force import CubicSpring
 from tipdamp.hbm.laws.mixed import MixedLaw
 from tipdamp.hbm.laws.records import Contacts
 from tipdamp.hbm.periodic_solution import PeriodicSolution
@@ -61,7 +62,8 @@ class Problem(AnyProblem):
     preloaded : whether q = 0 is the state at rest (see `ContactProblem`)
     general, structural : matrices that are not symmetric, and damping by a loss factor (see
         `ContactProblem`)
-    attached, forces, varying : what `add`, `force` and `of_speed` have collected
+    attached, forces, varying : what `add`, `force` and `of_speed` have collected; without a law
+        the system is linear, and its responses are those
 
     Each call returns a new Problem. Raises InputError where shapes disagree.
 
@@ -247,11 +249,9 @@ class Problem(AnyProblem):
 
     @property
     def contact_problem(self) -> ContactProblem:
-        """The same as matrices, contacts and one law."""
+        """The same as matrices, contacts and one law; without a law with a spring of no force."""
         if not self.attached:
-            raise InputError(
-                "no nonlinear force: add(law, where), or linear_response for the system without one"
-            )
+            return self.add(CubicSpring(0.0), 0).contact_problem
         laws, of_contact = _kinds([one.law for one in self.attached])
         names = ("kn", "kt", "mu", "preload")
         settings = Contacts(
@@ -329,6 +329,8 @@ class Problem(AnyProblem):
     ) -> PeriodicSolution:
         """A self-excited motion near a frequency, hz or omega in rad/s, which is found, and near
         an amplitude in m at the laws: see `hbm.self_excited.limit_cycle`."""
+        if not self.attached:
+            raise InputError("limit_cycle: a linear system has none; add(law, where)")
         if self.forces or (self.varying and self.varying.forces):
             raise InputError("limit_cycle: is a motion without forces, the problem has some")
         problem, options = self.contact_problem, self._with_rows(options)

@@ -5,6 +5,7 @@ Where the motion begins is told by one mode: the amplitude at which the nonlinea
 much energy as the damping takes (describing function).
 """
 
+import warnings
 from dataclasses import dataclass, replace
 from typing import Any, Unpack
 
@@ -22,7 +23,7 @@ from tipdamp.hbm.curve.checked_input import CheckedInput
 from tipdamp.hbm.curve.equilibrium import force_residuals
 from tipdamp.hbm.curve.guess import place_and_unknowns, with_orders
 from tipdamp.hbm.curve.options import CurveKeywords, curve_options, with_options_named
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid, SliderStart
 from tipdamp.hbm.periodic_solution import PeriodicSolution
@@ -34,6 +35,7 @@ LADDER = np.logspace(-6, 6, 73)  # times the amplitude: where the energy balance
 CALLS = 200  # of the residual, from each place where it holds
 ALIKE = 1e-6  # of a frequency: modes no farther apart have the same
 NEITHER = 1e-12  # growth over rad/s, below which it is rounding: nothing damps or excites
+FAR = 0.5  # of hz: a motion farther away may be another one than was meant
 VANISHED = 1e-3  # of the motion begun with: what is left is the rest, or almost
 
 
@@ -95,6 +97,12 @@ def limit_cycle(
         if point.converged and point.parameter > 0 and moved > VANISHED * size(balance.weights * x):
             residual = force_residuals(Equation(balance, Frequency()), [point])[0][0]
             found = point.parameter / (2 * np.pi)
+            if abs(found / hz - 1) > FAR:
+                doubt = (
+                    f"limit_cycle: the motion found has {found:.6g} Hz, far from hz = {hz:g}: it "
+                    "may be another one than was meant"
+                )
+                warnings.warn(doubt, Doubt, stacklevel=3)
             return as_solution(point, balance, found, case, float(residual))
     raise InputError(
         f"limit_cycle: none was found near {hz:g} Hz and between {LADDER[0] * amplitude:g} and "

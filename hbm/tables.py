@@ -138,7 +138,7 @@ def fit_as_frame(fit: DampingFit) -> pandas.DataFrame:
 def followed_as_frame(peaks: Followed) -> pandas.DataFrame:
     """A row for each place: see `Followed.to_pandas`."""
     columns: dict[str, Any] = {
-        peaks.parameter_name: peaks.parameter,
+        peaks.over: peaks.parameter,
         "frequency": peaks.frequency,
         "height": peaks.height,
         "peak_of": peaks.peak_of,

@@ -34,6 +34,7 @@ Rebuild: TypeAlias = tuple[ContactProblem, dict]
 SETTINGS = ("preload", "mu", "kn", "kt")
 HELD = {"pull": "preload", "gap": "preload"}  # by what contacts hold it
 NAMES = (*SETTINGS, *HELD)
+FACTOR = "factor"  # stands behind the name of what is scaled
 SMALLEST = 1e-9  # value below which nothing is evaluated
 DIFFERENCE = 1e-6  # step of the central differences, relative to the value
 
@@ -48,9 +49,9 @@ class Parameter:
     >>> for parameter in given:
     ...     print(parameter.named(0.5))
     level = 0.5
-    damping = 0.5
-    mu = 0.5
-    kt of contacts 3 = 0.5
+    damping factor = 0.5
+    mu factor = 0.5
+    kt of contacts 3 factor = 0.5
     """
 
     name: str
@@ -103,6 +104,18 @@ class Parameter:
     def named(self, value: float) -> str:
         """A value for messages."""
         return f"{value:.6g}{self.unit}" if self.unit else f"{self.name} = {value:.6g}"
+
+
+class Factor(Parameter):
+    """A factor on what the problem has."""
+
+    def measured_in(self, forces: dict) -> str:
+        """That it is a factor."""
+        return FACTOR
+
+    def named(self, value: float) -> str:
+        """A value for messages."""
+        return f"{self.name} {FACTOR} = {value:.6g}"
 
 
 @dataclass(frozen=True)
@@ -218,7 +231,7 @@ class Level(Parameter):
 
 
 @dataclass(frozen=True)
-class ContactSetting(Parameter):
+class ContactSetting(Factor):
     """A factor on kn, kt, mu or the preload of every contact, or of some.
 
     setting : 'kn', 'kt', 'mu', 'preload', 'pull' or 'gap'; contacts : index or indices of these
@@ -406,7 +419,7 @@ class Rebuilt(Parameter):
 
 
 @dataclass(frozen=True)
-class Damping(Parameter):
+class Damping(Factor):
     """A factor on the damping: on the damping ratios where the problem has these, else on C.
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)

@@ -1,9 +1,10 @@
 """The contact problem: matrices, contacts and their law, as the harmonic balance takes them."""
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from types import MappingProxyType
 from typing import Any, cast
 
 import numpy as np
@@ -50,7 +51,12 @@ STRUCTURAL = "must be a loss factor, 0 or more, or a matrix (r, r) in N/m"
 
 
 class AnyProblem:
-    """A ContactProblem, or what one is made of."""
+    """A ContactProblem, or what one is made of.
+
+    forces : {harmonic: (r,) N} that it has itself
+    """
+
+    forces: Mapping[int, np.ndarray] = MappingProxyType({})
 
     @property
     def contact_problem(self) -> "ContactProblem":

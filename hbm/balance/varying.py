@@ -200,7 +200,10 @@ def at_frequency(problem: Any, w: float) -> Any:
     if not varying.of_matrices:
         return problem.as_constant
     try:
-        return replace(problem, varying=None, **varying.matrices(w))
+        there = replace(problem, varying=None, **varying.matrices(w))
+        if not there.reducible:
+            there.receptance()  # it is kept; a K that buckles is refused here, with its speed
+        return there
     except InputError as error:
         speed = w / varying.engine_order
         raise InputError(f"of_speed, at {speed:g} rad/s: {error}") from None

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 @options_named(FollowOptions)
 def follow_peak(
     problem: AnyProblem,
-    forcing: Forcing,
+    forcing: Forcing | None,
     parameter: str | Parameter,
     between: Sequence[float],
     *,
@@ -56,7 +56,9 @@ def follow_peak(
 ) -> Followed:
     """The highest peak of an output over a parameter, without a curve for each value.
 
-    parameter, between, forcing : as in `follow_parameter`; between = (from, to)
+    forcing : as in `follow_parameter`, or None for the forces of the Problem; what is given takes
+        the place of these, it is not added
+    parameter, between : as in `follow_parameter`; between = (from, to)
     output : name of the one whose peak it is, None the first; several: the largest of them at each
         value, and where another one becomes the largest is located
     kind : of amplitude, as in `ForcedResponse.amplitude`
@@ -91,7 +93,7 @@ def follow_peak(
 @options_named(FollowOptions)
 def follow_fold(
     problem: AnyProblem,
-    forcing: Forcing,
+    forcing: Forcing | None,
     parameter: str | Parameter,
     between: Sequence[float],
     *,
@@ -129,14 +131,14 @@ def follow_fold(
 def _checked(
     what: str,
     problem: AnyProblem,
-    forcing: Forcing,
+    forcing: Forcing | None,
     parameter: str | Parameter,
     between: Sequence[float],
     options: Any,
 ) -> tuple[Case, FollowOptions, tuple[float, float]]:
     """(case of the first output, options, values at both ends in units of the branch)."""
     given = given_options(FollowOptions, options, ("outputs",))
-    problem = contact_problem_of(problem)
+    whole, problem = problem, contact_problem_of(problem)
     if problem.varying is not None:
         raise InputError(
             "forces or matrices that depend on the frequency: a peak of theirs is not followed; "
@@ -147,7 +149,7 @@ def _checked(
     names, rows = check_outputs(given.outputs, len(problem.K))
     case = Case(
         problem,
-        check_forcing(forcing, len(problem.K), MOST_HARMONICS),
+        check_forcing(_forcing(whole, forcing), len(problem.K), MOST_HARMONICS),
         parameter,
         what,
         names,
@@ -162,6 +164,15 @@ def _checked(
     )
     first, last = interval("between", between)
     return case, given, (parameter.scale * first, parameter.scale * last)
+
+
+def _forcing(problem: AnyProblem, given: Forcing | None) -> Forcing:
+    """The forces that are given, or those of the problem."""
+    if given is not None:
+        return given
+    if not problem.forces:
+        raise InputError("forcing = None: the problem has no forces of its own; give them")
+    return dict(problem.forces)
 
 
 def _watched(
@@ -268,5 +279,8 @@ def _unsolved(case: Case, points: "Sequence[Point]", at: np.ndarray) -> str:
     """Which of the wanted values the branch passes without a solved point, in words."""
     found = np.array([p.parameter for p in points])
     passed = (found.min() <= at) & (at <= found.max()) & ~np.isin(at, found)
-    values = ", ".join(f"{value:g}" for value in at[passed] / case.parameter.scale)
-    return f"; not solved at {case.parameter.name} = {values}" if values else ""
+    if not passed.any():
+        return ""
+    first, *others = at[passed]
+    further = "".join(f", {value / case.parameter.scale:g}" for value in others)
+    return f"; not solved at {case.named(first)}{further}"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tipdamp.hbm import tables
+from tipdamp.hbm.balance.parameter import FACTOR
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.drawing.figure import Curve, Panel
 from tipdamp.hbm.errors import InputError
@@ -25,7 +26,8 @@ class Followed(ArrayRecord):
     harmonics 0..H.
 
     what : 'peak' or 'fold'; output, kind : whose peak, in which amplitude
-    parameter_name, parameter : what varies, (n,) its values; parameter_unit : '' without
+    parameter_name, parameter : what varies, (n,) its values; parameter_unit : '' without, 'factor'
+        where they are factors on what the problem has
     frequency : (n,) Hz; height : (n,) m, the amplitude of the output there
     peak_of : (n,) str, the output whose peak it is: of several the largest
     output_names : (m,) str; harmonics : (n, m, H+1) complex, m, of all outputs
@@ -80,10 +82,16 @@ class Followed(ArrayRecord):
     def __repr__(self) -> str:
         p, f = self.parameter, self.frequency
         return (
-            f"<Followed {self.what} of '{self.output}': {self.parameter_name} {p[0]:.6g} to "
+            f"<Followed {self.what} of '{self.output}': {self.over} {p[0]:.6g} to "
             f"{p[-1]:.6g}, {len(p)} places, {f.min():.6g} to {f.max():.6g} Hz, H = {self.H}; "
             f"{self.ended}>"
         )
+
+    @property
+    def over(self) -> str:
+        """What varies, for axes and tables: 'mu factor' where the values are factors on mu."""
+        factor = self.parameter_unit == FACTOR
+        return f"{self.parameter_name} {FACTOR}" if factor else self.parameter_name
 
     def __len__(self) -> int:
         """Number of places."""
@@ -115,8 +123,9 @@ class Followed(ArrayRecord):
             for k in np.unique(runs)
         )
         label = f"{self.what} ({pictures.SHOWN[unit]})"
-        unit = f" ({self.parameter_unit})" if self.parameter_unit else ""
-        return pictures.on_axes(Panel("", self.parameter_name + unit, label, lines), ax)
+        unit = self.parameter_unit.removeprefix(FACTOR)
+        over = f"{self.over} ({unit})" if unit else self.over
+        return pictures.on_axes(Panel("", over, label, lines), ax)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """A row for each place: the parameter, frequency in Hz, height in m, whose peak it is,
@@ -132,12 +141,11 @@ class Followed(ArrayRecord):
     def _repr_html_(self) -> str:
         p, h = self.parameter, self.height
         rows = {
-            f"{which} height": f"{h[i]:.4g} m at {self.parameter_name} {p[i]:.6g}, "
-            f"{self.frequency[i]:.6g} Hz"
+            f"{which} height": f"{h[i]:.4g} m at {self.over} {p[i]:.6g}, {self.frequency[i]:.6g} Hz"
             for which, i in (("lowest", h.argmin()), ("largest", h.argmax()))
         }
         rows |= {"places": f"{len(self)}", "harmonics": f"{self.H}", "ended": self.ended}
-        caption = f"{self.what} of '{self.output}' over {self.parameter_name}".capitalize()
+        caption = f"{self.what} of '{self.output}' over {self.over}".capitalize()
         return tables.notebook_table(caption, rows)
 
     def save(self, path: str | Path) -> Path:

@@ -23,13 +23,16 @@ from tipdamp.hbm import fourier, tables
 from tipdamp.hbm.amplitude import amplitude
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.corrector import correct
+from tipdamp.hbm.continuation.point import Metric, Plane
+from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_record import ArrayRecord
 from tipdamp.hbm.modes.backbone import mode_equation
 from tipdamp.hbm.modes.free_motion import ModeEquation
 from tipdamp.hbm.modes.result import Backbone
-from tipdamp.hbm.modes.stuck_modes import stuck_modes
+from tipdamp.hbm.modes.stuck_modes import StuckModalSystem, stuck_modes
 from tipdamp.hbm.validation import brief, check_forcing, numbers
 
 if TYPE_CHECKING:
@@ -47,6 +50,10 @@ OVERLAP = 0.1  # of an output at phase resonance: more of it from other modes is
 # damping ratio of the contacts: with more the amplitude, and with it shape and stiffness, differ
 # much between phase resonance and peak
 MUCH = 0.2
+OFF = 0.01  # of a peak: by more it is told to be too high or too low
+AROUND = (0.995, 0.98, 0.95, 0.9, 0.8, 0.7)  # of the amplitude of the mode at its peak: places
+NEARBY = 0.01  # of the frequency: a unit of arc length along the way
+ROUGH = Settings(tolerance=1e-5)  # of the residual there: a per cent of a peak is told
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +65,9 @@ class Synthesis(ArrayRecord):
     others : (n, m) share of harmonic 1 that is of the other modes
     top : place of phase resonance, where the mode has its largest amplitude
     peak_reached : whether the backbone reaches the amplitude of the peak
-    said : where other modes overlap, stuck or as the contacts are at the peak, or the contacts damp
-        much, in words; empty where this mode rules
+    said : how much the peak is too high or too low, where by more than 1 %; where other modes
+        overlap, stuck or as the contacts are at the peak, or the contacts damp much; empty where
+        this mode rules
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
     >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
@@ -134,7 +142,8 @@ def synthesis(
 
     mode : of `backbone`, from amplitudes far below those of the response; problem : that of it
     forcing : (r,) real or complex amplitude F of Re F exp(i w t) in N; level : factor on it
-    No equation is solved: every level costs milliseconds. Raises InputError where the force does
+    Equations are solved at some places around the peak alone, to tell how far it is off: every
+    level costs milliseconds. Raises InputError where the force does
     not excite the mode, and where the backbone is not one of the problem.
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
@@ -153,6 +162,8 @@ def synthesis(
         raise InputError(f"level = {brief(level)}: must be one number")
     equation = _same_equation(mode, problem)
     F = float(factor) * check_forcing(np.asarray(forcing), len(problem.K), 1)[1]
+    if not F.any():
+        raise InputError("forcing: is zero, so that nothing moves; give a force")
     line = _OverAmplitude.of(mode, problem)
     s = line.places
     above = line.reach(s, F) > 0
@@ -173,18 +184,25 @@ def synthesis(
     top = int((v > 0)[: len(s) - 1].sum())
     pull, w0, way, W, own = (part[v > 0] for part in (pull, w0, way, v * w0, zeta[0] * v + zeta[1]))
     turn = pull / (w0**2 - W**2 + 2j * w0**2 * own)
-    X = line.harmonics(way) * (turn / np.abs(turn))[:, None, None] ** np.arange(mode.H + 1)
-    beside = _other_modes(mode, problem, F, W)
+    turn = (turn / np.abs(turn))[:, None, None] ** np.arange(mode.H + 1)
+    X = line.harmonics(way) * turn
+    Q = _other_modes(mode, equation.modes, F, W)
+    beside = Q @ (mode.output_rows @ equation.modes.shapes).T
     X[..., 1] += beside
     others = np.abs(beside) / np.maximum(np.abs(X[..., 1]), 1e-300)
     top = min(top, len(W) - 1)
     moving = _others_in_motion(mode, equation, int(way[top].round()), F, W[top])
     most = max(float(others[top].max()), moving)
-    said = [f"other modes are {most:.0%} of an output at its resonance"] * (most > OVERLAP)
+    said = []
+    if reached:
+        at = _around(np.exp(line.known["amplitude"](way)), top)
+        balance = equation.balance.rebuilt(problem, {1: F})
+        u = _at_contacts(mode, equation, way[at]) * turn[at]
+        u[..., 1] += Q[at] @ equation.modes.at_contacts.T
+        said = _off(mode, X[at], _solved(balance, u, W[at], mode.output_rows))
+    said += [f"other modes are {most:.0%} of an output at its resonance"] * (most > OVERLAP)
     contacts = float(line.known["contacts"](way)[top])
-    said += [f"contacts damp by {contacts:.0%}: the peak is good to some per cent"] * (
-        contacts > MUCH
-    )
+    said += [f"contacts damp by {contacts:.0%}"] * (contacts > MUCH)
     return Synthesis(W / (2 * np.pi), mode.output_names, X, others, top, reached, "; ".join(said))
 
 
@@ -321,15 +339,13 @@ def _same_equation(mode: Backbone, problem: ContactProblem) -> ModeEquation:
 
 
 def _other_modes(
-    mode: Backbone, problem: ContactProblem, F: np.ndarray, W: np.ndarray
+    mode: Backbone, modes: StuckModalSystem, F: np.ndarray, W: np.ndarray
 ) -> np.ndarray:
-    """(n, m) harmonic 1 of the outputs in the stuck modes but for the one of the backbone."""
-    modes = stuck_modes(problem)
+    """(n, m) coordinates in harmonic 1 of the stuck modes but for the one of the backbone."""
     damping = modes.damping if modes.damping.ndim == 1 else modes.damping.diagonal()
     own = modes.stiffness - W[:, None] ** 2 * modes.mass + 1j * W[:, None] * damping
     beside = modes.moves[1] & (np.arange(len(modes.mass)) != mode.mode - 1)
-    Q = np.where(beside, (modes.shapes.T @ F) / own, 0.0)
-    return Q @ (mode.output_rows @ modes.shapes).T
+    return np.where(beside, (modes.shapes.T @ F) / own, 0.0)
 
 
 def _others_in_motion(
@@ -352,3 +368,52 @@ def _others_in_motion(
     own = psi * (psi.conj() @ push) / (psi.conj() @ Z @ psi)
     whole = np.linalg.solve(Z, push)
     return float((np.abs(rows @ (whole - own)) / np.maximum(np.abs(rows @ whole), 1e-300)).max())
+
+
+def _around(amplitude: np.ndarray, top: int) -> np.ndarray:
+    """Places from below the peak over it to beyond, at shares of the amplitude (n,) there."""
+    found = {top}
+    for share in AROUND:
+        lower = np.flatnonzero(amplitude <= share * amplitude[top])
+        found.update(lower[lower < top][-1:].tolist(), lower[lower > top][:1].tolist())
+    return np.array(sorted(found))
+
+
+def _at_contacts(mode: Backbone, equation: ModeEquation, way: np.ndarray) -> np.ndarray:
+    """(n, nc, H+1) complex motion of the contacts at places of the backbone: the free motion."""
+    i = np.minimum(way.astype(int), len(mode.amplitude) - 2)
+    known = zip(mode.unknowns, mode.amplitude, strict=True)
+    u = np.array([equation.motion(x, a)[0].reshape(-1, equation.balance.nh) for x, a in known])
+    part = (way - i)[:, None, None]
+    return fourier.to_complex((1 - part) * u[i] + part * u[i + 1])
+
+
+def _solved(balance: HarmonicBalance, u: np.ndarray, W: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """(k, m, H+1) of outputs, rows (m, r), of the response with all modes: from motions of the
+    contacts (n, nc, H+1) at W (n,) on planes across their way, where these lead to one."""
+    x = fourier.to_real(u).reshape(len(W), -1)
+    size = np.linalg.norm(balance.weights * x, axis=1).max()
+    metric = Metric(balance.weights, size, NEARBY * W.max())
+    found = []
+    for i in range(len(W)):
+        before, after = max(i - 1, 0), min(i + 1, len(W) - 1)
+        across = metric.border(x[after] - x[before], W[after] - W[before])
+        point = correct(balance.evaluate, Plane(x[i], W[i], *across), metric, ROUGH)
+        if point.converged:
+            found.append(point.detail.outputs(rows))
+    return np.array(found).reshape(-1, len(rows), balance.H + 1)
+
+
+def _off(mode: Backbone, made: np.ndarray, solved: np.ndarray) -> list[str]:
+    """In words, of which output the peak is too high or too low, and by how much."""
+    if len(solved) < len(made) / 2:
+        return ["the response does not lie near enough to tell how far the peak is off"]
+    kind = "half_peak_to_peak"
+    off = np.divide(*(amplitude(X, kind, [1]).max(axis=0) for X in (made, solved))) - 1
+    j = int(np.abs(off).argmax())
+    if abs(off[j]) <= OFF:
+        return []
+    return [
+        f"the peak of '{mode.output_names[j]}' is some {abs(off[j]):.0%} too "
+        + ("high" if off[j] > 0 else "low")
+    ]

@@ -17,6 +17,7 @@ from tipdamp import (
     Jenkins1D,
     MixedLaw,
     Problem,
+    Unbalance,
     UnilateralSpring,
     backbone,
     follow_band,
@@ -92,7 +93,7 @@ def test_forces_are_added_and_have_orders():
         (lambda p: p.add(DryFriction2T(), [(0, 0), [0], [0.0]]), "a row of zeros"),
         (lambda p: p.force([0]), "a row of zeros"),
         (lambda p: p.force([1.0, 2.0]), "or a row of 1 numbers"),
-        (lambda p: p.follow_band(BAND, outputs={"x": 0}), "no nonlinear force: add"),
+        (lambda p: p.limit_cycle(0.2), "limit_cycle: a linear system has none; add"),
         (
             lambda p: p.add(CubicSpring(1.0), 0).follow_band(BAND, outputs={"x": 0}),
             "no excitation: force",
@@ -205,3 +206,50 @@ def test_an_output_is_a_dof_wherever_it_is_given():
     assert apart.harmonics == pytest.approx(own.harmonics, rel=1e-12)
     # a row
     assert np.isfinite(pair.solve_at(0.1, outputs={"x": (0, 1.0)}).harmonics).all()
+
+
+m, c, k, G, ME = 1.3, 0.09, 2.1, 0.35, 0.02
+SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
+
+
+def unbalanced_rotor():
+    rotor = Problem(m * np.eye(2), c * np.eye(2), k * np.eye(2), general=True)
+    rotor = rotor.of_speed(C=lambda speed: c * np.eye(2) + speed * G * SKEW)
+    return rotor.force(0, Unbalance(ME)).force(1, Unbalance(-1j * ME))
+
+
+def stiffened():
+    blade = Problem([[1.0]], [[0.05]], [[1.0]]).force(0, 0.1)
+    return blade.of_speed(K=lambda speed: [[1 + 0.4 * speed**2]], engine_order=3)
+
+
+LINEAR = {  # problem, band in Hz, its response in closed form
+    "unbalance of a rotor": (
+        unbalanced_rotor,
+        (0.05, 0.5),
+        lambda w: ME * w**2 / (k + G * w**2 - m * w**2 + 1j * c * w),
+    ),
+    "stiffened by speed": (
+        stiffened,
+        (0.1, 0.3),
+        lambda w: 0.1 / (1 + 0.4 * (w / 3) ** 2 - w**2 + 0.05j * w),
+    ),
+    "structural damping on a shaken base": (
+        lambda: Problem([[m]], K=[[k]], structural=0.03).base_motion([1.0], lambda w: -9.8 / w**2),
+        (0.1, 0.3),
+        lambda w: -9.8 * m / (k * (1 + 0.03j) - m * w**2),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", LINEAR)
+def test_without_a_law_the_response_is_the_linear_one(name):
+    """In closed form; the last step of a point is linearised, which leaves some 1e-12."""
+    made, band, exact = LINEAR[name][0](), *LINEAR[name][1:]
+    curve = made.follow_band(band, outputs={"x": 0})
+    assert curve.complete and curve.harmonics[:, 0, 2:].any() == 0
+    X = exact(2 * np.pi * curve.frequency)
+    assert np.abs(curve.harmonics[:, 0, 1] / X - 1).max() < 1e-11
+    hz = float(curve.frequency[len(X) // 2])
+    alone = made.solve_at(hz, outputs={"x": 0}).harmonics[0, 1]
+    assert abs(alone / exact(2 * np.pi * hz) - 1) < 1e-12

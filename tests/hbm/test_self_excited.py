@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tipdamp import CubicSpring, InputError, Jenkins1D, OwnForce, Problem, limit_cycle
+from tipdamp import CubicSpring, Doubt, InputError, Jenkins1D, OwnForce, Problem, limit_cycle
 
 STEPS = {"rtol": 1e-11, "atol": 1e-12, "method": "DOP853"}
 
@@ -74,6 +74,12 @@ def test_friction_limits_negative_damping():
     fed = np.pi * 0.02 * w * (k**2 * np.abs(X) ** 2).sum()
     assert found.dissipated[0] == pytest.approx(fed, rel=1e-6)
     assert found.share_slip[0] > 0.02
+
+
+def test_a_motion_far_from_the_frequency_asked_for_is_told():
+    excited = Problem([[1.0]], [[0.0]], [[1.0]]).add(van_der_pol(1.0), 0)
+    with pytest.warns(Doubt, match="the motion found has 0.15.* Hz, far from hz = 3"):
+        excited.limit_cycle(3.0, outputs={"x": 0})
 
 
 def test_a_cycle_begins_again_from_its_unknowns():

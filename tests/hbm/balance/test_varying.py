@@ -209,6 +209,13 @@ BAD = {
     "K = 3: must be a function": lambda: curve_of(
         blade().of_speed(K=3).force(0, 1.0).add(Jenkins1D(), 0, **STUCK)
     ),
+    r"of_speed, at [0-9.]+ rad/s: K is indefinite": lambda: (
+        Problem([[1.0]], [[0.05]], [[1.0]])
+        .of_speed(K=lambda speed: [[1 - 0.5 * speed**2]])
+        .force(0, 0.1)
+        .add(CubicSpring(0.1), 0)
+        .follow_band((0.1, 0.3), outputs={"x": 0})
+    ),
     r"of_speed, at 3769.91 rad/s.*same size": lambda: curve_of(
         blade().of_speed(K=lambda w: np.eye(2)).force(0, 1.0).add(Jenkins1D(), 0, **STUCK)
     ),

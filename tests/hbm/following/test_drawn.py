@@ -25,9 +25,10 @@ def test_height_over_the_parameter():
 
 
 def test_the_axis_has_the_unit_of_the_parameter():
-    """N for the level of a force of 1 N; factors have none."""
+    """N for the level of a force of 1 N; factors are named as such."""
     given = dict(outputs=TIP, band=(600, 1000), harmonics=1)
-    for parameter, label in (("level", "level (N)"), ("mu", "mu")):
+    for parameter, label in (("level", "level (N)"), ("mu", "mu factor")):
         peaks = follow_peak(DAMPED, np.array([1.0]), parameter, (1.0, 1.1), **given)
         assert peaks.plot().get_xlabel() == label
+        assert peaks.to_pandas().columns[0] == label.removesuffix(" (N)") in repr(peaks)
     pyplot.close("all")

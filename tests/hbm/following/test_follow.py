@@ -385,6 +385,18 @@ def test_forces_that_depend_on_the_frequency_are_refused():
         follow_peak(stop, np.ones(1), "level", (1.0, 2.0), outputs=TIP, band=(20, 100))
 
 
+def test_forces_of_the_problem_itself():
+    """Taken where none are given; what is given takes their place."""
+    blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
+    blade = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0)
+    given = dict(outputs=TIP, band=(600, 1200), harmonics=1)
+    own = follow_peak(blade.force(0, 5.0), None, "mu", (1.0, 0.8), **given)
+    assert own == follow_peak(blade, FORCE, "mu", (1.0, 0.8), **given)
+    assert own == follow_peak(blade.force(0, 9.0), FORCE, "mu", (1.0, 0.8), **given)
+    with pytest.raises(InputError, match="forcing = None: the problem has no forces"):
+        follow_peak(blade, None, "mu", (1.0, 0.8), **given)
+
+
 @pytest.mark.parametrize("name", WRONG)
 def test_bad_input_is_one_line(name):
     changed, said = WRONG[name]

@@ -362,7 +362,6 @@ WRONG = {
     "no harmonic": (dict(harmonics=0), "harmonics = 0: a mode vibrates in order 1"),
     "blind output": (dict(outputs={"x": [0.0]}), "outputs: 'x', .* does not see mode 1"),
     "no problem": (dict(problem=[[1.0]]), "problem = .*must be the Problem"),
-    "no law": (dict(problem=Problem(M=[[1.0]], K=[[1.0]])), "no nonlinear force: add"),
 }
 
 
@@ -400,3 +399,10 @@ def test_an_internal_resonance_is_told():
     assert (np.diff(met.amplitude) < 0).any()
     plain = backbone(two, 1, (0.01, 15.0), harmonics=1, **given)
     assert plain.ended == "reached the last amplitude" and (np.diff(plain.amplitude) > 0).all()
+
+
+def test_a_linear_mode_stays_as_it_is():
+    alone = Problem(M=[[1.0]], K=[[1.0]], damping_ratio=0.02)
+    mode = backbone(alone, 1, (1e-3, 1.0), outputs={"x": 0}, harmonics=1)
+    assert mode.frequency == pytest.approx(1 / (2 * np.pi), rel=1e-12)
+    assert mode.damping_ratio == pytest.approx(0.02, rel=1e-12)

@@ -1,12 +1,14 @@
 """Peaks predicted from backbones against those of whole curves."""
 
+import re
+
 import numpy as np
 import pytest
 
 from tests.hbm.cases import beam, rig
 from tests.hbm.modes.test_backbone import cantilever
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws import ContactLaw, CubicSpring, Jenkins1D
+from tipdamp.hbm.laws import ContactLaw, CubicSpring, Jenkins1D, UnilateralSpring
 from tipdamp.hbm.modes.backbone import backbone
 from tipdamp.hbm.modes.synthesis import synthesis
 from tipdamp.hbm.problem import Problem
@@ -174,6 +176,50 @@ def test_modes_that_overlap_where_the_contact_slips_are_told():
         assert (abs(found.peak("x")[1] / height - 1) < 0.03) == good
 
 
+def chain(seed):
+    """(Problem, driven dof, observed dof, number of a mode) : 3 to 8 masses on springs, with one to
+    three sliders, cubic springs or stops."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(3, 9))
+    m, k = rng.uniform(0.5, 1.5, n), (n + 1) * rng.uniform(0.5, 2.0, n + 1)
+    K = np.diag(k[:-1] + k[1:]) - np.diag(k[1:-1], 1) - np.diag(k[1:-1], -1)
+    made = Problem(np.diag(m), K=K, damping_ratio=float(rng.choice([0.003, 0.01, 0.02])))
+    for _ in range(rng.integers(1, 4)):
+        i = int(rng.integers(0, n))
+        where = i if rng.random() < 0.5 or i == 0 else (i, i - 1)
+        a, b = rng.uniform(0, 1, 2)
+        if seed % 3 == 0:
+            made = made.add(Jenkins1D(), where, kt=0.1 + 1.9 * a, mu=0.5, preload=0.5 + 1.5 * b)
+        elif seed % 3 == 1:
+            made = made.add(CubicSpring(0.05 + 0.45 * a), where)
+        else:
+            made = made.add(UnilateralSpring(), where, kn=0.1 + 0.9 * a, preload=-0.05 - 0.25 * b)
+    return made, int(rng.integers(0, n)), int(rng.integers(0, n)), int(rng.integers(1, 3))
+
+
+CHAINS = [(0, 1.0), (1, 0.3), (3, 1.0), (18, 0.3), (20, 0.3), (38, 0.1), (45, 2.0)]
+
+
+@pytest.mark.parametrize(("seed", "level"), CHAINS)
+def test_how_far_the_peak_is_off_is_told(seed, level):
+    """To a per cent of the peak, and nothing where it is right."""
+    made, driven, seen, number = chain(seed)
+    force, given = np.eye(made.size)[driven], dict(outputs={"x": seen}, harmonics=3)
+    mode = backbone(made, number, (1e-4, 30.0), **given)
+    found = synthesis(mode, made, force, level)
+    hz, height = found.peak("x")
+    curve = made.force(driven, level).follow_band((0.95 * hz, 1.05 * hz), **given, truncation=False)
+    off = height / curve.peak("x")[1] - 1
+    assert abs(off - told_of(found)) < 0.015
+    assert abs(off) > 0.02 or found.said == ""
+
+
+def told_of(found):
+    """How far a peak is too high by what is said, 0 where nothing is."""
+    told = re.match(r"the peak of 'x' is some (\d+)% too (high|low)", found.said)
+    return {"high": 0.01, "low": -0.01}[told[2]] * int(told[1]) if told else 0.0
+
+
 def test_the_peak_is_that_of_the_mode():
     """Not the higher resonance of the linear mode further up, which the way passes too."""
     K = np.array([[1.2, -0.2], [-0.2, 4.0]])
@@ -206,6 +252,7 @@ def one_blade(K=1e6, mu=0.5):
 
 WRONG = {
     "mode = None: must be the Backbone": lambda mode: synthesis(None, one_blade(), [1.0]),
+    "forcing: is zero": lambda mode: synthesis(mode, one_blade(), [0.0]),
     r"level = \[1, 2\]: must be one": lambda mode: synthesis(mode, one_blade(), [1.0], [1, 2]),
     "has not the stuck mode 1 of the backbone": lambda mode: synthesis(mode, one_blade(2e6), [1.0]),
     "at 0.0001 m is none with its contacts": lambda mode: synthesis(mode, one_blade(mu=0.1), [1.0]),
