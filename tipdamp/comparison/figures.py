@@ -202,7 +202,8 @@ def preloads(comparison: ComparedStudies) -> Iterator[Figure]:
         "preloads",
         "Preload maps",
         "Of the whole patch at rest, one row for each study, at the first of its pulls. Filled "
-        "marks are closed pairs, hollow ones open.",
+        "marks are closed pairs, hollow ones open; crosses at the lower edge are open ones whose "
+        "gap is so wide that they lie below the scale.",
         panels,
         row_height=260,
     )

@@ -7,7 +7,7 @@ import numpy as np
 from tipdamp.comparison.figures import in_words, style_of
 from tipdamp.comparison.peaks import Phase
 from tipdamp.comparison.record import ComparedStudies
-from tipdamp.hbm.drawing.figure import Figure, Item, Marks, Panel
+from tipdamp.hbm.drawing.figure import Figure, Marks, Panel
 from tipdamp.report.subjects import wear
 from tipdamp.report.subjects.axial import AXIAL
 
@@ -37,7 +37,7 @@ def _panels(comparison: ComparedStudies, phase: Phase) -> Iterator[Panel]:
     ends = [np.concatenate([vars(one)[axis] for one in every] or [[0.0]]) for axis in "xy"]
     x_room, top = 0.03 * np.ptp(ends[0]), ends[1].max()
     for side, items in found.items():
-        if items:
+        if any(len(marks.x) for marks in items):
             yield Panel(
                 f"{in_words(phase)}, side '{side}'",
                 AXIAL,
@@ -53,8 +53,11 @@ def _sides(comparison: ComparedStudies) -> list[str]:
     return list(dict.fromkeys(side for table in tables for side in table.sides))
 
 
-def _marks(comparison: ComparedStudies, phase: Phase, side: str) -> Iterator[Item]:
+def _marks(comparison: ComparedStudies, phase: Phase, side: str) -> Iterator[Marks]:
     optima, per_area = comparison.optima(phase), has_areas(comparison)
+    slipping = {
+        name for p in comparison.phases for name, o in comparison.optima(p).items() if not o.idle
+    }
     for name, one in comparison.studies.items():
         style = style_of(comparison, name)
         at = [
@@ -62,10 +65,12 @@ def _marks(comparison: ComparedStudies, phase: Phase, side: str) -> Iterator[Ite
             for peak in comparison.of(name, phase, 1)
             if name in optima and not optima[name].idle and peak.ratio == optima[name].ratio
         ]
+        x = work = np.empty(0)
         for peak in at[:1]:
             x, work = wear.wear_index(one, peak.friction_W, side, per_area)
-            if len(x):
-                yield Marks(x, (one.study.driver.pull / peak.pull) ** 2 * work, name, *style)
+            work = (one.study.driver.pull / peak.pull) ** 2 * work
+        if name in slipping:  # in the legend in the order of the studies
+            yield Marks(x, work, name, *style)
 
 
 def has_areas(comparison: ComparedStudies) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 
 from tipdamp.engine.store import Store
 from tipdamp.study.schema import UNITS
+from tipdamp.study.swept import DIGITS
 from tipdamp.sweep.cases import Case, sheet
 from tipdamp.sweep.index import CaseState, Index
 from tipdamp.sweep.rows import CurveRow, Row, StressRow
@@ -148,6 +149,12 @@ def _written(value: Any) -> str:
     return "" if value is None else value if isinstance(value, str) else json.dumps(value)
 
 
+def _written_out(name: str, value: Any) -> Any:
+    """Frequencies round: 1000 Hz at the start of a band, and not 999.9999999999999."""
+    round_it = name.endswith("_hz") and value is not None
+    return float(f"{value:.{DIGITS}g}") if round_it else value
+
+
 def unit_of(name: str) -> str:
     """Unit of a column by the end of its name, '1' without one."""
     return next((unit for end, unit in SUFFIXES.items() if name.endswith(end)), "1")
@@ -186,7 +193,7 @@ def write_table(folder: Path) -> Path:
                 for numbers in of_case.get(one.number, [{}]):
                     writer.writerow(
                         [one.number, *values, one.state, one.reason, _warned(said, one)]
-                        + [numbers.get(name) for name in columns]
+                        + [_written_out(name, numbers.get(name)) for name in columns]
                     )
     return folder / TABLE
 

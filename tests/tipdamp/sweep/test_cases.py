@@ -64,12 +64,6 @@ def test_a_row_of_empty_cells_is_the_study_itself(sweep):
     assert [list(case.values()) for case in cases] == [[None, None], [0.4, None]]
 
 
-def test_a_side_that_is_none_is_no_key(sweep):
-    path = sweep("\n[sweep.over]\ncontact.middle.kn = [1e6]\n")
-    with pytest.raises(InputError, match="no side 'middle'; there are left, right$"):
-        cases_of(load_study(path))
-
-
 def test_what_cases_share_is_one_step(sweep):
     steps = [step.stage for step in planned(sweep(OVER)).steps]
     counts = {stage: steps.count(stage) for stage in dict.fromkeys(steps)}
@@ -203,7 +197,7 @@ def test_files_of_cases_are_looked_at(sweep):
 REFUSED = [
     ("model.pul = [1]", "unknown key 'pul'; did you mean 'pull'"),
     ("modl.pull = [1]", "unknown key 'modl'; did you mean 'model'"),
-    ("contact.middle.kn = [1e6]", "shape is missing"),
+    ("contact.middle.kn = [1e6]", "no side 'middle'; there are left, right"),
     ("pull = [1]", "is no key of a section of the study, such as damper.pull"),
     ("sweep.seed = [1]", "is no key of a section"),
     ("model.pull = []", "model.pull has an empty list"),

@@ -109,7 +109,11 @@ def test_a_table_of_all_curves(sweep):
     assert rows[0]["model.pull [kN]"] == "0.06"
     assert [row["Fe_N"] for row in rows[:6]] == ["5.0", "5.0", "8.0", "8.0", "5.0", "5.0"]
     with Index(folder(sweep)) as index:
-        assert [float(row["peak_m"]) for row in rows] == [row.peak_m for _, row in index.curves()]
+        curves = [row for _, row in index.curves()]
+    assert [float(row["peak_m"]) for row in rows] == [row.peak_m for row in curves]
+    hz = [row["peak_hz"] for row in rows]
+    assert list(map(float, hz)) == pytest.approx([row.peak_hz for row in curves], rel=1e-11)
+    assert max(map(len, hz)) <= 13  # 999.9999999999999 is 1000.0
 
 
 def test_a_failed_case_is_in_both(sweep, monkeypatch):

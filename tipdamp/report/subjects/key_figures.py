@@ -103,6 +103,10 @@ def _area(area: KeptArea) -> Iterator[Row]:
 
 
 def _stations(tune: TuneResult, reference: Mapping[str, float]) -> Iterator[Row]:
+    pairs = tune.closed_pairs, tune.open_pairs
+    if not reference and tune.kept_pairs == sum(every.full_area for every in pairs):
+        yield _figure("kept stations", f"all {tune.tuned_pairs.front + tune.tuned_pairs.back}")
+        return
     for end, count in (("front", tune.tuned_pairs.front), ("back", tune.tuned_pairs.back)):
         given = reference.get(end)
         beside = () if given is None else (f"{given:g}", _change(count - given))

@@ -132,7 +132,7 @@ def figure(results: Results) -> Iterator[Figure]:
             "Measured response per newton: points are the mean of the repeats, the shaded band is "
             "what the measurement allows. Lines are the computed curves of the same level of force "
             "at the same place; several H where the study has several."
-            + " Dashed: with what was fitted, at the measured frequencies."
+            + " Wide: with what was fitted, at the measured frequencies."
             * bool(results.fit),
             [_panel(results, name, one.level_N) for name, one in results.measured.curves.items()],
             row_height=380,
@@ -160,7 +160,7 @@ def _panel(results: Results, name: str, level: float) -> Panel:
     for fitted_one in results.fit.curves if results.fit else ():
         if fitted_one.measured == name:
             amplitude = MICRO * np.array(fitted_one.m_per_N)
-            items.append(Curve(fitted_one.hz, amplitude, "fitted", VERMILION, dash="dash"))
+            items.append(Curve(fitted_one.hz, amplitude, "fitted", VERMILION, width=5.0))
             top = max(top, amplitude.max(initial=0.0))
     low, high = results.study.respond.band
     return Panel(

@@ -56,21 +56,23 @@ def wear_index(
     one: Results, power: Sequence[float], side: str, per_area: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
     """(mm along the axis (s,), J per mm and hour (s,)) of the kept stations of a side, each of
-    which stands for the length from station to station, or J per mm2 and hour of the area of its
-    contact points or, with the width of the side, of that length; empty without kept pairs, or of a
-    single station.
+    which stands for the length half way to its neighbours on the whole line, one at an end of it
+    for half as much, or J per mm2 and hour of the area of its contact points or, with the width of
+    the side, of that length; empty without kept pairs, or of a single station.
 
     power (P,) W - of friction in each kept pair"""
     if one.kept is None or one.whole is None:
         return np.empty(0), np.empty(0)
     carrying = one.kept.select(one.kept.carrying)
     every, mine = of_side(one.whole, side), carrying.side == side
-    length = np.ptp(one.along(every)) / max(len(np.unique(every.station)) - 1, 1)
     own = np.array(power)[mine]
     pairs = of_side(carrying, side)
     stations = np.unique(pairs.station)
-    if not length > 0 or not len(stations):
+    line = np.unique(every.station)
+    if len(line) < 2 or not len(stations):
         return np.empty(0), np.empty(0)
+    places = np.array([one.along(every)[every.station == s].mean() for s in line])
+    length = tributary(places)[np.searchsorted(line, stations)]
     at = [pairs.station == s for s in stations]
     x = np.array([one.along(pairs)[here].mean() for here in at])
     work = HOUR * np.array([own[here].sum() for here in at])
@@ -79,6 +81,16 @@ def wear_index(
     if (pairs.area > 0).all():
         return x, work / (MM2 * np.array([pairs.area[here].sum() for here in at]))
     return x, work / (MM * (width(one, side) or np.nan) * length)
+
+
+def tributary(places: np.ndarray) -> np.ndarray:
+    """(n,) length that each of the places (n,) along a line stands for: half way to its
+    neighbours."""
+    order = np.argsort(places)
+    half = np.diff(places[order]) / 2
+    length = np.empty(len(places))
+    length[order] = np.r_[half, 0.0] + np.r_[0.0, half]
+    return length
 
 
 def has_areas(one: Results) -> bool:
