@@ -249,7 +249,7 @@ class ContactTable:
         """(P,) bool - pairs that are not detached."""
         return self.weight > 0
 
-    def select(self, rows: ArrayLike) -> "ContactTable":
+    def select(self, rows: "ArrayLike") -> "ContactTable":
         """The rows picked by a mask or by indices."""
         return ContactTable(**{name: column[rows] for name, column in vars(self).items()})
 
@@ -320,7 +320,7 @@ class Moves(Protocol):
     def size(self) -> int:
         """Number of dofs."""
 
-    def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
+    def motion_of(self, body: str, numbers: "ArrayLike") -> sp.csr_matrix:
         """(3n, size): x, y, z of each node or contact point in turn."""
 
 

@@ -181,14 +181,14 @@ class ReducedModel:
             )
         return rows
 
-    def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
+    def motion_of(self, body: str, numbers: "ArrayLike") -> sp.csr_matrix:
         """(3n, r): x, y, z of nodes and contact points of a body in turn; rows of zeros where the
         node has no such dof. Raises InputError as `dofs` does."""
         return motion_of(
             numbers, lambda node: self.dofs(body, node), self.points.get(str(body)), self.size
         )
 
-    def displacement_row(self, body: str, node: int, direction: ArrayLike) -> np.ndarray:
+    def displacement_row(self, body: str, node: int, direction: "ArrayLike") -> np.ndarray:
         """(r,) row that takes the displacement of a node along a direction (3,) out of q."""
         row = np.zeros(self.size)
         allowed = "must be three numbers, for example [0, 1, 0], not all zero"
@@ -285,9 +285,9 @@ class ReducedModel:
 
 def _columns(
     r: int,
-    body: ArrayLike | str,
-    node: ArrayLike | None = None,
-    direction: ArrayLike | None = None,
+    body: "ArrayLike | str",
+    node: "ArrayLike | None" = None,
+    direction: "ArrayLike | None" = None,
     position: np.ndarray | None = None,
 ) -> tuple:
     """Columns body, node, direction, position of the dof table, as arrays with r rows."""

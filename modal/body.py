@@ -65,10 +65,10 @@ class Body:
         name: str,
         K: sp.spmatrix | np.ndarray,
         M: sp.spmatrix | np.ndarray,
-        node: ArrayLike,
-        position: ArrayLike,
-        dof_node: ArrayLike,
-        dof_direction: ArrayLike,
+        node: "ArrayLike",
+        position: "ArrayLike",
+        dof_node: "ArrayLike",
+        dof_direction: "ArrayLike",
         **rest: Any,
     ) -> "Body":
         """K, M from any code, with a dof table.
@@ -123,7 +123,7 @@ class Body:
         rows = np.flatnonzero(rank >= 0)
         return rows[np.lexsort((self.dof_direction[rows], rank[rows]))]
 
-    def motion_of(self, body: str, numbers: ArrayLike) -> sp.csr_matrix:
+    def motion_of(self, body: str, numbers: "ArrayLike") -> sp.csr_matrix:
         """(3n, d): x, y, z of nodes and contact points in turn, zero where a node is clamped;
         raises InputError for a node that is not there, or another body."""
         if body != self.name:

@@ -65,7 +65,7 @@ class Mesh:
     face_groups: dict = field(default_factory=dict)
     materials: dict = field(default_factory=dict)
 
-    def index(self, numbers: ArrayLike) -> np.ndarray:
+    def index(self, numbers: "ArrayLike") -> np.ndarray:
         """Indices into `node` of the given node numbers."""
         order = np.argsort(self.node)
         found = np.searchsorted(self.node, numbers, sorter=order)

@@ -2,10 +2,13 @@
 hints."""
 
 import ast
+import inspect
 import tomllib
 from pathlib import Path
 
 import pytest
+
+import tipdamp
 
 ROOT = Path(__file__).parents[1]
 PUBLIC = (
@@ -104,3 +107,29 @@ def test_packages_ship_their_types_and_data(package):
     there = {f for f in (ROOT / package).rglob("*") if f.is_file() and "__pycache__" not in f.parts}
     assert there - shipped == set()
     assert (ROOT / "tipdamp" / "py.typed").is_file()
+
+
+def signatures():
+    """(name, signature) of what `from tipdamp import ...` gives, and of public methods."""
+    for name in tipdamp.__all__:
+        thing = getattr(tipdamp, name)
+        methods = inspect.getmembers(thing, callable) if inspect.isclass(thing) else []
+        public = [(f"{name}.{own}", of) for own, of in methods if not own.startswith("_")]
+        for known, of in [(name, thing), *public]:
+            try:
+                yield known, inspect.signature(of)
+            except (TypeError, ValueError):  # a module, or of the interpreter
+                continue
+
+
+def test_help_shows_types_by_their_names():
+    """ArrayLike, not the 300 characters that numpy makes of it."""
+    known = dict(signatures())
+    assert "follow_peak" in known and "Body.motion_of" in known
+    long = [
+        f"{name}: {p.name}"
+        for name, of in known.items()
+        for p in of.parameters.values()
+        if len(str(p.replace(default=p.empty))) > 150 or "numpy._typing" in str(p)
+    ]
+    assert not long

@@ -117,7 +117,7 @@ class ContactProblem(AnyProblem):
     contacts: Contacts
     static: np.ndarray | None = None
     preloaded: bool = True
-    damping_ratio: ArrayLike | None = None
+    damping_ratio: "ArrayLike | None" = None
     describe: Callable | None = None
     held: tuple[HeldMotion, ...] = ()
     general: bool = False
@@ -437,7 +437,7 @@ def contact_problem(
     law: ContactLaw,
     origin: str = "preloaded",
     static: np.ndarray | None = None,
-    damping_ratio: ArrayLike | None = None,
+    damping_ratio: "ArrayLike | None" = None,
     hold: Hold | Sequence[Hold] = (),
 ) -> tuple[ContactProblem, np.ndarray]:
     """(ContactProblem of the carrying pairs, mask (P,) of these in the table).

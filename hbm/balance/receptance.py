@@ -175,7 +175,7 @@ def stuck_receptance(
     M: np.ndarray,
     C: np.ndarray | None,
     K: np.ndarray,
-    damping_ratio: ArrayLike | None = None,
+    damping_ratio: "ArrayLike | None" = None,
     describe: Callable | None = None,
     remedy: str = SUPPORT,
     free: FloatingMotions | None = None,
@@ -268,7 +268,7 @@ def of_modes(
     return Receptance(Z, poles=poles)
 
 
-def free_receptance(M: np.ndarray, K: np.ndarray, damping_ratio: ArrayLike) -> Receptance:
+def free_receptance(M: np.ndarray, K: np.ndarray, damping_ratio: "ArrayLike") -> Receptance:
     """Receptance of (K, M) with damping ratios of its modes; rigid motions may be free, M must be
     regular."""
     stiffness, shapes = la.eigh(K, M)
@@ -330,12 +330,12 @@ def natural_frequencies(model: ReducedModel, pairs: ContactTable | None = None) 
 def linear_response(
     model: ReducedModel,
     pairs: ContactTable | None,
-    forcing: ArrayLike,
-    frequencies: ArrayLike | None = None,
-    damping_ratio: ArrayLike | None = None,
+    forcing: "ArrayLike",
+    frequencies: "ArrayLike | None" = None,
+    damping_ratio: "ArrayLike | None" = None,
     outputs: dict | None = None,
     *,
-    omega: ArrayLike | None = None,
+    omega: "ArrayLike | None" = None,
 ) -> np.ndarray:
     """(n, m) complex harmonic 1 of the outputs when every pair sticks, or without damper where
     pairs is None.
@@ -363,9 +363,9 @@ def linear_response(
 def linear_response_with_peaks(
     model: ReducedModel,
     pairs: ContactTable | None,
-    forcing: ArrayLike,
-    frequencies: ArrayLike,
-    damping_ratio: ArrayLike | None = None,
+    forcing: "ArrayLike",
+    frequencies: "ArrayLike",
+    damping_ratio: "ArrayLike | None" = None,
     outputs: dict | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """(frequencies (n',) Hz ascending, `linear_response` there): those given, the resonances in
@@ -396,8 +396,8 @@ def _linear_receptance(
     model: ReducedModel,
     pairs: ContactTable | None,
     force: np.ndarray,
-    frequencies: ArrayLike,
-    damping_ratio: ArrayLike | None,
+    frequencies: "ArrayLike",
+    damping_ratio: "ArrayLike | None",
 ) -> Receptance:
     K = assembled(model, pairs)
     if damping_ratio is not None:
@@ -413,7 +413,7 @@ def _linear_receptance(
 
 
 def _checked_free(
-    model: ReducedModel, K: np.ndarray, force: np.ndarray, frequencies: ArrayLike
+    model: ReducedModel, K: np.ndarray, force: np.ndarray, frequencies: "ArrayLike"
 ) -> FloatingMotions | None:
     """Free motions of a model that floats; InputError where a force of 0 Hz acts along one."""
     if stiff_factor(K) is not None:

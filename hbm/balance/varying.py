@@ -60,8 +60,8 @@ class ForceTable:
     True
     """
 
-    hz: ArrayLike
-    values: ArrayLike
+    hz: "ArrayLike"
+    values: "ArrayLike"
 
     def __post_init__(self) -> None:
         hz = numbers("hz", self.hz, "must be frequencies in Hz, rising")

@@ -75,7 +75,7 @@ class _Solved:
 
 def fit_damping(
     problem: AnyProblem,
-    force: ArrayLike,
+    force: "ArrayLike",
     measured: Sequence[MeasuredResponse],
     *,
     modes: Sequence[int] | None = None,

@@ -40,7 +40,7 @@ class MeasuredResponse:
     response: np.ndarray
     output: np.ndarray
     level: float = 1.0
-    deviation: ArrayLike | None = None
+    deviation: "ArrayLike | None" = None
 
     def __post_init__(self) -> None:
         hz = np.atleast_1d(numbers("hz", self.hz, "must be frequencies in Hz"))

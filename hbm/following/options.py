@@ -17,7 +17,7 @@ class FollowKeywords(TypedDict, total=False):
     band: Sequence[float] | None
     omega: Sequence[float] | None
     harmonics: int
-    at: ArrayLike
+    at: "ArrayLike"
     start: str | np.ndarray | None
     samples: int | None
     settings: Settings | None
@@ -40,11 +40,11 @@ class FollowOptions:
     5
     """
 
-    outputs: Mapping[str, ArrayLike]
+    outputs: "Mapping[str, ArrayLike]"
     band: Sequence[float] | None = None
     omega: Sequence[float] | None = None
     harmonics: int = 5
-    at: ArrayLike = ()
+    at: "ArrayLike" = ()
     start: str | np.ndarray | None = None
     samples: int | None = None
     settings: Settings | None = None

@@ -46,7 +46,7 @@ class Hold:
     ['damper: slide along y']
     """
 
-    motion: str | ArrayLike
+    motion: "str | ArrayLike"
     stiffness: float | None = None
     mean: bool = False
     body: str = "damper"

@@ -27,7 +27,7 @@ class Solutions(NamedTuple):
     harmonics: np.ndarray
 
 
-def from_nlvib(X: ArrayLike, harmonics: int) -> Solutions:
+def from_nlvib(X: "ArrayLike", harmonics: int) -> Solutions:
     """X (dofs (2 H + 1) + 1, p) or one column of it; harmonics : H of the script.
 
     Raises InputError where X has another number of rows, is not finite, or a frequency in its last
@@ -61,7 +61,7 @@ def from_nlvib(X: ArrayLike, harmonics: int) -> Solutions:
     return Solutions(table[-1] / (2 * np.pi), found)
 
 
-def to_nlvib(hz: ArrayLike, harmonics: ArrayLike) -> np.ndarray:
+def to_nlvib(hz: "ArrayLike", harmonics: "ArrayLike") -> np.ndarray:
     """X (dofs (2 H + 1) + 1, p) of solutions at hz (p,) with harmonics (p, dofs, H+1): of a curve
     with an output for each dof `to_nlvib(curve.frequency, curve.harmonics)`.
 

@@ -53,7 +53,7 @@ def backbone(
     mode: int,
     amplitudes: Sequence[float],
     *,
-    outputs: Mapping[str, ArrayLike] | None = None,
+    outputs: "Mapping[str, ArrayLike] | None" = None,
     harmonics: int = 5,
     samples: int | None = None,
     settings: Settings | None = None,
@@ -126,7 +126,7 @@ def _check_amplitudes(amplitudes: Sequence[float]) -> np.ndarray:
 def mode_equation(
     problem: AnyProblem,
     mode: int,
-    outputs: Mapping[str, ArrayLike] | None,
+    outputs: "Mapping[str, ArrayLike] | None",
     H: int,
     samples: int | None,
 ) -> tuple[ModeEquation, np.ndarray, list[str]]:

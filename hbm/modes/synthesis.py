@@ -136,7 +136,7 @@ class Synthesis(ArrayRecord):
 
 
 def synthesis(
-    mode: Backbone, problem: AnyProblem, forcing: ArrayLike, level: float = 1.0
+    mode: Backbone, problem: AnyProblem, forcing: "ArrayLike", level: float = 1.0
 ) -> Synthesis:
     """The response to a force of order 1 near the resonance of a nonlinear mode.
 

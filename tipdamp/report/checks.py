@@ -8,6 +8,7 @@ import numpy as np
 from tipdamp.checks.pairs import pair_names
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.results import ReportedCurve, Results
+from tipdamp.report.subjects.influence import lacking
 from tipdamp.report.text import NEGLIGIBLE, force_along, moment, names_of_pairs, number, sentence
 from tipdamp.results.static_results import SideForces, TuneResult, TuneStep
 from tipdamp.study.view import Study
@@ -184,6 +185,8 @@ def _respond(results: Results) -> Iterator[str]:
     for case in results.cases:
         yield from _both_ways(case)
         yield from _no_slip(results, case)
+    if results.study.respond.derivatives and (without := lacking(results)):
+        yield f"[respond] derivatives.{without}"
     at_rest = set[str]()
     if results.kept is not None:
         at_rest = set(pair_names(results.kept, results.kept.preload <= 0))
