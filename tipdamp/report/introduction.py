@@ -79,9 +79,10 @@ def _peaks(low: ReportedCurve, high: ReportedCurve) -> str:
     if low is not high:
         text += (
             f", at {high.Fe:g} N {micro(high.peak_per_newton)} µm/N at "
-            f"{hertz(high.facts.peak_hz)} Hz, where {len(high.facts.slipping_pairs)} of "
-            f"{high.curve.share_slip.shape[1]} pairs slip or open"
-            + f" and {len(high.facts.lift_off_pairs)} lift off"
+            f"{hertz(high.facts.peak_hz)} Hz, where {high.moving_at_peak} of "
+            f"{high.curve.share_slip.shape[1]} pairs slip or open at the peak; anywhere on the "
+            f"curve {len(high.facts.slipping_pairs)} do"
+            + f", and {len(high.facts.lift_off_pairs)} lift off"
             * bool(high.facts.lift_off_pairs)
         )
     return text + "."

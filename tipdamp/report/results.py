@@ -17,7 +17,7 @@ from tipdamp.hbm.drawing.branches import named_amplitudes
 from tipdamp.hbm.io.array_files import open_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.modes.result import Backbone
-from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.result import MOVES, ForcedResponse
 from tipdamp.measured.frf import load_band
 from tipdamp.results.loops import Loops, load_loops
 from tipdamp.results.record import Result
@@ -81,6 +81,16 @@ class ReportedCurve:
     def at_least_per_newton(self) -> float | None:
         """m/N, largest amplitude that was solved of a curve without a peak."""
         return None if self.facts.at_least_m is None else self.facts.at_least_m / self.Fe
+
+    @property
+    def moving_at_peak(self) -> int:
+        """Number of pairs that slip or open at the solved point of the peak; of those that stay
+        open all along the curve none counts."""
+        off = abs(self.curve.frequency / self.facts.peak_hz - 1)  # the peak is next to that point
+        off = off + abs(self.curve.amplitude() / self.facts.peak_m - 1).min(axis=1)
+        at, mine = np.nanargmin(off), self.curve.slipping_pairs
+        moves = self.curve.share_slip[at, mine] + self.curve.share_open[at, mine] > MOVES
+        return int(moves.sum())
 
     def error_of_top(self, name: str) -> np.ndarray | None:
         """(n,) m, estimated error of the largest amplitude of `patch` by the orders left out, as

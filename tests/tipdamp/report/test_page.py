@@ -25,6 +25,7 @@ from tests.tipdamp.report.files import (
 )
 from tipdamp.hbm.drawing import figure
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.result import ForcedResponse
 from tipdamp.report.contents import contents
 from tipdamp.report.drawing import matplotlib, plotly
 from tipdamp.report.drawing.table import Table
@@ -510,3 +511,18 @@ def test_figures_draw_what_their_legend_names(tmp_path, recwarn):
     )
     matplotlib.draw(linear, tmp_path / "linear.png")
     assert not [str(w.message) for w in recwarn]
+
+
+def test_the_pairs_of_the_peak_are_not_those_of_the_curve(tmp_path):
+    """Two of six slip at the peak, the others at its feet alone; one opens there at last."""
+    study, store = artefacts(tmp_path)
+    path = store.path("responses/Fe_20N_H3.npz")
+    one = ForcedResponse.load(path)
+    share = one.share_slip.copy()
+    top = int(one.amplitude()[:, 0].argmax())
+    share[top, 2:] = 0.0
+    opens = 0 * share
+    opens[0, 5] = 0.3
+    replace(one, share_slip=share, share_open=opens).save(path)
+    said = introduction(results_of(study, store))[-1]
+    assert "where 2 of 6 pairs slip or open at the peak; anywhere on the curve 3 do" in said

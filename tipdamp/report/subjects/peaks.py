@@ -23,9 +23,9 @@ def peaks(results: Results) -> Iterator[Table]:
     )
     caption = (
         "Peaks of blade 1, half of peak-to-peak along the force: largest and smallest over the "
-        "nodes of the patch. Lift off: pairs that are closed at rest and open "
-        "in a part of some cycle. Pairs are named by side and station, with the row where a side "
-        "has several" + kept
+        "nodes of the patch. Lift off, slip or open: anywhere on the curve, not only at the peak; "
+        "of the first those that are closed at rest. Pairs are named by side and station, with the "
+        "row where a side has several" + kept
     )
     if not all(case.has_peak for case in results.cases):
         caption += (
@@ -50,7 +50,9 @@ def _peak(case: ReportedCurve) -> Row:
         "smallest (µm)": micro(facts.min_peak_m),
         "largest per force (µm/N)": per_newton,
         "lift off": f"{len(facts.lift_off_pairs)}" if solved else NOTHING,
-        "pairs that slip or open": names_of_pairs(facts.slipping_pairs) if solved else NOTHING,
+        "slip or open anywhere on the curve": names_of_pairs(facts.slipping_pairs)
+        if solved
+        else NOTHING,
     }
 
 
