@@ -5,6 +5,7 @@ Taken are the contact forces at the response with every contact stuck. What slip
 so that a curve is lower at its resonances: hardly ever do more contacts move on it than counted.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -13,6 +14,7 @@ import numpy as np
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.laws.records import ContactForces
 
 
 @dataclass(frozen=True)
@@ -39,12 +41,33 @@ def activity(
     """What acts anywhere in a band (Hz) under force (r,) N of harmonic 1 and the problem's static
     load; start : of the sliders. Where one resonance is near another, what acts at either may act
     at once."""
+    P, nd = len(problem.contacts), len(problem.law.components)
+    acts = np.zeros((P, nd), dtype=bool)
+    for forces in _stuck(problem, force, band, start):
+        acts |= forces.active
+    return Activity(int(acts.any(axis=1).sum()), int(acts.sum()))
+
+
+def opening(
+    problem: ContactProblem, force: np.ndarray, band: tuple[float, float], start: str | np.ndarray
+) -> int:
+    """Number of the contacts that are closed at rest and lift off in a part of a cycle; of what
+    `activity` counts."""
+    opens = np.zeros(len(problem.contacts), dtype=bool)
+    for forces in _stuck(problem, force, band, start):
+        opens |= forces.shares[:, 2] > 0
+    return int((opens & (problem.contacts.preload > 0)).sum())
+
+
+def _stuck(
+    problem: ContactProblem, force: np.ndarray, band: tuple[float, float], start: str | np.ndarray
+) -> Iterator[ContactForces]:
+    """Contact forces at the stuck response, of a grid of the band and its resonances."""
     balance, P = HarmonicBalance(problem, {1: force}, 1, start), len(problem.contacts)
     modes = balance
     if problem.reducible:  # those up to the end of the band are enough
         modes = balance.covering(np.r_[2 * np.pi * max(band), np.zeros(P)])
     own = modes.receptance.frequencies
-    acts = np.zeros((P, balance.nd), dtype=bool)
     for hz in (
         *np.linspace(min(band), max(band), SETTINGS.grid),
         *own[(own > min(band)) & (own < max(band))],
@@ -54,5 +77,4 @@ def activity(
         u = fourier.to_real(modes.shapes @ (factors * modes.force_at(1.0))).reshape(
             P, balance.nd, balance.nh
         )
-        acts |= balance.contact_forces(u, w).active
-    return Activity(int(acts.any(axis=1).sum()), int(acts.sum()))
+        yield balance.contact_forces(u, w)

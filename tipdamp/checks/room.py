@@ -3,8 +3,10 @@ them."""
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from tipdamp.engine.curves import CurveCase, Curves
-from tipdamp.hbm.balance.activity import Activity, activity
+from tipdamp.hbm.balance.activity import Activity, activity, opening
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.memory import SMALL, available_bytes, curve_bytes
 
@@ -31,8 +33,17 @@ def acting(
     curves: Curves, levels: Sequence[float], band: tuple[float, float]
 ) -> dict[float, Activity]:
     """{Fe in N: what slips or lifts in a band, Hz}, by the stuck response."""
-    start = "zero_slider" if curves.start is None else curves.start
+    start = _start(curves)
     return {Fe: activity(curves.problem, Fe * curves.force, band, start) for Fe in levels}
+
+
+def lifting(curves: Curves, Fe: float, band: tuple[float, float]) -> int:
+    """Number of the contacts closed at rest that lift off in a band at Fe, N; as `acting`."""
+    return opening(curves.problem, Fe * curves.force, band, _start(curves))
+
+
+def _start(curves: Curves) -> str | np.ndarray:
+    return "zero_slider" if curves.start is None else curves.start
 
 
 class Need:

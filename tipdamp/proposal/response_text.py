@@ -9,6 +9,8 @@ from tipdamp.proposal.propose import Proposal
 from tipdamp.proposal.trial import DAMPING, LEVELS, MULTIPLES, Trial, levels_of
 from tipdamp.proposal.words import ASK, group_comment, group_names, made_of, vector
 
+FRICTION = "# all stuck, the first slip at the peak, slip, about the best damping"
+
 
 def response_text(found: Proposal, tried: Trial | None, pull: float | None) -> list[str]:
     """Lines of both sections, behind marks as long as something is missing that a study needs."""
@@ -82,10 +84,11 @@ def _shared(found: Proposal, excitation: Sequence[str]) -> list[str]:
 
 def _levels(pull: float | None, tried: Trial | None) -> list[str]:
     shares = LEVELS if tried is None else tried.levels
+    lifted = _lifted(tried.lift_before_slip if tried else None, pull)
     ratios = ", ".join(f"{1 / share:.3g}" for share in shares)
     lines = [
         f"# the pull times {', '.join(f'{share:g}' for share in shares)}, Fc/Fe = {ratios}:",
-        *(_of_figure() if tried is None or tried.slip is None else _of_slip(tried.slip)),
+        *(_of_figure() if tried is None or tried.slip is None else _of_slip(tried.slip, lifted)),
     ]
     levels = ASK if pull is None else vector(levels_of(pull, shares))
     return [*lines, f"levels = {levels}     # N, amplitudes of the excitation"]
@@ -99,14 +102,25 @@ def _of_figure() -> list[str]:
     ]
 
 
-def _of_slip(slip: float) -> list[str]:
+def _of_slip(slip: float, lifted: list[str]) -> list[str]:
     factors = [f"{factor:g}" for factor in MULTIPLES]
     return [
         f"# {', '.join(factors[:-1])} and {factors[-1]} times the level from which on half of the "
         "closed contacts slip",
-        f"# or lift off (Fc/Fe = {1 / slip:.3g}: stuck response on smooth half-spaces, damping "
-        f"ratio {DAMPING:g}):",
-        "# all stuck, the first slip at the peak, slip, about the best damping",
+        f"# or lift off (Fc/Fe = {1 / slip:.3g}: stuck response on smooth half-spaces, "
+        f"damping ratio {DAMPING:g}):",
+        *(lifted or [FRICTION]),
+    ]
+
+
+def _lifted(lift: float | None, pull: float | None) -> list[str]:
+    """That levels by slip say little; nothing without contacts that open first."""
+    if lift is None:
+        return []
+    place = f"{lift:.2g} of the pull" if pull is None else f"{lift * pull:.2g} N"
+    return [
+        f"# contacts open from {place} on, before most of them slip: friction alone does not limit",
+        "# the response, and whether it damps at these levels only their curves tell",
     ]
 
 

@@ -3,7 +3,7 @@ that it may be of: where blades and damper have their modes, how stiff the conta
 blade moves most."""
 
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,7 +12,7 @@ import numpy as np
 
 from tipdamp.bodies import BLADES
 from tipdamp.checks.forecast import estimate
-from tipdamp.checks.room import acting
+from tipdamp.checks.room import acting, lifting
 from tipdamp.engine.progress import duration
 from tipdamp.engine.store import Store
 from tipdamp.fields import surface
@@ -39,6 +39,7 @@ LEVELS = (0.01, 0.1, 0.25, 0.5)
 # slip at the peak, slip, about the best damping, a third of the stuck resonance's amplification up
 MULTIPLES = (0.3, 3.0, 10.0, 30.0)
 SHARES = (1e-6, 10.0)  # of the pull, between which that level is sought
+LIFTED = 0.1  # of the closed contacts, from which on lifting off is worth a word
 STEPS = 12  # halvings of their logarithm, down to 0.4 %
 DAMPING = 0.005  # without damper                                              [Zucca 2016]
 LONGEST = 180.0  # s that a proposal may take
@@ -62,7 +63,8 @@ class Trial:
     excitation, patches - groups, or nodes by their number, where no group was found; moved - in
     words where these lie; free_hz, stuck_hz - on smooth half-spaces, soft_hz - on the softest
     contacts; sides {name: stiffness}; slip - excitation over pull from which on half of the
-    closed contacts slip or lift off under the stuck response, None where they never do."""
+    closed contacts slip or lift off under the stuck response, lift - from which on a tenth of
+    them lift off, None where they never do."""
 
     only_friction: tuple[str, ...]
     excitation: tuple[str, ...]
@@ -73,6 +75,7 @@ class Trial:
     stuck_hz: tuple[float, ...]
     sides: dict[str, Stiffness]
     slip: float | None = None
+    lift: float | None = None
 
     @property
     def levels(self) -> tuple[float, ...]:
@@ -80,6 +83,13 @@ class Trial:
         if self.slip is None:
             return LEVELS
         return tuple(_digits(factor * self.slip) for factor in MULTIPLES)
+
+    @property
+    def lift_before_slip(self) -> float | None:
+        """`lift` where contacts lift off before most of them slip: the levels say little then."""
+        if self.slip is None or self.lift is None or self.lift > self.slip:
+            return None
+        return self.lift
 
     @property
     def band(self) -> tuple[float, float]:
@@ -157,24 +167,35 @@ def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bo
         "damping_ratio": DAMPING,
         "harmonics": 1,
     }
-    return replace(tried, slip=_slip(study_of(target, content), store))
+    slip, lift = _slip_and_lift(study_of(target, content), store)
+    return replace(tried, slip=slip, lift=lift)
 
 
-def _slip(study: Study, store: Store) -> float | None:
-    """Level, at a pull of 1, at which half of the contacts that are closed at rest slip or lift off
-    somewhere in the band; None where they never do."""
-    curves = assembled(study, store).curves
+def _slip_and_lift(study: Study, store: Store) -> tuple[float | None, float | None]:
+    """Levels, at a pull of 1, at which half of the contacts that are closed at rest slip or lift
+    off somewhere in the band, and a tenth of them lift off; None where they never do."""
+    curves, band = assembled(study, store).curves, study.respond.band
+    contacts = curves.problem.contacts
+    closed = int((contacts.preload > 0).sum())
 
     def moving(level: float) -> int:
-        return acting(curves, [level], study.respond.band)[level].contacts
+        return acting(curves, [level], band)[level].contacts
 
+    half = (moving(SHARES[0]) + len(contacts)) / 2  # what is open at rest always acts
+    return (
+        _level(moving, half),
+        _level(lambda level: lifting(curves, level, band), LIFTED * closed),
+    )
+
+
+def _level(number: Callable[[float], int], enough: float) -> float | None:
+    """From which on a number of contacts is enough."""
     low, high = SHARES
-    half = (moving(low) + len(curves.problem.contacts)) / 2  # what is open at rest always acts
-    if moving(high) < half:
+    if number(high) < enough:
         return None
     for _ in range(STEPS):
         middle = float(np.sqrt(low * high))
-        low, high = (low, middle) if moving(middle) >= half else (middle, high)
+        low, high = (low, middle) if number(middle) >= enough else (middle, high)
     return high
 
 

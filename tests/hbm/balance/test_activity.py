@@ -9,7 +9,7 @@ import pytest
 
 from tests.benchmarks import hundreds
 from tests.hbm.small_rig import small_rig
-from tipdamp.hbm.balance.activity import activity
+from tipdamp.hbm.balance.activity import activity, opening
 from tipdamp.hbm.balance.problem import contact_problem
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.interface import SETTINGS as INTERFACE
@@ -90,3 +90,13 @@ def test_memory_of_an_interface_reduction_whose_pairs_all_slip(monkeypatch):
     assert ((curve.share_slip + curve.share_open) > 0).sum(axis=1).max() == act.contacts == 120
     assert 0.5 < curve_bytes(act.components / 3, 120, 3, 3) / peak < 2
     assert curve_bytes(8, 120, 3, 3) < 0.6 * peak
+
+
+def test_contacts_that_lift_off_are_counted_apart():
+    """Sliders that nothing limits leave lifting off alone; open at rest counts as none."""
+    free = PAIRS.replace(mu=np.full(12, 1e9))
+    for preload in (PAIRS.preload, np.where(np.arange(12) < 4, -1e3, PAIRS.preload)):
+        problem = problem_of(free.replace(preload=preload))
+        still, much = (opening(problem, level * TIP, BAND, "zero_slider") for level in (1e-3, 1e6))
+        assert (still, much) == (0, int((preload > 0).sum()))
+        assert counted(problem, 1e6).contacts == 12

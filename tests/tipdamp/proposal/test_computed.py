@@ -11,6 +11,7 @@ from tests.tipdamp import corner_study, mesh_texts
 from tests.tipdamp.proposal.test_propose import filled
 from tests.tipdamp.rig_study import read, without_report
 from tipdamp.cli import main
+from tipdamp.proposal import response_text
 from tipdamp.proposal.trial import LEVELS, MULTIPLES, SOFTEST, STEEL, Trial
 from tipdamp.proposal.words import vector
 
@@ -171,3 +172,15 @@ def test_band_by_hand():
     assert tried.levels == LEVELS  # nothing ever slips
     assert replace(tried, slip=0.0123).levels == (0.0037, 0.037, 0.12, 0.37)
     assert 0 < SOFTEST < 1 and STEEL["mm"][0] == pytest.approx(1e-6 * STEEL["m"][0])
+
+
+def test_no_best_damping_is_promised_where_contacts_open_first():
+    """By hand: a tenth of them lift off at a third of the level at which half of them move."""
+    values = dict(only_friction=(), excitation=(), patches=(), moved="", sides={})
+    hz = dict(free_hz=(1600.0,), soft_hz=(2700.0,), stuck_hz=(3450.0,))
+    found = {
+        lift: " ".join(response_text._levels(80.0, Trial(**values, **hz, slip=3e-3, lift=lift)))
+        for lift in (None, 9e-3, 1e-3)
+    }
+    assert all("about the best damping" in found[lift] for lift in (None, 9e-3))
+    assert "best damping" not in found[1e-3] and "contacts open from 0.08 N on" in found[1e-3]
