@@ -91,24 +91,41 @@ class FreeMotions:
             share * self.reach(load), self.settings.rounding * everything
         )
 
-    def refuse(self, amounts: np.ndarray, load: np.ndarray) -> None:
-        """InputError where forces do more along a motion than inexact meshes explain: amounts (m,)
+    def loaded(self, amounts: np.ndarray, load: np.ndarray) -> list[str]:
+        """Sentences on motions along which forces do more than inexact meshes explain: amounts (m,)
         of load (r,)."""
         too_much = self._exceeds(amounts, load, self.settings.taken_up)
-        loaded = [
+        return [
             f"{name} is loaded: {abs(amount):.3g} {unit}, and no contact resists it"
             + (
-                f" (the normals face it by {faced:.1e} of its size, which counts as resisted "
-                f"above facing = {self.settings.facing:g})"
-                if faced > self.settings.mentioned
+                f" (the normals face it by {self.faced[i]:.1e} of its size, which counts as "
+                f"resisted above facing = {self.settings.facing:g})"
+                if self.faced[i] > self.settings.mentioned
                 else ""
             )
-            for (name, unit), amount, faced, much in zip(
-                self.names, amounts, self.faced, too_much, strict=True
-            )
-            if much
+            + self._beside(i, amount, load)
+            for i, ((name, unit), amount) in enumerate(zip(self.names, amounts, strict=True))
+            if too_much[i]
         ]
-        if loaded:
+
+    def _beside(self, i: int, amount: float, load: np.ndarray) -> str:
+        """How far a force passes beside the axis of roll i, and where it would not."""
+        turn = self.coefficients[:, i].reshape(-1, 6)[:, 3:]
+        force = (self.rigid.T @ load).reshape(-1, 6)[:, :3]
+        across = np.cross(force, turn)
+        if np.count_nonzero(across.any(axis=1)) != 1:  # a couple, a slide, or several bodies
+            return ""
+        way = -1e3 * amount * across.sum(axis=0) / (across**2).sum()
+        size = float(np.linalg.norm(way))
+        shift = ", ".join(f"{x:.3g}" for x in np.where(abs(way) > 1e-3 * size, way, 0.0))
+        return (
+            f": the force passes {size:.3g} mm beside where the normals meet, "
+            f"through it when moved by ({shift}) mm"
+        )
+
+    def refuse(self, amounts: np.ndarray, load: np.ndarray) -> None:
+        """InputError where motions are `loaded`."""
+        if loaded := self.loaded(amounts, load):
             raise InputError(
                 f"{'; '.join(loaded)}; take the load off, or hold the motion (hold, in [damper] or "
                 "[model] of a study)"

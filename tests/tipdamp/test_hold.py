@@ -148,9 +148,9 @@ def test_the_remedy_can_be_copied(motions, remedy):
     assert [one.mean for one in HOLD.read(table, None, 1.0)] == [True] * len(motions)
 
 
-def test_a_round_pin_rolls_too():
-    """Normals through one axis leave the turn about it and the slide along it; a stop on the axis
-    the turn alone."""
+def round_pin():
+    """(pairs, frames (6, 3, 3) of the first six): these of a pin around the x axis, and a stop on
+    it."""
     angle = np.repeat(np.radians([20, 160]), 3)
     normal = np.column_stack([0 * angle, np.cos(angle), np.sin(angle)])
     t1 = np.tile([1.0, 0, 0], (6, 1))
@@ -164,6 +164,13 @@ def test_a_round_pin_rolls_too():
             frame=np.concatenate([frames, [np.roll(np.eye(3), -1, axis=0)]]),
         )
     )
+    return pairs, frames
+
+
+def test_a_round_pin_rolls_too():
+    """Normals through one axis leave the turn about it and the slide along it; a stop on the axis
+    the turn alone."""
+    pairs, frames = round_pin()
     assert sorted(only_friction.held_by_friction(pairs.select(np.arange(6)))) == [
         "roll about x",
         "slide along x",
@@ -305,3 +312,18 @@ def test_matrices_with_a_stop_and_without(matrices_study):
         and curve["held"]["damper: slide along x"]["unit"] == "N"
         and curve["held_change"] < 1e-4
     )
+
+
+def test_a_pull_beside_the_axis_of_a_pin_is_told():
+    """By how much, and how it has to be moved; nothing on the axis, along which it may lie
+    anywhere, nor where the roll is held."""
+    pairs = round_pin()[0]
+    place = np.array([[-0.01, 4e-4, 0.003], [0.03, 4e-4, 0.001]])
+    forces = np.tile([0.0, 0.0, -5.0], (2, 1))
+    [said] = only_friction.loaded(pairs, (), place, forces)
+    assert said.startswith("roll about x is loaded: 0.004 N m, and no contact resists it")
+    assert "passes 0.4 mm beside where the normals meet" in said
+    assert "when moved by (0, -0.4, 0) mm" in said
+    assert not only_friction.loaded(pairs, (), place - [0, 4e-4, 0], forces)
+    held = HOLD.read({"motion": "about x", "mean": True}, None, 1.0)
+    assert not only_friction.loaded(pairs, held, place, forces)

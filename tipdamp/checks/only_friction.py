@@ -16,15 +16,37 @@ from tipdamp.study.hold import HoldChoice
 
 def held_by_friction(pairs: ContactTable, holds: Sequence[HoldChoice] = ()) -> list[str]:
     """Names such as 'slide along y' of motions of a free, rigid damper between bodies at rest."""
+    return directed(_unresisted(pairs, holds, np.zeros((0, 3))))
+
+
+def loaded(
+    pairs: ContactTable,
+    holds: Sequence[HoldChoice],
+    position: np.ndarray,
+    forces: np.ndarray,
+) -> list[str]:
+    """Sentences on such motions along which forces (k, 3) N at the places (k, 3) m do work."""
+    motions = _unresisted(pairs, holds, position)
+    load = np.r_[np.zeros(len(motions.rigid) - forces.size), forces.ravel()]
+    return motions.loaded(motions.shape.T @ load, load)
+
+
+def _unresisted(
+    pairs: ContactTable, holds: Sequence[HoldChoice], further: np.ndarray
+) -> FreeMotions:
+    """Of the places of the pairs and further ones (k, 3) m on the damper."""
     mine = pairs.select(pairs.damper_body != GROUND)
-    arm = mine.position - mine.position.mean(axis=0)
+    arm = np.concatenate([mine.position, further]) - mine.position.mean(axis=0)
     turns = np.cross(np.eye(3), arm[:, None]).transpose(0, 2, 1)  # columns: about x, y, z
     rigid = np.concatenate([np.broadcast_to(np.eye(3), turns.shape), turns], axis=2).reshape(-1, 6)
     held = np.array([parse_motion(one.motion)[2] for one in holds]).reshape(-1, 6)
     left = sl.null_space(held) if len(held) else np.eye(6)
-    motion = sp.block_diag(list(mine.frame), format="csr")
+    motion = sp.hstack(
+        [sp.block_diag(list(mine.frame)), sp.csr_matrix((3 * len(mine), further.size))],
+        format="csr",
+    )
     rows = np.arange(2, 3 * len(mine), 3)
-    return directed(unresisted(rigid, left, motion, rows, np.full(len(rigid), "damper")))
+    return unresisted(rigid, left, motion, rows, np.full(len(rigid), "damper"))
 
 
 def directed(motions: FreeMotions) -> list[str]:

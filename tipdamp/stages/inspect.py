@@ -104,6 +104,7 @@ def _meshes(study: Study, store: Store, tick: Tick) -> InspectResult:
     if not study.contact.pairs:
         warnings += distance_warnings(study, pairs, meshes)
     warnings += _of_pairs(study, pairs, angles)
+    warnings += _of_place(study, meshes[DAMPER], pairs)
     moduli = side_materials(study, meshes, pairs)
     return _with_page(
         study,
@@ -131,6 +132,18 @@ def _of_pairs(study: Study, pairs: ContactTable, angles: np.ndarray | None = Non
         *pair_checks.axis_warnings(pairs, study.driver.axis),
         *pair_checks.row_warnings(pairs, pull, edges),
     ]
+
+
+def _of_place(study: Study, mesh: Mesh, pairs: ContactTable) -> list[str]:
+    """Where the pull alone turns the damper about what no contact resists, which `preload`
+    refuses."""
+    direction, held = study.driver.pull_direction, loads.held_directions(study, pairs)
+    if study.loads or pair_checks.pull_warnings(pairs, direction, held):
+        return []
+    nodes, forces = loads.pulled(study, mesh)
+    place = mesh.position[mesh.index(nodes)]
+    said = only_friction.loaded(pairs, study.driver.hold, place, forces)
+    return [f"a pull of 1 N: {one}; `preload` refuses that" for one in said]
 
 
 def _refused(study: Study, meshes: dict[str, Mesh], trouble: str) -> Inspected:
