@@ -5,7 +5,7 @@ area is a matter of the mesh there, force per length is not. [Hertz 1881; Johnso
 (1985), section 4.2]
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,8 @@ from scipy.spatial.distance import pdist
 from tipdamp.fields.pressure import PressurePatch, patches
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.static_contact.stiffness.rounded_punch import hertz_half_width, hertz_peak_pressure
+
+HOLES = 0.05  # of the stations between those that carry, above which holes are worth a word
 
 
 @dataclass(frozen=True)
@@ -39,15 +41,34 @@ class LineContact:
         closed = np.maximum(force, 0.0)
         return np.array([closed[rows].sum() for rows in self.rows]) / self.length
 
+    def loaded(self, force: np.ndarray) -> slice:
+        """From the first station that carries to the last; empty where none does."""
+        carrying = np.flatnonzero(self.load(force))
+        return slice(carrying[0], carrying[-1] + 1) if len(carrying) else slice(0)
+
+    def mean_load(self, force: np.ndarray) -> float:
+        """N/m over the length from the first station that carries to the last; where points lie
+        near the line only here and there, stations scatter about it."""
+        mine = self.loaded(force)
+        length = self.length[mine].sum()
+        return float(self.load(force)[mine] @ self.length[mine] / length) if length else 0.0
+
     def half_width(self, force: np.ndarray) -> np.ndarray:
         """(s,) m"""
         return hertz_half_width(self.load(force), self.radius, self.E_star)
 
+    def mean_peak(self, force: np.ndarray) -> float:
+        """Pa on the centre line under the mean force per length."""
+        return float(self._peak(np.array([self.mean_load(force)]))[0])
+
     def peak(self, force: np.ndarray) -> np.ndarray:
         """(s,) Pa on the centre line, 0 where a station is open."""
-        half_width = self.half_width(force)
+        return self._peak(self.load(force))
+
+    def _peak(self, load: np.ndarray) -> np.ndarray:
+        half_width = hertz_half_width(load, self.radius, self.E_star)
         pressed = np.where(half_width > 0, half_width, 1.0)
-        return np.asarray(hertz_peak_pressure(self.load(force), pressed))
+        return np.asarray(hertz_peak_pressure(load, pressed))
 
     def patch(self, pairs: ContactTable) -> PressurePatch:
         """A line of the stations, each at its pair nearest to the middle."""
@@ -102,6 +123,23 @@ def narrow_lines(
     }
     lines = line_contacts(pairs, axis, known)
     return [one for one in lines if 2 * one.half_width(pairs.preload).max() < one.spacing]
+
+
+def hole_warnings(lines: Sequence[LineContact], force: np.ndarray) -> Iterator[str]:
+    """A sentence for each of the lines with stations that carry nothing between others that do,
+    under the forces of the pairs of the table, (P,) N."""
+    for line in lines:
+        inside = line.load(force)[line.loaded(force)]
+        empty = int((inside == 0).sum())
+        if empty > HOLES * len(inside):
+            yield (
+                f"round side '{line.side}': {empty} of {len(inside)} stations "
+                f"({empty / len(inside):.0%}) carry nothing between others that do: no contact "
+                "point lies near enough to the line in which it touches, their neighbours carry "
+                "what is theirs, and force per length scatters with the mesh, here up to "
+                f"{inside.max() / line.mean_load(force):.2g} times its mean; a row of points along "
+                "that line keeps it even"
+            )
 
 
 def shown_patches(

@@ -16,7 +16,7 @@ from tipdamp.checks.pairs import jamming
 from tipdamp.checks.slide_at_rest import balance_at_rest, slide_warnings
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
-from tipdamp.fields.line_contact import narrow_lines
+from tipdamp.fields.line_contact import LineContact, hole_warnings, narrow_lines
 from tipdamp.fields.visualization import keep_preload
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.contact_doubts import closure_doubts, tangential_doubts, uneven_doubts
@@ -104,6 +104,7 @@ def preload(study: Study, store: Store, tick: Tick) -> list[str]:
             *doubts,
             *_closure(study, pulled, made),
             *_slides(study, bodies, pulled, slides),
+            *hole_warnings(_lines(study, pulled, made), pulled.preload),
             *jamming(pairs, np.array(study.driver.pull_direction)),
             *reaction_warnings(reactions),
         ),
@@ -135,6 +136,13 @@ def _stress(
     return whole_body.keep_stress(study, store, shapes, tick)
 
 
+def _lines(
+    study: Study, pulled: ContactTable, made: Mapping[str, SideStiffness]
+) -> list[LineContact]:
+    E_star = {name: one.E_star_Pa for name, one in made.items()}
+    return narrow_lines(pulled, np.array(study.driver.axis), stiffness.radii(study), E_star)
+
+
 def _drawn(
     study: Study,
     store: Store,
@@ -142,9 +150,7 @@ def _drawn(
     made: Mapping[str, SideStiffness],
 ) -> list[str]:
     """preload.vtu of {load case: table}, the pull first."""
-    E_star = {name: one.E_star_Pa for name, one in made.items()}
-    axis = np.array(study.driver.axis)
-    lines = narrow_lines(tables["pull"], axis, stiffness.radii(study), E_star)
+    lines = _lines(study, tables["pull"], made)
     return keep_preload(store, tables, study.contact.normal == "hard", lines)
 
 

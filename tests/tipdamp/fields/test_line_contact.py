@@ -5,7 +5,7 @@ import pytest
 
 from tests.contact_tables import contact_table, frames
 from tipdamp.engine.store import Store
-from tipdamp.fields.line_contact import line_contacts, narrow_lines
+from tipdamp.fields.line_contact import hole_warnings, line_contacts, narrow_lines
 from tipdamp.fields.visualization import keep_preload
 
 R, LENGTH, LOAD = 6e-3, 20e-3, 96.0
@@ -96,3 +96,21 @@ def test_paraview_has_force_per_length_on_a_line(tmp_path, rows):
     assert not any(name.startswith("pressure") for name in found.point_data)
     load = found.point_data["force per length (N/mm), pull"][found.cells_dict["line"]]
     assert load == pytest.approx(np.full((4, 2), 1e-3 * LOAD / LENGTH))
+
+
+def test_holes_between_loaded_stations_are_told():
+    """Nothing of a line that touches here and there, and that ends early; the mean is that of what
+    it carries over the length between the ends of that."""
+    table, force = flank(11, 1)
+    axis = np.array([0, 1.0, 0])
+    (line,) = line_contacts(table, axis, {"left": (R, E_STAR)})
+    short = np.where(table.station < 8, force, 0.0)
+    assert not list(hole_warnings([line], force)) and not list(hole_warnings([line], short))
+    assert line.mean_load(short) == line.mean_load(force) == pytest.approx(LOAD / LENGTH)
+    moved = short.copy()
+    moved[4], moved[5] = 0.0, force[4] + force[5]
+    assert line.mean_load(moved) == pytest.approx(LOAD / LENGTH)
+    assert line.mean_peak(moved) == pytest.approx(line.peak(force)[2])
+    (said,) = hole_warnings([line], moved)
+    assert "1 of 8 stations (12%) carry nothing" in said and "up to 2 times its mean" in said
+    assert line.mean_load(0 * force) == line.mean_peak(0 * force) == 0.0

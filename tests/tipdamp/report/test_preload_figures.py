@@ -74,3 +74,10 @@ def test_an_open_station_carries_nothing():
     (panel,) = preload.panels(results_with(table), table)
     (opened,) = [item for item in panel.items if getattr(item, "filled", True) is False]
     assert list(opened.y) == [0.0] and opened.x == pytest.approx([1e3 * LENGTH / 2])
+
+
+def test_ends_that_carry_nothing_are_no_ratio():
+    table = points(3)
+    open_end = table.replace(preload=np.where(table.station == 0, 0.0, table.preload))
+    assert "times the middle" in preload._ends(results_with(table), table)
+    assert preload._ends(results_with(open_end), open_end) == ""

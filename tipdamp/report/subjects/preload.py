@@ -171,10 +171,9 @@ def _ends(results: Results, whole: ContactTable) -> str:
         _, total = station_sums(results, of_side(whole, side))
         third = max(len(total) // 3, 1)
         middle = total[third : len(total) - third].min(initial=np.inf)
-        if np.isfinite(middle) and middle > 0:
-            parts.append(
-                f"{min(total[0], total[-1]) / middle:.1f} times the middle on side '{side}'"
-            )
+        ends = min(total[0], total[-1])
+        if np.isfinite(middle) and middle > 0 and ends > 0:
+            parts.append(f"{ends / middle:.1f} times the middle on side '{side}'")
     return f"Per station, the ends carry at least {listing(parts)}." if parts else ""
 
 

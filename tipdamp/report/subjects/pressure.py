@@ -169,7 +169,11 @@ def line_tables(results: Results) -> Iterator[Table]:
         yield Table(
             f"Line contact on side '{line.side}', R = {MM * line.radius:.4g} mm: force per length "
             "under the preload, and half-width and peak pressure of Hertz for it. A strip in "
-            "contact so narrow lies between the nodes: nodal force over area is no pressure.",
+            "contact so narrow lies between the nodes: nodal force over area is no pressure. Over "
+            f"the {number(MM * line.length[line.loaded(force)].sum())} mm that carry the mean is "
+            f"{number(1e-3 * line.mean_load(force))} N/mm, of which Hertz makes "
+            f"{number(1e-6 * line.mean_peak(force))} MPa; where few points lie near the line, "
+            "stations scatter about that with the mesh.",
             [
                 {
                     "along the axis (mm)": number(MM * at),
