@@ -3,6 +3,7 @@
 Files become meshes in tipdamp/readers; what a mesh must fulfil is checked in mesh_checks.py.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -80,7 +81,7 @@ class Mesh:
         group holds when it is empty or not of the allowed dimensions."""
         if name not in self.groups:
             raise InputError(
-                f"{self.source}: no group '{shown(name)}'; {nearest(name, sorted(self.groups))}"
+                f"{self.source}: no group '{shown(name)}'; {nearest(name, offered(self.groups))}"
             )
         has, count = self.dimension.get(name, 0), len(self.groups[name])
         holds = f"{DIMENSION[has]} (dimension {has}) with {count} nodes"
@@ -101,8 +102,14 @@ class Mesh:
         if name not in self.cell_groups:
             raise InputError(
                 f"{self.source}: no group of cells '{shown(name)}'; "
-                f"{nearest(name, sorted(self.cell_groups))}"
+                f"{nearest(name, offered(self.cell_groups))}"
             )
         return {
             kind: np.isin(number, self.cell_groups[name]) for kind, number in self.number.items()
         }
+
+
+def offered(names: Iterable[str]) -> list[str]:
+    """Names of groups, sorted, to choose from: without those that a pre-processor keeps for itself,
+    as Abaqus '_Surf-1_S1'; these can be named all the same."""
+    return sorted(name for name in names if not name.startswith("_"))

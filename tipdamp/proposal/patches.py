@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from tipdamp.hbm.ties import in_order
 from tipdamp.modal.faces import boundary_faces, face_corners, face_keys, group_faces
-from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.mesh import Mesh, offered
 from tipdamp.static_contact.surfaces.facets import Facets, Surface, facets
 from tipdamp.static_contact.surfaces.pick import FacePick
 
@@ -151,7 +151,7 @@ def group_of(mesh: Mesh, faces: np.ndarray) -> str:
     """The smallest group that has these faces (f, 4), or else most of them; '' where there is
     none."""
     wanted, found = {tuple(k) for k in faces.tolist()}, {}
-    for name in mesh.groups:
+    for name in offered(mesh.groups):
         if mesh.dimension.get(name, 0) in (0, 2):
             own = {
                 tuple(k)

@@ -13,7 +13,7 @@ from tipdamp.bodies.split import cut
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.ties import first_largest, in_order
 from tipdamp.modal.elements.cells import tables
-from tipdamp.modal.mesh import GivenMaterial, Mesh
+from tipdamp.modal.mesh import GivenMaterial, Mesh, offered
 from tipdamp.modal.mesh_checks import parts
 from tipdamp.proposal.patches import (
     Patch,
@@ -108,11 +108,11 @@ def propose(paths: list[Path], load_points: str = "") -> Proposal:
         )
     axis, pull = _directions(patches)
     groups = {
-        what: sorted(
+        what: [
             name
-            for name in meshes[DAMPER if what == "load_points" else BLADES].groups
+            for name in offered(meshes[DAMPER if what == "load_points" else BLADES].groups)
             if re.search(words, name, re.IGNORECASE)
-        )
+        ]
         for what, words in WORDS.items()
     }
     if load_points:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from tipdamp.hbm.errors import shown
+from tipdamp.modal.mesh import offered
 from tipdamp.proposal.propose import Proposal
 
 ASK = '"?"'
@@ -19,7 +20,7 @@ def made_of(found: Proposal) -> str:
 
 def group_comment(found: Proposal, body: str, meaning: str, wanted: bool) -> str:
     """The comment on a group: what it is for, and which there are where one is wanted."""
-    groups = ", ".join(sorted(found.meshes[body].groups)) or "none in the file"
+    groups = ", ".join(offered(found.meshes[body].groups)) or "none in the file"
     return f"     # {meaning}" + (f"; groups: {groups}" if wanted else "")
 
 

@@ -7,6 +7,7 @@ from tipdamp.bodies import DAMPER
 from tipdamp.checks import only_friction
 from tipdamp.hbm.errors import InputError, shown
 from tipdamp.modal.cell_shape import sliver_warning
+from tipdamp.modal.mesh import offered
 from tipdamp.proposal.propose import Proposal, propose
 from tipdamp.proposal.study_text import study_text
 from tipdamp.proposal.trial import Trial, trial
@@ -45,7 +46,7 @@ def write_proposal(
 
 def _named(found: Proposal, paths: list[Path], target: Path, pull: float | None) -> str:
     """What to do where no group is known as the load points."""
-    groups = ", ".join(map(shown, sorted(found.meshes[DAMPER].groups)))
+    groups = ", ".join(map(shown, offered(found.meshes[DAMPER].groups)))
     return (
         f"with the load points they are: move {target} away, then "
         f"{command_again(map(str, paths), pull)}, which is one of {groups}"

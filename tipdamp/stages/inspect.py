@@ -39,7 +39,7 @@ from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError, shown
-from tipdamp.modal.mesh import DIMENSION, Mesh
+from tipdamp.modal.mesh import DIMENSION, Mesh, offered
 from tipdamp.modal.mesh_checks import parts
 from tipdamp.modal.mesh_support import all_held, moving_mass
 from tipdamp.report.inspection_page import Inspected, inspection_page
@@ -302,7 +302,7 @@ def line(store: Store) -> str:
             continue
         size = " x ".join(f"{1e3 * (high - low):.4g}" for low, high in zip(*b.box_m, strict=True))
         cells = ", ".join(f"{n} {kind}" for kind, n in b.cells.items())
-        groups = ", ".join(f"{shown(group)} ({n})" for group, n in b.groups.items())
+        groups = ", ".join(f"{shown(group)} ({b.groups[group]})" for group in offered(b.groups))
         pieces = f" in {b.pieces} pieces" if b.pieces and b.pieces > 1 else ""
         lines.append(
             f"{name}: {b.nodes} nodes{pieces}, {cells}, {b.free_dofs} free dofs, {size} mm, "

@@ -19,6 +19,7 @@ from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.split import cut
 from tipdamp.bodies.surfaces import surface_points
 from tipdamp.cli import main
+from tipdamp.hbm.errors import InputError
 from tipdamp.modal.faces import boundary_faces, face_keys
 from tipdamp.proposal.patches import Patch, _Faces, _patch, group_of, within_group
 from tipdamp.proposal.propose import propose
@@ -513,3 +514,20 @@ def test_names_with_quotes(tmp_path):
         tomllib.loads((tmp_path / "coarse_damper.toml").read_text())["damper"]["load_points"]
         == 'pull\\" pts'
     )
+
+
+def test_internal_sets_are_not_offered(tmp_path, capsys):
+    """Those of a pre-processor, by their underscore: neither for a side, though they fit it best,
+    nor among the groups to choose from; named by the user they are read."""
+    blades, damper = corner_study.blades(), corner_study.damper()
+    groups = {"_touch_S1": blades.groups["touch_one"], "_support": blades.groups["clamp_one"]}
+    blades = replace(blades, groups={**groups, **blades.groups})
+    corner_study.write(tmp_path, blades, damper)
+    names = [str(tmp_path / name) for name in ("damper.inp", "blades.inp")]
+    assert main(["inspect", *names, "--quiet"]) == 0
+    text = (tmp_path / "damper.toml").read_text()
+    assert '"touch_one"' in text and "_S1" not in text and "_support" not in text
+    assert len(blades.group("_support")) == 9
+    with pytest.raises(InputError, match="no group 'nothing'") as refused:
+        blades.group("nothing")
+    assert "touch_one" in str(refused.value) and "_support" not in str(refused.value)
