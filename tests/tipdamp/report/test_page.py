@@ -526,3 +526,31 @@ def test_the_pairs_of_the_peak_are_not_those_of_the_curve(tmp_path):
     replace(one, share_slip=share, share_open=opens).save(path)
     said = introduction(results_of(study, store))[-1]
     assert "where 2 of 6 pairs slip or open at the peak; anywhere on the curve 3 do" in said
+
+
+def test_axis_titles_keep_off_each_other():
+    """One title for neighbours that say the same, and two lines where a panel is not high
+    enough."""
+    x = np.linspace(0, 1, 3)
+    labels = ["force (N)", "force (N)", "work (J)", "a long title of an axis (J per mm and hour)"]
+    panels = [figure.Panel("", "x", label, [figure.Curve(x, x, "", "#000000")]) for label in labels]
+    drawn = plotly.draw(figure.Figure("f", "t", "", panels, columns=4, row_height=200))
+    assert drawn.count("force (N)") == drawn.count("work (J)") == 1
+    assert re.search(r"a long title of an axis(<|\\u003c)br(>|\\u003e)\(J per", drawn)
+    below = plotly.draw(figure.Figure("f", "t", "", panels[:2], columns=1, row_height=200))
+    assert below.count("force (N)") == 2
+
+
+def test_a_stuck_frequency_far_away_does_not_squeeze_the_peaks(tmp_path):
+    def far(files):
+        files["tune.json"]["stuck_hz"] = dict.fromkeys(files["tune.json"]["stuck_hz"], 7507.0)
+
+    def stuck(trend):
+        return [i.value for i in trend.panels[1].items if isinstance(i, figure.Line)]
+
+    for name in ("near", "far"):
+        (tmp_path / name).mkdir()
+    near = next(response.trend(results_of(*artefacts(tmp_path / "near"))))
+    assert stuck(near) == [2801.0] and "beyond the axis" not in near.caption
+    away = next(response.trend(results_of(*artefacts(tmp_path / "far", damage=far))))
+    assert stuck(away) == [] and "7507.0 Hz, far beyond the axis" in away.caption

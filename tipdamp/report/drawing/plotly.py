@@ -28,6 +28,7 @@ FONT = (
     "sans-serif"
 )
 TOP, BOTTOM, LEGEND_ROW, LEGEND_LETTERS = 34, 62, 22, 125  # px; letters of one legend row
+LETTER = 7.5  # px, of an axis title
 DECADES = range(-6, 9)
 FRAME = {"showgrid": True, "gridcolor": "#ececec", "mirror": True}
 CONFIG = {
@@ -75,6 +76,7 @@ def draw(figure: Figure) -> str:
         axes = {"xaxis": f"x{k}", "yaxis": f"y{k}"}
         data += _panel(panel, axes, seen)
         x, y = _axes(panel)
+        y["title"] = _y_title(figure, i, inner * (up[1] - up[0]))
         layout[f"xaxis{k}"] = {"anchor": axes["yaxis"], "domain": across, **x, **FRAME}
         layout[f"yaxis{k}"] = {"anchor": axes["xaxis"], "domain": up, **y, **FRAME}
         if panel.title:  # at the left: the tool bar covers the right
@@ -159,9 +161,9 @@ def _axes(panel: Panel) -> tuple[dict, dict]:
         "exponentformat": "none",
     }
     y: dict = {
-        "title": _axis_title(panel.y_label),
         "range": panel.y_range,
         "exponentformat": "power",
+        "automargin": True,
     }  # no µ or k before the unit of the label
     for axis, whole in ((x, panel.whole_x), (y, panel.whole_y)):
         axis.update(
@@ -187,6 +189,18 @@ def _axes(panel: Panel) -> tuple[dict, dict]:
             range=None if limits is None else np.log10(limits),
         )
     return x, y
+
+
+def _y_title(figure: Figure, i: int, height: float) -> dict | None:
+    """Of panel i, height px high: none where that to the left says the same, whose frame it would
+    lie on in a narrow window; in two lines where one is too long."""
+    label, columns = figure.panels[i].y_label, min(figure.columns, len(figure.panels))
+    if i % columns and figure.panels[i - 1].y_label == label:
+        return None
+    title = _axis_title(label)
+    if LETTER * len(label) > height:
+        title["text"] = title["text"].replace(" (", "<br>(", 1)
+    return title
 
 
 def _axis_title(label: str) -> dict:

@@ -53,6 +53,7 @@ from tipdamp.statics.model_inputs import in_patch
 COLORS = (VERMILION, BLUE, GREEN, ORANGE)  # from the largest H down
 SYMBOLS = ("circle", "square", "diamond")
 LEVEL = "excitation Fe (N)"
+NEAR, FAR = 0.02, 3.0  # of a value, and times the span of the marks: a line beyond squeezes them
 
 
 def families(results: Results) -> Iterator[Figure]:
@@ -270,15 +271,20 @@ def trend(results: Results) -> Iterator[Figure]:
         Fe, hz, peak = _peaks(cases)
         for items, y in ((height, peak), (place, hz)):
             items.append(Marks(Fe, y, orders_of(family), COLORS[rank], SYMBOLS[k % 3]))
+    beyond = ""
     if results.tune:
         stuck = results.tune.stuck_hz.tuned
-        place.append(_limit(stuck, f"stuck {hertz(stuck)} Hz", place))
+        if _far(stuck, place):
+            beyond = f"All pairs stuck the mode has {hertz(stuck)} Hz, far beyond the axis. "
+        else:
+            place.append(_limit(stuck, f"stuck {hertz(stuck)} Hz", place))
     if results.stuck:
         top = MICRO * float(results.stuck.m_per_N.max())
         height.append(_limit(top, f"linear, stuck {number(top, 3)} µm/N", height))
     caption = (
         "Largest peak of blade 1 over the excitation level: amplitude per newton, and frequency; "
         "lines join levels at which it is of one mode. "
+        + beyond
         + peakless(results.cases)
         + results.beside_paper("Corresponds to the trend of figure 7")
     )
@@ -298,6 +304,13 @@ def _peaks(cases: Sequence[ReportedCurve]) -> np.ndarray:
     """(3, n): level N, Hz and micrometres per newton."""
     found = [(c.Fe, c.facts.peak_hz, MICRO * (c.peak_per_newton or 0.0)) for c in cases]
     return np.array(found, dtype=float).reshape(-1, 3).T
+
+
+def _far(value: float, items: list[Item]) -> bool:
+    """Whether a line there would leave the marks a small part of the axis."""
+    y = np.concatenate([item.y for item in items if isinstance(item, Marks)])
+    span = max(np.ptp(y), NEAR * value)
+    return bool(np.abs(y - value).min() > FAR * span)
 
 
 def _limit(value: float, label: str, items: list[Item]) -> Line:
