@@ -141,11 +141,14 @@ def tracking_warnings(study: Study, tune: TuneResult) -> list[str]:
         "tuned": f"on the {tune.kept_name}",
     }
     hz = dict(tune.stuck_hz)
+    sets: dict[tuple[str, str], list[str]] = {}  # of the same numbers: one sentence
+    for name, mac in tune.mac:
+        if name in labels and mac < LOWEST_MAC:
+            sets.setdefault((f"{hz[name]:.0f}", f"{mac:.2f}"), []).append(labels[name])
     found = [
-        f"the tracked mode, stuck {labels[name]} ({hz[name]:.0f} Hz), has a MAC of {mac:.2f} with "
-        "the free one: check its shape before relying on its frequency"
-        for name, mac in tune.mac
-        if name in labels and mac < LOWEST_MAC
+        f"the tracked mode, stuck {' and '.join(on)} ({at} Hz), has a MAC of {mac} with the free "
+        "one: check its shape before relying on its frequency"
+        for (at, mac), on in sets.items()
     ]
     (low, high), tuned = study.respond.band, tune.stuck_hz.tuned
     found += repeated_warnings(np.array(tune.stuck_modes_hz.tuned), "stuck", [tuned])

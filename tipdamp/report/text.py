@@ -1,6 +1,7 @@
 """How numbers, names and lists are written."""
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -11,6 +12,7 @@ NOTHING = "\N{EN DASH}"
 MICRO = 1e6  # µm in a metre
 MEGA = 1e6  # Pa in a MPa
 MM = 1e3  # mm in a metre
+MANY = 12  # entries of a list of pairs
 NEGLIGIBLE = 1e-9  # N, N m: rounding of balanced loads
 
 
@@ -98,26 +100,28 @@ def listing(parts: Iterable) -> str:
 
 def names_of_pairs(names: Iterable[str]) -> str:
     """['left 1', 'left 2', 'left 7', 'right 0/1'] as 'left 1-2, 7; right (row 1) 0', with true
-    dashes."""
+    dashes; of more than MANY such entries the number on each side, 'left 25 pairs'."""
+    names = list(names)
     groups: dict[str, set[int]] = {}
     for name in names:
         side, _, place = name.rpartition(" ")
         station, _, row = place.partition("/")
         groups.setdefault(f"{side} (row {row})" if row else side, set()).add(int(station))
-    return (
-        "; ".join(f"{group} {_ranges(sorted(stations))}" for group, stations in groups.items())
-        or "none"
-    )
+    listed = {group: _ranges(sorted(stations)) for group, stations in groups.items()}
+    if sum(len(entries) for entries in listed.values()) > MANY:
+        counts = Counter(name.rpartition(" ")[0] for name in names)
+        return ", ".join(f"{side} {n} pair{'s' * (n > 1)}" for side, n in counts.items())
+    return "; ".join(f"{group} {', '.join(ends)}" for group, ends in listed.items()) or "none"
 
 
-def _ranges(whole: Sequence[int]) -> str:
+def _ranges(whole: Sequence[int]) -> list[str]:
     runs: list[list[int]] = []
     for k in whole:
         if runs and k == runs[-1][1] + 1:
             runs[-1][1] = k
         else:
             runs.append([k, k])
-    return ", ".join(f"{a}" if a == b else f"{a}{NOTHING}{b}" for a, b in runs)
+    return [f"{a}" if a == b else f"{a}{NOTHING}{b}" for a, b in runs]
 
 
 def _superscript(k: int) -> str:

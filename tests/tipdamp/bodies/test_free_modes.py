@@ -114,14 +114,14 @@ def test_reduce_and_tune_warn_in_the_terminal(tmp_path, capsys):
 def test_warnings_of_the_tracked_mode(tmp_path):
     study = load_study(corner_study.write(tmp_path))  # band 20 to 40 kHz
 
-    def found(mac, hz):
+    def found(mac, hz, whole=0.9):
         sets = {"full_area": 3e4, "full_line": 3e4, "tuned": hz}
         pairs = OfSets(full_area=9, full_line=6, tuned=4)
         tune = TuneResult.model_construct(
             closed_pairs=pairs,
             open_pairs=pairs,
             stuck_hz=OfSets(**sets),
-            mac=OfSets(full_area=0.9, full_line=0.8, tuned=mac),
+            mac=OfSets(full_area=whole, full_line=0.8, tuned=mac),
             stuck_modes_hz=OfSets(full_area=(), full_line=(), tuned=(25e3, 26e3)),
         )
         return tracking_warnings(study, tune)
@@ -129,6 +129,9 @@ def test_warnings_of_the_tracked_mode(tmp_path):
     assert [w[:73] for w in found(0.49, 3e4)] == [
         "the tracked mode, stuck on the kept stations (30000 Hz), has a MAC of 0.4"
     ]
+    (both,) = found(0.32, 3e4, whole=0.32)
+    assert "stuck on the whole area and on the kept stations (30000 Hz), has a MAC of 0.32" in both
+    assert len(found(0.32, 3.1e4, whole=0.32)) == 2
     assert (
         "lies outside [respond] band = 20000 to 40000 Hz, where there are stuck modes at "
         "25000.0, 26000.0 Hz" in found(0.9, 5e4)[0]

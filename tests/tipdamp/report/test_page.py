@@ -7,6 +7,7 @@ import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -554,3 +555,9 @@ def test_a_stuck_frequency_far_away_does_not_squeeze_the_peaks(tmp_path):
     assert stuck(near) == [2801.0] and "beyond the axis" not in near.caption
     away = next(response.trend(results_of(*artefacts(tmp_path / "far", damage=far))))
     assert stuck(away) == [] and "7507.0 Hz, far beyond the axis" in away.caption
+
+
+def test_a_peak_that_stays_does_not_move():
+    cases = [SimpleNamespace(facts=SimpleNamespace(peak_hz=hz)) for hz in (275.21, 275.22, 276.3)]
+    assert response._moves(*cases[:2]) == "stays at 275.2 Hz and goes"
+    assert response._moves(*cases[1:]) == "moves from 275.2 to 276.3 Hz and"

@@ -43,6 +43,13 @@ def test_names_of_pairs():
     )
 
 
+def test_many_pairs_are_counted():
+    names = [f"left {k}/{row}" for row in range(2) for k in range(0, 14, 2)] + ["right 3/0"]
+    assert text.names_of_pairs(names[:12]).count(", ") == 10
+    assert text.names_of_pairs(names) == "left 14 pairs, right 1 pair"
+    assert text.names_of_pairs([f"left {k}" for k in range(99)]) == "left 0\N{EN DASH}98"
+
+
 @pytest.mark.parametrize(
     "value, written", [(-1e-14, "0 N m"), (None, "\N{EN DASH} N m"), (0.05, "0.0500 N m")]
 )

@@ -41,6 +41,8 @@ def free_response(results: Results) -> Iterator[Figure]:
         line for line in _lines(free, results.study.reference) if hz[0] <= line.value <= hz[-1]
     ]
     zeta = listing(f"{100 * z:g} %" for z in results.study.free.damping_ratio)
+    other = results.study.respond.damping_ratio not in ((), results.study.free.damping_ratio)
+    origin = " as [free] damping_ratio has it, not that of [respond]" * other
     where = (
         f"Out of phase the blades vibrate at {hertz(free['out_of_phase'])} Hz, in phase at "
         f"{hertz(free['in_phase'])} Hz."
@@ -51,7 +53,7 @@ def free_response(results: Results) -> Iterator[Figure]:
         "linear_without_damper",
         "Response without damper",
         "Linear response of the two blades without damper to the excitation of Fe = 1 N: largest "
-        f"amplitude over each response patch, damping ratio {zeta}. {where}{still}"
+        f"amplitude over each response patch, damping ratio {zeta}{origin}. {where}{still}"
         + results.beside_paper("Corresponds to figure 2"),
         [
             Panel(

@@ -151,8 +151,7 @@ def _trend(cases: Sequence[ReportedCurve]) -> str:
         other = f"At {first.Fe:g} N the largest peak is that of another mode" * (i > 0)
         if len(run) > 1:
             said += [f"{other}."] * (i > 0) + [
-                f"From {first.Fe:g} to {last.Fe:g} N the peak moves from "
-                f"{hertz(first.facts.peak_hz)} to {hertz(last.facts.peak_hz)} Hz and from "
+                f"From {first.Fe:g} to {last.Fe:g} N the peak {_moves(first, last)} from "
                 f"{micro(first.peak_per_newton)} to {micro(last.peak_per_newton)} µm/N."
             ]
         elif i > 0:
@@ -161,6 +160,12 @@ def _trend(cases: Sequence[ReportedCurve]) -> str:
                 f"{micro(first.peak_per_newton)} µm/N."
             )
     return " ".join(said)
+
+
+def _moves(first: ReportedCurve, last: ReportedCurve) -> str:
+    """What the frequency of the peak does, to the digits that are shown."""
+    low, high = (hertz(one.facts.peak_hz) for one in (first, last))
+    return f"stays at {low} Hz and goes" if low == high else f"moves from {low} to {high} Hz and"
 
 
 def levels(results: Results) -> Iterator[Figure]:
