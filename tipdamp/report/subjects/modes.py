@@ -41,7 +41,11 @@ def free_response(results: Results) -> Iterator[Figure]:
         line for line in _lines(free, results.study.reference) if hz[0] <= line.value <= hz[-1]
     ]
     zeta = listing(f"{100 * z:g} %" for z in results.study.free.damping_ratio)
-    other = results.study.respond.damping_ratio not in ((), results.study.free.damping_ratio)
+    study = results.study
+    other = "respond" in study and study.respond.damping_ratio not in (
+        (),
+        study.free.damping_ratio,
+    )
     origin = " as [free] damping_ratio has it, not that of [respond]" * other
     where = (
         f"Out of phase the blades vibrate at {hertz(free['out_of_phase'])} Hz, in phase at "
