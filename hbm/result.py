@@ -247,12 +247,12 @@ class ForcedResponse(ArrayRecord):
         self, value: float | None = None, which: int | None = None, *, omega: float | None = None
     ) -> "PeriodicSolution":
         """The computed point nearest to a frequency in Hz, or omega in rad/s, or to another
-        parameter along the curve.
+        parameter along the curve: its `frequency` is not the value. `solutions_at(curve, problem,
+        value)` solves at the very value, and lists all solutions where the curve folds.
 
         which : of the crossings, 0 for the first along the curve, where it crosses the value
             several times
-        `solutions_at(curve, problem, value)` solves at the very value. Raises InputError outside
-        the curve, and where `which` is missing or none.
+        Raises InputError outside the curve, and where `which` is missing or none.
         """
         value = positive("value", along(self, value, omega))
         if which is not None:
