@@ -190,7 +190,7 @@ class ForcedResponse(ArrayRecord):
         moving = len(self.slipping_pairs)
         contacts = f"{moving} of {pairs} pairs slip or open, " if pairs else ""
         return (
-            f"<ForcedResponse: {over}, {len(f)} points ({failed} failed), outputs "
+            f"<ForcedResponse: {over}, {len(f)} points ({failed} failed), output_names "
             f"{', '.join(self.output_names)}; {contacts}H = {self.H}; {self.ended}>"
         )
 
