@@ -13,7 +13,6 @@ import os
 import pickle
 from collections.abc import Callable
 from hashlib import sha256
-from pathlib import Path
 from typing import Any
 
 import numba
@@ -21,6 +20,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from numba.core.registry import CPUDispatcher
 
 CHECKSUM = sha256().digest_size
+COMPILING = "compiling the contact kernels (once per machine for each kind of law, up to a minute)"
 _told: set[str] = set()
 
 
@@ -47,12 +47,17 @@ class KernelCache(FunctionCache):
         self._cache_file = KernelFiles(self._cache_path, self._impl.filename_base, self.stamp)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The code for a signature, or None."""
+        """The code for a signature; None, after saying so once a process, where numba has to
+        compile it now."""
+        code = None
         try:
-            return super().load_overload(sig, target_context)
+            code = super().load_overload(sig, target_context)
         except Exception as error:  # whole, and yet not what these libraries can load
             _tell_once("stored kernels cannot be loaded and are compiled anew", error)
-            return None
+        if code is None and COMPILING not in _told:
+            _told.add(COMPILING)
+            logging.getLogger("hbm").warning(COMPILING)
+        return code
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the code for a signature, where the disk allows it."""
@@ -94,34 +99,6 @@ class KernelFiles(IndexDataCacheFile):
         packed = self._dump(content)
         with self._open_for_write(path) as file:
             file.write(_checksum(packed) + packed)
-
-
-def announce(kernel: Callable) -> None:
-    """Say that numba has to compile a kernel, where no compiled one is stored that is newer than
-    its source, or of the same source; once a process.
-
-    kernel : what numba.njit returned; a plain function (numba switched off) is passed over
-    """
-    # not its signatures: they are hashed
-    if not isinstance(kernel, CPUDispatcher) or kernel.overloads:
-        return
-    source, folder = Path(kernel.py_func.__code__.co_filename), kernel.stats.cache_path
-    stored = Path(folder).glob(f"{source.stem}.{kernel.py_func.__name__}*.nbi") if folder else ()
-    # older, newer versions of numba
-    newest, mark = source.stat().st_mtime, sha256(source.read_bytes()).digest()
-    if not any(
-        path.is_file() and (path.stat().st_mtime >= newest or _holds(path, mark)) for path in stored
-    ):
-        logging.getLogger("hbm").warning(
-            "compiling the contact kernels (once per machine for each kind of law, up to a minute)"
-        )
-
-
-def _holds(path: Path, mark: bytes) -> bool:
-    try:
-        return mark in path.read_bytes()
-    except OSError:  # of somebody else
-        return False
 
 
 def _stamps_of_others(function: Callable) -> list:

@@ -190,7 +190,7 @@ class ForcedResponse(ArrayRecord):
         moving = len(self.slipping_pairs)
         contacts = f"{moving} of {pairs} pairs slip or open, " if pairs else ""
         return (
-            f"<ForcedResponse: {over}, {len(f)} points ({failed} failed), outputs "
+            f"<ForcedResponse: {over}, {len(f)} points ({failed} failed), output_names "
             f"{', '.join(self.output_names)}; {contacts}H = {self.H}; {self.ended}>"
         )
 
@@ -247,12 +247,12 @@ class ForcedResponse(ArrayRecord):
         self, value: float | None = None, which: int | None = None, *, omega: float | None = None
     ) -> "PeriodicSolution":
         """The computed point nearest to a frequency in Hz, or omega in rad/s, or to another
-        parameter along the curve.
+        parameter along the curve: its `frequency` is not the value. `solutions_at(curve, problem,
+        value)` solves at the very value, and lists all solutions where the curve folds.
 
         which : of the crossings, 0 for the first along the curve, where it crosses the value
             several times
-        `solutions_at(curve, problem, value)` solves at the very value. Raises InputError outside
-        the curve, and where `which` is missing or none.
+        Raises InputError outside the curve, and where `which` is missing or none.
         """
         value = positive("value", along(self, value, omega))
         if which is not None:

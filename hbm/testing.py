@@ -181,7 +181,7 @@ def _agree(
     what: str,
     found: np.ndarray,
     expected: np.ndarray,
-    tolerance: float,
+    tolerance: float | np.ndarray,
     scale: float | None = None,
 ) -> None:
     """AssertionError with the entry of two arrays that differs most, where that is more than a
@@ -190,7 +190,8 @@ def _agree(
     _require(
         law,
         (np.abs(found - expected) <= allowed).all(),
-        f"{what}: {worst_entry(found, expected)}, allowed difference {allowed:.1g}",
+        f"{what}: {worst_entry(found, expected, allowed)}, allowed difference "
+        f"{np.max(allowed):.1g}",
     )
 
 

@@ -13,6 +13,7 @@ from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import Contacts, Motion
 
 LEAST = 1e-15  # m: of a motion, of which a step returns more than rounding
+ROUNDING = 1e-14  # of the largest state: a smaller one has no size of its own
 
 
 def check_derivatives(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
@@ -30,16 +31,18 @@ def check_derivatives(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega:
     ):
         if (~(np.abs(found - expected) <= 100 * allowed)).any(axis=1).mean() > 0.25:
             raise InputError(
-                f"law {law.name}: {what}: {worst_entry(found, expected)}; hbm.testing.check_law "
-                "tests the whole law"
+                f"law {law.name}: {what}: {worst_entry(found, expected, allowed)}; "
+                "hbm.testing.check_law tests the whole law"
             )
 
 
 def tangents_and_differences(
     law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float
-) -> Iterator[tuple[str, np.ndarray, np.ndarray, float]]:
+) -> Iterator[tuple[str, np.ndarray, np.ndarray, float | np.ndarray]]:
     """(what, found (rows, nd + ns), expected, allowed difference) of force and state in 32 steps a
-    contact: derivatives are for a change by a tenth of the size of what varies."""
+    contact: derivatives are for a change by a tenth of the size of what varies. Each state has a
+    size of its own, as one may be a force and the next a motion; the difference that is allowed
+    is of the size of what is returned, (nd + ns,)."""
     n, P = 32, len(contacts)
     every, dt = np.tile(np.arange(P), n), 2 * np.pi / (omega * n)
     u, v = (a.reshape(n * P, -1) for a in samples_of(x, n))
@@ -64,31 +67,41 @@ def tangents_and_differences(
         ("motion", "velocity", "state before", "length of the step"),
         strict=True,
     )
-    largest = np.abs(force).max(initial=0.0)
+    returned = np.r_[np.full(force.shape[1], np.abs(force).max(initial=0.0)), _sizes(new)]
+    returned[returned == 0] = returned.max(initial=0.0) or 1.0
     for k, (name, what) in enumerate(names):
         by = np.concatenate([vars(t)[f"force_{name}"], vars(t)[f"state_{name}"]], axis=1)
         by = by[:, :, None] if by.ndim == 2 else by
         size = 0.1 * np.abs(given[k]).max(initial=0.0) or 1.0
-        scale = max(size * np.abs(by).max(initial=0.0), 1e-3 * largest)
+        sizes = 0.1 * _sizes(given[2]) if name == "state" else np.full(by.shape[2], size)
+        by = by * sizes
+        scale = np.maximum(np.abs(by).max(axis=(0, 2), initial=0.0), 1e-3 * returned)
         said = (
             f"tangents by the {what} are not the derivatives of step; is it analytic (no abs, real "
             "comparisons)?"
         )
-        for d in range(by.shape[2]):
-            along = size if k == 3 else size * np.eye(by.shape[2])[d]
-            found = size * by[:, :, d]
+        for d, own in enumerate(sizes):
+            along = own if name == "dt" else own * np.eye(len(sizes))[d]
 
             def moved(shares: np.ndarray, k: int = k, along: Any = along) -> np.ndarray:
                 there = ([*given[:k], given[k] + s * along, *given[k + 1 :]] for s in shares)
-                return np.array([stepped(*one) for one in there])
+                return np.array([stepped(*one) for one in there]) / returned
 
-            yield said, found, differences(found, moved), 1e-6 * scale
+            found = by[:, :, d]
+            yield said, found, returned * differences(found / returned, moved), 1e-6 * scale
 
 
-def worst_entry(found: np.ndarray, expected: np.ndarray) -> str:
-    """The entry that differs most, in words; (contact, component, coefficient, ...) in the order of
-    the arrays."""
-    away = np.abs(found - expected)
+def _sizes(states: np.ndarray) -> np.ndarray:
+    """(ns,) the largest value of each state (rows, ns); of all, where one is rounding beside it."""
+    own = np.abs(states).max(axis=0, initial=0.0)
+    largest = own.max(initial=0.0)
+    return np.where(own > ROUNDING * largest, own, largest or 1.0)
+
+
+def worst_entry(found: np.ndarray, expected: np.ndarray, allowed: float | np.ndarray = 1.0) -> str:
+    """The entry that differs most beside what is allowed, in words; (contact, component,
+    coefficient, ...) in the order of the arrays."""
+    away = np.abs(found - expected) / allowed
     at = np.unravel_index(np.argmax(np.where(np.isnan(away), np.inf, away)), away.shape)
     return f"entry {list(map(int, at))} is {found[at]:.6g}, expected {expected[at]:.6g}"
 

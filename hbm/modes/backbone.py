@@ -48,6 +48,10 @@ HALVINGS, CLOSE = 12, 1e-4  # of the way on which the first contact leaves; of t
 SLOWEST = 1e-2
 
 
+class NoFreeMotion(InputError):
+    """No free motion of the mode was found at the first amplitude."""
+
+
 def backbone(
     problem: AnyProblem,
     mode: int,
@@ -93,7 +97,7 @@ def backbone(
     settings = replace(settings, widest=min(settings.widest, WIDEST))
     begin = _first(equation, at[0], settings)
     if not begin.converged:
-        raise InputError(
+        raise NoFreeMotion(
             f"amplitudes begin at {at[0]:g} m: no free motion of mode {mode} was found there; "
             "begin lower"
         )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tipdamp.hbm import compiled, fourier
+from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear
@@ -47,7 +47,6 @@ class ExactIntegrator(OnStuckSystem):
         self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None
     ) -> None:
         law, contacts = balance.problem.law, balance.problem.contacts
-        compiled.announce(events.run)  # before the first compiled function is called
         table = law.piecewise_linear(contacts)
         if table is None:
             raise InputError(f"event-driven integration: law {law.name} is not piecewise linear")

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tipdamp.hbm import compiled, fourier
+from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.laws.records import Motion
 from tipdamp.hbm.time import events
@@ -60,7 +60,6 @@ class SampledIntegrator(OnStuckSystem):
     def __init__(
         self, balance: HarmonicBalance, w: float, settings: IntegrationSettings | None = None
     ) -> None:
-        compiled.announce(follow_lines)
         self.settings = settings = settings or IntegrationSettings()
         self.stuck = stuck_system(balance, w, settings)
         law = self.stuck.law

@@ -337,7 +337,8 @@ def test_the_records_print_in_one_line(rig):
         (pairs, r"<ContactTable: 18 pairs \(left 9, right 9\), 18 carry; preload .* N>"),
         (
             curve,
-            r"<ForcedResponse: 900 to 1800 Hz, \d+ points \(0 failed\), .*; \d+ of 18 pairs slip",
+            r"<ForcedResponse: 900 to 1800 Hz, \d+ points \(0 failed\), output_names .*; "
+            r"\d+ of 18 pairs slip",
         ),
         (steady, r"steady=<Steady: periodic after \d+ periods"),
     ):

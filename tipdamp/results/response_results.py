@@ -422,24 +422,27 @@ class PredictedPeak(Record):
 class BackboneResult(Result):
     """backbone.json. mode, stuck_hz - number and frequency with every kept pair stuck; rest_hz -
     with those that are in contact at rest, None where all are; output - whose amplitude at the
-    frequency of the mode runs from first_m to last_m, as far as it is reached; low_hz, high_hz - of
-    the mode; zeta - the largest damping ratio, at zeta_at_m; ended, complete - see Backbone."""
+    frequency of the mode runs from first_m to last_m, as far as it is reached; no_motion_m - the
+    default first amplitude, where no motion was found there; low_hz, high_hz - of the mode; zeta -
+    the largest damping ratio, at zeta_at_m; ended, complete - see Backbone. Without points it was
+    not found at all: what it would have reached is None."""
 
     file: ClassVar[str] = "backbone.json"
     mode: int
     stuck_hz: float
     rest_hz: float | None = None
-    stuck_zeta: float
+    stuck_zeta: Number = None
     response: str
     output: str
-    H: int
-    first_m: float
-    last_m: float
-    reached_m: float
-    low_hz: float
-    high_hz: float
-    zeta: float
-    zeta_at_m: float
+    H: int | None = None
+    first_m: Number = None
+    last_m: Number = None
+    no_motion_m: Number = None
+    reached_m: Number = None
+    low_hz: Number = None
+    high_hz: Number = None
+    zeta: Number = None
+    zeta_at_m: Number = None
     points: int
     complete: bool
     ended: str

@@ -2,7 +2,8 @@
 predicts for the levels of the study."""
 
 import csv
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from tipdamp.engine.store import Store
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.modes.backbone import REACHED, UNSEEN
+from tipdamp.hbm.modes.backbone import REACHED, UNSEEN, NoFreeMotion
 from tipdamp.hbm.modes.backbone import backbone as nonlinear_mode
 from tipdamp.hbm.modes.result import Backbone
 from tipdamp.hbm.modes.stuck_modes import StuckModalSystem, stuck_modes
@@ -38,6 +39,10 @@ from tipdamp.study.view import Study
 MOST_POINTS = 1000  # of a branch that folds again and again
 HARMONICS = 5  # where the study leaves their number to be found
 AROUND = 0.1, 1.1  # of the smallest and of the largest peak: range of amplitudes
+# times the first amplitude of that range: where the peaks are of another mode it may be too large
+LOWER = 1.0, 1e-1, 1e-2, 1e-3, 1e-6
+NONE = "the backbone was not found"
+FILES = "backbone.npz", "backbone.csv"  # where it was
 
 
 # as in `respond`: sums are split by threads, and differ in the last bit
@@ -50,14 +55,15 @@ def backbone(study: Study, store: Store, tick: Tick) -> list[str]:
     modes, rest = stuck_modes(curves.problem), modes_at_rest(curves.problem)
     number = _number(study, store, modes, rest)
     rows = _outputs(curves, patch, number, modes.shapes[:, number - 1])
-    amplitudes = asked.amplitudes or _range(list(peaks.values()))
-    way = np.log(amplitudes[-1] / amplitudes[0])
 
-    def progress(amplitude: float, step: float, calls: int) -> None:
-        tick(float(np.log(amplitude / amplitudes[0]) / way), f"{amplitude:.3g} m  {calls} calls")
+    def followed(amplitudes: Sequence[float]) -> Backbone:
+        way = np.log(amplitudes[-1] / amplitudes[0])
 
-    try:
-        found = nonlinear_mode(
+        def progress(amplitude: float, step: float, calls: int) -> None:
+            share = float(np.log(amplitude / amplitudes[0]) / way)
+            tick(share, f"{amplitude:.3g} m  {calls} calls")
+
+        return nonlinear_mode(
             curves.problem,
             number,
             amplitudes,
@@ -68,8 +74,30 @@ def backbone(study: Study, store: Store, tick: Tick) -> list[str]:
             settings=Settings(max_points=MOST_POINTS),
             progress=progress,
         )
+
+    ranges = [asked.amplitudes] if asked.amplitudes else _ranges(list(peaks.values()))
+    try:
+        found = followed(asked.amplitudes) if asked.amplitudes else _first_found(followed, ranges)
     except InputError as error:
         raise InputError(f"[backbone] {error}") from None
+    rest_hz = rest.hz[rest.most_like(modes.shapes[:, number - 1])] if rest else None
+    if found is None:
+        begun = BackboneResult(
+            mode=number,
+            stuck_hz=modes.frequencies[number - 1] / (2 * np.pi),
+            rest_hz=rest_hz,
+            response=patch,
+            output=next(iter(rows)),
+            points=0,
+            complete=False,
+            ended=_not_found(ranges),
+            peaks=tuple(
+                PredictedPeak(Fe_N=level, peak_hz=peak.peak_hz, peak_m=peak.peak_m, said=NONE)
+                for level, peak in peaks.items()
+            ),
+        )
+        begun.save(store)
+        return []
     with store.writing("backbone.npz") as path:
         found.save(path)
     with store.writing("backbone.csv") as path:
@@ -78,9 +106,8 @@ def backbone(study: Study, store: Store, tick: Tick) -> list[str]:
         _predicted(found, curves.problem, curves.force, level, peak)
         for level, peak in peaks.items()
     ]
-    rest_hz = rest.hz[rest.most_like(modes.shapes[:, number - 1])] if rest else None
-    _result(found, patch, amplitudes, predicted, rest_hz).save(store)
-    return []
+    _result(found, patch, ranges[0], predicted, rest_hz).save(store)
+    return list(FILES)
 
 
 def shown_patch(study: Study) -> str:
@@ -142,12 +169,23 @@ def _outputs(curves: Curves, patch: str, number: int, shape: np.ndarray) -> dict
     return {name: curves.rows[name] for name in sorted(mine, key=lambda name: -motion[name])}
 
 
-def _range(peaks: Sequence[Peak]) -> tuple[float, float]:
-    """m, first and last amplitude about the peaks."""
+def _ranges(peaks: Sequence[Peak]) -> list[tuple[float, float]]:
+    """m, first and last amplitudes about the peaks, the first lower and lower; none without a
+    peak."""
     known = [one.peak_m for one in peaks if one.peak_m]
     if not known:
-        raise InputError("[backbone] amplitudes is missing: no curve has a peak to take it from")
-    return AROUND[0] * min(known), AROUND[1] * max(known)
+        return []
+    return [(lower * AROUND[0] * min(known), AROUND[1] * max(known)) for lower in LOWER]
+
+
+def _first_found(
+    followed: Callable[[Sequence[float]], Backbone], ranges: Sequence[Sequence[float]]
+) -> Backbone | None:
+    """The backbone over the first range that begins where there is a free motion."""
+    for amplitudes in ranges:
+        with suppress(NoFreeMotion):
+            return followed(amplitudes)
+    return None
 
 
 def _predicted(
@@ -169,6 +207,15 @@ def _predicted(
     return computed.model_copy(update={"predicted_hz": hz, "predicted_m": height, "said": said})
 
 
+def _not_found(ranges: Sequence[Sequence[float]]) -> str:
+    if not ranges:
+        return "no curve has a peak to take its amplitudes from; set [backbone] amplitudes"
+    return (
+        f"no free motion exists at {ranges[0][0]:g} m, a tenth of the smallest peak, nor down to "
+        f"{ranges[-1][0]:g} m; set [backbone] amplitudes"
+    )
+
+
 def _result(
     found: Backbone,
     patch: str,
@@ -185,8 +232,9 @@ def _result(
         response=patch,
         output=str(found.output_names[0]),
         H=found.H,
-        first_m=amplitudes[0],
+        first_m=found.amplitude[0],
         last_m=amplitudes[-1],
+        no_motion_m=amplitudes[0] if found.amplitude[0] < amplitudes[0] else None,
         reached_m=found.amplitude.max(),
         low_hz=found.frequency.min(),
         high_hz=found.frequency.max(),
@@ -218,26 +266,43 @@ def write_csv(found: Backbone, path: Path) -> None:
 def line(store: Store) -> str:
     """The mode, and between what it moves."""
     found = BackboneResult.load(store)
+    if not found.points:
+        return f"mode {found.mode}: not found"
     return (
         f"mode {found.mode}: {found.high_hz:.1f} to {found.low_hz:.1f} Hz, damping up to "
-        f"{100 * found.zeta:.3g} %, {found.points} points"
+        f"{100 * (found.zeta or 0.0):.3g} %, {found.points} points"
     )
 
 
 def warnings(_: Study, store: Store) -> list[str]:
-    """Where the mode ends before the last amplitude, or turns back on the way."""
+    """Where there is none, where it begins below the default amplitude, ends before the last one,
+    or turns back on the way."""
     found = BackboneResult.load(store)
     mode = f"the backbone of mode {found.mode}"
+    if not found.points:
+        return [f"{mode} was not found: {found.ended}"]
+    said = []
+    if found.no_motion_m is not None:
+        said.append(
+            f"{mode} begins at {found.first_m:.6g} m: no free motion was found at "
+            f"{found.no_motion_m:.6g} m, a tenth of the smallest peak (of another mode?); "
+            "[backbone] amplitudes asks for others"
+        )
     if not found.complete and not found.ended.startswith(REACHED):
-        return [f"{mode} reaches {found.reached_m:.6g} m of {found.last_m:.6g} m: {found.ended}"]
-    return [f"{mode} {found.ended}"] if ";" in found.ended else []
+        said.append(
+            f"{mode} reaches {found.reached_m:.6g} m of {found.last_m:.6g} m: {found.ended}"
+        )
+    elif ";" in found.ended:
+        said.append(f"{mode} reached the last amplitude{found.ended.removeprefix(REACHED)}")
+    return said
 
 
 STAGE = Stage(
     backbone,
     line,
     warnings=warnings,
-    outputs=("backbone.json", "backbone.npz", "backbone.csv"),
+    outputs=("backbone.json",),
+    may_write=FILES,
     needs=("reduce", "tune", "respond"),
     requires=("backbone", "tune", "respond", "respond.levels"),
     reads=("backbone", *READS),

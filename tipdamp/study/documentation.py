@@ -92,7 +92,9 @@ def explain(name: str) -> str:
     ]
     if not said:
         names = [f"{title}.{one}".removeprefix("top.") for title, one in known]
-        close = _nearest_few(key, names)
+        inside = [one for one in names if section and one.startswith(f"{section}.")]
+        same = [one for one in names if one.rpartition(".")[2] == key]  # of another section
+        close = _nearest_few(key, inside) or (same or inside)[:FEW] or _nearest_few(key, names)
         meant = f"did you mean {', '.join(close)}? " if close else ""
         raise InputError(f"no key '{shown(name)}' of a study; {meant}all: tipdamp keys")
     return "\n\n".join(said) + "\n"

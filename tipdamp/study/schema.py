@@ -1191,8 +1191,8 @@ class BackboneSection(StudySection):
             NUMBERS,
             "first and last amplitude, and any between them that are to be solved, of the node of "
             "`response` that moves most in the stuck mode, in its part at the frequency of the "
-            "mode; default: from a tenth of the smallest peak of the curves to 1.1 times the "
-            "largest",
+            "mode; default: from a tenth of the smallest peak of the curves, or lower where there "
+            "is no free motion, to 1.1 times the largest",
             "length",
             low=0,
             open_low=True,

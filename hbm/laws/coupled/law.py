@@ -6,7 +6,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from tipdamp.hbm import compiled
 from tipdamp.hbm.compiled import njit
 from tipdamp.hbm.laws.coupled.cycle import cycle, paths
 from tipdamp.hbm.laws.coupled.motion import SETTINGS
@@ -62,7 +61,6 @@ class IsotropicFriction(CoulombFriction, tested=True):
     ) -> Variation | None:
         """From the pieces of the cycle: the direction of slip turns with the disturbance, and the
         slider remembers it."""
-        compiled.announce(paths)
         law = self._sliders_of(contacts)
         normal = law._replace(count=0)
         found = located(normal, x[:, 2:].copy(), start, grid)
@@ -104,7 +102,6 @@ class IsotropicFriction(CoulombFriction, tested=True):
     ) -> ContactForces:
         """Forces of the event-driven cycle: in closed form, and in slip to 1e-8 of the limit
         force."""
-        compiled.announce(cycle)
         law, (P, nd, nh) = self._sliders_of(contacts), x.shape
         found = located(law._replace(count=0), x[:, 2:].copy(), start, grid)
         pieces, counts, active, shares = _opened(law, found)

@@ -10,7 +10,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from tipdamp.hbm import compiled
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear, slider_table
 from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid, SliderStart
@@ -123,7 +122,6 @@ class CoulombFriction(ContactLaw):
         self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
     ) -> ContactForces:
         """Forces of the event-driven cycle, exact for the harmonics of the motion."""
-        compiled.announce(integrals.add_forces)
         law = self._sliders_of(contacts)
         x = np.ascontiguousarray(x)
         pieces, counts, active, shares = located(law, *_moving_orders(x, start, grid))
@@ -157,7 +155,6 @@ class CoulombFriction(ContactLaw):
         self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
     ) -> Variation | None:
         """From the pieces of the cycle, between which everything is linear."""
-        compiled.announce(integrals.add_forces)
         law = self._sliders_of(contacts)
         x, start, grid = _moving_orders(np.ascontiguousarray(x), start, grid)
         pieces, counts, active, _ = located(law, x, start, grid)

@@ -190,6 +190,42 @@ def test_a_broken_contract_is_found(law, message):
         check_law(law)
 
 
+@dataclass(frozen=True)
+class _ForceAndPosition(laws.ContactLaw):
+    """dF/du = k (1 - F sign(du)/limit) [Dahl 1968], exact in a step; states F in N and u in m."""
+
+    components: ClassVar[tuple] = ("t1",)
+    states: ClassVar[int] = 2
+
+    k: float | np.ndarray
+    limit: float | np.ndarray
+
+    def stuck_stiffness(self, contacts):
+        return self.k * np.ones((len(contacts), 1))
+
+    def step(self, motion, state, contacts):
+        u, F = motion.u[:, 0], state[:, 0]
+        du = u - state[:, 1]
+        end = self.limit * np.where(np.real(du) < 0, -1.0, 1.0)
+        F = end + (F - end) * np.exp(-self.k * du / end)
+        return F[:, None], np.stack([F, u], axis=1)
+
+
+class _OtherPosition(_ForceAndPosition):
+    def tangents(self, *given):
+        force, state, t = super().tangents(*given)
+        wrong = t.state_u.copy()
+        wrong[:, 1] *= 1.01
+        return force, state, replace(t, state_u=wrong)
+
+
+def test_states_in_newton_and_in_metre():
+    """Each is changed by its own size, and what is returned is held to its own."""
+    check_law(_ForceAndPosition(4e6, 40.0), amplitude=1e-5)
+    with pytest.raises(AssertionError, match="tangents by the motion"):
+        check_law(_OtherPosition(4e6, 40.0), amplitude=1e-5)
+
+
 @pytest.mark.parametrize(
     "make, message",
     [

@@ -1,17 +1,11 @@
 """Uncoupled Coulomb friction: event-driven cycles in closed form and in their extremes."""
 
-import os
-from hashlib import sha256
-from pathlib import Path
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from tests.hbm.conformance import random_case
-from tipdamp.hbm import compiled, fourier, laws
+from tipdamp.hbm import fourier, laws
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws.uncoupled import integrals
 from tipdamp.hbm.testing import forces
 
 
@@ -84,30 +78,3 @@ def test_negative_settings_are_refused(column):
     values = dict(kn=[1.0], kt=[1.0], mu=[0.5], preload=[1.0]) | {column: [-1.0]}
     with pytest.raises(InputError, match=column):
         laws.Contacts(**values)
-
-
-def test_compilation_is_announced(tmp_path, caplog, monkeypatch):
-    source = Path(integrals.__file__)
-    monkeypatch.setattr(compiled, "CPUDispatcher", SimpleNamespace)
-    kernel = SimpleNamespace(
-        overloads={},
-        py_func=integrals.add_forces.py_func,
-        stats=SimpleNamespace(cache_path=tmp_path),
-    )
-    compiled.announce(kernel)
-    assert "compiling the contact kernels" in caplog.text
-    caplog.clear()
-    stored = tmp_path / "integrals.add_forces-1.py311.nbi"
-    stored.touch()
-    os.utime(stored, (source.stat().st_mtime + 5,) * 2)
-    compiled.announce(kernel)
-    assert not caplog.text
-    # a copy of the source that is younger
-    stored.write_bytes(b"0.68" + sha256(source.read_bytes()).digest())
-    os.utime(stored, (source.stat().st_mtime - 5,) * 2)
-    compiled.announce(kernel)
-    assert not caplog.text
-    stored.write_bytes(b"of another source")
-    os.utime(stored, (source.stat().st_mtime - 5,) * 2)
-    compiled.announce(kernel)
-    assert "compiling the contact kernels" in caplog.text

@@ -8,7 +8,7 @@ from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
 from tests.hbm.contact_nodes import with_node
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.hbm.small_rig import small_rig
-from tipdamp.hbm import compiled, fourier
+from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.problem import contact_problem
 from tipdamp.hbm.comparison import compare, compare_point
 from tipdamp.hbm.curve.solutions import solutions_at
@@ -250,14 +250,6 @@ def test_modes_that_only_contacts_hold_keep_their_mass():
 def test_settings_are_numbers(name, value, allowed):
     with pytest.raises(InputError, match=f"settings: {name} = {value}: must be a {allowed}"):
         IntegrationSettings(**{name: value})
-
-
-def test_compilation_of_the_integration_is_announced(monkeypatch):
-    asked = []
-    monkeypatch.setattr(compiled, "announce", asked.append)
-    _, q, point, balance = at("A1", 1.05, 3)
-    ExactIntegrator(balance, 1.05)  # before the first compiled function is called
-    assert events.run in asked
 
 
 def test_first_crossing_and_turn_of_a_cubic():

@@ -159,9 +159,10 @@ def test_a_pull_is_for_meshes(tmp_path, capsys):
     (tmp_path / "study.toml").write_text(corner_study.TEXT)
     assert main(["inspect", str(tmp_path / "study.toml"), "--pull", "5"]) == 2
     assert "its own pull" in capsys.readouterr().err
-    with pytest.raises(SystemExit):
-        main(["inspect", str(tmp_path / "blades.inp"), "--pull", "-5"])
-    assert "no number above 0" in capsys.readouterr().err
+    for pull in ("-5", "abc"):
+        with pytest.raises(SystemExit):
+            main(["inspect", str(tmp_path / "blades.inp"), "--pull", pull])
+        assert f"'{pull}' is no number above 0" in capsys.readouterr().err
 
 
 def test_band_by_hand():

@@ -103,3 +103,6 @@ def test_the_nearest_few_keys_are_named(name, meant, capsys):
 def test_nothing_is_near(capsys):
     assert main(["explain", "qqqqqq"]) == 2
     assert capsys.readouterr().err == "tipdamp: no key 'qqqqqq' of a study; all: tipdamp keys\n"
+    assert main(["explain", "backbone.first"]) == 2
+    said = capsys.readouterr().err
+    assert "backbone.amplitudes" in said and "contact." not in said

@@ -137,6 +137,42 @@ def test_what_is_not_there_is_one_line(results, capsys):
         assert len(error) == 1 and said in error[0], error
 
 
+def test_a_report_without_the_backbone_that_failed(results):
+    """Asked for where there is none: an error of its own verb alone; an older one is not shown."""
+    with_section, folder = results
+    study = folder.parents[1] / "study.toml"
+    assert with_section("[backbone]\nharmonics = 1\n") == 0
+    assert with_section("[backbone]\namplitudes = [1.0, 2.0]\n") == 2
+    assert run(study, "inspect", "cycles", "report") == [0] * 3
+    page = (folder / "report.html").read_text()
+    assert "Nonlinear mode" not in page and "backbone" not in read(folder, "summary.json")
+    assert any("'backbone' was not run" in one for one in read(folder, "summary.json")["warnings"])
+
+
+def test_default_amplitudes_begin_where_the_motion_exists(results, monkeypatch):
+    """Lower than a tenth of the smallest peak, which may be that of another mode."""
+    with_section, folder = results
+    monkeypatch.setattr("tipdamp.stages.backbone.AROUND", (1e5, 1e6))
+    monkeypatch.setattr("tipdamp.stages.backbone.LOWER", (1.0, 1e-6))
+    assert with_section("[backbone]\nharmonics = 1\n") == 0
+    found = read(folder, "backbone.json")
+    assert found["points"] and found["first_m"] == pytest.approx(1e-6 * found["no_motion_m"])
+    said = warnings(None, Store(folder))
+    assert "begins at" in said[0] and "no free motion was found at" in said[0]
+
+
+def test_a_backbone_that_is_not_found_is_a_warning(results, monkeypatch):
+    with_section, folder = results
+    monkeypatch.setattr("tipdamp.stages.backbone.AROUND", (1e5, 1e6))
+    monkeypatch.setattr("tipdamp.stages.backbone.LOWER", (1.0,))
+    assert with_section("[backbone]\nharmonics = 1\n") == 0
+    assert not (folder / "backbone.npz").exists()
+    assert run(folder.parents[1] / "study.toml", "inspect", "cycles", "report") == [0] * 3
+    summary = read(folder, "summary.json")
+    assert summary["backbone"]["points"] == 0
+    assert any("was not found: no free motion" in one for one in summary["warnings"])
+
+
 @pytest.mark.parametrize(
     "complete, ended, said",
     [
