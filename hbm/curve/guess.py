@@ -56,8 +56,15 @@ def with_orders(x: np.ndarray, balance: HarmonicBalance) -> np.ndarray:
             f"guess: has {len(x)} unknowns, must have n (2 h + 1) for n = {n} components of the "
             f"contacts and h orders, at most {balance.H}: {n * balance.nh}"
         )
-    found = np.zeros((n, balance.nh))
-    found[:, : int(2 * orders) + 1] = x.reshape(n, -1)
+    return of_orders(x, n, balance.H)
+
+
+def of_orders(x: np.ndarray, components: int, H: int) -> np.ndarray:
+    """Unknowns (n,) of so many components in H orders: further ones are zero, others left out."""
+    given = x.reshape(components, -1)
+    found = np.zeros((components, fourier.n_real(H)))
+    both = min(given.shape[1], found.shape[1])
+    found[:, :both] = given[:, :both]
     return found.ravel()
 
 

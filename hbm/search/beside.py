@@ -100,9 +100,7 @@ class Beside:
         self.here, self.known = settings_here, list[np.ndarray]()
         self.passed = list[np.ndarray]()  # by branches over the level, with their images
         self.tried, self.by_start = 0, 0
-        self.weights = balance.weights.copy()
-        if balance.problem.law.sliders:  # these may rest anywhere
-            self.weights[:: balance.nh] = 0.0
+        self.weights = motion_weights(balance)
         self.symmetries: list[Symmetry] = (
             [] if balance.problem.reducible else symmetries(balance, w)
         )
@@ -116,7 +114,7 @@ class Beside:
     def on_branch(self, crossed: Sequence[np.ndarray]) -> Iterator[np.ndarray]:
         """(n,) unknowns of each further solution among those that a branch over the level of the
         smallest known motion has crossed."""
-        self._pass(min(self.known, key=lambda one: size(self.weights * one)))
+        self._pass(self._smallest)
         for x in crossed:
             self._pass(x)
             yield from self._added(x)
@@ -125,8 +123,7 @@ class Beside:
         """(n,) unknowns of each further solution over which the smallest known motion comes back to
         the level from above, as it is found."""
         if self.known and self.search.level > 1:
-            x = min(self.known, key=lambda one: size(self.weights * one))
-            for found in self._over_level(x, follow_one_way, JUST_BELOW):
+            for found in self._over_level(self._smallest, follow_one_way, JUST_BELOW):
                 yield from self._added(found)
 
     def over_level(self) -> Iterator[np.ndarray]:
@@ -160,6 +157,10 @@ class Beside:
             yield from new
             for found in self._over_level(point.x) if self.search.level else ():
                 yield from self._added(found)
+
+    @property
+    def _smallest(self) -> np.ndarray:
+        return min(self.known, key=lambda one: size(self.weights * one))
 
     @property
     def _patience(self) -> int:
@@ -229,6 +230,14 @@ class Beside:
         larger = 10 ** random.uniform(*self.here.enlarged)
         later = np.exp(1j * random.uniform(0, 2 * np.pi) * np.arange(self.balance.H + 1))
         return fourier.to_real(larger * later * fourier.to_complex(one.reshape(shape))).ravel(), []
+
+
+def motion_weights(balance: HarmonicBalance) -> np.ndarray:
+    """(n,) weights of the unknowns by which motions are told apart: sliders may rest anywhere."""
+    weights = balance.weights.copy()
+    if balance.problem.law.sliders:
+        weights[:: balance.nh] = 0.0
+    return weights
 
 
 def growth(balance: HarmonicBalance, w: float, x: np.ndarray) -> float:

@@ -198,7 +198,7 @@ class _Looked:
     def _on_branches(self, band: tuple[float, float]) -> list[float]:
         """Follow what the branches over the level have crossed; the values where they reached the
         level of the curve."""
-        here = [one for one in self.on_branches if one.reach > 1.0]
+        here = [one for one in self.on_branches if one.reached]
         for one in here:
             if one.further:
                 self._at(one.value, partial(Beside.on_branch, crossed=one.further), band)
@@ -220,7 +220,7 @@ class _Looked:
         )
 
     def _reach(self) -> str:
-        reach = min((one.reach for one in self.on_branches if one.reach > 1.0), default=0.0)
+        reach = min((one.reach for one in self.on_branches if one.reached), default=0.0)
         return f" up to {reach:.3g} times" * (reach > 0.0)
 
     def _beside(self, value: float) -> Beside:

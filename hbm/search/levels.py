@@ -23,13 +23,13 @@ from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.follow import BudgetExceeded
 from tipdamp.hbm.continuation.point import size
 from tipdamp.hbm.continuation.settings import DEFAULT
+from tipdamp.hbm.curve.guess import of_orders
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.hbm.search.beside import growth
+from tipdamp.hbm.search.beside import JUST_BELOW, growth, motion_weights
 
 ROUGH = replace(DEFAULT, aim=0.1, largest_error=2.0, largest_step=2.0, tolerance=1e-4)
 MOST_POINTS = 300  # of a branch
-JUST_BELOW = 0.999  # of the lowest level: down to where a branch is followed that comes back
 NEAR = 0.1  # of a motion: between points, rough or drawn, motions that are nearer are one
 
 
@@ -46,6 +46,11 @@ class AtLevel:
     further: tuple[np.ndarray, ...]
     reach: float
     calls: int
+
+    @property
+    def reached(self) -> bool:
+        """Whether the branch was followed beyond the level of the curve."""
+        return self.reach > 1.0
 
 
 def places(curve: ForcedResponse, equation: Equation, count: int) -> list[float]:
@@ -131,10 +136,7 @@ def _strange(
 ) -> list[np.ndarray]:
     """(n,) motions of the branch at a level, in H harmonics, each of which is none of those that
     are held; each of these stands for one of the branch."""
-    weights = balance.weights.reshape(balance.n_components, -1)[:, : 2 * H + 1].copy()
-    if balance.problem.law.sliders:  # these may rest anywhere
-        weights[:, 0] = 0.0
-    weights = weights.ravel()
+    weights = of_orders(motion_weights(balance), balance.n_components, H)
 
     def away(x: np.ndarray, other: np.ndarray) -> float:
         return size(weights * (x - other)) / max(size(weights * other), 1e-300)
@@ -144,7 +146,7 @@ def _strange(
         if not min(a.parameter, b.parameter) <= level < max(a.parameter, b.parameter):
             continue
         there = on_cubic(a, b, level, metric_at(a, balance.weights))
-        x = _of_orders(there, balance.n_components, H)
+        x = of_orders(there, balance.n_components, H)
         distances = [away(x, one) for one in held]
         if min(distances, default=np.inf) < NEAR:
             del held[int(np.argmin(distances))]
@@ -186,13 +188,4 @@ def _held(curve: ForcedResponse, value: float) -> Iterator[np.ndarray]:
 def _smallest(curve: ForcedResponse, value: float, balance: HarmonicBalance) -> np.ndarray:
     """(n,) unknowns of the smallest motion of a curve at a value, in the harmonics of a balance."""
     x = min(_held(curve, value), key=np.linalg.norm)
-    return _of_orders(x, balance.n_components, balance.H)
-
-
-def _of_orders(x: np.ndarray, components: int, H: int) -> np.ndarray:
-    """(n,) unknowns of a motion in H harmonics: further ones are zero, others left out."""
-    given = x.reshape(components, -1)
-    found = np.zeros((components, 2 * H + 1))
-    both = min(given.shape[1], 2 * H + 1)
-    found[:, :both] = given[:, :both]
-    return found.ravel()
+    return of_orders(x, balance.n_components, balance.H)

@@ -59,14 +59,13 @@ def level_search(
     curves: Curves, cases: Sequence[CurveCase], efforts: Sequence[float]
 ) -> LevelSearch:
     """The search beside finished curves; efforts : of each, in evaluations of its own."""
-    alone = [replace(case, search="") for case in cases]
-    key = fingerprint(*map(curves.key, alone), *efforts)
+    key = fingerprint(*map(curves.key, cases), *efforts)
     finest = max((case.H for case in cases), default=0)
     calls = (
-        effort * curves.load(case).residual_calls * (2 * case.H + 1) / (2 * finest + 1)
-        for case, effort in zip(alone, efforts, strict=True)
+        effort * _curve(curves, case).residual_calls * (2 * case.H + 1) / (2 * finest + 1)
+        for case, effort in zip(cases, efforts, strict=True)
     )
-    return LevelSearch(tuple(replace(case, search=key) for case in alone), sum(calls))
+    return LevelSearch(tuple(replace(case, search=key) for case in cases), sum(calls))
 
 
 def level_branches(curves: Curves, search: LevelSearch) -> list[LevelBranch]:
