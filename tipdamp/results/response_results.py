@@ -69,10 +69,23 @@ class BackCurve(Peak):
     energy_error: Number = None
 
 
+class NamedPlace(Record):
+    """A named point of a curve: kind, and what it is known to, as NamedPoint; pair - that slips or
+    opens; multiplier - real and imaginary part of the one that passes; largest_m - amplitude on the
+    first patch."""
+
+    kind: Kind
+    hz: float
+    within_hz: float
+    pair: str
+    multiplier: tuple[Number, Number]
+    largest_m: float
+
+
 class BesideCurve(Record):
     """A curve that was found beside another one, over from_hz to to_hz: highest - largest amplitude
     of its points on the first patch; closed - it comes back to where it began; unstable - whether
-    the motion there is; unstable_points, worst_truncation - as in CurveResult."""
+    the motion there is; unstable_points, worst_truncation, named - as in CurveResult."""
 
     file: str
     from_hz: float
@@ -85,25 +98,13 @@ class BesideCurve(Record):
     unstable: bool = False
     unstable_points: int | None = None
     worst_truncation: Number = None
+    named: tuple[NamedPlace, ...] = ()
 
     @property
     def ends(self) -> str:
         """Where it lies, in words."""
         kind = "detached, " if self.closed else ""
         return f"{kind}over {self.from_hz:.4g} to {self.to_hz:.4g} Hz"
-
-
-class NamedPlace(Record):
-    """A named point of a curve: kind, and what it is known to, as NamedPoint; pair - that slips or
-    opens; multiplier - real and imaginary part of the one that passes; largest_m - amplitude on the
-    first patch."""
-
-    kind: Kind
-    hz: float
-    within_hz: float
-    pair: str
-    multiplier: tuple[Number, Number]
-    largest_m: float
 
 
 class TriedHarmonics(Record):

@@ -84,7 +84,7 @@ def curve_result(
         ended=curve.ended,
         further=curve.further,
         searched=curve.searched,
-        beside=tuple(_beside(file, one, first) for file, one in beside.items()),
+        beside=tuple(_beside(file, one, kept, first) for file, one in beside.items()),
         named=tuple(_named(one, kept, first) for one in curve.named_points),
         left_out=tuple((float(low), float(high)) for low, high in np.sort(curve.restarts, axis=1)),
         origin=curve.origin,
@@ -102,7 +102,9 @@ def curve_result(
     )
 
 
-def _beside(file: str, curve: ForcedResponse, outputs: np.ndarray) -> BesideCurve:
+def _beside(
+    file: str, curve: ForcedResponse, kept: ContactTable, outputs: np.ndarray
+) -> BesideCurve:
     i = _largest(curve, outputs)
     return BesideCurve(
         file=file,
@@ -116,6 +118,7 @@ def _beside(file: str, curve: ForcedResponse, outputs: np.ndarray) -> BesideCurv
         unstable=bool(curve.unstable[i]),
         unstable_points=_unstable_points(curve),
         worst_truncation=worst(curve.relative_truncation),
+        named=tuple(_named(one, kept, outputs) for one in curve.named_points),
     )
 
 

@@ -66,3 +66,29 @@ def test_trust_is_a_section_of_its_own_with_a_link(tmp_path):
     captions = [block.caption for block in trust.blocks]
     assert captions[0].startswith("Harmonics: estimated error") and len(captions) == 2
     assert captions[1].startswith("Named points")
+
+
+def test_rows_of_a_curve_found_beside(tmp_path):
+    """The absorber's detached resonance: its folds stand below those of the curve itself."""
+
+    def beside(files):
+        named(files)
+        files["responses"][-1]["beside"] = [
+            {
+                "file": files["responses"][-1]["file"],
+                "from_hz": 2500.0,
+                "to_hz": 2600.0,
+                "highest_hz": 2590.0,
+                "highest_m": 9e-6,
+                "closed": True,
+                "complete": True,
+                "ended": "came back to its start",
+                "named": [place("fold", 2500.0, 4e-6)],
+            }
+        ]
+
+    study, folder = artefacts(tmp_path, damage=beside)
+    (table,) = named_places.table(results_of(study, folder))
+    assert [row[2] for row in table.rows] == ["", "", "", "detached, over 2500 to 2600 Hz"]
+    assert table.rows[-1][3:] == ("fold", "1", "2500.00", "4.000", NOTHING)
+    assert [table.columns[i] for i in table.left] == ["further curve", "kind", "pairs"]

@@ -26,36 +26,44 @@ MEANING: dict[Kind, str] = {
 
 
 def table(results: Results) -> Iterator[Table]:
-    """One row for each point of the curves of most harmonics, or one for many of a kind."""
-    curves = [case.facts for case in results.finest if case.facts.named]
-    if not curves:
+    """One row for each point of the curves of most harmonics and of those found beside them, or
+    one for many of a kind."""
+    curves = [case.facts for case in results.finest]
+    places = [(facts, "", facts.named) for facts in curves]
+    places += [(facts, one.ends, one.named) for facts in curves for one in facts.beside]
+    there = {one.kind for _, _, named in places for one in named}
+    if not there:
         return
-    there = {one.kind for facts in curves for one in facts.named}
     words = (
         f"{kind[:1].upper()}{kind[1:]}: {text}." for kind, text in MEANING.items() if kind in there
     )
+    rows = [row for place in places for row in _rows(*place)]
+    beside = any(row["further curve"] for row in rows)
+    if not beside:
+        rows = [{k: v for k, v in row.items() if k != "further curve"} for row in rows]
     yield Table(
         "Named points of each curve, kind by kind, with the largest amplitude over the patch of "
         f"blade 1; more than {ONE_BY_ONE} of a kind stand in one row with the range that they "
         "span. summary.json has them all. " + " ".join(words),
-        [row for facts in curves for row in _rows(facts)],
-        left=(2, 6),
+        rows,
+        left=(2, 3, 7) if beside else (2, 6),
     )
 
 
-def _rows(facts: CurveResult) -> Iterator[dict[str, str]]:
-    for kind in dict.fromkeys(one.kind for one in facts.named):
-        alike = [one for one in facts.named if one.kind == kind]
+def _rows(facts: CurveResult, curve: str, named: Sequence[NamedPlace]) -> Iterator[dict[str, str]]:
+    for kind in dict.fromkeys(one.kind for one in named):
+        alike = [one for one in named if one.kind == kind]
         groups = [[one] for one in alike] if len(alike) <= ONE_BY_ONE else [alike]
         for group in groups:
-            yield _row(facts, kind, group)
+            yield _row(facts, curve, kind, group)
 
 
-def _row(facts: CurveResult, kind: Kind, group: Sequence[NamedPlace]) -> dict[str, str]:
+def _row(facts: CurveResult, curve: str, kind: Kind, group: Sequence[NamedPlace]) -> dict[str, str]:
     pairs = list(dict.fromkeys(one.pair for one in group if one.pair))
     return {
         "H": f"{facts.H}",
         "Fe (N)": f"{facts.Fe_N:g}",
+        "further curve": curve,
         "kind": kind,
         "points": f"{len(group)}",
         "frequency (Hz)": _span([f"{hz:.2f}" for hz in sorted(one.hz for one in group)]),
