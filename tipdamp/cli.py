@@ -680,7 +680,7 @@ def _sweep(arguments: argparse.Namespace) -> int:
             print(f"warning: {warning}", flush=True)
 
     if arguments.dry_run:
-        plan, content = planned(study.path)
+        plan, content = planned(study.path, quiet=arguments.quiet)
         tell(sweep_estimate(plan, content, study.path, store, _workers(arguments).jobs))
         return 0
     files = []

@@ -9,6 +9,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import fingerprint
 from tipdamp.hbm.errors import InputError
 from tipdamp.stages.run import STAGES, all_needed, applies, read_from, stages_needed
@@ -80,14 +81,14 @@ class Plan:
         }
 
 
-def plan(path: Path, content: dict, cases: Sequence[Case]) -> Plan:
-    """The steps of all cases of a study file with this content; InputError where one of them is no
-    valid study."""
+def plan(path: Path, content: dict, cases: Sequence[Case], tick: Tick = lambda *_: None) -> Plan:
+    """The steps of all cases of a study file with this content; tick - is told the share of the
+    cases that are read. InputError where one of them is no valid study."""
     checked, known = dict[tuple, Any](), dict[tuple, Any]()
-    chains = [
-        chain(study_of_case(path, content, number, case, checked), known)
-        for number, case in enumerate(cases, 1)
-    ]
+    chains = []
+    for number, case in enumerate(cases, 1):
+        chains.append(chain(study_of_case(path, content, number, case, checked), known))
+        tick(number / len(cases), f"{number} of {len(cases)} cases")
     last = [chain[-1].key for chain in chains]
     first = dict[str, int]()  # of cases that are the same
     for i, key in enumerate(last):

@@ -41,10 +41,12 @@ def folder_of(store: Store) -> Path:
     return store.path("sweep")
 
 
-def planned(path: Path) -> tuple[Plan, dict]:
+def planned(path: Path, *, quiet: bool = False) -> tuple[Plan, dict]:
     """The plan of the sweep of a study file, and its content."""
     content = read_toml(path)
-    return plan(path, content, cases_of(study_of(path, content))), content
+    cases = cases_of(study_of(path, content))
+    with display(quiet=quiet).job("plan") as tick:
+        return plan(path, content, cases, tick), content
 
 
 def run_sweep(
@@ -65,7 +67,7 @@ def run_sweep(
     path, folder = Path(path), folder_of(store)
     with Store(folder).lock():
         shutil.rmtree(folder / "working", ignore_errors=True)  # of processes that were killed
-        whole, content = planned(path)
+        whole, content = planned(path, quiet=quiet)
         tell(sweep_estimate(whole, content, path, store, workers.jobs))
         units = units_of_keys(list(whole.cases[0]), content)
         common = SweepWork(path.absolute(), content, folder.absolute(), ALLOWED.get())

@@ -139,6 +139,7 @@ contact.mu = [0.3, 0.5]
     )
     cases, content = cases_of(load_study(path)), read_toml(path)
     alone = [chain(study_of_case(path, content, 1, case))[-1].key for case in cases]
+    told = []
     validated, read, real = [], [], plan_module.read_from
 
     def validate(section, given, **options):
@@ -149,7 +150,9 @@ contact.mu = [0.3, 0.5]
     monkeypatch.setattr(
         plan_module, "read_from", lambda name, *a: read.append(name) or real(name, *a)
     )
-    assert list(plan(path, content, cases).last) == alone
+    whole = plan(path, content, cases, lambda *said: told.append(said))
+    assert list(whole.last) == alone
+    assert (len(told), told[14]) == (30, (0.5, "15 of 30 cases"))
     once = ("Top", "Tune", "Free", "PreloadSection")
     assert Counter(validated) == {
         **dict.fromkeys(once, 1),
