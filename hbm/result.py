@@ -30,7 +30,13 @@ SOLVED = 1e-8  # of the amplitude: to what peaks are solved
 MOVES = 1e-6  # of the cycle, above which a pair slips or is open
 DOUBTFUL = 0.1  # of the vibration: a larger estimate of the truncation is no estimate
 NOT_SEARCHED = "not looked for further curves"
+FACTOR = "factor"  # unit of what scales a quantity of the problem
 SEARCH_STOPPED = "stopped after"  # of a search that did not look everywhere
+
+
+def in_words(parameter: str, unit: str) -> str:
+    """Name of what varies: 'mu factor' where its values are factors on mu."""
+    return f"{parameter} {FACTOR}" if unit == FACTOR else parameter
 
 
 def _none(*shape: int, dtype: type = float) -> Any:
@@ -55,7 +61,8 @@ class ForcedResponse(ArrayRecord):
     harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point
     failed
     parameter_name, parameter : what varies along the branch, and its (n,) values: 'frequency' in
-        Hz, or another parameter at one frequency (see `hbm.balance.parameter`)
+        Hz, or another parameter at one frequency (see `hbm.balance.parameter`); parameter_unit :
+        '' without, 'factor' where they are factors on what the problem has
     share_stick, share_slip, share_open : (n, P) share of the cycle; of a law without sliders a
         contact that loses energy slips wherever it is closed; all 0 of a force that is no contact
     dissipated : (n, P) J per cycle, over all components of the law
@@ -171,6 +178,7 @@ class ForcedResponse(ArrayRecord):
     periods: int = 1
     named_points: tuple[NamedPoint, ...] = ()
     derivatives: dict[str, Derivatives] = field(default_factory=dict)
+    parameter_unit: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "reached_end", self.reached_end or self.complete)
@@ -183,7 +191,7 @@ class ForcedResponse(ArrayRecord):
         over = (
             f"{f.min():g} to {f.max():g} Hz"
             if self.parameter_name == "frequency"
-            else f"{self.parameter_name} {f.min():g} to {f.max():g} at {self.frequency[0]:g} Hz"
+            else f"{self.over} {f.min():g} to {f.max():g} at {self.frequency[0]:g} Hz"
         )
         shares = self.share_stick + self.share_slip + self.share_open
         pairs = int((shares != 0).any(axis=0).sum())
@@ -321,7 +329,7 @@ class ForcedResponse(ArrayRecord):
         return tables.as_dataset(self)
 
     def _repr_html_(self) -> str:
-        p, over = self.parameter, self.parameter_name
+        p, over = self.parameter, self.over
         rows = {
             "band": f"{p.min():g} to {p.max():g}" + " Hz" * (over == "frequency"),
             "points": f"{len(self)}, {int((~self.converged).sum())} failed",
@@ -450,7 +458,7 @@ class ForcedResponse(ArrayRecord):
         at = (
             f"at {self.parameter[i]:g} Hz"
             if self.parameter_name == "frequency"
-            else f"at {self.parameter_name} = {self.parameter[i]:g}"
+            else f"at {self.over} = {self.parameter[i]:g}"
         )
         return f"at least {a[i]:.6g} m {at}, " + (
             f"beside a point that failed: {self.ended}" if self.reached_end else self.ended
@@ -548,6 +556,11 @@ class ForcedResponse(ArrayRecord):
         opens = np.nanmax(self.share_open, axis=0, initial=0.0) > MOVES
         closes = np.nanmin(self.share_open, axis=0, initial=1.0) < 1 - MOVES
         return np.flatnonzero(slips | opens & closes)
+
+    @property
+    def over(self) -> str:
+        """What varies, for axes and tables: 'mu factor' where the values are factors on mu."""
+        return in_words(self.parameter_name, self.parameter_unit)
 
     @property
     def opening_pairs(self) -> np.ndarray:

@@ -1,9 +1,8 @@
 """What may vary along a branch: the frequency, level or direction of the force, a setting of
 contacts, damping, K(p).
 
-follow_parameter(problem, F, 930.0, "mu", (1.0, 0.1), ...)                       of all contacts, by
-a factor follow_parameter(problem, F, 930.0, ContactSetting("kt", contacts=(3,)), ...)    of one
-contact
+    follow_parameter(problem, F, 930.0, "mu", (1.0, 0.1), ...)  # of all contacts, by a factor
+    follow_parameter(problem, F, 930.0, ContactSetting("kt", contacts=(3,)), ...)  # of one contact
 """
 
 from collections.abc import Callable, Iterator
@@ -21,6 +20,7 @@ from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.laws.records import Contacts
+from tipdamp.hbm.result import FACTOR
 from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     brief,
@@ -34,7 +34,6 @@ Rebuild: TypeAlias = tuple[ContactProblem, dict]
 SETTINGS = ("preload", "mu", "kn", "kt")
 HELD = {"pull": "preload", "gap": "preload"}  # by what contacts hold it
 NAMES = (*SETTINGS, *HELD)
-FACTOR = "factor"  # stands behind the name of what is scaled
 SMALLEST = 1e-9  # value below which nothing is evaluated
 DIFFERENCE = 1e-6  # step of the central differences, relative to the value
 

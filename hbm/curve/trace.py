@@ -200,6 +200,7 @@ def record(
         output_names=np.array(names, dtype=str),
         harmonics=outputs.harmonics(branch.points, balance.H),
         parameter_name=parameter.name,
+        parameter_unit=parameter.measured_in(balance.forces),
         parameter=values,
         share_stick=shares[..., 0],
         share_slip=shares[..., 1],

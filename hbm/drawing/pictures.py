@@ -97,7 +97,7 @@ def response(
     items: list[Item] = []
     for name, style in zip(names, styles, strict=False):
         items += _amplitude_items(curve, name, amplitude, factor_of(unit), style)
-    over = "frequency (Hz)" if curve.parameter_name == "frequency" else curve.parameter_name
+    over = "frequency (Hz)" if curve.parameter_name == "frequency" else curve.over
     return on_axes(Panel("", over, f"{KIND[amplitude[0]]} ({SHOWN[unit]})", tuple(items)), ax)
 
 

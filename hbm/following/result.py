@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tipdamp.hbm import tables
-from tipdamp.hbm.balance.parameter import FACTOR
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.drawing.figure import Curve, Panel
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.array_files import save_npz
 from tipdamp.hbm.io.array_record import ArrayRecord, read_record
+from tipdamp.hbm.result import FACTOR, in_words
 
 if TYPE_CHECKING:
     import pandas
@@ -90,8 +90,7 @@ class Followed(ArrayRecord):
     @property
     def over(self) -> str:
         """What varies, for axes and tables: 'mu factor' where the values are factors on mu."""
-        factor = self.parameter_unit == FACTOR
-        return f"{self.parameter_name} {FACTOR}" if factor else self.parameter_name
+        return in_words(self.parameter_name, self.parameter_unit)
 
     def __len__(self) -> int:
         """Number of places."""

@@ -53,6 +53,9 @@ def test_folds_over_a_parameter(name, between):
         progress=lambda value, step, iterations: passed.append(value),
     )
     assert curve.complete and curve.parameter_name == name and (curve.frequency == HZ).all()
+    axis = name if name == "level" else f"{name} factor"
+    assert curve.over == axis == curve.plot().get_xlabel()
+    assert f"{axis} {curve.parameter.min():g} to" in repr(curve)
     turns = np.count_nonzero(np.diff(np.sign(np.diff(curve.parameter))))
     known = next(r for r in C1["results"] if r["Omega"] == 1.15)["HB01_all_solutions"]
     found = np.sort(np.abs(solutions_at(curve, PROBLEM, 1.0)[:, 0, 1]))
