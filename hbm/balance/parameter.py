@@ -105,7 +105,7 @@ class Parameter:
         return f"{value:.6g}{self.unit}" if self.unit else f"{self.name} = {value:.6g}"
 
 
-class Factor(Parameter):
+class Scaling(Parameter):
     """A factor on what the problem has."""
 
     def measured_in(self, forces: dict) -> str:
@@ -230,7 +230,7 @@ class Level(Parameter):
 
 
 @dataclass(frozen=True)
-class ContactSetting(Factor):
+class ContactSetting(Scaling):
     """A factor on kn, kt, mu or the preload of every contact, or of some.
 
     setting : 'kn', 'kt', 'mu', 'preload', 'pull' or 'gap'; contacts : index or indices of these
@@ -418,7 +418,7 @@ class Rebuilt(Parameter):
 
 
 @dataclass(frozen=True)
-class Damping(Factor):
+class Damping(Scaling):
     """A factor on the damping: on the damping ratios where the problem has these, else on C.
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)

@@ -19,9 +19,9 @@ from tipdamp.modal.solvers.cholesky import SingularStiffness
 CHUNK = 1 << 22  # numbers of the factor that lie together: small fronts are solved in one go
 
 
-class _Left(NamedTuple):
-    """What a front leaves to the next one: matrices of its later dofs (b,), lower part of (b, b),
-    and of its rows of W, (c, b)."""
+class _Update(NamedTuple):
+    """What a front leaves to the next one, its update matrix: of its later dofs (b,), the lower
+    part of (b, b), and of its rows of W, (c, b)."""
 
     later: np.ndarray
     rows: np.ndarray
@@ -60,7 +60,7 @@ class CarryingFactor:
         self.dofs, self.rows = K.shape[0], W.shape[0]
         self.compliance = np.zeros((self.rows,) * 2, order="F")
         self.chunks: list[_Chunk] = []
-        waiting: list[_Left] = []
+        waiting: list[_Update] = []
         fronts: list[tuple] = []
         for i, (pivots, children) in enumerate(sets):
             split = len(waiting) - children
@@ -114,7 +114,7 @@ class _FrontAssembly:
             np.zeros(Wt.shape[1], dtype=np.int64),
         )
 
-    def front(self, pivots: np.ndarray, children: Sequence[_Left]) -> tuple:
+    def front(self, pivots: np.ndarray, children: Sequence[_Update]) -> tuple:
         """Pivots, later dofs and rows of a front, and its matrices: (f, f), (b, f), (b, b) and (c,
         f), (c, b) of W."""
         f = len(pivots)
@@ -141,7 +141,7 @@ class _FrontAssembly:
 
     def _take_in(
         self,
-        child: _Left,
+        child: _Update,
         f: int,
         own: np.ndarray,
         below: np.ndarray,
@@ -176,7 +176,7 @@ def _eliminated(
     square: np.ndarray,
     first: np.ndarray,
     rest: np.ndarray,
-) -> tuple[_Left, np.ndarray, np.ndarray]:
+) -> tuple[_Update, np.ndarray, np.ndarray]:
     """What a front leaves, the columns of its factor, and those at the rows of W (c, f)."""
     L, failed = dpotrf(own, lower=1, overwrite_a=1)
     if failed:
@@ -191,7 +191,7 @@ def _eliminated(
         square = dsyrk(-1.0, below, beta=1.0, c=square, lower=1, overwrite_c=1)
         if len(first):
             rest = dgemm(-1.0, first, below, beta=1.0, c=rest, trans_b=1, overwrite_c=1)
-    return _Left(later, rows, square, rest), _columns(L, below, first), first
+    return _Update(later, rows, square, rest), _columns(L, below, first), first
 
 
 @njit(cache=True)

@@ -31,7 +31,7 @@ class CommonSettings:
 SETTINGS = CommonSettings()
 
 
-class _Space:
+class _Subspace:
     """Columns U that are orthonormal by K, beside K U, M U and R U; all grow from the left."""
 
     def __init__(self, factor: Factor, M: sp.csr_matrix, R: sp.csr_matrix, most: int) -> None:
@@ -94,7 +94,7 @@ def lowest_of_sets(
     forces = np.hstack([begun, *moved])
     if 2 * forces.shape[1] + settings.begun > min(settings.most, M.shape[0] // 4):
         return None
-    space = _Space(Factor(K + R.T @ sp.diags(mean) @ R), M, R, settings.most)
+    space = _Subspace(Factor(K + R.T @ sp.diags(mean) @ R), M, R, settings.most)
     while True:
         if not space.add(forces[:, forces.any(axis=0)], settings.alone):
             return None

@@ -13,7 +13,7 @@ from tipdamp.hbm.errors import shown
 from tipdamp.modal.mesh import GivenMaterial
 from tipdamp.proposal.propose import Proposal
 from tipdamp.proposal.response_text import response_text
-from tipdamp.proposal.trial import SOFTEST, Stiffness, Trial
+from tipdamp.proposal.trial import SOFTEST, SmoothSide, Trial
 from tipdamp.proposal.words import (
     ASK,
     command_again,
@@ -214,7 +214,7 @@ def _contact(found: Proposal, tried: Trial | None) -> list[str]:
     return lines
 
 
-def _stiffness(side: Stiffness, found: Proposal) -> list[str]:
+def _stiffness(side: SmoothSide, found: Proposal) -> list[str]:
     """Of smooth half-spaces, and down to what machined faces are, in the units of the study."""
     length = found.length
     per, what, unit = (

@@ -47,7 +47,7 @@ MODES = 2  # lowest of the blades, in which both take part
 
 
 @dataclass(frozen=True)
-class Stiffness:
+class SmoothSide:
     """Of a side on smooth half-spaces: kn, kt - N/m of all its points; pairs - their number; area -
     m2, 0 for pairs of nodes."""
 
@@ -73,7 +73,7 @@ class Trial:
     free_hz: tuple[float, ...]
     soft_hz: tuple[float, ...]
     stuck_hz: tuple[float, ...]
-    sides: dict[str, Stiffness]
+    sides: dict[str, SmoothSide]
     slip: float | None = None
     lift: float | None = None
 
@@ -241,12 +241,12 @@ def _moving_most(found: Proposal, store: Store, direction: np.ndarray) -> tuple[
     return names, " and ".join(places)
 
 
-def _stiffnesses(pairs: ContactTable) -> dict[str, Stiffness]:
+def _stiffnesses(pairs: ContactTable) -> dict[str, SmoothSide]:
     found = {}
     for name in pairs.sides:
         mine = pairs.select(pairs.side == name)
         area = float(mine.area.sum()) if mine.on_surface.all() else 0.0
-        found[name] = Stiffness(float(mine.kn.sum()), float(mine.kt.sum()), len(mine), area)
+        found[name] = SmoothSide(float(mine.kn.sum()), float(mine.kt.sum()), len(mine), area)
     return found
 
 
