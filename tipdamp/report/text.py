@@ -12,6 +12,7 @@ NOTHING = "\N{EN DASH}"
 MICRO = 1e6  # µm in a metre
 MEGA = 1e6  # Pa in a MPa
 MM = 1e3  # mm in a metre
+MM2 = 1e6  # mm² in a square metre
 MANY = 12  # entries of a list of pairs
 NEGLIGIBLE = 1e-9  # N, N m: rounding of balanced loads
 

@@ -11,6 +11,7 @@ from tipdamp.checks.pairs import pair_names
 from tipdamp.hbm.drawing.figure import Line, Tiles, edges
 from tipdamp.report.drawing import matplotlib, plotly, table
 from tipdamp.report.subjects import friction, tuning, wear
+from tipdamp.report.subjects import kept as kept_figures
 from tipdamp.results.response_results import CyclesResult, PeakCycle
 from tipdamp.results.static_results import SideStiffness
 
@@ -100,6 +101,59 @@ def test_wear_index_of_every_level(drawn, tmp_path):
     ]
     stuck = results.cycles.model_copy(update={"curves": tuple(least)})
     assert list(wear.figure(replace(results, cycles=stuck))) == []
+
+
+def test_points_of_unlike_meshes_stand_for_themselves(drawn, tmp_path):
+    """A sum over an interval of the axis follows the mesh: 2 and 3 points in turn. Points on lines
+    across the axis are summed."""
+    results, _, _ = drawn
+    mesh = np.random.default_rng(1).uniform(-4e-4, 4e-4, len(results.kept))
+    area = np.linspace(1e-6, 3e-6, len(mesh))
+
+    def with_points(table):
+        moved = table.position + mesh[:, None] * np.array(results.axis)
+        right = (table.side == "right")[:, None]
+        return table.replace(area=area, position=np.where(right, moved, table.position))
+
+    kept = with_points(results.kept.replace(weight=np.ones(len(mesh))))
+    names = pair_names(kept, slice(None))
+    (one,) = results.cycles.curves
+    one = one.model_copy(update={"friction_J": {n: 1e-6 * k for k, n in enumerate(names)}})
+    scattered = replace(
+        results,
+        kept=kept,
+        whole=with_points(results.whole),
+        cycles=CyclesResult(curves=(one,), pairs=tuple(names)),
+    )
+    mine = kept.side == "right"
+    work = np.arange(len(kept), dtype=float)[mine] / (1e6 * kept.area[mine])  # uJ/mm2
+    x = scattered.along(kept)[mine]
+    lines, over_length = friction.friction_work(scattered), wear.figure(scattered)
+    left, right = next(lines).panels
+    assert [panel.y_label for panel in (left, right)] == [
+        "friction work (µJ per period)",
+        "friction work (µJ/mm² per period)",
+    ]
+    _, marks = right.items
+    assert marks.x == pytest.approx(x) and marks.y == pytest.approx(work)
+    (tiles,), classes = (panel.items for panel in next(lines).panels)
+    assert isinstance(tiles, Tiles)
+    assert sorted(np.concatenate([one.x for one in classes])) == pytest.approx(np.sort(x))
+    strongest = classes[-1].x
+    assert x[work >= 0.8 * work.max()] == pytest.approx(strongest)
+    summed, (marks,) = (panel.items for panel in next(over_length).panels)
+    assert len(summed) == 2
+    order = np.argsort(x)
+    assert marks.x == pytest.approx(x[order])
+    assert marks.y == pytest.approx(3600 * 2800.0 * 1e-6 * work[order])
+    (figure,) = kept_figures.figure(scattered)
+    drawn_before = [panel.items[1] for panel in figure.panels]
+    assert drawn_before[0].name == "whole patch, sum over the rows"
+    whole = scattered.whole.select(scattered.whole.side == "right")
+    closed = whole.preload > 0
+    assert drawn_before[1].name == "whole patch"
+    assert drawn_before[1].y == pytest.approx(whole.preload[closed])
+    matplotlib.draw(figure, tmp_path / "kept.png")
 
 
 def test_wear_of_lines_whose_width_is_known(drawn):

@@ -6,10 +6,13 @@ from tipdamp.bodies.stiffness import radii
 from tipdamp.fields.line_contact import LineContact, narrow_lines
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.results import Results
+from tipdamp.report.text import MM
 
 AXIAL = "axial coordinate (mm)"
 PRESSURE = "contact pressure (N/mm²)"
 PER_LENGTH = "force per length (N/mm)"
+ACROSS = "across the side (mm)"
+LINE = 0.05  # of the way between stations: how far points of one line across the axis are apart
 
 
 def lines_of(results: Results) -> list[LineContact]:
@@ -33,6 +36,32 @@ def station_sums(results: Results, pairs: ContactTable) -> tuple[np.ndarray, np.
     total = np.array([np.maximum(pairs.preload[pairs.station == s], 0).sum() for s in stations])
     order = np.argsort(x)
     return x[order], total[order]
+
+
+def in_lines(results: Results, pairs: ContactTable) -> bool:
+    """Whether the pairs of each station of a side lie on a line across the axis. On unlike meshes
+    a station is an interval of the axis, and a sum over its points follows the mesh."""
+    along = results.along(pairs)
+    each = [along[pairs.station == s] for s in np.unique(pairs.station)]
+    if len(each) < 2:
+        return True
+    middles = np.sort([values.mean() for values in each])
+    return max(map(np.ptp, each)) <= LINE * float(np.diff(middles).mean())
+
+
+def across(results: Results, pairs: ContactTable) -> np.ndarray:
+    """(P,) mm of the pairs of a side across it, seen along the normal; up is to where the pull
+    is."""
+    t2 = pairs.frame[:, 1].mean(axis=0)
+    t2 *= 1 if t2 @ np.array(results.study.driver.pull_direction) >= 0 else -1
+    middle = pairs.position.mean(axis=0)
+    return MM * (pairs.position - middle) @ (t2 / np.linalg.norm(t2))
+
+
+def with_room(heights: np.ndarray) -> tuple[float, float]:
+    """Ends of an axis of heights (n,), with some room beside them."""
+    room = 0.15 * (float(np.ptp(heights)) or 1.0)
+    return float(heights.min()) - room, float(heights.max()) + room
 
 
 def parted(stations: np.ndarray, *values: np.ndarray) -> list[np.ndarray]:

@@ -14,11 +14,13 @@ from tipdamp.hbm.drawing.figure import (
     INK,
     ORANGE,
     PALE,
+    SEQUENCE,
     Band,
     Curve,
     Figure,
     Item,
     Line,
+    Marks,
     Panel,
     Tiles,
     level_colors,
@@ -26,8 +28,17 @@ from tipdamp.hbm.drawing.figure import (
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects.amplitudes import level_title, orders_of
-from tipdamp.report.subjects.axial import AXIAL, of_side, parted, side_title
-from tipdamp.report.text import MICRO, hertz, listing, number, percent
+from tipdamp.report.subjects.axial import (
+    ACROSS,
+    AXIAL,
+    across,
+    of_side,
+    parted,
+    side_title,
+    with_room,
+)
+from tipdamp.report.subjects.wear import by_point
+from tipdamp.report.text import MICRO, MM2, hertz, listing, number, percent
 from tipdamp.results.loops import Loops
 from tipdamp.results.response_results import PeakCycle
 
@@ -122,8 +133,8 @@ def friction_work(results: Results) -> Iterator[Figure]:
             "friction_work",
             "Friction work of the pairs",
             "Energy that friction takes in each period at the peak, "
-            f"{orders_of(results.periods)}: sum over the rows of each station, one line for each "
-            "level.",
+            f"{orders_of(results.periods)}, each level in its colour: sum over the rows of each "
+            "station; of contact points that lie on no lines across the axis, each over its area.",
             [_work(results, names, kept, side) for side in sides],
             row_height=310,
         )
@@ -135,15 +146,22 @@ def friction_work(results: Results) -> Iterator[Figure]:
 def _work(results: Results, pairs: Sequence[str], kept: ContactTable, side: str) -> Panel:
     mine = of_side(kept, side)
     names = np.array(pairs)[kept.side == side].tolist()
+    items: list[Item] = [Line("y", 0.0, dash="solid")]
     stations = np.unique(mine.station)
     x = np.array([results.along(mine)[mine.station == s].mean() for s in stations])
-    items: list[Item] = [Line("y", 0.0, dash="solid")]
+    alone = by_point(results, mine)
     for one, color in zip(results.periods, level_colors(len(results.periods)), strict=True):
         work = MICRO * np.array([one.friction_J[name] for name in names])
+        level = f"Fe = {one.Fe_N:g} N"
+        if alone:
+            over_area = work / (MM2 * mine.area)
+            items.append(Marks(results.along(mine), over_area, level, color, size=5))
+            continue
         sums = np.array([work[mine.station == s].sum() for s in stations])
         along, parts = parted(stations, x, sums)
-        items.append(Curve(along, parts, f"Fe = {one.Fe_N:g} N", color))
-    return Panel(side_title(results, side), AXIAL, "friction work (µJ per period)", items)
+        items.append(Curve(along, parts, level, color))
+    unit = "µJ/mm²" if alone else "µJ"
+    return Panel(side_title(results, side), AXIAL, f"friction work ({unit} per period)", items)
 
 
 def _map(
@@ -156,11 +174,37 @@ def _map(
         "friction_map",
         "Friction work over the contact sides",
         f"Energy that friction takes in each pair in one period at the peak, Fe = {one.Fe_N:g} N, "
-        f"H = {one.H}: stations along the axis, rows across the side (0 is the lower edge). Blank: "
-        "no kept pair.",
-        [_tiles(results, kept, side, work) for side in sides],
+        f"H = {one.H}: stations along the axis, rows across the side (0 is the lower edge), blank "
+        "without a kept pair; points that lie on no such lines where they are on the side, each "
+        "over its area.",
+        [
+            (_points if by_point(results, of_side(kept, side)) else _tiles)(
+                results, kept, side, work
+            )
+            for side in sides
+        ],
         row_height=240,
     )
+
+
+def _points(results: Results, kept: ContactTable, side: str, work: np.ndarray) -> Panel:
+    """Every point where it is on its side, its colour by its work over its area."""
+    mine = of_side(kept, side)
+    over_area, heights = work[kept.side == side] / (MM2 * mine.area), across(results, mine)
+    bounds = np.linspace(0.0, float(over_area.max()) or 1.0, len(SEQUENCE) + 1)
+    of = np.clip(np.digitize(over_area, bounds) - 1, 0, len(SEQUENCE) - 1)
+    items = [
+        Marks(
+            results.along(mine)[of == k],
+            heights[of == k],
+            f"'{side}': {number(bounds[k], 2)} to {number(bounds[k + 1], 2)} µJ/mm²",
+            color,
+            size=8,
+        )
+        for k, color in enumerate(SEQUENCE)
+        if (of == k).any()
+    ]
+    return Panel(side_title(results, side), AXIAL, ACROSS, items, y_range=with_room(heights))
 
 
 def _tiles(results: Results, kept: ContactTable, side: str, work: np.ndarray) -> Panel:

@@ -22,6 +22,7 @@ from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import (
     AXIAL,
+    in_lines,
     named_side,
     nodal,
     of_side,
@@ -45,9 +46,9 @@ def figure(results: Results) -> Iterator[Figure]:
     table, whole = results.kept, results.whole
     if results.tune is None or table is None or whole is None:
         return
-    sums_of = {side: station_sums(results, of_side(whole, side)) for side in table.sides}
     off = "detached station" if results.tune.area is None else "detached"
-    heights = [total for _, total in sums_of.values()]
+    before = {side: list(_before(results, of_side(whole, side))) for side in table.sides}
+    heights = [item.y for items in before.values() for item in items]
     values = np.r_[table.preload[table.carrying], whole.preload, np.concatenate(heights)]
     low = lowest_shown(values)
     span = (1.1 * low - 0.04 * float(values.max()), 1.12 * float(values.max()))
@@ -58,7 +59,7 @@ def figure(results: Results) -> Iterator[Figure]:
             nodal(table),
             [
                 Line("y", 0.0, dash="solid"),
-                Curve(*sums_of[side], "whole patch, sum over the rows", GREY, "dash", 1.2),
+                *before[side],
                 *_items(results, of_side(table, side), off, low),
             ],
             y_range=span,
@@ -84,6 +85,18 @@ def figure(results: Results) -> Iterator[Figure]:
     )
 
 
+def _before(results: Results, pairs: ContactTable) -> Iterator[Curve | Marks]:
+    """The whole patch, station by station, or point by point where these lie on no lines."""
+    if in_lines(results, pairs):
+        yield Curve(
+            *station_sums(results, pairs), "whole patch, sum over the rows", GREY, "dash", 1.2
+        )
+        return
+    closed = pairs.preload > 0
+    at, force = results.along(pairs)[closed], pairs.preload[closed]
+    yield Marks(at, force, "whole patch", GREY, filled=False, size=10)
+
+
 def _items(results: Results, mine: ContactTable, off: str, low: float) -> Iterator[Item]:
     carrying = mine.select(mine.carrying)
     detached = results.along(mine)[~mine.carrying & ~np.isin(mine.station, carrying.station)]
@@ -91,7 +104,8 @@ def _items(results: Results, mine: ContactTable, off: str, low: float) -> Iterat
         yield Marks(detached, np.zeros(len(detached)), off, GREY, "x", size=6)
     at, force = results.along(carrying), carrying.preload
     gap = np.full(len(at), np.nan)
-    stems = np.column_stack([0 * force, np.maximum(force, low), gap]).ravel()
+    shown = np.where(force >= low, force, 0.0)
+    stems = np.column_stack([0 * force, shown, gap]).ravel()
     yield Curve(np.column_stack([at, at, gap]).ravel(), stems, "", BLUE, width=1.2)
     if (force > 0).any():
         yield Marks(at[force > 0], force[force > 0], "kept pair", BLUE)

@@ -22,7 +22,7 @@ from tipdamp.hbm.drawing.figure import (
 from tipdamp.hbm.drawing.pictures import KEPT_STATIONS
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
-from tipdamp.report.subjects.axial import AXIAL, of_side, side_title
+from tipdamp.report.subjects.axial import ACROSS, AXIAL, across, of_side, side_title, with_room
 from tipdamp.report.text import MM, hertz, listing, number
 from tipdamp.results.static_results import KeptArea, TuneResult, TuneStep
 
@@ -242,10 +242,7 @@ def _map(results: Results, area: KeptArea, kept: ContactTable, whole: ContactTab
 def _seen_along_the_normal(
     results: Results, side: str, mine: ContactTable, before: ContactTable
 ) -> Panel:
-    t2 = mine.frame[:, 1].mean(axis=0)
-    # up is to where the pull is
-    t2 *= 1 if t2 @ np.array(results.study.driver.pull_direction) >= 0 else -1
-    across = MM * (mine.position - mine.position.mean(axis=0)) @ (t2 / np.linalg.norm(t2))
+    heights = across(results, mine)
     part, closed = mine.weight, before.preload > 0
     kinds = (
         ((part >= 1) & closed, "kept", BLUE, "circle", True),
@@ -254,13 +251,11 @@ def _seen_along_the_normal(
         (~closed, "open at rest", VERMILION, "x", True),
     )
     items = [
-        Marks(results.along(mine)[on], across[on], name, color, symbol, filled=filled, size=8)
+        Marks(results.along(mine)[on], heights[on], name, color, symbol, filled=filled, size=8)
         for on, name, color, symbol, filled in kinds
         if on.any()
     ]
-    room = 0.15 * (float(np.ptp(across)) or 1.0)
-    span = (across.min() - room, across.max() + room)
-    return Panel(side_title(results, side), AXIAL, "across the side (mm)", items, y_range=span)
+    return Panel(side_title(results, side), AXIAL, ACROSS, items, y_range=with_room(heights))
 
 
 def equivalent_sets(results: Results) -> Iterator[Table]:

@@ -5,12 +5,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.drawing.figure import Curve, Figure, Item, Marks, Panel, level_colors
 from tipdamp.report.results import Results
-from tipdamp.report.subjects.axial import AXIAL, of_side, parted, side_title
+from tipdamp.report.subjects.axial import AXIAL, in_lines, of_side, parted, side_title
+from tipdamp.report.text import MM, MM2
 
 HOUR = 3600.0  # s
-MM, MM2 = 1e3, 1e6  # of a m, of a m2
 AREA = "area of the contact (of a line of nodes its width, as stated or by Hertz, times its length)"
 
 
@@ -32,7 +33,8 @@ def figure(results: Results) -> Iterator[Figure]:
         yield Figure(
             "wear",
             "Wear index",
-            f"Work of friction per hour and {over} at the kept stations, while the blades vibrate "
+            f"Work of friction per hour and {over} at the kept stations, or at each contact point "
+            "where these lie on no lines across the axis, while the blades vibrate "
             "at the peak of each level. Wear grows with it (Archard).",
             panels,
             row_height=310,
@@ -42,13 +44,15 @@ def figure(results: Results) -> Iterator[Figure]:
 def _levels(results: Results, side: str, per_area: bool) -> Iterator[Item]:
     assert results.cycles is not None and results.kept is not None
     carrying = results.kept.select(results.kept.carrying)
-    stations = np.unique(of_side(carrying, side).station)
+    pairs = of_side(carrying, side)
+    stations, lined = np.unique(pairs.station), not (per_area and by_point(results, pairs))
     for one, color in zip(results.periods, level_colors(len(results.periods)), strict=True):
         power = [one.hz * one.friction_J[name] for name in results.cycles.pairs]
         x, work = wear_index(results, power, side, per_area)
-        if len(x):
+        if lined and len(x):
             along, parts = parted(stations, x, work)
             yield Curve(along, parts, "", color)
+        if len(x):
             yield Marks(x, work, f"Fe = {one.Fe_N:g} N", color, size=5)
 
 
@@ -60,13 +64,18 @@ def wear_index(
     for half as much, or J per mm2 and hour of the area of its contact points or, with the width of
     the side, of that length; empty without kept pairs, or of a single station.
 
-    power (P,) W - of friction in each kept pair"""
+    power (P,) W - of friction in each kept pair. Per area the contact points that lie on no lines
+    across the axis, as on unlike meshes, each with its own: a sum over a station follows the mesh.
+    """
     if one.kept is None or one.whole is None:
         return np.empty(0), np.empty(0)
     carrying = one.kept.select(one.kept.carrying)
     every, mine = of_side(one.whole, side), carrying.side == side
     own = np.array(power)[mine]
     pairs = of_side(carrying, side)
+    if per_area and by_point(one, pairs):
+        order = np.argsort(along := one.along(pairs))
+        return along[order], (HOUR * own / (MM2 * pairs.area))[order]
     stations = np.unique(pairs.station)
     line = np.unique(every.station)
     if len(line) < 2 or not len(stations):
@@ -81,6 +90,12 @@ def wear_index(
     if (pairs.area > 0).all():
         return x, work / (MM2 * np.array([pairs.area[here].sum() for here in at]))
     return x, work / (MM * (width(one, side) or np.nan) * length)
+
+
+def by_point(one: Results, pairs: ContactTable) -> bool:
+    """Whether each pair of a side counts alone, with its work over its area, as sums over its
+    stations follow the mesh."""
+    return len(pairs) > 0 and bool((pairs.area > 0).all()) and not in_lines(one, pairs)
 
 
 def tributary(places: np.ndarray) -> np.ndarray:
