@@ -17,6 +17,7 @@ def response_text(found: Proposal, tried: Trial | None, pull: float | None) -> l
     lines = [
         "[tune]",
         *_all_kept(found),
+        *_followed(tried),
         "",
         "[respond]",
         *_groups(found, tried),
@@ -44,6 +45,13 @@ def _all_kept(found: Proposal) -> list[str]:
         "kept_share = 1              # of the closed area; or target_hz, a measured stuck "
         "frequency",
     ]
+
+
+def _followed(tried: Trial | None) -> list[str]:
+    """What is tracked, where no stuck mode resembles the one that is by default."""
+    if tried is None or not tried.follow:
+        return []
+    return [f'follow = "{tried.follow}"        # no stuck mode resembles the out-of-phase one']
 
 
 def _groups(found: Proposal, tried: Trial | None) -> list[str]:
@@ -139,8 +147,18 @@ def _band(found: Proposal, tried: Trial | None) -> list[str]:
         + ":",
         f"# without damper {free}; all contacts stuck {stuck} on smooth half-spaces,",
         f"# {soft} on contacts thirteen times softer: a tenth below and above all of them",
+        *_unlike(tried),
         f"band = {vector(tried.band)}          # Hz",
     ]
+
+
+def _unlike(tried: Trial) -> list[str]:
+    """Modes that the band leaves out."""
+    return [
+        f"# no stuck mode resembles the {free.replace('_', '-')} one: the nearest, "
+        f"{mode.hz:.0f} Hz, has a MAC of {mode.mac:.2f}"
+        for free, mode in tried.unlike.items()
+    ] + ["# with it, and is left out"] * bool(tried.unlike)
 
 
 def _hz(values: tuple[float, ...]) -> str:

@@ -4,13 +4,14 @@ blade moves most."""
 
 import tomllib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from tipdamp.bodies import BLADES
+from tipdamp.bodies.free_modes import LOWEST_MAC, NAMES
 from tipdamp.checks.forecast import estimate
 from tipdamp.checks.room import acting, lifting
 from tipdamp.engine.progress import duration
@@ -22,7 +23,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.ties import first_largest
 from tipdamp.proposal.propose import Proposal
-from tipdamp.results.static_results import InspectResult, ReduceResult, TuneResult
+from tipdamp.results.static_results import InspectResult, ReduceResult, TrackedMode, TuneResult
 from tipdamp.stages.respond import assembled
 from tipdamp.stages.run import run_stage
 from tipdamp.study.study import study_of
@@ -43,6 +44,7 @@ LIFTED = 0.1  # of the closed contacts, from which on lifting off is worth a wor
 STEPS = 12  # halvings of their logarithm, down to 0.4 %
 DAMPING = 0.005  # without damper                                              [Zucca 2016]
 LONGEST = 180.0  # s that a proposal may take
+OUT_OF_PHASE, IN_PHASE = NAMES
 MODES = 2  # lowest of the blades, in which both take part
 
 
@@ -62,9 +64,10 @@ class Trial:
     """What was computed. only_friction - motions of the damper that no contact normal faces;
     excitation, patches - groups, or nodes by their number, where no group was found; moved - in
     words where these lie; free_hz, stuck_hz - on smooth half-spaces, soft_hz - on the softest
-    contacts; sides {name: stiffness}; slip - excitation over pull from which on half of the
-    closed contacts slip or lift off under the stuck response, lift - from which on a tenth of
-    them lift off, None where they never do."""
+    contacts, of those stuck modes that resemble a free one; unlike {free mode: the nearest stuck
+    one}, which does not resemble it; sides {name: stiffness}; slip - excitation over pull from
+    which on half of the closed contacts slip or lift off under the stuck response, lift - from
+    which on a tenth of them lift off, None where they never do."""
 
     only_friction: tuple[str, ...]
     excitation: tuple[str, ...]
@@ -76,6 +79,13 @@ class Trial:
     sides: dict[str, SmoothSide]
     slip: float | None = None
     lift: float | None = None
+    unlike: dict[str, TrackedMode] = field(default_factory=dict)
+
+    @property
+    def follow(self) -> str:
+        """Free mode whose stuck counterpart is tracked, of those that have one; '' for that of a
+        study that does not say it."""
+        return IN_PHASE if list(self.unlike) == [OUT_OF_PHASE] else ""
 
     @property
     def levels(self) -> tuple[float, ...]:
@@ -146,9 +156,8 @@ def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bo
     }
     matching = all(side.matching for side in found.sides)
     content["tune"] = {"stations": "all"} if matching else {"by": "area", "kept_share": 1}
-    soft, stuck = (
-        _stuck_hz(study_of(target, _scaled(content, scale)), store, quiet)
-        for scale in (SOFTEST, 1.0)
+    (soft, _), (stuck, unlike) = (
+        _stuck(study_of(target, _scaled(content, scale)), store, quiet) for scale in (SOFTEST, 1.0)
     )
     reduced = ReduceResult.load(store)
     tried = Trial(
@@ -160,6 +169,7 @@ def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bo
         soft,
         stuck,
         _stiffnesses(ContactTable.load(store.path("preload.csv"))),
+        unlike=unlike,
     )
     content["respond"] |= {
         "levels": [1.0],
@@ -215,10 +225,18 @@ def _scaled(content: dict, scale: float) -> dict:
     return {**content, "contact": {**content["contact"], "scale": scale}}
 
 
-def _stuck_hz(study: Study, store: Store, quiet: bool) -> tuple[float, ...]:
+def _stuck(
+    study: Study, store: Store, quiet: bool
+) -> tuple[tuple[float, ...], dict[str, TrackedMode]]:
+    """(Hz of the stuck modes that resemble a free one, or else the lowest; those that are nearest
+    to a free one and do not resemble it, by its name)."""
     _run(("inspect", "reduce", "preload", "tune"), study, store, quiet)
     tuned = TuneResult.load(store)
-    return tuned.stuck_hz.full_area, *(mode.hz for mode in tuned.other_modes.values())
+    first = TrackedMode(hz=tuned.stuck_hz.full_area, mac=tuned.mac.full_area)
+    found = {study.tune.follow: first, **tuned.other_modes}
+    unlike = {name: mode for name, mode in found.items() if mode.mac < LOWEST_MAC}
+    alike = tuple(mode.hz for name, mode in found.items() if name not in unlike)
+    return alike or tuned.stuck_modes_hz.full_area[:MODES], unlike
 
 
 def _moving_most(found: Proposal, store: Store, direction: np.ndarray) -> tuple[list[str], str]:

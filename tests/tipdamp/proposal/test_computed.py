@@ -3,6 +3,7 @@ where it cannot."""
 
 import tomllib
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,10 +11,13 @@ import pytest
 from tests.tipdamp import corner_study, mesh_texts
 from tests.tipdamp.proposal.test_propose import filled
 from tests.tipdamp.rig_study import read, without_report
+from tipdamp.bodies.free_modes import NAMES
 from tipdamp.cli import main
 from tipdamp.proposal import response_text
+from tipdamp.proposal import trial as trial_module
 from tipdamp.proposal.trial import LEVELS, MULTIPLES, SOFTEST, STEEL, Trial
 from tipdamp.proposal.words import vector
+from tipdamp.results.static_results import TrackedMode
 
 
 def proposed(folder, capsys, *more):
@@ -185,3 +189,40 @@ def test_no_best_damping_is_promised_where_contacts_open_first():
     }
     assert all("about the best damping" in found[lift] for lift in (None, 9e-3))
     assert "best damping" not in found[1e-3] and "contacts open from 0.08 N on" in found[1e-3]
+
+
+def test_a_mode_that_resembles_no_free_one_is_left_out():
+    """By hand: the band ends above those that do, and the tracked one is the other."""
+    values = dict(only_friction=(), excitation=(), patches=(), moved="", sides={})
+    hz = dict(free_hz=(426.0, 436.0), soft_hz=(491.0,), stuck_hz=(598.0,))
+    unlike = {"out_of_phase": TrackedMode(hz=7490.0, mac=0.32)}
+    tried = Trial(**values, **hz, unlike=unlike)
+    assert (tried.band, tried.follow) == ((380, 660), "in_phase")
+    assert response_text._followed(tried)[0].startswith('follow = "in_phase"')
+    said = " ".join(response_text._unlike(tried))
+    assert "resembles the out-of-phase one: the nearest, 7490 Hz, has a MAC of 0.32" in said
+    both = unlike | {"in_phase": TrackedMode(hz=9000.0, mac=0.1)}
+    for other in ({}, both, {"in_phase": TrackedMode(hz=9000.0, mac=0.1)}):
+        assert response_text._followed(replace(tried, unlike=other)) == []
+    assert response_text._unlike(replace(tried, unlike={})) == []
+
+
+@pytest.mark.parametrize(
+    "macs, expected",
+    [((0.9, 0.9), (700, 800)), ((0.3, 0.9), (800,)), ((0.3, 0.2), (500, 600))],
+)
+def test_stuck_modes_are_those_that_resemble(monkeypatch, macs, expected):
+    """Of the two tracked ones; the lowest two where neither does."""
+    first, second = macs
+    tuned = SimpleNamespace(
+        stuck_hz=SimpleNamespace(full_area=700),
+        mac=SimpleNamespace(full_area=first),
+        other_modes={"in_phase": TrackedMode(hz=800, mac=second)},
+        stuck_modes_hz=SimpleNamespace(full_area=(500, 600, 700)),
+    )
+    monkeypatch.setattr(trial_module, "_run", lambda *_: None)
+    monkeypatch.setattr(trial_module.TuneResult, "load", lambda _: tuned)
+    study = SimpleNamespace(tune=SimpleNamespace(follow="out_of_phase"))
+    hz, unlike = trial_module._stuck(study, None, True)
+    assert hz == expected
+    assert list(unlike) == [name for name, mac in zip(NAMES, macs, strict=True) if mac < 0.5]
