@@ -54,7 +54,7 @@ class KernelCache(FunctionCache):
             code = super().load_overload(sig, target_context)
         except Exception as error:  # whole, and yet not what these libraries can load
             _tell_once("stored kernels cannot be loaded and are compiled anew", error)
-        if code is None and COMPILING not in _told:
+        if code is None and not _told:  # what was told before says that it is compiled
             _told.add(COMPILING)
             logging.getLogger("hbm").warning(COMPILING)
         return code

@@ -319,7 +319,7 @@ def test_sides_that_lead_elsewhere(tmp_path, side):
 
 def test_escapes_in_names_of_a_mesh_do_not_reach_the_terminal(tmp_path):
     mesh = corner_study.damper()
-    mesh.groups["a\x1b]0;root\x07\x1b[2J"] = mesh.groups["face_x"]
+    mesh.groups['a\x1b]0;"root"\x07\x7f\x1b[2J'] = mesh.groups["face_x"]
     study = corner(tmp_path, damper_mesh=mesh)
     for arguments in ((study, "--quiet"), (tmp_path / "blades.inp", tmp_path / "damper.inp")):
         said = tipdamp("inspect", *arguments)

@@ -80,7 +80,10 @@ def _material(found: Proposal, folder_of: dict[str, str]) -> list[str]:
         )
     most = max(cells, key=lambda one: cells[one])
     files = " and ".join(dict.fromkeys(folder_of.values()))
-    lines = ["[material]", *_constants(most, f"{most.name} of {files}; of cells without another")]
+    lines = [
+        "[material]",
+        *_constants(most, f"{shown(most.name)} of {files}; of cells without another"),
+    ]
     named = set[str]()
     for group, one in found.materials.items():
         if one == most:
@@ -89,7 +92,7 @@ def _material(found: Proposal, folder_of: dict[str, str]) -> list[str]:
         name += f"_{len(named)}" * (name in named)
         named.add(name)
         lines += [f"[material.{name}]", f"group = {quoted(group)}"]
-        lines += _constants(one, f"{one.name} of {files}")
+        lines += _constants(one, f"{shown(one.name)} of {files}")
     return lines
 
 
@@ -106,7 +109,7 @@ def _blades(found: Proposal, file: str) -> list[str]:
     groups = found.groups["clamp"]
     return [
         "[blades]",
-        f'mesh = "{file}"',
+        f"mesh = {quoted(file)}",
         f"clamp = {group_names(groups)}"
         + group_comment(found, BLADES, "nodes that are fixed", not groups),
         "",
@@ -116,7 +119,7 @@ def _blades(found: Proposal, file: str) -> list[str]:
 def _damper(
     found: Proposal, folder_of: dict[str, str], tried: Trial | None, pull: float | None
 ) -> list[str]:
-    cells = [f'cells = "{found.cells}"'] if found.cells else []
+    cells = [f"cells = {quoted(found.cells)}"] if found.cells else []
     points, known = found.groups["load_points"], ASK if pull is None else f"{pull:g}"
     if found.together and not cells:
         cells = [
@@ -125,7 +128,7 @@ def _damper(
         ]
     return [
         "[damper]",
-        f'mesh = "{folder_of[DAMPER]}"',
+        f"mesh = {quoted(folder_of[DAMPER])}",
         *cells,
         f"axis = {vector(found.axis)}         # along both contact sides",
         f"pull = {known}                  # N, total pull on the damper",
@@ -251,7 +254,7 @@ def _faces(found: Proposal, body: str, keys: np.ndarray, group: str) -> str:
     """The group, or the faces by geometry: a box around all of their nodes, which on the larger
     body lie beyond the contact."""
     if group:
-        return f'"{group}"'
+        return quoted(group)
     mesh = found.meshes[body]
     place = mesh.position[mesh.index(np.setdiff1d(keys, [-1]))]
     low, high = place.min(axis=0) - found.reach, place.max(axis=0) + found.reach

@@ -20,7 +20,7 @@ def made_of(found: Proposal) -> str:
 
 def group_comment(found: Proposal, body: str, meaning: str, wanted: bool) -> str:
     """The comment on a group: what it is for, and which there are where one is wanted."""
-    groups = ", ".join(offered(found.meshes[body].groups)) or "none in the file"
+    groups = ", ".join(map(shown, offered(found.meshes[body].groups))) or "none in the file"
     return f"     # {meaning}" + (f"; groups: {groups}" if wanted else "")
 
 
@@ -47,7 +47,7 @@ def _pull(pull: float | None) -> str:
 
 def quoted(group: str) -> str:
     """As a string of TOML."""
-    return json.dumps(group, ensure_ascii=False)
+    return json.dumps(group, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def vector(values: Sequence[float] | np.ndarray) -> str:

@@ -77,14 +77,14 @@ def _lines(found: Proposal) -> Iterator[str]:
     for side in found.sides:
         yield (
             f"side '{side.name}': {len(side.patch.damper)} faces of the damper"
-            + f" ({side.damper})" * bool(side.damper)
+            + f" ({shown(side.damper)})" * bool(side.damper)
             + f" meet {len(side.patch.blades)} of the blades"
-            + f" ({side.blade})" * bool(side.blade)
+            + f" ({shown(side.blade)})" * bool(side.blade)
             + f", {side.patch.area:.4g} {found.length}2, nodes "
             + ("match" if side.matching else "do not match")
         )
     for what, names in found.groups.items():
-        yield f"{what}: {', '.join(names) or 'no group has such a name'}"
+        yield f"{what}: {', '.join(map(shown, names)) or 'no group has such a name'}"
     if not all(mesh.groups for mesh in found.meshes.values()):
         yield (
             "clamp, load_points, excitation and patches are groups of nodes, and there are none: "
