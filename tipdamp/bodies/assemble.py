@@ -65,11 +65,7 @@ def assemble_bodies(
 
     check_size(meshes, counts)
     tick(0.02, "assembling the blades")
-    material, others = materials(study, meshes[BLADES])
-    blades = elastic_body(
-        meshes[BLADES], material, BLADES, other_materials=others, clamp=study.blades.clamp
-    )
-    blades = at_speed(study, blades, meshes[BLADES], material, others)
+    blades = assembled_blades(study, meshes[BLADES])
     tick(0.1, "assembling the damper")
     material, others = materials(study, meshes[DAMPER])
     damper = elastic_body(meshes[DAMPER], material, DAMPER, other_materials=others, free=True)
@@ -80,6 +76,15 @@ def assemble_bodies(
         replace(body, points=points[body.name].on(body)) if points else body
         for body in (blades, damper)
     ]
+
+
+def assembled_blades(study: Study, mesh: Mesh) -> Body:
+    """The blades, clamped, at the speed of the study."""
+    from tipdamp.modal.elasticity import elastic_body
+
+    material, others = materials(study, mesh)
+    blades = elastic_body(mesh, material, BLADES, other_materials=others, clamp=study.blades.clamp)
+    return at_speed(study, blades, mesh, material, others)
 
 
 def check_size(meshes: dict[str, Mesh], counts: dict[str, ShapeCount] | None = None) -> None:

@@ -155,10 +155,10 @@ def _band(found: Proposal, tried: Trial | None) -> list[str]:
 def _unlike(tried: Trial) -> list[str]:
     """Modes that the band leaves out."""
     return [
-        f"# no stuck mode resembles the {free.replace('_', '-')} one: the nearest, "
-        f"{mode.hz:.0f} Hz, has a MAC of {mode.mac:.2f}"
+        f"# stuck on half-spaces no mode resembles the free {free.replace('_', '-')} one; the "
+        f"nearest, {mode.hz:.0f} Hz,\n# has a MAC of {mode.mac:.2f} with it and is left out"
         for free, mode in tried.unlike.items()
-    ] + ["# with it, and is left out"] * bool(tried.unlike)
+    ]
 
 
 def _hz(values: tuple[float, ...]) -> str:

@@ -3,7 +3,7 @@ that it may be of: where blades and damper have their modes, how stiff the conta
 blade moves most."""
 
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,21 +11,23 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from tipdamp.bodies import BLADES
+from tipdamp.bodies.assemble import assembled_blades
 from tipdamp.bodies.free_modes import LOWEST_MAC, NAMES
+from tipdamp.bodies.read import read_meshes
 from tipdamp.checks.forecast import estimate
 from tipdamp.checks.room import acting, lifting
-from tipdamp.engine.progress import duration
+from tipdamp.engine.progress import display, duration
 from tipdamp.engine.store import Store
-from tipdamp.fields import surface
-from tipdamp.fields.visualization import Shapes
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.ties import first_largest
+from tipdamp.modal.body import check_support
+from tipdamp.modal.eigen import Factor
 from tipdamp.proposal.propose import Proposal
-from tipdamp.results.static_results import InspectResult, ReduceResult, TrackedMode, TuneResult
+from tipdamp.results.static_results import InspectResult, ReduceResult, TrackedMode
 from tipdamp.stages.respond import assembled
 from tipdamp.stages.run import run_stage
+from tipdamp.stages.tune import tracked_modes
 from tipdamp.study.study import study_of
 from tipdamp.study.view import Study
 
@@ -144,8 +146,8 @@ def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bo
     excitation, patches = found.groups["excitation"][:1], found.groups["patches"][:2]
     moved = ""
     if not excitation or len(patches) < 2:
-        _run(("reduce",), study, store, quiet)
-        nodes, moved = _moving_most(found, store, direction)
+        with display(quiet=quiet).job("modes of the blades", patience=0.0):
+            nodes, moved = _moving_most(found, study, direction)
         excitation = excitation or nodes[:1]
         patches = patches if len(patches) == 2 else nodes
     content["respond"] = {
@@ -156,9 +158,10 @@ def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bo
     }
     matching = all(side.matching for side in found.sides)
     content["tune"] = {"stations": "all"} if matching else {"by": "area", "kept_share": 1}
-    (soft, _), (stuck, unlike) = (
+    soft, stuck = (
         _stuck(study_of(target, _scaled(content, scale)), store, quiet) for scale in (SOFTEST, 1.0)
     )
+    unlike = {name: mode for name, mode in stuck.tracked.items() if mode.mac < LOWEST_MAC}
     reduced = ReduceResult.load(store)
     tried = Trial(
         tuple(inspected.only_friction),
@@ -166,8 +169,8 @@ def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bo
         tuple(patches),
         moved,
         tuple(reduced.free_hz.values()) or reduced.free_modes_hz[:MODES],
-        soft,
-        stuck,
+        soft.without(unlike),
+        stuck.without(unlike),
         _stiffnesses(ContactTable.load(store.path("preload.csv"))),
         unlike=unlike,
     )
@@ -177,7 +180,9 @@ def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bo
         "damping_ratio": DAMPING,
         "harmonics": 1,
     }
-    slip, lift = _slip_and_lift(study_of(target, content), store)
+    study = study_of(target, content)
+    _run(("tune",), study, store, quiet)
+    slip, lift = _slip_and_lift(study, store)
     return replace(tried, slip=slip, lift=lift)
 
 
@@ -216,7 +221,7 @@ def _run(stages: Sequence[str], study: Study, store: Store, quiet: bool) -> None
 
 def _refuse_long(study: Study, inspected: InspectResult) -> None:
     _, costs = estimate(study, inspected)
-    seconds = 2 * sum(cost.seconds for cost in costs.values())
+    seconds = sum(cost.seconds for cost in costs.values())
     if seconds > LONGEST:
         raise InputError(f"it would take about {duration(seconds)}")
 
@@ -225,29 +230,40 @@ def _scaled(content: dict, scale: float) -> dict:
     return {**content, "contact": {**content["contact"], "scale": scale}}
 
 
-def _stuck(
-    study: Study, store: Store, quiet: bool
-) -> tuple[tuple[float, ...], dict[str, TrackedMode]]:
-    """(Hz of the stuck modes that resemble a free one, or else the lowest; those that are nearest
-    to a free one and do not resemble it, by its name)."""
-    _run(("inspect", "reduce", "preload", "tune"), study, store, quiet)
-    tuned = TuneResult.load(store)
-    first = TrackedMode(hz=tuned.stuck_hz.full_area, mac=tuned.mac.full_area)
-    found = {study.tune.follow: first, **tuned.other_modes}
-    unlike = {name: mode for name, mode in found.items() if mode.mac < LOWEST_MAC}
-    alike = tuple(mode.hz for name, mode in found.items() if name not in unlike)
-    return alike or tuned.stuck_modes_hz.full_area[:MODES], unlike
+@dataclass(frozen=True)
+class _Stuck:
+    """tracked {free mode: the stuck one nearest to it}; lowest - Hz."""
+
+    tracked: dict[str, TrackedMode]
+    lowest: tuple[float, ...]
+
+    def without(self, names: Collection[str]) -> tuple[float, ...]:
+        """Hz of those tracked by other free modes; without such the lowest."""
+        others = (mode.hz for name, mode in self.tracked.items() if name not in names)
+        return tuple(others) or self.lowest
 
 
-def _moving_most(found: Proposal, store: Store, direction: np.ndarray) -> tuple[list[str], str]:
+def _stuck(study: Study, store: Store, quiet: bool) -> _Stuck:
+    """The modes with all contacts stuck."""
+    _run(("inspect", "reduce", "preload"), study, store, quiet)
+    found = tracked_modes(study, store)
+    return _Stuck(
+        {name: TrackedMode(hz=one.tracked_hz, mac=one.mac) for name, one in found.items()},
+        tuple(map(float, next(iter(found.values())).hz[:MODES])),
+    )
+
+
+def _moving_most(found: Proposal, study: Study, direction: np.ndarray) -> tuple[list[str], str]:
     """['node 12', 'node 731'] on either side of the damper, blade 1 first: the largest
-    displacement along the direction in the lowest modes of the blades."""
-    blades = surface.load(store.path("surface.npz"))[BLADES]
-    mine = ReducedModel.load(store.path("model.npz")).body == BLADES
-    shapes = Shapes.load(store.path("free_modes.npz"))
-    lowest = np.flatnonzero(np.char.startswith(shapes.kind, BLADES))[:MODES]
-    moves = [blades.displacement(shapes.q[mine, k]) @ direction for k in lowest]
-    size = np.max(np.abs(moves), axis=0)
+    displacement along the direction in the lowest modes of the blades, of the full model, as the
+    nodes are masters of the reduction."""
+    blades = assembled_blades(study, read_meshes(study)[BLADES])
+    check_support(blades)
+    _, shapes = Factor(blades.K).lowest_modes(blades.M, MODES)
+    moves = np.zeros((len(blades.node), MODES))
+    along = direction[blades.dof_direction]
+    np.add.at(moves, blades.dof_node, along[:, None] * shapes)
+    size = np.abs(moves).max(axis=1)
     middle = np.mean([side.patch.box.mean(axis=0) for side in found.sides], axis=0)
     factor = 1e-3 if found.length == "mm" else 1.0
     across = (blades.position - factor * middle) @ direction

@@ -82,10 +82,7 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     """Detach stations until the stuck frequency meets the target; the kept pairs carry the pull."""
     model = ReducedModel.load(store.path("model.npz"))
     whole = ContactTable.load(store.path("preload.csv"))
-    shapes = {
-        name: _of_blades(model, shape)
-        for name, shape in free_modes(study, model.part(BLADES)).follow.items()
-    }
+    shapes = _free_shapes(study, model)
     follow = shapes.pop(study.tune.follow)
     line, assembly = inputs.line_of(study, whole), StuckAssembly(model)
     load, goal = carried(whole, line), target(study, store)
@@ -140,6 +137,24 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
         "whole area stuck": sets.modes["full_area"],
     }
     return [*files, *keep_stuck(store, model, shown)]
+
+
+def tracked_modes(study: Study, store: Store) -> dict[str, StuckModes]:
+    """{free mode: stuck modes of the whole area, of which one is tracked by it}, of the reduced
+    model alone."""
+    model = ReducedModel.load(store.path("model.npz"))
+    whole = ContactTable.load(store.path("preload.csv"))
+    sets, assembly = {"full_area": (whole, whole.preload > 0)}, StuckAssembly(model)
+    return {
+        name: _stuck_sets(study, assembly, shape, sets).modes["full_area"]
+        for name, shape in _free_shapes(study, model).items()
+    }
+
+
+def _free_shapes(study: Study, model: ReducedModel) -> dict[str, np.ndarray]:
+    """{free mode: (r,) its shape}, the damper at rest."""
+    followed = free_modes(study, model.part(BLADES)).follow
+    return {name: _of_blades(model, shape) for name, shape in followed.items()}
 
 
 def _passed_over(sets: Sequence[Step]) -> Iterator[str]:

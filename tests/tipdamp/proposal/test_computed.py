@@ -200,7 +200,8 @@ def test_a_mode_that_resembles_no_free_one_is_left_out():
     assert (tried.band, tried.follow) == ((380, 660), "in_phase")
     assert response_text._followed(tried)[0].startswith('follow = "in_phase"')
     said = " ".join(response_text._unlike(tried))
-    assert "resembles the out-of-phase one: the nearest, 7490 Hz, has a MAC of 0.32" in said
+    assert "resembles the free out-of-phase one; the nearest, 7490 Hz" in said
+    assert "has a MAC of 0.32 with it" in said
     both = unlike | {"in_phase": TrackedMode(hz=9000.0, mac=0.1)}
     for other in ({}, both, {"in_phase": TrackedMode(hz=9000.0, mac=0.1)}):
         assert response_text._followed(replace(tried, unlike=other)) == []
@@ -213,16 +214,12 @@ def test_a_mode_that_resembles_no_free_one_is_left_out():
 )
 def test_stuck_modes_are_those_that_resemble(monkeypatch, macs, expected):
     """Of the two tracked ones; the lowest two where neither does."""
-    first, second = macs
-    tuned = SimpleNamespace(
-        stuck_hz=SimpleNamespace(full_area=700),
-        mac=SimpleNamespace(full_area=first),
-        other_modes={"in_phase": TrackedMode(hz=800, mac=second)},
-        stuck_modes_hz=SimpleNamespace(full_area=(500, 600, 700)),
-    )
+    modes = {
+        name: SimpleNamespace(hz=np.array([500, 600, 700]), tracked_hz=hz, mac=mac)
+        for name, hz, mac in zip(NAMES, (700, 800), macs, strict=True)
+    }
     monkeypatch.setattr(trial_module, "_run", lambda *_: None)
-    monkeypatch.setattr(trial_module.TuneResult, "load", lambda _: tuned)
-    study = SimpleNamespace(tune=SimpleNamespace(follow="out_of_phase"))
-    hz, unlike = trial_module._stuck(study, None, True)
-    assert hz == expected
-    assert list(unlike) == [name for name, mac in zip(NAMES, macs, strict=True) if mac < 0.5]
+    monkeypatch.setattr(trial_module, "tracked_modes", lambda *_: modes)
+    found = trial_module._stuck(None, None, True)
+    assert [found.tracked[name].mac for name in NAMES] == list(macs)
+    assert found.without([n for n, mac in zip(NAMES, macs, strict=True) if mac < 0.5]) == expected
