@@ -38,6 +38,7 @@ ALIKE = 1e-4  # of a multiplier, from 1: nearer it may be missing on the other s
 AT_END = 1e-3  # arc length: nearer to an end of the curve, it is where this one leaves another
 BESIDE = 1e-3  # of the way from a fold to the next point
 LOOKED = 2  # points at which contacts open, at most, at which multipliers are looked at too
+PASSES = 4  # of multipliers through the circle between two points of the curve, one after another
 REAL = 1e-3  # imaginary part, relative, below which a multiplier is real
 
 
@@ -199,18 +200,31 @@ class _Along:
         return [*found[:-1], b] if len(found) > 1 else [a, b]
 
     def _stability(
-        self, a: Point, b: Point, folds: bool, metric: Metric, named: Callable[..., None]
+        self,
+        a: Point,
+        b: Point,
+        folds: bool,
+        metric: Metric,
+        named: Callable[..., None],
+        most: int = PASSES,
     ) -> None:
-        """Name what multipliers tell between two points, beside what a fold itself does to them."""
-        if not self._differ(a, b):
+        """Name what multipliers tell between two points, at most so many times, beside what a fold
+        itself does to them."""
+        if not self._differ(a, b) or not most:
             return
         if self._leading(a).beside != self._leading(b).beside:
-            near = self._enclosed(a, b, metric, lambda here: here.beside)
-            named(*self._passed(near))
+            near, ends = self._enclosed(a, b, metric, lambda here: here.beside), False
         elif not folds:
             near = self._enclosed(a, b, metric, lambda here: here.outside)
-            if not self._at_end(near[1], metric):
-                named(*self._passed(near))
+            ends = self._at_end(near[1], metric)
+        else:
+            return
+        # a pair outside the circle that becomes two real ones there has passed nothing
+        if self._differ(*near) and not ends:
+            named(*self._passed(near))
+        for one, other in ((a, near[0]), (near[1], b)):
+            if one is not other:
+                self._stability(one, other, folds, metric, named, most - 1)
 
     def _differ(self, a: Point, b: Point) -> bool:
         """Whether as many multipliers are not outside the unit circle at both points."""

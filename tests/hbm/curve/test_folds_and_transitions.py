@@ -17,6 +17,7 @@ from tipdamp import (
     InputError,
     Jenkins1D,
     Problem,
+    UnilateralSpring,
     follow_band,
     follow_parameter,
     forced_response,
@@ -166,3 +167,34 @@ def test_another_problem_is_refused():
     other = blade.add(Jenkins1D(), 0, kt=6e5, mu=0.5, preload=40.0)
     with pytest.raises(InputError, match="the problem is not that of the curve"):
         named_points(curve, other.contact_problem)
+
+
+STOP = (
+    Problem(np.diag([1.0, 0.3]), [[0.06, -0.02], [-0.02, 0.04]], [[1.3, -0.3], [-0.3, 0.7]])
+    .add(UnilateralSpring(), 1, kn=20.0, preload=-8.0)
+    .force(0, 0.25)
+)
+
+
+def named_of_stop(harmonics, band):
+    curve = STOP.follow_band(
+        omega=band, outputs={"x0": 0, "x1": 1}, harmonics=harmonics, stability="all"
+    )
+    return [(one.kind, 2 * np.pi * one.frequency) for one in curve.named_points]
+
+
+def test_two_bifurcations_between_two_points_of_the_curve():
+    """Of a gap of 0.4: an own integration with events, its monodromy by differences, has a pair of
+    multipliers leave the circle between 1.338 and 1.341 rad/s, and the one below -1, which left it
+    at 1.243, come back at 1.3437; one step of the curve holds both."""
+    found = named_of_stop(15, (1.0, 1.42))
+    assert [kind for kind, _ in found] == ["period doubling", "Neimark-Sacker", "period doubling"]
+    assert [w for _, w in found] == pytest.approx([1.2433, 1.338, 1.3437], abs=1e-3)
+
+
+def test_a_pair_outside_the_circle_that_becomes_two_real_ones_is_no_grazing():
+    """The same integration: at 1.1245 rad/s nothing begins to touch, 1.098 +- 0.03i goes over into
+    1.12 and 1.08."""
+    found = named_of_stop(31, (0.7, 1.3))
+    assert "grazing" not in [kind for kind, _ in found]
+    assert ("Neimark-Sacker", pytest.approx(1.1217, abs=1e-3)) in found
