@@ -54,8 +54,9 @@ class AtLevel:
 
 
 def places(curve: ForcedResponse, equation: Equation, count: int) -> list[float]:
-    """So many values of the parameter spread over the band of a curve: first those where its motion
-    grows faster than the force, as a fold lies ahead, else far from each other."""
+    """So many values of the parameter spread over the band of a curve, one of them where its
+    outputs are largest inside it: first those where its motion grows faster than the force, as a
+    fold lies ahead, else far from each other."""
     low, high = float(curve.parameter.min()), float(curve.parameter.max())
     shares = (np.arange(count) + 0.5) / count
     values = (low + shares[_far_apart(count)] * (high - low)).tolist()
@@ -64,7 +65,17 @@ def places(curve: ForcedResponse, equation: Equation, count: int) -> list[float]
         balance, w = equation.balance_at(equation.parameter.scale * value)
         return growth(balance, w, min(_held(curve, value), key=np.linalg.norm))
 
-    return sorted(values, key=grows, reverse=True)
+    found = np.array(sorted(values, key=grows, reverse=True))
+    if low < (top := _highest(curve)) < high:
+        found[np.abs(found - top).argmin()] = top
+    return found.tolist()
+
+
+def _highest(curve: ForcedResponse) -> float:
+    """The value at which the outputs are largest, each by its own highest point."""
+    height = np.where(curve.converged[:, None], curve.amplitude(), 0.0)
+    share = height / np.maximum(height.max(axis=0), np.finfo(float).tiny)
+    return float(curve.parameter[share.sum(axis=1).argmax()])
 
 
 def _far_apart(count: int) -> list[int]:

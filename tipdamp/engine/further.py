@@ -23,6 +23,8 @@ from tipdamp.hbm.search.levels import AtLevel, over_levels, places
 
 MOST = 4  # further curves of one curve that are followed
 LEAST = 40  # residual calls of a branch: with fewer it does not get far
+SMALL = 150  # unknowns of a curve: up to there an evaluation takes a millisecond, and a share of
+# few of them would not lead round once
 
 
 @dataclass(frozen=True)
@@ -58,14 +60,18 @@ class LevelBranch:
 def level_search(
     curves: Curves, cases: Sequence[CurveCase], efforts: Sequence[float]
 ) -> LevelSearch:
-    """The search beside finished curves; efforts : of each, in evaluations of its own."""
+    """The search beside finished curves; efforts : of each, in evaluations of its own. Of small
+    models it may make as many as that of a single call in any case."""
     key = fingerprint(*map(curves.key, cases), *efforts)
     finest = max((case.H for case in cases), default=0)
-    calls = (
-        effort * _curve(curves, case).residual_calls * (2 * case.H + 1) / (2 * finest + 1)
-        for case, effort in zip(cases, efforts, strict=True)
+    beside = [_curve(curves, case) for case in cases]
+    calls = sum(
+        effort * curve.residual_calls * (2 * case.H + 1) / (2 * finest + 1)
+        for case, curve, effort in zip(cases, beside, efforts, strict=True)
     )
-    return LevelSearch(tuple(replace(case, search=key) for case in cases), sum(calls))
+    if calls > 0 and max(curve.unknowns.shape[1] for curve in beside) <= SMALL:
+        calls = max(calls, Search().least_calls)
+    return LevelSearch(tuple(replace(case, search=key) for case in cases), calls)
 
 
 def level_branches(curves: Curves, search: LevelSearch) -> list[LevelBranch]:

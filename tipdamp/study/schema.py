@@ -993,9 +993,10 @@ class Respond(StudySection):
         Key(
             NUMBER,
             "effort to look for solutions that no curve holds, such as detached resonances, as a "
-            "share of that of all curves; at up to 12 frequencies one branch over the level of the "
-            "force serves those of the largest H of all levels, and what is left goes to random "
-            "starts; what is found is followed on top of it; 0 does not look",
+            "share of that of all curves, and 2000 evaluations of small models in any case; at up "
+            "to 12 frequencies one branch over the level of the force serves those of the largest "
+            "H of all levels, and what is left goes to random starts; what is found is followed on "
+            "top of it; 0 does not look",
             low=0,
             high=1e4,
         ),

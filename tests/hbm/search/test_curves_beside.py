@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from tipdamp import CubicSpring, InputError, Jenkins1D, Problem, Search, curves_beside, solutions_at
+from tipdamp import (
+    CubicSpring,
+    InputError,
+    Jenkins1D,
+    OwnForce,
+    Problem,
+    Search,
+    curves_beside,
+    solutions_at,
+)
 from tipdamp.hbm.balance.parameter import Equation, Level
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.branch import Branch
@@ -216,6 +225,21 @@ def test_a_study_finds_the_detached_resonance():
     # H = 5: less than the closed form of H = 1
     highest = max(amplitudes_in_closed_form(one)[-1] for one in np.linspace(0.9, 1.0, 500))
     assert 0.9 * highest < np.abs(detached.harmonics[:, 0, 1]).max() < highest
+
+
+@pytest.mark.parametrize("F", [0.0215, 0.017])
+def test_a_narrow_detached_resonance_at_the_peak_of_its_curve(F):
+    """Damped by .06 v - .1 v3 + .045 v5: F = A (.06 - .075 A2 + .028125 A4) at 1 rad/s, and the
+    peak of the curve lies there. The closed curve is 0.02 rad/s wide and above."""
+    roots = np.roots([0.045 * 5 / 8, 0, -0.1 * 3 / 4, 0, 0.06, -F])
+    lowest, _, highest = np.sort(roots[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)].real)
+    damping = OwnForce(lambda u, v: 0.06 * v - 0.1 * v**3 + 0.045 * v**5, 1)
+    damped = Problem([[1.0]], [[0.0]], [[1.0]]).add(damping, 0).force(0, F)
+    curve = damped.follow_band(omega=(0.6, 1.5), outputs={"x": 0}, harmonics=3, truncation=False)
+    assert curve.peak("x")[1] == pytest.approx(lowest, rel=1e-3)
+    (found,) = curves_beside(curve, damped.contact_problem, Search(starts=0)).curves
+    assert found.peak("x")[1] == pytest.approx(highest, rel=2e-3)  # at 1 rad/s beside the peak
+    assert np.ptp(found.frequency) < 0.02 * HZ
 
 
 def test_a_branch_is_followed_across_others():

@@ -19,7 +19,7 @@ from tests.tipdamp.report.files import table
 from tests.tipdamp.rig_study import CHAIN, CHAIN_OF_STAGES, files
 from tests.tipdamp.rig_study import run_chain as run
 from tipdamp.cli import main
-from tipdamp.engine import curves
+from tipdamp.engine import curves, further
 from tipdamp.engine.further import (
     cross_levels,
     follow_further,
@@ -32,6 +32,7 @@ from tipdamp.hbm.drawing.figure import Curve
 from tipdamp.hbm.hold.spring import HeldMotion
 from tipdamp.hbm.laws import IsotropicFriction
 from tipdamp.hbm.result import ForcedResponse
+from tipdamp.hbm.search.beside import Search
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects import peaks, response
 from tipdamp.stages import respond
@@ -153,6 +154,22 @@ def looked_beside(made, case, effort):
         cross_levels(made, branch, lambda *_: None)
     follow_further(made, (search.cases[0], branches), lambda *_: None)
     return search.cases[0]
+
+
+def test_small_models_are_searched_all_round(tmp_path, monkeypatch):
+    """0.3 of a curve of a small model are some hundred evaluations, and three of twelve
+    frequencies; a large one has its share."""
+    force = np.eye(2)[0]
+    rows = {"patch:1": force}
+    absorber = curves.Curves(ABSORBER.contact_problem, force, rows, None, Store(tmp_path))
+    case = curves.CurveCase(0.0311, 1, (0.6 * HZ, 1.6 * HZ))
+    absorber.make(case, lambda *_: None)
+    share = Respond.model_fields["search"].default
+    assert level_search(absorber, [case], [share]).calls == Search().least_calls
+    assert level_search(absorber, [case], [0.0]).calls == 0
+    monkeypatch.setattr(further, "SMALL", 1)
+    own = share * absorber.load(case).residual_calls
+    assert level_search(absorber, [case], [share]).calls == pytest.approx(own)
 
 
 def test_curves_that_are_found_beside_one(tmp_path, made):
