@@ -75,6 +75,18 @@ def test_stems_are_as_long_as_preload():
     )
 
 
+def test_a_single_pair_has_a_picture():
+    """Which has no extent of its own."""
+    pairs = curved_pairs()
+    one = pairs.select(np.arange(len(pairs)) == np.flatnonzero(pairs.preload > 0)[0])
+    picture = pressure_map({"the pull": one}, {}, (0, 1, 0))
+    assert np.ptp(picture.box, axis=0) == pytest.approx([2.0, 2.0, 2.0])
+    stem = next(i for i in picture.items if isinstance(i, Segments))
+    assert np.linalg.norm(stem.end - stem.start) == pytest.approx(1.0)
+    ratio = plotly_scene.figure_of(picture).layout.scene.aspectratio
+    assert np.isfinite([ratio.x, ratio.y, ratio.z]).all()
+
+
 def test_rig_scene_carries_the_preload(rig_results):
     pairs = ContactTable.load(rig_results.path("preload.csv"))
     surfaces = surface.load(rig_results.path("surface.npz"))

@@ -57,7 +57,8 @@ def pressure_map(
     sides = shown_patches(first, hard, lines)
     top = max(float(table.preload.max()) for table in tables.values())
     scales = _scales(sides, tables)
-    length = 0.09 * float(np.ptp(first.position @ np.asarray(axis)) or np.ptp(first.position)) * MM
+    along, every = first.position @ np.asarray(axis), np.ptp(first.position, axis=0).max()
+    length = 0.09 * MM * float(np.ptp(along) or every) or 1.0  # of a single pair
     box = box_of(first, surfaces, length)
     items: list[Item] = [*surroundings(surfaces, box)]
     for case, table in tables.items():

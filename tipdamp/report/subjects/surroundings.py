@@ -58,10 +58,12 @@ def box_of(pairs: ContactTable, surfaces: Mapping[str, OuterSurface], margin: fl
 
 
 def box_around(places: Sequence[np.ndarray], margin: float | None = None) -> np.ndarray:
-    """(2, 3) around points [(n, 3)] with a margin: by default a twentieth of the diagonal."""
+    """(2, 3) around points [(n, 3)] with a margin: by default a twentieth of the diagonal; 1 around
+    a single place."""
     place = np.concatenate(places)
     low, high = place.min(axis=0), place.max(axis=0)
     room = np.linalg.norm(high - low) / 20 if margin is None else margin
+    room = room or float((high <= low).all())
     return np.array([low - room, high + room])
 
 
