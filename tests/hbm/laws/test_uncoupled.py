@@ -78,3 +78,15 @@ def test_negative_settings_are_refused(column):
     values = dict(kn=[1.0], kt=[1.0], mu=[0.5], preload=[1.0]) | {column: [-1.0]}
     with pytest.raises(InputError, match=column):
         laws.Contacts(**values)
+
+
+@pytest.mark.parametrize("law", [laws.DryFriction1T(), laws.DryFriction2T()])
+def test_what_sticks_surely_is_a_bound_of_the_normal_force(law):
+    """kn = 2, kt = 3, mu = 0.5, 10 N: it sticks while kt |u_t| <= mu (10 - kn u_n), and is closed
+    while u_n < 5, however little it moves along."""
+    contacts = laws.Contacts([2.0] * 5, [3.0] * 5, [0.5] * 5, [10.0] * 5)
+    along, away = np.array([0.99, 1.01, 1e-6, 1e-6, 0.0]), np.array([2.0, 2.0, 4.9, 5.1, 5.1])
+    amplitude = np.zeros((5, len(law.components)))
+    amplitude[:, 0], amplitude[:, -1] = along, away
+    found = law.sticks_surely(contacts, amplitude)
+    assert found.tolist() == [True, False, True, False, False]
