@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.hbm.balance.test_general import direct, random_matrices
 from tests.hbm.cases import rig
+from tipdamp.hbm.balance.receptance import general_receptance
 from tipdamp.hbm.balance.residual import HarmonicBalance
-from tipdamp.hbm.balance.series import ContactReceptance
+from tipdamp.hbm.balance.series import ContactReceptance, contact_receptance
 from tipdamp.hbm.balance.settings import DEFAULT
 
 
@@ -57,3 +59,21 @@ def test_all_curves_of_a_problem_share_it():
         for change in ({"mu": 2 * own.mu}, {"kt": 2 * own.kt})
     )
     assert made[0] is made[1] is made[2] is same.contact_receptance is not other.contact_receptance
+
+
+@pytest.mark.parametrize("w", [0.5, 3.0])
+def test_what_acts_there_and_moves_here_is_not_what_acts_here_and_moves_there(w):
+    """Of matrices that are not symmetric, with a chain's far modes: the entries of the inverse of
+    the dynamic stiffness, row by row and column by column."""
+    n = 60
+    far = np.diag(np.geomspace(1e2, 1e5, n))
+    M, C, K = random_matrices(n)
+    K = K + far
+    receptance = general_receptance(M, C, K, None)
+    made = contact_receptance(receptance, np.eye(n))
+    assert made.terms(3 * w, np.arange(n))[1] is not None  # by a series
+    to, at = np.array([0, 4, 31]), np.array([2, 4])
+    found = made.between(to, at, receptance.factors(w * np.arange(4))[0], w)
+    for k in range(4):
+        expected = direct(M, C, K, k * w)[np.ix_(to, at)]
+        assert np.abs(found[:, :, k] - expected).max() < 1e-8 * np.abs(expected).max()

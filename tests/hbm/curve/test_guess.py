@@ -217,3 +217,17 @@ def test_guesses_and_periods_that_cannot_be():
         seen = np.zeros(11)
         seen[[5, 6]] = linear[[1, 2]]
         duffing.follow_band((8 * HZ, 9 * HZ), guess=seen, **given)
+
+
+def test_a_mean_a_hundred_times_the_vibration_does_not_hide_a_wrong_one(recwarn):
+    """On a spring that is nearly linear, below its resonance: the mean 100 and 1/(1 - 1/4) are the
+    solution."""
+    pressed = Problem([[1.0]], [[0.02]], [[1.0]], static=[100.0]).add(CubicSpring(1e-9), 0)
+    pressed = pressed.force(0, 1.0)
+    given = {"outputs": {"x": 0}, "harmonics": 1}
+    band = 0.4 * HZ, 0.6 * HZ
+    near = pressed.follow_band(band, guess=(0.5 * HZ, np.array([90.0, 4 / 3, 0])), **given)
+    assert near.complete and not recwarn.list
+    assert near.harmonics[0, 0, 0] == pytest.approx(100, rel=1e-3)
+    with pytest.warns(UserWarning, match=r"8\d% of its motion away: it may be another one"):
+        pressed.follow_band(band, guess=(0.5 * HZ, np.array([100.0, 0, 0])), **given)

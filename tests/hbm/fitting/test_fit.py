@@ -138,6 +138,13 @@ def test_a_model_that_does_not_fit_is_told():
     assert len(found.doubts) == 1
 
 
+def test_damping_beyond_the_critical_is_refused():
+    """A response measured at a hundredth of the level that is written beside it."""
+    run, _ = measured(ONE, 0.1)
+    with pytest.raises(InputError, match="a damping ratio grows beyond 1: the model does not fit"):
+        fit_damping(guess(ONE), [1.0], [replace(run, level=10.0)])
+
+
 def test_weights_are_the_deviations():
     """A point with a large deviation may be far off."""
     run, _ = measured(ONE, 3.0)

@@ -6,6 +6,8 @@ import pytest
 from tests.hbm.conformance import random_case
 from tipdamp.hbm import fourier, laws
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws.uncoupled.breaks import AT, BACKWARD, FORWARD, PLACES, RATES
+from tipdamp.hbm.laws.uncoupled.events import stick_ends
 from tipdamp.hbm.testing import forces
 
 
@@ -78,3 +80,32 @@ def test_negative_settings_are_refused(column):
     values = dict(kn=[1.0], kt=[1.0], mu=[0.5], preload=[1.0]) | {column: [-1.0]}
     with pytest.raises(InputError, match=column):
         laws.Contacts(**values)
+
+
+@pytest.mark.parametrize("law", [laws.DryFriction1T(), laws.DryFriction2T()])
+def test_what_sticks_surely_is_a_bound_of_the_normal_force(law):
+    """kn = 2, kt = 3, mu = 0.5, 10 N: it sticks while kt |u_t| <= mu (10 - kn u_n), and is closed
+    while u_n < 5, however little it moves along."""
+    contacts = laws.Contacts([2.0] * 5, [3.0] * 5, [0.5] * 5, [10.0] * 5)
+    along, away = np.array([0.99, 1.01, 1e-6, 1e-6, 0.0]), np.array([2.0, 2.0, 4.9, 5.1, 5.1])
+    amplitude = np.zeros((5, len(law.components)))
+    amplitude[:, 0], amplitude[:, -1] = along, away
+    found = law.sticks_surely(contacts, amplitude)
+    assert found.tolist() == [True, False, True, False, False]
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+@pytest.mark.parametrize("half_width", [0.1, 0.5])
+def test_of_two_edges_that_reach_the_slider_the_earlier_one_counts(way, half_width):
+    """u = +-sin t over 0.7 of a period, between two instants that are looked at: the slider at 0
+    is taken along at arcsin of half the width of its interval, and only later by the other edge."""
+    b = 1.4 * np.pi
+    edges = np.array([[-half_width, 0, -way], [half_width, 0, -way]])
+    marks = np.zeros((2, RATES + 2))
+    marks[:, AT] = 0.0, b
+    for s in range(2):
+        marks[:, PLACES + s] = edges[s, 0] + way * np.sin(marks[:, AT])
+        marks[:, RATES + s] = way * np.cos(marks[:, AT])
+    when, state = stick_ends(marks, edges, 0, 0.0, 0.0, np.zeros(2))
+    assert when == pytest.approx(np.arcsin(half_width), rel=1e-12)
+    assert state == (FORWARD if way > 0 else BACKWARD)

@@ -280,6 +280,11 @@ def rougher(problem, p):
     return replace(problem, contacts=replace(problem.contacts, mu=p * problem.contacts.mu))
 
 
+def smaller_motions(problem, p):
+    """The relative motions are smaller on both sides of 1."""
+    return replace(problem, B=(1 - abs(p - 1)) * problem.B)
+
+
 BAD = {
     "runs over level": lambda: peak_derivatives(*over_the_level(), "tip"),
     "border of the band": lambda: peak_derivatives(*low_band(), "tip"),
@@ -291,6 +296,7 @@ BAD = {
     "parameter 'mu': the name is taken": lambda: by_own("mu", lambda problem, p: problem),
     "parameter 'k': is not the problem of the curve at the value 1": lambda: by_own("k", far),
     "parameter 'k': changes contacts": lambda: by_own("k", rougher),
+    "parameter 'B': changes contacts": lambda: by_own("B", smaller_motions),
     "parameters = 3: must be": lambda: stuck_frequency_derivatives(chain(), 1, parameters=[3]),
     "setting 'k'": lambda: stuck_frequency_derivatives(chain(), 1).total("k"),
 }

@@ -134,6 +134,22 @@ def test_one_step_of_newton_solves_all_samples_of_a_linear_law():
     assert solved[0].z == pytest.approx(alone.state.z, rel=1e-9)
 
 
+def test_one_step_of_newton_solves_a_sample_of_a_linear_law():
+    """With the derivative of what acts beside the spring of the contact at rest."""
+    contacts = Contacts([0.0], [2.0], [1.0], [1.0])
+    problem = ContactProblem(ONE, 0.05 * ONE, ONE, ONE, Maxwell(), contacts)
+    balance = HarmonicBalance(problem, {1: np.array([1.0])}, 3)
+    once, often = (
+        SampledIntegrator(
+            balance, 0.9, IntegrationSettings(samples=64, together=1, newton_steps=steps)
+        )
+        for steps in (2, 20)
+    )
+    found, expected = (one.periods(one.at_rest()).state for one in (once, often))
+    assert found.memory == pytest.approx(expected.memory, rel=1e-11)
+    assert found.z == pytest.approx(expected.z, rel=1e-11)
+
+
 @pytest.mark.slow
 def test_coupled_friction_under_a_rotating_force():
     """The exact radius at 1.1 rad/s, to second order in the steps."""

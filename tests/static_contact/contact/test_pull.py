@@ -36,3 +36,10 @@ def test_resultant_and_place_of_the_pull(options, place):
 def test_shares_must_match_and_add_up(options):
     with pytest.raises(InputError, match="numbers that add to 1 are needed"):
         pull_forces(line_mesh(), "load_points", (0, 1, 0), (0, 0, 1), **options)
+
+
+def test_the_length_of_the_axis_does_not_count():
+    options = {"positions": (0.25, 0.6), "weights": (0.75, 0.25)}
+    nodes, forces = pull_forces(line_mesh(), "load_points", (0, 1, 0), (0, 0, 1), **options)
+    others, same = pull_forces(line_mesh(), "load_points", (0, 40.0, 0), (0, 0, 1), **options)
+    assert others.tolist() == nodes.tolist() and same == pytest.approx(forces)

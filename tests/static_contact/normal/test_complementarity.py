@@ -100,3 +100,25 @@ def test_a_plank_that_is_loaded_beyond_its_end_goes_on_turning():
         solve_complementarity(*plank(1.5, [0.0, 0, 0]))
     drift = told.value.drift  # about the end that stays closed, away from the others
     assert drift[0] < 0 and drift / -drift[0] == pytest.approx([-1, -0.5, 0], abs=1e-6)
+
+
+@pytest.mark.parametrize("spread", [1e-4, 1e-8, 1e-10])
+def test_hard_pairs_whose_compliances_spread_by_decades(spread):
+    """Refinement leaves of the equations no more than rounding, also where springs resist the loose
+    motions."""
+    random = np.random.default_rng(3)
+    P, h = 12, 3
+    ways = np.linalg.qr(random.standard_normal((P, P)))[0]
+    G = 1e-6 * (ways * np.geomspace(1, spread, P)) @ ways.T
+    Y, E = random.standard_normal((P, h)), np.diag([0.0, 1e5, 1e6])
+    load = Loading(1e-5 * random.standard_normal(P), 10 * random.standard_normal(h))
+    gap, closed = random.uniform(0, 1e-5, P), np.arange(P) % 5 > 0
+    problem = NormalContact((G + G.T) / 2, np.zeros(P), Y, E, np.full(P, 1e6), np.ones(P, bool))
+    u, N, a = problem.solve_set(closed, load, gap)
+    assert not N[~closed].any()
+    terms = np.abs(load.work) + np.abs(E @ a) + np.abs(Y.T) @ np.abs(N)
+    assert (np.abs(E @ a + Y.T @ N - load.work) < 1e-14 * terms).all()
+    moved = load.u0 - problem.A @ N + Y @ a
+    size = np.linalg.norm(Y @ a) + np.linalg.norm(problem.A.diagonal() * N)
+    assert np.linalg.norm((moved - gap)[closed]) < 1e-14 * size
+    assert u == pytest.approx(np.where(closed, gap, moved), abs=1e-12 * size)

@@ -13,6 +13,7 @@ from tipdamp.hbm.contact import relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.body import Body
 from tipdamp.modal.faces import boundary_faces, face_rule, triangle_rule
+from tipdamp.modal.mesh import Mesh
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.static_contact.surfaces import overlap as overlap_module
 from tipdamp.static_contact.surfaces import weights as weights_of
@@ -313,6 +314,21 @@ def test_a_large_face_near_a_small_body():
     )
     [found] = [block for block in FacePick(within=1e-3 * HEIGHT).faces(high, low) if len(block)]
     assert np.array_equal(np.sort(found), np.sort(np.concatenate(theirs)))
+
+
+@pytest.mark.parametrize("edge", range(3))
+def test_a_face_that_reaches_over_the_middle_of_an_edge_is_near(edge):
+    """A narrow one: neither its own centre nor a corner lies over the other."""
+    high = np.array([[0, 0, 0], [1, 0, 0], [0.5, 0.8, 0], [0.5, 0.3, 1.0]])
+    middle = (high[edge] + high[(edge + 1) % 3]) / 2
+    inwards = high[:3].mean(axis=0) - middle
+    across = 0.2 * np.array([-inwards[1], inwards[0], 0])
+    tip, base = middle + 0.5 * inwards, middle - 4 * inwards
+    low = np.array([tip, base - across, base + across, base - [0, 0, 1.0]]) - [0, 0, 1e-6]
+    cells = {"tetra": np.array([[0, 1, 2, 3]])}
+    one, other = (Mesh(np.arange(1, 5), place, cells) for place in (high, low))
+    [found] = [block for block in FacePick(within=1e-4).faces(one, other) if len(block)]
+    assert np.sort(found).tolist() == [[0, 1, 2]]
 
 
 def test_stations_of_rows_and_of_none():

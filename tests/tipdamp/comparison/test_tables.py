@@ -395,6 +395,11 @@ def test_wear_of_several_pulls_is_that_at_the_first(tmp_path):
         [wear_index(one, peaks[1].friction_W, side)[1] for side in one.whole.sides]
     )
     assert drawn == pytest.approx(every / 4)
+    for panel in figure.panels:  # on axes that hold them all
+        (left, right), (low, high) = panel.x_range, panel.y_range
+        for marks in panel.items:
+            assert left < min(marks.x) and max(marks.x) < right
+            assert low < min(marks.y) and max(marks.y) < high
 
 
 def test_wear_per_area(tmp_path):

@@ -220,3 +220,13 @@ def test_a_target_has_the_band_of_its_scatter(tmp_path, scatter):
     (target,) = [one for one in items if getattr(one, "name", "") == "target 2800 Hz"]
     counts = [s.front + s.back for s in results.tune.history]
     assert list(target.x) == [min(counts), max(counts)] and list(target.y) == [2800.0] * 2
+
+
+@pytest.mark.parametrize("target", [2800.0, 3500.0, 1000.0])
+def test_what_was_tuned_and_its_target_lie_within_the_axes(tmp_path, target):
+    results = results_of(*artefacts(tmp_path, damage=damage("tune", "target_hz", value=target)))
+    panel = next(f for f in tuning.histories(results) if f.name == "tuning").panels[0]
+    low, high = panel.y_range
+    every = [*(s.hz for s in results.tune.history), target]
+    assert low < min(every) and max(every) < high
+    assert high - low < 1.5 * np.ptp(every)

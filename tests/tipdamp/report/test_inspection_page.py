@@ -70,6 +70,8 @@ def test_nodes_without_a_partner_are_shown(tmp_path, capsys):
     study = load_study(path)
     lonely = list(without_partner(study, read_meshes(study)))
     assert len(lonely) == 4 and all(isinstance(p, Points) and len(p.position) == 9 for p in lonely)
+    x = 1e3 * corner_study.A  # mm, as all that is drawn
+    assert all(p.position[:, 0] == pytest.approx(x) for p in lonely if "side 'one'" in p.name)
     text = [t for p in lonely if "side 'one': damper" in p.name for t in p.hover]
     nodes = {int(re.search(r"damper node (\d+)", t)[1]) for t in text}
     assert nodes == set(corner_study.on(corner_study.damper(), 0, corner_study.A).tolist())

@@ -1,11 +1,14 @@
 """Curves of a family: per newton and absolute; with harmonics = "auto" one of each level."""
 
+import json
+
 import numpy as np
 import pytest
 
 from tests.tipdamp.report.files import FULL, artefacts, results_of
-from tipdamp.hbm.drawing.figure import Band, Curve, Marks
+from tipdamp.hbm.drawing.figure import Band, Curve, Figure, Line, Marks, Panel
 from tipdamp.hbm.result import ForcedResponse
+from tipdamp.report.drawing import plotly
 from tipdamp.report.subjects import assumptions, friction, peaks, response
 from tipdamp.report.summary import summarise
 
@@ -80,3 +83,20 @@ def test_each_level_with_its_own_harmonics(tmp_path):
 
 def test_named_harmonics_have_no_table_of_tries(tmp_path):
     assert not list(peaks.harmonics(results_of(*artefacts(tmp_path))))
+
+
+@pytest.mark.parametrize("end", ["high", "low"])
+@pytest.mark.parametrize("left", [False, True])
+def test_the_label_of_a_line_stands_on_its_side(end, left):
+    """Beside an upright line, which is where the text ends or begins; above or below a level one,
+    at one end of it."""
+    panel = Panel("", "x", "y", [Line(axis, 3.0, axis, end=end, left=left) for axis in "xy"])
+    page = plotly.draw(Figure("lines", "", "", [panel]))
+    start = page.index("[", page.index('"annotations":'))
+    labels, _ = json.JSONDecoder().raw_decode(page, start)
+    found = {one["text"]: one for one in labels}
+    upright, level = found["x"], found["y"]
+    assert upright["x"] == 3.0 and upright["xanchor"] == ("right" if left else "left")
+    assert (upright["y"], upright["yanchor"]) == ((1, "top") if end == "high" else (0, "bottom"))
+    assert level["y"] == 3.0 and level["yanchor"] == ("bottom" if end == "high" else "top")
+    assert (level["x"], level["xanchor"]) == ((0, "left") if left else (1, "right"))

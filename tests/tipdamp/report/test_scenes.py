@@ -115,6 +115,11 @@ def test_load_cases_in_a_menu():
     other = pairs.replace(preload=2 * pairs.preload)
     picture = pressure_map({"the pull": pairs, "takeoff": other}, {}, (0, 1, 0))
     assert picture.cases == ["the pull", "takeoff"]
+    drawn = [item for item in picture.items if getattr(item, "scale", None) is not None]
+    for title in {item.scale.title for item in drawn}:  # one range of colours for both cases
+        alike = [item for item in drawn if item.scale.title == title]
+        assert {item.case for item in alike} == set(picture.cases)
+        assert {item.scale.high for item in alike} == {max(item.values.max() for item in alike)}
     figure = plotly_scene.figure_of(picture)
     buttons = figure.layout.updatemenus[0].buttons
     assert [b.label for b in buttons] == picture.cases

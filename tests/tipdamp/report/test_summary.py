@@ -9,6 +9,7 @@ import pytest
 from tests.tipdamp.report.files import artefacts, cut, damage, results_of
 from tipdamp.checks.pairs import pair_names
 from tipdamp.report.checks import warnings_of
+from tipdamp.report.introduction import introduction
 from tipdamp.report.summary import summarise
 
 # at least these, and so deep                                               [what a run promises to
@@ -189,3 +190,18 @@ def test_modes_that_the_band_does_not_see(tmp_path):
     )
     said = [text for text in warnings_of(results) if "full model" in text]
     assert len(said) == 1 and "stuck mode 1" in said[0] and "off by 0.3 %" in said[0]
+
+
+@pytest.mark.parametrize(
+    "change, how",
+    [
+        ({}, "detaching stations (target 2800 Hz) leaves"),
+        ({"target_hz": None}, "the study keeps"),
+        ({"table": "own.csv"}, "its table own.csv keeps"),
+    ],
+)
+def test_the_introduction_says_what_chose_the_kept_stations(tmp_path, change, how):
+    results = results_of(*artefacts(tmp_path))
+    tune = results.tune.model_copy(update=change)
+    said = introduction(replace(results, tune=tune))[0]
+    assert f"{how} {tune.kept_in_words}" in said

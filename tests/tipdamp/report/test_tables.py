@@ -12,10 +12,18 @@ from tests.tipdamp.report.files import artefacts, cut, damage, results_of, write
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.result import NOT_SEARCHED, SEARCH_STOPPED
 from tipdamp.report.checks import warnings_of
-from tipdamp.report.subjects import assumptions, key_figures, peaks, tuning
+from tipdamp.report.subjects import assumptions, key_figures, measured, peaks, tuning
 from tipdamp.report.summary import summarise
 from tipdamp.report.text import NOTHING
-from tipdamp.results.response_results import PeakStress, StressPlace, StressResult
+from tipdamp.results.response_results import (
+    FitResult,
+    FittedCurve,
+    FittedValue,
+    MeasuredDamping,
+    PeakStress,
+    StressPlace,
+    StressResult,
+)
 from tipdamp.stages import tune
 from tipdamp.study.study import load_study
 
@@ -307,3 +315,17 @@ def test_a_search_that_was_stopped_is_told(searched, found, said):
 )
 def test_whether_the_peak_is_stable_is_told(points, peak, said):
     assert peaks._unstable(SimpleNamespace(unstable_points=points, unstable=peak)) == said
+
+
+@pytest.mark.parametrize(
+    "apparent, said", [(0.015, "+50.0 %"), (0.005, "-50.0 %"), (None, NOTHING)]
+)
+def test_half_power_is_told_over_what_was_fitted(tmp_path, apparent, said):
+    """Of a fitted ratio of 1 %: friction widens the peak, and half-power takes that for damping."""
+    value = FittedValue(name="damping ratio", value=0.01, low=0.009, high=0.011, start=0.02)
+    one = FittedCurve(
+        measured="a", level_N=1.0, misfit=0.1, half_power=MeasuredDamping(zeta=apparent)
+    )
+    found = FitResult(values=(value,), curves=(one,), iterations=3)
+    _, curves = measured.fitted(replace(results_of(*artefacts(tmp_path)), fit=found))
+    assert curves.records[0]["half-power over fit"] == said.replace("-", "\N{MINUS SIGN}")
