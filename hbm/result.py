@@ -62,7 +62,7 @@ class ForcedResponse(ArrayRecord):
     failed
     parameter_name, parameter : what varies along the branch, and its (n,) values: 'frequency' in
         Hz, or another parameter at one frequency (see `hbm.balance.parameter`); parameter_unit :
-        '' without, 'factor' where they are factors on what the problem has
+        of these, '' without, 'factor' where they are factors on what the problem has
     share_stick, share_slip, share_open : (n, P) share of the cycle; of a law without sliders a
         contact that loses energy slips wherever it is closed; all 0 of a force that is no contact
     dissipated : (n, P) J per cycle, over all components of the law

@@ -223,8 +223,7 @@ class _Along:
         if self._differ(*near) and not ends:
             named(*self._passed(near))
         for one, other in ((a, near[0]), (near[1], b)):
-            if one is not other:
-                self._stability(one, other, folds, metric, named, most - 1)
+            self._stability(one, other, folds, metric, named, most - 1)
 
     def _differ(self, a: Point, b: Point) -> bool:
         """Whether as many multipliers are not outside the unit circle at both points."""

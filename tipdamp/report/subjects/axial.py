@@ -49,6 +49,12 @@ def in_lines(results: Results, pairs: ContactTable) -> bool:
     return max(map(np.ptp, each)) <= LINE * float(np.diff(middles).mean())
 
 
+def by_point(results: Results, pairs: ContactTable) -> bool:
+    """Whether each pair of a side counts alone, with its work over its area, as sums over its
+    stations follow the mesh."""
+    return len(pairs) > 0 and bool((pairs.area > 0).all()) and not in_lines(results, pairs)
+
+
 def across(results: Results, pairs: ContactTable) -> np.ndarray:
     """(P,) mm of the pairs of a side across it, seen along the normal; up is to where the pull
     is."""

@@ -32,12 +32,12 @@ from tipdamp.report.subjects.axial import (
     ACROSS,
     AXIAL,
     across,
+    by_point,
     of_side,
     parted,
     side_title,
     with_room,
 )
-from tipdamp.report.subjects.wear import by_point
 from tipdamp.report.text import MICRO, MM2, hertz, listing, number, percent
 from tipdamp.results.loops import Loops
 from tipdamp.results.response_results import PeakCycle

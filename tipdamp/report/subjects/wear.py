@@ -5,10 +5,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.drawing.figure import Curve, Figure, Item, Marks, Panel, level_colors
 from tipdamp.report.results import Results
-from tipdamp.report.subjects.axial import AXIAL, in_lines, of_side, parted, side_title
+from tipdamp.report.subjects.axial import AXIAL, by_point, of_side, parted, side_title
 from tipdamp.report.text import MM, MM2
 
 HOUR = 3600.0  # s
@@ -49,11 +48,12 @@ def _levels(results: Results, side: str, per_area: bool) -> Iterator[Item]:
     for one, color in zip(results.periods, level_colors(len(results.periods)), strict=True):
         power = [one.hz * one.friction_J[name] for name in results.cycles.pairs]
         x, work = wear_index(results, power, side, per_area)
-        if lined and len(x):
+        if not len(x):
+            continue
+        if lined:
             along, parts = parted(stations, x, work)
             yield Curve(along, parts, "", color)
-        if len(x):
-            yield Marks(x, work, f"Fe = {one.Fe_N:g} N", color, size=5)
+        yield Marks(x, work, f"Fe = {one.Fe_N:g} N", color, size=5)
 
 
 def wear_index(
@@ -90,12 +90,6 @@ def wear_index(
     if (pairs.area > 0).all():
         return x, work / (MM2 * np.array([pairs.area[here].sum() for here in at]))
     return x, work / (MM * (width(one, side) or np.nan) * length)
-
-
-def by_point(one: Results, pairs: ContactTable) -> bool:
-    """Whether each pair of a side counts alone, with its work over its area, as sums over its
-    stations follow the mesh."""
-    return len(pairs) > 0 and bool((pairs.area > 0).all()) and not in_lines(one, pairs)
 
 
 def tributary(places: np.ndarray) -> np.ndarray:
