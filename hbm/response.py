@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.parameter import Equation, Frequency, Parameter, as_parameter
+from tipdamp.hbm.balance.equation import Equation, as_parameter
+from tipdamp.hbm.balance.parameter import Frequency, Parameter
 from tipdamp.hbm.balance.problem import ContactProblem, doubted_problem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.settings import DEFAULT

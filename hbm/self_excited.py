@@ -14,7 +14,8 @@ from scipy.optimize import brentq
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.differences import check_derivatives
-from tipdamp.hbm.balance.parameter import Equation, Frequency
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Frequency
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import damped

@@ -43,27 +43,13 @@ def _same_bits_anywhere_in_memory() -> None:
 _same_bits_anywhere_in_memory()
 
 if TYPE_CHECKING:
-    from tipdamp.hbm.balance.parameter import (
-        ContactSetting as ContactSetting,
-    )
-    from tipdamp.hbm.balance.parameter import (
-        Damping as Damping,
-    )
-    from tipdamp.hbm.balance.parameter import (
-        ForceParameter as ForceParameter,
-    )
-    from tipdamp.hbm.balance.parameter import (
-        Frequency as Frequency,
-    )
-    from tipdamp.hbm.balance.parameter import (
-        Level as Level,
-    )
-    from tipdamp.hbm.balance.parameter import (
-        ModelParameter as ModelParameter,
-    )
-    from tipdamp.hbm.balance.parameter import (
-        Parameter as Parameter,
-    )
+    from tipdamp.hbm.balance.contact_setting import ContactSetting as ContactSetting
+    from tipdamp.hbm.balance.parameter import Damping as Damping
+    from tipdamp.hbm.balance.parameter import ForceParameter as ForceParameter
+    from tipdamp.hbm.balance.parameter import Frequency as Frequency
+    from tipdamp.hbm.balance.parameter import Level as Level
+    from tipdamp.hbm.balance.parameter import ModelParameter as ModelParameter
+    from tipdamp.hbm.balance.parameter import Parameter as Parameter
     from tipdamp.hbm.balance.problem import (
         ContactProblem as ContactProblem,
     )
@@ -236,9 +222,9 @@ else:  # a module __getattr__ would let type checkers accept any name
         **dict.fromkeys(("ContactProblem", "contact_problem"), "hbm.balance.problem"),
         **dict.fromkeys(("HeldMotion", "Hold", "held_motions"), "hbm.hold.spring"),
         **dict.fromkeys(("linear_response", "natural_frequencies"), "hbm.balance.receptance"),
+        "ContactSetting": "hbm.balance.contact_setting",
         **dict.fromkeys(
             (
-                "ContactSetting",
                 "Damping",
                 "ForceParameter",
                 "Frequency",

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.continuation.beyond import fold_ahead, return_ahead
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.corrector import solve_fixed

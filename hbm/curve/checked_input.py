@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tipdamp.hbm.balance.differences import check_derivatives
-from tipdamp.hbm.balance.parameter import Equation, Frequency
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Frequency
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.settings import Settings

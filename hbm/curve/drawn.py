@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.continuation.arc import lies_between, metric_at
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.corrector import between

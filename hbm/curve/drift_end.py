@@ -6,7 +6,7 @@ by orders that the balance does not have."""
 from collections.abc import Sequence
 from dataclasses import replace
 
-from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.follow import BudgetExceeded, follow
 from tipdamp.hbm.continuation.point import Point

@@ -25,9 +25,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.balance.kernels import norms
 from tipdamp.hbm.balance.newton import real_times
-from tipdamp.hbm.balance.parameter import Equation
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.continuation.corrector import damped

@@ -13,7 +13,8 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from tipdamp.hbm.balance.parameter import Equation, Parameter
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.balance.symmetry import kept_by_symmetry
 from tipdamp.hbm.continuation import arc

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.point import Point, size

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.corrector import solve_fixed

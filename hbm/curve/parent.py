@@ -7,7 +7,7 @@ goes on along that, or stops.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.corrector import between
 from tipdamp.hbm.continuation.point import Point, size

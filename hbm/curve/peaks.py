@@ -8,7 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from tipdamp.hbm.amplitude import KINDS, RIPPLE, local_maxima, orders_of
-from tipdamp.hbm.balance.parameter import Equation, Parameter
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.branch import Branch

@@ -9,7 +9,8 @@ from typing import Unpack
 import numpy as np
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.parameter import Equation, Frequency, Parameter
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Frequency, Parameter
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.curve.checked_input import CheckedInput, Forcing, at_hz

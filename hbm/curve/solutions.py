@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.parameter import BY_NAME, Equation, Frequency, Parameter, as_parameter
+from tipdamp.hbm.balance.equation import BY_NAME, Equation, as_parameter
+from tipdamp.hbm.balance.parameter import Frequency, Parameter
 from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.varying import at_frequency

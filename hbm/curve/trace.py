@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.parameter import Equation, Parameter
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.continuation.beyond import cut_at_end
 from tipdamp.hbm.continuation.branch import Branch

@@ -18,9 +18,9 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.condensation import ActiveContacts, condensed_contacts
+from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.balance.kernels import coupled_orders, order_system, orders_apart
 from tipdamp.hbm.balance.newton import Linearisation
-from tipdamp.hbm.balance.parameter import Equation
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.continuation.point import Point

@@ -7,7 +7,7 @@ the resonances of the outputs: the points stand where the modes have theirs.
 
 import numpy as np
 
-from tipdamp.hbm.balance.parameter import Equation
+from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.continuation.branch import Branch

@@ -17,8 +17,9 @@ from numpy.typing import ArrayLike
 from scipy.special import stdtrit
 
 from tipdamp.hbm import fourier
+from tipdamp.hbm.balance.contact_setting import ContactSetting
+from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.balance.newton import Linearisation
-from tipdamp.hbm.balance.parameter import ContactSetting, Equation
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
 from tipdamp.hbm.balance.receptance import ratios
 from tipdamp.hbm.balance.series import real_times

@@ -13,7 +13,8 @@ import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.amplitude import KINDS, amplitude
-from tipdamp.hbm.balance.parameter import Parameter, as_parameter
+from tipdamp.hbm.balance.equation import as_parameter
+from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
 from tipdamp.hbm.curve.checked_input import Forcing
 from tipdamp.hbm.curve.options import given_options, options_named

@@ -17,8 +17,9 @@ import scipy.linalg as la
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.amplitude import KINDS, amplitude_along, orders_of
+from tipdamp.hbm.balance.contact_setting import SETTINGS, ContactSetting
 from tipdamp.hbm.balance.newton import Linearisation
-from tipdamp.hbm.balance.parameter import SETTINGS, ContactSetting, ModelParameter
+from tipdamp.hbm.balance.parameter import ModelParameter
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance, Terms
 from tipdamp.hbm.balance.series import real_times

@@ -16,7 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.parameter import Equation, Level
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Level
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.symmetry import Symmetry, symmetries
 from tipdamp.hbm.continuation.closed import follow_both_ways, follow_one_way

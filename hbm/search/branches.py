@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tipdamp.hbm.balance.parameter import Equation, Parameter
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.symmetry import Kept, kept_by_symmetry

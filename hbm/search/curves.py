@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from tipdamp.hbm import tables
-from tipdamp.hbm.balance.parameter import Equation, Parameter
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.closed import follow_both_ways

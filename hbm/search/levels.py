@@ -13,7 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from tipdamp.hbm.balance.parameter import Equation, Level
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Level
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.arc import metric_at, on_cubic

@@ -8,7 +8,8 @@ import pytest
 from tests.hbm.test_many_pairs import bar
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance import condensation
-from tipdamp.hbm.balance.parameter import Equation, Frequency
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Frequency
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.truncation import TruncationEstimate

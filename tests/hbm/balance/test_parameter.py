@@ -9,13 +9,8 @@ import pytest
 from tests.hbm import test_extremes as extremes
 from tests.hbm.cases import beam, load, solve, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
-from tipdamp.hbm.balance.parameter import (
-    ContactSetting,
-    Damping,
-    ForceParameter,
-    Frequency,
-    ModelParameter,
-)
+from tipdamp.hbm.balance.contact_setting import ContactSetting
+from tipdamp.hbm.balance.parameter import Damping, ForceParameter, Frequency, ModelParameter
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.comparison import compare
 from tipdamp.hbm.continuation.settings import Settings

@@ -13,8 +13,9 @@ from tests.hbm.small_rig import small_rig
 from tipdamp import Jenkins1D, Problem
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance import aft, residual
+from tipdamp.hbm.balance.contact_setting import ContactSetting
 from tipdamp.hbm.balance.kernels import norms
-from tipdamp.hbm.balance.parameter import ContactSetting, Frequency, Level
+from tipdamp.hbm.balance.parameter import Frequency, Level
 from tipdamp.hbm.balance.problem import contact_problem
 from tipdamp.hbm.balance.receptance import stuck_receptance
 from tipdamp.hbm.balance.residual import HarmonicBalance

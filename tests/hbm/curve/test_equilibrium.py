@@ -12,7 +12,8 @@ from tests.hbm.cases import beam, duffing, jenkins, load, solve, unilateral, wit
 from tests.hbm.oscillator import FORCE, oscillator
 from tests.hbm.small_rig import small_rig
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.parameter import Equation, Frequency, ModelParameter
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Frequency, ModelParameter
 from tipdamp.hbm.balance.problem import ContactProblem, contact_problem
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.equilibrium import force_residuals

@@ -9,7 +9,8 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from tests.hbm.fine_beams import clamped, in_modes, rigid_motions, two_free
-from tipdamp.hbm.balance.parameter import Equation, Frequency
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Frequency
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.settings import Settings

@@ -7,7 +7,7 @@ import pytest
 
 from tests.hbm.cases import beam
 from tests.validation.random_systems import contact_systems
-from tipdamp.hbm.balance.parameter import ContactSetting
+from tipdamp.hbm.balance.contact_setting import ContactSetting
 from tipdamp.hbm.curve.peaks import find_peaks
 from tipdamp.hbm.curve.solutions import solutions_at
 from tipdamp.hbm.errors import InputError

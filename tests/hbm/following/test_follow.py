@@ -8,7 +8,8 @@ from scipy.optimize import fsolve
 
 from tests.hbm.cases import beam, duffing, duffing_peak, rig
 from tests.hbm.modes.test_backbone import held_rig
-from tipdamp.hbm.balance.parameter import ModelParameter, as_parameter
+from tipdamp.hbm.balance.equation import as_parameter
+from tipdamp.hbm.balance.parameter import ModelParameter
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.varying import Unbalance
 from tipdamp.hbm.curve.peaks import find_peaks

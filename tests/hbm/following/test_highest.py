@@ -7,7 +7,8 @@ import pytest
 from scipy.linalg import eigh
 
 from tests.hbm.following.test_follow import FORCE, TIP, absorber, oscillator
-from tipdamp.hbm.balance.parameter import ModelParameter, as_parameter
+from tipdamp.hbm.balance.equation import as_parameter
+from tipdamp.hbm.balance.parameter import ModelParameter
 from tipdamp.hbm.curve.peaks import find_peaks
 from tipdamp.hbm.following import taken_up
 from tipdamp.hbm.following.follow import follow_peak

@@ -13,7 +13,8 @@ from tipdamp import (
     curves_beside,
     solutions_at,
 )
-from tipdamp.hbm.balance.parameter import Equation, Level
+from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.parameter import Level
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.closed import follow_both_ways

@@ -9,7 +9,8 @@ from tests.hbm.cases import beam, load, rig, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
 from tests.hbm.stability import random_points
 from tipdamp.hbm import fourier
-from tipdamp.hbm.balance.parameter import ContactSetting, Damping
+from tipdamp.hbm.balance.contact_setting import ContactSetting
+from tipdamp.hbm.balance.parameter import Damping
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import solve_fixed
