@@ -72,6 +72,22 @@ def test_oscillator(parameter, between, kind):
     check_against_sweeps(peaks, problem, FORCE, parameter, given)
 
 
+def test_another_unit_of_time_changes_no_step():
+    """The same motions ten thousand times as fast are followed in the same places."""
+
+    def peaks(fast):
+        blade = Problem(M=[[1.0]], C=[[0.02 * fast]], K=[[fast**2]])
+        problem = blade.add(CubicSpring(0.1 * fast**2), 0).contact_problem
+        given = dict(outputs=TIP, band=(0.1 * fast, 0.4 * fast), harmonics=3)
+        return follow_peak(problem, np.array([fast**2]), "level", (0.01, 0.1), **given)
+
+    slow, fast = peaks(1.0), peaks(1e4)
+    assert slow.complete and len(fast.parameter) == len(slow.parameter)
+    assert np.allclose(fast.parameter, slow.parameter, rtol=1e-8)
+    assert np.allclose(fast.height, slow.height, rtol=1e-8)
+    assert np.allclose(fast.frequency, 1e4 * slow.frequency, rtol=1e-8)
+
+
 @pytest.mark.parametrize("parameter", ["kt", "own"])
 def test_oscillator_over_its_stiffness(parameter):
     """kt with a damping matrix, which does not change with it, and the mass as a parameter of

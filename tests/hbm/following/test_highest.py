@@ -85,6 +85,17 @@ def test_the_largest_of_a_patch():
     check_places(peaks, problem, force, given, ["x", "y"], 5)
 
 
+def test_one_of_several_outputs_is_followed_as_if_alone():
+    problem, force = absorber(), np.array([1.0, 0.0])
+    rows = {"y": [0.0, 0.4], "x": [1.0, 0.0]}
+    given = dict(band=(0.1, 0.25), harmonics=1)
+    alone = follow_peak(problem, force, "level", (1.0, 0.01), outputs={"x": rows["x"]}, **given)
+    peaks = follow_peak(problem, force, "level", (1.0, 0.01), output="x", outputs=rows, **given)
+    assert set(peaks.peak_of) == {"x"} and peaks.ended == alone.ended
+    for name in ("parameter", "height", "frequency"):
+        assert np.allclose(getattr(peaks, name), getattr(alone, name), rtol=1e-9, atol=0)
+
+
 def system_with_a_stop():
     """Three coordinates, a stop with a gap and a rubbing contact: the peak of the lower resonance
     stands at kinks of the curve."""
