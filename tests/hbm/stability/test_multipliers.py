@@ -4,6 +4,7 @@ of variation integrated by scipy, and closed forms."""
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import block_diag
 
 from tests.hbm.cases import beam, load, rig, unilateral
 from tests.hbm.oscillator import FORCE, Y2, oscillator
@@ -463,6 +464,24 @@ def test_a_stiff_contact_on_a_long_chain(name):
     exact = Stability(StabilitySettings(massless_above=1e6)).multipliers(point.detail, w)
     found = Stability().multipliers(point.detail, w)
     assert np.abs(found) == pytest.approx(np.abs(exact), abs=1e-3)
+
+
+def test_each_leading_multiplier_has_the_modes_that_it_needs():
+    """Not one of them alone: beside the chain, whose stop needs faster modes, an oscillator that
+    needs none."""
+    law, w, given = LONG["a stop, below the modes"]
+    M, C, K, one = chain(30, law, w, **given)
+    M, C, K = block_diag(M, 1.0), block_diag(C, 2e-3), block_diag(K, 1.2 * w**2)
+    stop = {**given, "preload": one.contact_problem.contacts.preload[0]}
+    problem = Problem(M, C, K).add(law, 15, **stop).add(CubicSpring(0.5), 30)
+    problem = problem.force(0, 1.0).force(30, 0.02)
+    solution = problem.solve_at(omega=w, outputs={"x": 15}, harmonics=40)
+    motion = fourier.to_real(solution.contact_motion).ravel()
+    force = np.eye(31)[0] + 0.02 * np.eye(31)[30]
+    point = solved(problem.contact_problem, force, w, 40, motion)
+    exact = Stability(StabilitySettings(massless_above=1e6)).multipliers(point.detail, w)
+    found = Stability().multipliers(point.detail, w)
+    assert np.abs(found) == pytest.approx(np.abs(exact), rel=1e-3)
 
 
 @pytest.mark.parametrize("n, kn, w", [(3, 1e6, 0.3), (13, 1e4, 0.3), (30, 1e4, 0.6)])
