@@ -12,7 +12,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.example import two_blades
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.static_contact.tuning.kept_stations import keep_ends
+from tipdamp.static_contact.tuning.kept_stations import keep_ends, least_loaded
 from tipdamp.static_contact.tuning.station_detachment import (
     DetachmentOptions,
     detach_until,
@@ -245,6 +245,17 @@ def test_least_loaded_stations_leave_first(assembly):
         found.chosen.front + found.chosen.back == len(found.stations)
         and found.chosen.front > found.chosen.back
     )
+
+
+def test_a_side_counts_though_one_of_its_pairs_is_open():
+    """The station in which one side carries most stays longest, and that with the open pair is the
+    first to leave."""
+    load = np.array([0.0, 1.0, 5.0, 1.0, 1.0, 1.0, 1.0, 1.0])
+    columns = dict(side=np.repeat(["left", "right"], 4), station=np.tile(np.arange(4), 2))
+    pairs = contact_table(np.tile(np.eye(3), (8, 1, 1)), preload=load, **columns)
+    sets = list(least_loaded(pairs, load > 0, load, at_least=1))
+    kept = [set(pairs.station[one.kept].tolist()) for one in sets]
+    assert kept[1] == {1, 2, 3} and kept[-1] == {2}
 
 
 def test_nothing_closed_is_said(assembly):

@@ -47,6 +47,25 @@ def drawn(tmp_path):
     return results, kept, {figure.name: figure for figure in friction.friction_work(results)}
 
 
+def test_levels_stand_by_their_name_and_colour(drawn):
+    """Work of a station is that of its pairs; each level has a colour of its own."""
+    results, kept, _ = drawn
+    (one,) = results.cycles.curves
+    Fe_N = next(case.Fe for case in results.cases if case.H == one.H and case.Fe != one.Fe_N)
+    twice = one.model_copy(
+        update={"Fe_N": Fe_N, "friction_J": {n: 2 * J for n, J in one.friction_J.items()}}
+    )
+    cycles = CyclesResult(curves=(one, twice), pairs=results.cycles.pairs)
+    figure = next(friction.friction_work(replace(results, cycles=cycles)))
+    for panel, side in zip(figure.panels, kept.sides, strict=True):
+        low, high = sorted(panel.items[1:], key=lambda item: np.nansum(item.y))
+        assert (low.name, high.name) == (f"Fe = {one.Fe_N:g} N", f"Fe = {Fe_N:g} N")
+        assert len({low.color, high.color}) == 2 and all(c.color[0] == "#" for c in (low, high))
+        mine = np.flatnonzero(kept.side == side)
+        assert np.nansum(low.y) == pytest.approx(mine.sum())
+        assert np.nansum(high.y) == pytest.approx(2 * mine.sum())
+
+
 def test_every_pair_has_its_tile(drawn, tmp_path):
     results, kept, figures = drawn
     panels = figures["friction_map"].panels
