@@ -208,6 +208,16 @@ def test_lines_stand_on_the_page_wherever_they_are_named():
     assert np.allclose(np.diff(ends, axis=1), np.diff(ends[0]))  # as wide as each other
 
 
+def test_a_name_without_points_in_the_first_panel_stands_in_the_legend():
+    """The page draws no entry for a trace of no points; its entry serves the other panels."""
+    none, some = np.empty(0), np.ones(1)
+    for item in (figure.Marks, figure.Curve):
+        panels = [figure.Panel("", "x", "y", (item(x, x, "a"),)) for x in (none, some)]
+        content = plotly.draw(figure.Figure("x", "title", "", tuple(panels)))
+        shown = re.findall(r'"showlegend":(true|false),"x":(\[null\]|\{)', content)
+        assert shown == [("true", "[null]"), ("false", "{")]
+
+
 @pytest.mark.parametrize("names", [(), ("a", "b"), ("longer than the picture is wide " * 9, "b")])
 def test_panels_of_a_picture_leave_room_for_their_labels(monkeypatch, names):
     """Nothing is cut off at an edge or drawn over another panel, as far as names allow; each panel

@@ -264,7 +264,9 @@ def _traces(item: Curve | Band | Marks) -> list[dict]:
                 "fillcolor": _rgba(item.color, item.opacity),
             }
         ]
-    points = {"x": small(item.x), "y": small(item.y), "hovertemplate": hover}
+    # a trace of no points would have no entry in the legend, which other panels rely on
+    x, y = (small(values) if len(values) else [None] for values in (item.x, item.y))
+    points = {"x": x, "y": y, "hovertemplate": hover}
     if isinstance(item, Curve):
         return [
             {
