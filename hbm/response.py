@@ -25,7 +25,12 @@ from numpy.typing import ArrayLike
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.equation import Equation, as_parameter
 from tipdamp.hbm.balance.parameter import Frequency, Parameter
-from tipdamp.hbm.balance.problem import ContactProblem, doubted_problem
+from tipdamp.hbm.balance.problem import (
+    AnyProblem,
+    ContactProblem,
+    contact_problem_of,
+    doubted_problem,
+)
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.contact import ContactTable
@@ -34,7 +39,7 @@ from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.band_end import band_ends
-from tipdamp.hbm.curve.checked_input import MADE_BY, CheckedInput, Forcing, at_hz
+from tipdamp.hbm.curve.checked_input import CheckedInput, Forcing, at_hz
 from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.enough_harmonics import AUTO, enough_harmonics
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
@@ -73,7 +78,6 @@ from tipdamp.hbm.validation import (
     MOST_HARMONICS,
     check_beyond,
     check_forcing,
-    check_kind,
     check_names,
     check_values,
     check_whole,
@@ -149,15 +153,15 @@ def forced_response(
 
 @with_options_named
 def follow_band(
-    problem: ContactProblem,
+    problem: AnyProblem,
     forcing: Forcing,
     band: Sequence[float] | None = None,
     *,
     omega: Sequence[float] | None = None,
     **options: Unpack[CurveKeywords],
 ) -> ForcedResponse:
-    """forced_response of a ContactProblem, for matrices without a node table; options : of
-    CurveOptions.
+    """forced_response of a Problem or ContactProblem, for matrices without a node table; options :
+    of CurveOptions.
 
     band : (from, to) Hz; or omega : (from, to) rad/s
 
@@ -169,13 +173,13 @@ def follow_band(
     >>> np.allclose(up.peak("tip"), down.peak("tip"), rtol=1e-6)
     True
     """
-    ends = in_hz("band", band, omega)
+    ends, problem = in_hz("band", band, omega), contact_problem_of(problem)
     return _curve(problem, forcing, (Frequency(), np.nan), ("band", ends), curve_options(options))
 
 
 @with_options_named
 def follow_parameter(
-    problem: ContactProblem,
+    problem: AnyProblem,
     forcing: Forcing,
     hz: float | None,
     parameter: str | Parameter,
@@ -200,7 +204,7 @@ def follow_parameter(
     >>> bool(0 < best < len(curve.parameter) - 1)  # neither loose nor stuck
     True
     """
-    parameter = as_parameter(parameter)
+    parameter, problem = as_parameter(parameter), contact_problem_of(problem)
     parameter.check(problem)
     return _curve(
         problem,
@@ -213,14 +217,14 @@ def follow_parameter(
 
 @with_options_named
 def solve_at(
-    problem: ContactProblem,
+    problem: AnyProblem,
     forcing: Forcing,
     hz: float | None = None,
     *,
     omega: float | None = None,
     **options: Unpack[CurveKeywords],
 ) -> PeriodicSolution:
-    """The periodic response of a ContactProblem at one frequency, hz or omega in rad/s.
+    """The periodic response of a Problem or ContactProblem at one frequency, hz or omega in rad/s.
 
     options : outputs, harmonics, periods, guess, start, samples, stability, settings of
         CurveOptions; with stability other than "none" the solution has its `multipliers`
@@ -252,7 +256,7 @@ def solve_at(
     >>> found.unknowns.reshape(guess.shape)[0, 0, 2] == found.contact_motion[0, 0, 1].imag
     True
     """
-    chosen = curve_options(options)
+    chosen, problem = curve_options(options), contact_problem_of(problem)
     asked = one_of("stability", chosen.stability, get_args(PointsOfInterest)) != "none"
     case = CheckedInput.checked(problem, forcing, chosen)
     hz = positive("hz", in_hz("hz", hz, omega), " Hz")
@@ -323,7 +327,6 @@ def _curve(
     """With the given number of harmonics, or as many as the tolerance needs."""
     if options.harmonics != AUTO:
         return _branch(problem, forcing, varied, between, options)
-    check_kind("problem", problem, ContactProblem, MADE_BY)
     tolerance = positive("tolerance", options.tolerance)
     if options.journal is not None:
         raise InputError(

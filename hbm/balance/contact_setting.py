@@ -24,8 +24,9 @@ class ContactSetting(Scaling):
     setting : 'kn', 'kt', 'mu', 'preload', 'pull' or 'gap'; contacts : index or indices of these
         contacts of the problem, None takes all
     A pull is a factor on the preloads, as where the contacts stay closed that carry it; a pull that
-    moves them makes other preloads. A gap is that of contacts open at rest, the negative preload
-    -kn gap.
+    moves them makes other preloads. Gaps that the pull has opened follow it, too; the clearance of
+    a stop does not: name the contacts that are pressed by the pull. A gap is that of contacts open
+    at rest, the negative preload -kn gap, and stays where kn varies.
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
     >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem
@@ -83,6 +84,11 @@ class ContactSetting(Scaling):
                 f"parameter '{self.name}': no contact is open at rest; give one a negative preload "
                 "-kn gap"
             )
+        if not vars(problem.contacts)[self._held][self.chosen(problem)].any():
+            raise InputError(
+                f"parameter '{self.name}': is 0 at these contacts, and a factor changes nothing; "
+                "give them a value"
+            )
 
     def rebuild(self, problem: ContactProblem, forces: dict, value: float) -> Rebuild:
         """(problem, forces) at a value."""
@@ -121,8 +127,9 @@ class ContactSetting(Scaling):
         """The settings of the contacts at a value."""
         factor = np.where(self.chosen(problem), value, 1.0)
         changed = {self._held: factor * vars(problem.contacts)[self._held]}
-        if self.setting == "kn" and not problem.preloaded:
-            changed["preload"] = factor * problem.contacts.preload  # -kn gap
+        if self.setting == "kn":
+            preload = problem.contacts.preload
+            changed["preload"] = np.where(_gaps(problem), factor * preload, preload)
         return replace(problem.contacts, **changed)
 
     def force_rate(self, balance: HarmonicBalance, t: Terms, value: float) -> np.ndarray:
@@ -167,8 +174,12 @@ class ContactSetting(Scaling):
             return None
         if self.setting == "kt":
             return rates[1]
-        with_gap = np.zeros_like(force)
-        if not balance.problem.preloaded:  # the preload is -kn gap
-            with_gap = contacts.preload[:, None, None] * t.forces.by_preload
-            with_gap[:, :, 0] += law.stuck_force(contacts)
-        return rates[0] + with_gap
+        gaps = _gaps(balance.problem)[:, None]
+        with_gap = contacts.preload[:, None, None] * t.forces.by_preload
+        with_gap[:, :, 0] += law.stuck_force(contacts)
+        return rates[0] + gaps[:, :, None] * with_gap
+
+
+def _gaps(problem: ContactProblem) -> np.ndarray:
+    """(P,) bool, contacts whose preload is -kn gap: their gap stays where kn varies."""
+    return (problem.contacts.preload < 0) | (not problem.preloaded)

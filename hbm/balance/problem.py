@@ -68,8 +68,8 @@ def contact_problem_of(problem: AnyProblem) -> "ContactProblem":
     """The ContactProblem of a Problem, or itself; InputError for anything else."""
     if not isinstance(problem, AnyProblem):
         raise InputError(
-            f"problem = {brief(problem)}: must be the Problem or ContactProblem that the curve was "
-            "made with"
+            f"problem = {brief(problem)}: must be a Problem(M, C, K) with its contacts, or a "
+            "ContactProblem"
         )
     return problem.contact_problem
 

@@ -29,7 +29,6 @@ from tipdamp.hbm.validation import (
     check_whole,
 )
 
-MADE_BY = "Problem(...).contact_problem, or ContactProblem(M, C, K, B, law, contacts)"
 Forcing = np.ndarray | Mapping[int, np.ndarray]  # (r,) N of order 1, or {order: (r,)}
 
 
@@ -50,7 +49,6 @@ class CheckedInput:
         cls, problem: ContactProblem, forcing: Forcing, options: CurveOptions
     ) -> CheckedInput:
         """The checked input of a problem; InputError where it is of no use."""
-        check_kind("problem", problem, ContactProblem, MADE_BY)
         r, H = problem.K.shape[0], check_harmonics(options.harmonics)
         periods = check_whole("periods", options.periods, 1)
         forces = {periods * k: F for k, F in check_forcing(forcing, r, MOST_HARMONICS).items()}

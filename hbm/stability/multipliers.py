@@ -269,7 +269,7 @@ class Stability:
             matrix = monodromy(slow, alike, place[rests])
         except np.linalg.LinAlgError:
             return np.empty(0)
-        return eigvals(matrix) if np.isfinite(matrix).all() else np.empty(0)
+        return _eigenvalues(matrix, slow)
 
     def _of_velocity(
         self, smooth: "Smooth", steps: int, balance: HarmonicBalance, w: float
@@ -351,10 +351,12 @@ def _without_springs(slow: Poles, gone: np.ndarray, springs: np.ndarray) -> Pole
     rest = ~gone
     k, S = -np.diag(springs[gone]), slow.static[gone]
     held = k @ np.linalg.inv(np.eye(len(k)) + S[:, gone] @ k)  # force by the motion without it
-    s, shapes = np.linalg.eig(_system(slow) - slow.into[:, gone] @ held @ slow.out[gone])
-    back = slow.static[rest][:, gone] @ held
-    out = (slow.out[rest] - back @ slow.out[gone]) @ shapes
-    into = np.linalg.solve(shapes, slow.into[:, rest] - slow.into[:, gone] @ held @ S[:, rest])
+    moves, back = _moves(slow), slow.static[rest][:, gone] @ held
+    seen, driven = slow.out[:, moves], slow.into[moves]
+    alone = _system(slow)[np.ix_(moves, moves)]
+    s, shapes = np.linalg.eig(alone - driven[:, gone] @ held @ seen[gone])
+    out = (seen[rest] - back @ seen[gone]) @ shapes
+    into = np.linalg.solve(shapes, driven[:, rest] - driven[:, gone] @ held @ S[:, rest])
     kept = s.imag >= 0
     out = out[:, kept] * np.where(s.imag > 0, 2.0, 1.0)[kept]
     return _real(s[kept], out, into[kept], slow.static[rest][:, rest] - back @ S[:, rest])
@@ -394,7 +396,22 @@ def _smooth_map(
     whole = np.eye(len(s))
     for step in expm(each):
         whole = step @ whole
-    return eigvals(whole) if np.isfinite(whole).all() else np.empty(0)
+    return _eigenvalues(whole, slow)
+
+
+def _eigenvalues(matrix: np.ndarray, slow: Poles) -> np.ndarray:
+    """Multipliers of a period map (2n + k, 2n + k), without the imaginary part of a real pole,
+    which nothing moves and nothing sees; none where the map overflows."""
+    if not np.isfinite(matrix).all():
+        return np.empty(0)
+    moves = np.ones(len(matrix), dtype=bool)
+    moves[: 2 * len(slow.s)] = _moves(slow)
+    return eigvals(matrix[np.ix_(moves, moves)])
+
+
+def _moves(slow: Poles) -> np.ndarray:
+    """(2n,) bool, which of the real and imaginary parts of the poles move."""
+    return np.concatenate([np.ones(len(slow.s), dtype=bool), slow.s.imag != 0])
 
 
 def _change(every: np.ndarray, before: np.ndarray) -> float:

@@ -17,6 +17,8 @@ from scipy.linalg import eigh
 from tipdamp.hbm.balance.receptance import Receptance
 from tipdamp.hbm.errors import InputError
 
+CRITICAL = 1e-10  # least distance of the square of a damping ratio from 1
+
 
 @dataclass(frozen=True)
 class Poles:
@@ -64,13 +66,8 @@ def poles(receptance: Receptance, fastest: float = np.inf) -> Poles:
         out, into = A[:, kept] * np.where(s.imag > 0, 2.0, 1.0)[kept], receptance.into[:, : len(s)]
         s, into = s[kept], into[:, kept]
     else:
-        w = np.sqrt(
-            receptance.stiffness / np.maximum(receptance.mass, 1e-28 * receptance.mass.max())
-        )
-        damped = w * np.sqrt(1 - receptance.ratio**2)
-        s = -receptance.ratio * w + 1j * damped
-        into = receptance.modes.astype(complex)
-        out = into * (w**2 / (1j * damped * receptance.stiffness))
+        s, out, into = _of_modes(receptance)
+    out, into = _turned(s, out, into)
     slow = (np.abs(s) <= fastest) & (np.abs(s) < 1e10 * np.abs(s).min())
     fast = ~slow
     return Poles(
@@ -80,6 +77,39 @@ def poles(receptance: Receptance, fastest: float = np.inf) -> Poles:
         np.stack([-out[:, fast] / s[fast], into[:, fast]], axis=1),
         s[fast],
     )
+
+
+def _of_modes(receptance: Receptance) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(s, out, into) of modes with ratios of critical damping: a pair of complex poles of each, of
+    which one counts, or two real ones."""
+    mass = np.maximum(receptance.mass, 1e-28 * receptance.mass.max())
+    w = np.sqrt(receptance.stiffness / mass)
+    ratio = np.where(receptance.mass < mass, 0.0, receptance.ratio)
+    # the two poles of critical damping are one, of which no sum of single poles is made
+    ratio = np.where(np.abs(ratio**2 - 1) < CRITICAL, np.sqrt(1 + CRITICAL), ratio)
+    beyond = ratio**2 - 1
+    half = w * np.sqrt(beyond.astype(complex))  # of the distance between the two poles
+    into = receptance.modes.astype(complex)
+    out = into * (w**2 / (half * receptance.stiffness))
+    over = beyond > 0
+    s = -ratio * w + half
+    # w^2 over the other one, without the difference of two large numbers
+    s[over] = -(w[over] ** 2) / (ratio * w + half)[over]
+    out[:, over] /= 2
+    return (
+        np.concatenate([s, -(ratio * w + half)[over]]),
+        np.hstack([out, -out[:, over]]),
+        np.hstack([into, into[:, over]]),
+    )
+
+
+def _turned(s: np.ndarray, out: np.ndarray, into: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(out, into) whose columns are real where the pole is."""
+    turn = np.ones(len(s), dtype=complex)
+    for j in np.flatnonzero(s.imag == 0):
+        largest = max(into[:, j], key=abs, default=1.0)
+        turn[j] = largest / abs(largest) if largest else 1.0
+    return out * turn, into / turn
 
 
 def split(

@@ -206,6 +206,6 @@ def test_keywords_of_a_curve_are_typed():
 def test_matrices_without_contact_are_no_problem(given):
     """A pair of matrices, as other packages take, is refused with what makes a problem of it."""
     with pytest.raises(
-        InputError, match=r"problem = .*: must be a ContactProblem, made by Problem\(\.\.\.\)\."
+        InputError, match=r"problem = .*: must be a Problem\(M, C, K\) with its contacts"
     ):
         follow_band(given, np.ones(2), (0.1, 0.2), harmonics=1, outputs={"x": [1.0, 0.0]})

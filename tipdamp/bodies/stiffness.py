@@ -62,17 +62,16 @@ def with_values(
 
 
 def _in_place_of_table(study: Study, pairs: ContactTable) -> ContactTable:
-    """The table with what the study gives in the place of its values."""
+    """The table with what the study gives in the place of its values: mu of all pairs but the stops
+    beside the damper, kn and kt of each side that has a section."""
+    if study.contact.mu is not None:
+        pairs = pairs.replace(mu=np.where(pairs.stops, pairs.mu, study.contact.mu))
     for name, side in study.sides.items():
         mine = pairs.side == name
-        given = {"kn": side.kn, "kt": side.kt, "mu": study.contact.mu}
-        pairs = pairs.replace(
-            **{
-                column: np.where(mine, value, vars(pairs)[column])
-                for column, value in given.items()
-                if value is not None
-            }
-        )
+        for column, value in {"kn": side.kn, "kt": side.kt}.items():
+            if value is not None:
+                changed = np.where(mine, value, vars(pairs)[column])
+                pairs = pairs.replace(**{column: changed})
     return pairs
 
 

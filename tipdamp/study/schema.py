@@ -284,7 +284,8 @@ class ContactSection(StudySection):
         Key(
             TEXT,
             "CSV of your own pairs of the whole patch, instead of those matched between the "
-            "meshes; mu, and kn and kt of a side, stand in the place of its values",
+            "meshes; mu of every side, and kn and kt of one that has a section, stand in the place "
+            "of its values",
         ),
     ] = ""
     mu: Annotated[

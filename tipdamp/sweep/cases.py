@@ -78,8 +78,12 @@ def _check_key(where: str, key: str, study: Study) -> None:
         )
     name, _, of_side = inside.partition(".")
     if section == "contact" and of_side and name not in study.sides:
+        there = f"there are {', '.join(study.sides)}" if study.sides else "there is none"
         raise InputError(
-            f"{where} {shown(key)}: no side {shown(name)!r}; there are {', '.join(study.sides)}"
+            f"{where} {shown(key)}: no section [contact.{shown(name)}]; {there}. A side of a table "
+            "of pairs needs one with its shape, such as shape = 'flat', so that its values can vary"
+            if study.contact.pairs
+            else f"{where} {shown(key)}: no side {shown(name)!r}; {there}"
         )
 
 

@@ -17,7 +17,8 @@ from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.peaks import find_peaks
 from tipdamp.hbm.curve.solutions import solutions_at
 from tipdamp.hbm.errors import InputError
-from tipdamp.hbm.laws import CubicSpring, DryFriction2T
+from tipdamp.hbm.laws import CubicSpring, DryFriction2T, UnilateralSpring
+from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band, follow_parameter, solve_at
 
 C1 = load("C1")
@@ -391,3 +392,51 @@ def test_unknown_parameter():
     problem, force, outputs = beam("B8")
     with pytest.raises(InputError, match="level"):
         follow_parameter(problem, force, 900.0, "levels", (1, 2), outputs=outputs)
+
+
+def stopped(kn=1.0):
+    """Two masses, the second with a stop behind a gap of 0.3 m that the first level reaches."""
+    K = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    masses = Problem(np.eye(2), 0.05 * np.eye(2), K).force(0, 0.2)
+    return masses.add(UnilateralSpring(), 1, kn=kn, preload=-0.3 * kn)
+
+
+@pytest.mark.parametrize("factor", [0.5, 3.0])
+def test_a_gap_stays_where_the_stiffness_varies(factor):
+    """The preload of an open contact is -kn gap; the other way it would close by the factor."""
+    given = dict(outputs={"x": [0, 1.0]}, harmonics=5)
+    force, hz = np.array([0.2, 0.0]), 0.17
+    branch = follow_parameter(stopped(), force, hz, "kn", (1.0, factor), **given)
+    there = solve_at(stopped(factor), force, hz, guess=branch.unknowns[-1], **given)
+    assert branch.complete and 0 < branch.share_open[-1, 0] < 1
+    assert np.allclose(branch.unknowns[-1], there.unknowns, rtol=0, atol=1e-8)
+
+
+def test_derivative_by_the_stiffness_of_a_stop():
+    problem = stopped().contact_problem
+    balance = HarmonicBalance(problem, {1: np.array([0.2, 0.0])}, 5)
+    w = 2 * np.pi * 0.17
+    found = solve_at(problem, np.array([0.2, 0.0]), 0.17, outputs={"x": [0, 1.0]}, harmonics=5)
+    kn, h = ContactSetting("kn"), 1e-6
+    rate = kn.evaluate(balance, found.unknowns, w, 1.0).by_parameter
+    after, before = (kn.evaluate(balance, found.unknowns, w, 1 + s).residual for s in (h, -h))
+    assert np.abs(rate).max() > 1e-3
+    assert np.allclose(rate, (after - before) / (2 * h), rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["mu", "kt", "preload"])
+def test_a_setting_without_a_value_is_refused(name):
+    """Of a spring there is no friction to follow: all places would be the same."""
+    duffing = Problem([[1.0]], [[0.1]], [[1.0]]).add(CubicSpring(1.0), 0)
+    with pytest.raises(InputError, match=f"parameter '{name}': is 0 at these contacts"):
+        follow_parameter(duffing, np.array([0.1]), 0.2, name, (1.0, 2.0), outputs=X, harmonics=1)
+
+
+def test_a_problem_is_taken_as_it_is():
+    """And its ContactProblem gives the same."""
+    given = dict(outputs={"x": [0, 1.0]}, harmonics=3)
+    of_both = [
+        follow_parameter(one, np.array([0.2, 0.0]), 0.17, "level", (0.5, 1.0), **given)
+        for one in (stopped(), stopped().contact_problem)
+    ]
+    assert np.array_equal(of_both[0].unknowns, of_both[1].unknowns)

@@ -74,6 +74,39 @@ def test_duffing_against_the_equation_of_variation(w, H):
     assert np.prod(found).real == pytest.approx(np.exp(-0.02 * 2 * np.pi / w), rel=1e-6)
 
 
+DAMPED_BEYOND_OSCILLATION = {
+    "one mode": [[3.0]],
+    "one mode, critical": [[2.0]],
+    "one of two modes": [[0.05, -0.02], [-0.02, 4.0]],
+    "both modes": [[3.0, -1.0], [-1.0, 2.5]],
+}
+
+
+@pytest.mark.parametrize("name", DAMPED_BEYOND_OSCILLATION)
+def test_modes_that_do_not_oscillate(name):
+    """Their poles are real, and each of them counts once."""
+    C, w, H = np.array(DAMPED_BEYOND_OSCILLATION[name]), 1.1, 9
+    n = len(C)
+    K = np.array([[1.0, -0.3], [-0.3, 1.2]])[:n, :n]
+    problem = Problem(np.eye(n), C, K).add(CubicSpring(0.5), 0).force(0, 0.9)
+    solution = problem.solve_at(omega=w, outputs={"x": 0}, harmonics=H, stability="all")
+    x = fourier.to_real(solution.contact_motion).ravel()
+
+    def rate(t, flat):
+        u = fourier.basis(np.array([w * t]), H)[0] @ x
+        dq, dv = flat.reshape(2, n, 2 * n)
+        return np.concatenate(
+            [dv, -C @ dv - K @ dq - 1.5 * u**2 * np.eye(n)[:, :1] * dq[0]]
+        ).ravel()
+
+    end = solve_ivp(rate, (0, 2 * np.pi / w), np.eye(2 * n).ravel(), rtol=1e-11, atol=1e-13)
+    wanted = np.linalg.eigvals(end.y[:, -1].reshape(2 * n, 2 * n))
+    wanted = wanted[np.argsort(-np.abs(wanted))]
+    found = solution.multipliers[: 2 * n]
+    assert np.abs(found) == pytest.approx(np.abs(wanted), abs=1e-5)
+    assert np.isnan(solution.multipliers[2 * n :]).all()
+
+
 def test_duffing_is_unstable_between_its_folds():
     """Folds are where a multiplier passes 1: the frequency turns round there."""
     curve = follow_band(

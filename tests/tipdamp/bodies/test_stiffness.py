@@ -8,6 +8,7 @@ import pytest
 from tests.conftest import STUDY, changed
 from tests.contact_tables import contact_table
 from tests.tipdamp import corner_study
+from tests.tipdamp.rig_study import write_chain
 from tipdamp.bodies import stiffness
 from tipdamp.bodies.pair import matched
 from tipdamp.bodies.read import read_meshes
@@ -355,3 +356,31 @@ def test_a_round_side_shares_its_total_over_what_can_touch(tmp_path, lines):
         2 * half, abs=1.5e-3 / (lines - 1)
     )
     assert np.ptp(kn / pairs.area) < 1e-9 * kn.max() / pairs.area.min()
+
+
+@pytest.mark.parametrize("sides", [(), ("left",), ("left", "right")])
+def test_mu_of_the_study_is_that_of_every_side_of_a_table(tmp_path, sides):
+    """Whether a side has a section or not."""
+    path = write_chain(tmp_path)
+    text = path.read_text()
+    for name in {"left", "right"} - set(sides):
+        text = text.replace(f'[contact.{name}]\nshape = "cylinder"\n', "")
+    table = ContactTable.load(tmp_path / "pairs.csv")
+    path.write_text(text.replace("[contact]\n", "[contact]\nmu = 0.123\n"))
+    study = load_study(path)
+    assert set(study.sides) == set(sides) and not (table.mu == 0.123).any()
+    assert (with_values(study, table, {}).mu == 0.123).all()
+
+
+def test_stops_of_a_table_keep_their_friction(tmp_path):
+    """A stop beside the damper is no side of it: without friction it stays so."""
+    path = write_chain(tmp_path)
+    path.write_text(path.read_text().replace("[contact]\n", "[contact]\nmu = 0.123\n"))
+    table = contact_table(
+        np.tile(np.eye(3), (5, 1, 1)),
+        side=np.array(["left", "left", "right", "right", "stop"]),
+        blade_body=np.array(["blades"] * 4 + ["ground"]),
+        station=np.array([0, 1, 0, 1, 0]),
+    )
+    found = with_values(load_study(path), table, {})
+    assert found.mu.tolist() == [0.123] * 4 + [0.0]

@@ -200,7 +200,10 @@ def test_files_of_cases_are_looked_at(sweep):
 REFUSED = [
     ("model.pul = [1]", "unknown key 'pul'; did you mean 'pull'"),
     ("modl.pull = [1]", "unknown key 'modl'; did you mean 'model'"),
-    ("contact.middle.kn = [1e6]", "no side 'middle'; there are left, right"),
+    (
+        "contact.middle.kn = [1e6]",
+        "no section [contact.middle]; there are left, right. A side of a",
+    ),
     ("pull = [1]", "is no key of a section of the study, such as damper.pull"),
     ("sweep.seed = [1]", "is no key of a section"),
     ("model.pull = []", "model.pull has an empty list"),
