@@ -253,20 +253,23 @@ def _to_the_meeting(equation: Extremum, branch: Branch, sense: float, settings: 
 
 
 def _to_the_border(case: Case, equation: Extremum, branch: Branch) -> None:
-    """End the branch where its frequency leaves the band, by regula falsi."""
-    outside = branch.points[-1].detail.found.w
-    border = 2 * np.pi * case.band[outside > 2 * np.pi * case.band[1]]
+    """End the branch where its frequency leaves the band, by regula falsi: at a place inside, which
+    a way from outside alone would never reach."""
+    upper = branch.points[-1].detail.found.w > 2 * np.pi * case.band[1]
+    border = 2 * np.pi * case.band[upper]
+    within = 0.5 * AT_BORDER * border
+    aim = border - within if upper else border + within
     run = Run(equation, branch.points[-2:], 0, 0)
     for _ in range(SECANTS):
         a, b = run.points
-        w = [q.detail.found.w - border for q in (a, b)]
+        w = [q.detail.found.w - aim for q in (a, b)]
         p = a.parameter - w[0] * (b.parameter - a.parameter) / (w[1] - w[0])
         if p in run.values or not run.at(p):
             break
         middle = run.points[1]
         inside = case.inside(middle.detail.found.w)
         run = replace(run, points=[middle, b] if inside else [a, middle])
-        if abs(middle.detail.found.w - border) < AT_BORDER * border:
+        if abs(middle.detail.found.w - aim) < within:
             break
     branch.points[-1:] = [] if run.points[0] is branch.points[-2] else [run.points[0]]
 

@@ -61,6 +61,21 @@ def test_no_silent_jump_and_the_highest_at_the_end():
     check_places(peaks, problem, force, given, ["a"], 6)
 
 
+@pytest.mark.parametrize("upper", [0.3, 0.35, 0.4])
+def test_a_smooth_peak_leaves_the_band_once(upper):
+    """Duffing's oscillator of one harmonic: c = 0.1, the peak at w has the amplitude a and the
+    force c a sqrt(w^2 + c^2/4)."""
+    duffing = Problem([[1.0]], [[0.1]], [[1.0]]).add(CubicSpring(1.0), 0)
+    given = dict(outputs={"x": [1.0]}, band=(0.05, upper), harmonics=1)
+    peaks = follow_peak(duffing, np.array([1.0]), "level", (0.05, 5.0), **given)
+    w2 = (2 * np.pi * upper) ** 2
+    a = np.sqrt((w2 - 1 + 0.1**2 / 2) / 0.75)
+    assert peaks.parameter[-1] == pytest.approx(0.1 * a * np.sqrt(w2 + 0.1**2 / 4), rel=1e-5)
+    assert upper * (1 - 1e-6) < peaks.frequency[-1] <= upper
+    assert not peaks.complete and not peaks.jumps.any()
+    assert peaks.ended == f"at level = {peaks.parameter[-1]:.6g} the peak leaves the band"
+
+
 @pytest.mark.slow
 def test_two_peaks_change_places():
     """Where the absorber slides two peaks stand on the curve: the other one is taken up where both
