@@ -43,7 +43,9 @@ def write_model(model: ReducedModel, folder: str | Path, kind: str) -> list[Path
     ['M.mtx', 'K.mtx', 'dofs.csv']
     """
     if kind not in KINDS:
-        raise InputError(f"export to '{kind}' is unknown; {nearest(kind, KINDS)}")
+        raise InputError(
+            f"export to '{kind}' is unknown; {nearest(kind, KINDS)}; responses of a study: unv"
+        )
     if model.points and kind != "npz":
         count = sum(len(points.number) for points in model.points.values())
         raise InputError(

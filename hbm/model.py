@@ -449,9 +449,13 @@ def _check_rigid(model: ReducedModel) -> None:
             )
 
 
-def check_damping(C: np.ndarray, named: Callable[[int], str] = lambda i: f"dof {i}") -> None:
+def check_damping(
+    C: np.ndarray,
+    named: Callable[[int], str] = lambda i: f"dof {i}",
+    remedy: str = "check the sign of C",
+) -> None:
     """InputError where a motion has negative damping: nothing bounds its response. named(i) : a dof
-    in words."""
+    in words; remedy : what to do about it."""
     if _positive(C, NEGATIVE * np.abs(C).max()):
         return
     values, shapes = np.linalg.eigh(C)
@@ -459,7 +463,7 @@ def check_damping(C: np.ndarray, named: Callable[[int], str] = lambda i: f"dof {
         i = int(np.abs(shapes[:, 0]).argmax())
         raise InputError(
             f"C feeds energy in: a motion mostly of {named(i)} has the negative damping "
-            f"{values[0]:.3g} N s/m, must be 0 or more; check the sign of C"
+            f"{values[0]:.3g} N s/m, must be 0 or more; {remedy}"
         )
 
 

@@ -99,6 +99,11 @@ class Problem(AnyProblem):
                 "K is missing: Problem(M, C, K), or Problem(M=..., K=..., damping_ratio=...)"
             )
 
+    def __repr__(self) -> str:
+        laws = ", ".join(one.law.name for one in self.attached) or "linear"
+        orders = f", forces of orders {', '.join(map(str, self.forces))}" if self.forces else ""
+        return f"<Problem of {self.size} dofs: {laws}{orders}>"
+
     def _repr_html_(self) -> str:
         rows = {f"law {k}": one.law.name for k, one in enumerate(self.attached)}
         rows |= {f"force of order {k}": f"{np.abs(f).max():.4g} N" for k, f in self.forces.items()}

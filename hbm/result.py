@@ -219,6 +219,8 @@ class ForcedResponse(ArrayRecord):
         a slice as a list."""
         if isinstance(i, slice):
             return [self[k] for k in range(len(self))[i]]
+        if not -len(self) <= index(i) < len(self):
+            raise IndexError(f"point {i}: the curve has the points 0 to {len(self) - 1}")
         i = range(len(self))[index(i)]
         P = len(self.carrying)
         forces = self.contact_force[i] if self.contact_force.size else np.empty((P, 0, self.H + 1))

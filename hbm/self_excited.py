@@ -30,7 +30,7 @@ from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.response import as_solution
 from tipdamp.hbm.time.poles import poles
-from tipdamp.hbm.validation import in_hz, positive
+from tipdamp.hbm.validation import brief, in_hz, positive
 
 LADDER = np.logspace(-6, 6, 73)  # times the amplitude: where the energy balance is looked at
 CALLS = 200  # of the residual, from each place where it holds
@@ -66,6 +66,11 @@ def limit_cycle(
     2.00, period 6.3807
     """
     chosen, hz = curve_options(options), positive("hz", in_hz("hz", hz, omega), " Hz")
+    if chosen.stability != "none":
+        raise InputError(
+            f"limit_cycle: stability = {brief(chosen.stability)}: multipliers are those of forced "
+            "motions, and are not computed of self-excited ones; leave it out"
+        )
     problem = contact_problem_of(problem)
     if problem.structural is not None or problem.varying is not None:
         raise InputError(

@@ -696,7 +696,7 @@ def _sweep(arguments: argparse.Namespace) -> int:
 
 def _sweepers(arguments: argparse.Namespace, folder: Path) -> AbstractContextManager:
     """The processes for a sweep: here, or on a cluster."""
-    if not arguments.scheduler:
+    if arguments.scheduler is None:
         return _workers(arguments)
     from tipdamp.sweep.cluster import cluster
 

@@ -32,7 +32,7 @@ def check_derivatives(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega:
         if (~(np.abs(found - expected) <= 100 * allowed)).any(axis=1).mean() > 0.25:
             raise InputError(
                 f"law {law.name}: {what}: {worst_entry(found, expected, allowed)}; "
-                "hbm.testing.check_law tests the whole law"
+                "tipdamp.check_law tests the whole law"
             )
 
 
@@ -78,7 +78,7 @@ def tangents_and_differences(
         scale = np.maximum(np.abs(by).max(axis=(0, 2), initial=0.0), 1e-3 * returned)
         said = (
             f"tangents by the {what} are not the derivatives of step; is it analytic (no abs, real "
-            "comparisons)?"
+            "comparisons)? An OwnForce that is not takes its derivative=, too"
         )
         for d, own in enumerate(sizes):
             along = own if name == "dt" else own * np.eye(len(sizes))[d]

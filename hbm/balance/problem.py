@@ -179,7 +179,11 @@ class ContactProblem(AnyProblem):
                 f"M has {self.M[i, i]:g} on its diagonal at dof {i}: masses must not be negative"
             )
         if self.C is not None and not self.general:
-            check_damping(self.C)
+            check_damping(
+                self.C,
+                remedy="check the sign of C, or give general = True where it is meant, as for a "
+                "self-excited motion",
+            )
 
     def _check_general(self) -> None:
         """Matrices that are not symmetric, and structural damping, have no modes to give ratios

@@ -93,11 +93,16 @@ def open_matlab(path: str | Path) -> dict:
     """As scipy.io.loadmat; the sizes that the file declares are held against the memory before
     anything is unpacked.
 
-    Raises InputError where they do not fit into it; errors of loadmat stay what they are.
+    Raises InputError where they do not fit into it, and for files of MATLAB 7.3; other errors of
+    loadmat stay what they are.
     """
     import scipy.io
 
-    need = sum(8 * math.prod(shape) for _, shape, _ in scipy.io.whosmat(path))
+    try:
+        known = scipy.io.whosmat(path)
+    except NotImplementedError:
+        raise InputError(f"{path}: MATLAB 7.3 files are not read; save it with -v7") from None
+    need = sum(8 * math.prod(shape) for _, shape, _ in known)
     there = available_bytes()
     if 2 * need > there:  # what is made of them needs some too
         raise InputError(

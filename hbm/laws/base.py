@@ -324,7 +324,7 @@ def check_law(law: ContactLaw) -> ContactLaw:
         )
     raise InputError(
         f"law = {brief(law)}: must be a contact law, one of {', '.join(LAWS)}, MixedLaw, or a "
-        "class of your own derived from hbm.laws.ContactLaw"
+        "class of your own derived from tipdamp.ContactLaw"
     )
 
 

@@ -21,7 +21,7 @@ class PlainForce(ContactLaw):
     does; the settings kn, kt, mu and preload of its contacts are not used. What it gives at rest is
     balanced by the static loads that a problem with `preloaded=True` implies; with
     `preloaded=False` it acts.
-    `hbm.testing.check_force` is its conformance.
+    `check_force` is its conformance.
 
     >>> class Quadratic(PlainForce):
     ...     components = ("n",)

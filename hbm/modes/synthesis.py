@@ -46,6 +46,7 @@ SLOW = 1e-9  # of a contact force: less of it does not depend on the speed
 SAME = 1e-6  # of a stuck frequency: by more it is another problem
 SOLVES = 1e-3  # residual of a free motion, whose samples are not known: by more likewise
 STILL = 1e-6  # of the motion of the contacts: with less one has no stiffness in that motion
+SHORT = "the backbone ends below the amplitude of the peak: give it larger ones"
 OVERLAP = 0.1  # of an output at phase resonance: more of it from other modes is told
 # damping ratio of the contacts: with more the amplitude, and with it shape and stiffness, differ
 # much between phase resonance and peak
@@ -84,6 +85,15 @@ class Synthesis(ArrayRecord):
     top: int
     peak_reached: bool
     said: str
+
+    def __repr__(self) -> str:
+        name, hz = str(self.output_names[0]), self.frequency
+        top = "{1:.4g} m at {0:.6g} Hz".format(*self.peak(name)) if self.peak_reached else "none"
+        said = f"; {self.said}" if self.said else ""
+        return (
+            f"<Synthesis of {len(hz)} places, {hz.min():.6g} to {hz.max():.6g} Hz: peak of "
+            f"'{name}' {top}{said}>"
+        )
 
     def amplitude(self, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(n, m) m, of a kind as in `ForcedResponse.amplitude`."""
@@ -193,7 +203,7 @@ def synthesis(
     top = min(top, len(W) - 1)
     moving = _others_in_motion(mode, equation, int(way[top].round()), F, W[top])
     most = max(float(others[top].max()), moving)
-    said = []
+    said = [] if reached else [SHORT]
     if reached:
         at = _around(np.exp(line.known["amplitude"](way)), top)
         balance = equation.balance.rebuilt(problem, {1: F})

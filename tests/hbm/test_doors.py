@@ -15,6 +15,7 @@ from tipdamp import (
     ContactProblem,
     Contacts,
     ContactSetting,
+    CubicSpring,
     ForcedResponse,
     InputError,
     follow_band,
@@ -209,3 +210,15 @@ def test_matrices_without_contact_are_no_problem(given):
         InputError, match=r"problem = .*: must be a Problem\(M, C, K\) with its contacts"
     ):
         follow_band(given, np.ones(2), (0.1, 0.2), harmonics=1, outputs={"x": [1.0, 0.0]})
+
+
+def test_a_problem_is_told_in_one_line():
+    """Not as its matrices."""
+    chain = Problem(np.eye(200), np.eye(200), np.eye(200)).force(3, 1.0)
+    assert repr(chain) == "<Problem of 200 dofs: linear, forces of orders 1>"
+    assert "CubicSpring" in repr(chain.add(CubicSpring(1.0), 0))
+
+
+def test_damping_that_feeds_energy_in_has_its_remedy():
+    with pytest.raises(InputError, match="give general = True where it is meant"):
+        _ = Problem([[1.0]], [[-0.1]], [[1.0]]).add(CubicSpring(1.0), 0).contact_problem

@@ -105,6 +105,9 @@ BAD = {
     "do not depend on the frequency": lambda: oscillator(structural=0.1).limit_cycle(
         0.16, outputs={"x": 0}
     ),
+    "multipliers are those of forced motions": lambda: oscillator().limit_cycle(
+        0.16, outputs={"x": 0}, stability="all"
+    ),
     "without forces": lambda: oscillator().force(0, 1.0).limit_cycle(0.16, outputs={"x": 0}),
 }
 

@@ -170,8 +170,16 @@ class _Worker:
         self.process = context.Process(target=_serve, args=(theirs,), daemon=True)
         self.common: Any = None
         with _apart():
-            self.process.start()
+            self._begin()
         theirs.close()
+
+    def _begin(self) -> None:
+        """Where the server of processes was killed it is started anew, once."""
+        try:
+            self.process.start()
+        except (EOFError, ConnectionError):
+            forkserver.ensure_running()
+            self.process.start()
 
     def start(self, work: Work, common: Any, task: Any) -> None:
         """Hand a task over."""

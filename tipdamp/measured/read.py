@@ -207,7 +207,8 @@ def _checked(
     places = [places[k] for k in np.flatnonzero(good)]
     hz, response, force = hz[good], response[good], force[good]
     if len(hz) < MIN_POINTS:
-        raise InputError(f"{source}: {len(hz)} points, at least {MIN_POINTS} are needed")
+        left = f"; {(~good).sum()} rows are no numbers" if not good.all() else ""
+        raise InputError(f"{source}: {len(hz)} points, at least {MIN_POINTS} are needed{left}")
     if (hz <= 0).any():
         raise InputError(
             f"{source}: {places[int(hz.argmin())]}: frequency {hz.min():g} Hz, must be above 0"

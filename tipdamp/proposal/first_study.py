@@ -45,7 +45,7 @@ harmonics = 5                # or "auto": as many as the tolerance needs
 tolerance = 0.05             # accepted error by harmonics, beyond which a warning comes
 
 [backbone]                   # the mode itself: frequency and damping ratio over its amplitude
-harmonics = 3
+harmonics = 5
 """
 
 

@@ -122,8 +122,6 @@ def from_matlab(path: Path, columns: Sequence[str]) -> list[Columns]:
         content = open_matlab(path)
     except InputError:
         raise
-    except NotImplementedError:
-        raise InputError(f"{path}: MATLAB 7.3 files are not read; save it with -v7") from None
     except Exception as error:  # damaged files end in errors of zlib, struct and numpy
         raise InputError(f"{path}: not a MATLAB file: {error}") from None
     arrays = {

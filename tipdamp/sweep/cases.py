@@ -104,7 +104,10 @@ def _rows(path: Path) -> Iterator[Case]:
         raise InputError(f"{path}: holds no case: dotted keys in the first line, one case a line")
     for number, row in enumerate(lines, 1):
         if len(row) != len(keys):
-            raise InputError(f"{path}: case {number} has {len(row)} cells, the header {len(keys)}")
+            remedy = "; cells are parted by commas, decimals are points" * (";" in "".join(header))
+            raise InputError(
+                f"{path}: case {number} has {len(row)} cells, the header {len(keys)}{remedy}"
+            )
     # every row has every key: a data set has them as columns
     for row in lines:
         yield {key: _cell(cell.strip()) for key, cell in zip(keys, row, strict=True)}

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.io
 
-from tipdamp.hbm.io.array_files import save_npz
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.array_files import open_matlab, save_npz
 
 FULL = Path("/dev/full")  # takes nothing
 ARRAYS = {
@@ -44,3 +46,14 @@ def test_a_full_disk_is_one_error(tmp_path, monkeypatch, arrays):
     del raised
     gc.collect()
     assert said == []
+
+
+def test_matlab_files_of_hdf5_are_refused_with_a_remedy(tmp_path, monkeypatch):
+    """scipy reads none and advises a reader of HDF5."""
+
+    def of_hdf5(path):
+        raise NotImplementedError("Please use HDF reader for matlab v7.3 files, e.g. h5py")
+
+    monkeypatch.setattr(scipy.io, "whosmat", of_hdf5)
+    with pytest.raises(InputError, match="model.mat: MATLAB 7.3 files are not read; save it with"):
+        open_matlab(tmp_path / "model.mat")

@@ -239,6 +239,8 @@ def test_the_backbone_must_reach_far_enough():
     mode = backbone(oscillator(), 1, (1e-6, 1e-5), outputs=X, harmonics=1)
     found = synthesis(mode, oscillator(), np.ones(1), 5.0)
     assert not found.peak_reached and np.isnan(found.peak("x")).all()
+    assert "the backbone ends below the amplitude of the peak" in found.said
+    assert "peak of 'x' none" in repr(found) and "\n" not in repr(found)
     with pytest.raises(InputError, match="excites mode 1 to less than 1e-06 m"):
         synthesis(mode, oscillator(), np.ones(1), 1e-4)
     with pytest.raises(InputError, match="output 'y' is not in this synthesis"):

@@ -178,3 +178,24 @@ def test_a_signal_within_a_callback_of_compiled_code_ends_the_process():
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (done.returncode, done.stdout, done.stderr) == (143, "", "")
+
+
+def test_a_server_of_processes_that_was_killed_is_started_anew(tmp_path):
+    """SIGKILL to the process from which the others begin, before they do: the next one answers."""
+    script = tmp_path / "run.py"
+    script.write_text(
+        "import os, signal\n"
+        "from multiprocessing import forkserver\n"
+        "from tipdamp.engine import workers\n"
+        "if __name__ == '__main__':\n"
+        "    with workers.Workers(2) as some:\n"
+        "        some.prepare()\n"
+        "        ask = forkserver.connect_to_new_process\n"
+        "        def killed(fds):\n"
+        "            forkserver.connect_to_new_process = ask\n"
+        "            raise EOFError('unexpected EOF')\n"
+        "        forkserver.connect_to_new_process = killed\n"
+        "        print(list(some.spread(workers.nothing, None, [1], print)))\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120)
+    assert done.stdout.strip().endswith("[0]"), done.stderr

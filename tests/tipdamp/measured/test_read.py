@@ -218,6 +218,11 @@ def changed(row, column, value):
         ("no numbers here\n", {}, "no row of numbers"),
         ("\n".join(changed(9, 9, "").splitlines()[:3]), {}, "3 points, at least 5"),
         (
+            "\n".join(",".join([r[0], "nan", r[2]]) for r in GOOD),
+            {},
+            rf"0 points, at least 5 are needed; {len(GOOD)} rows are no numbers",
+        ),
+        (
             "f,a,p\n" + changed(9, 9, ""),
             {"columns": ["frequency_hz:hz", "amplitude:a"]},
             "no column 'hz' in the header",

@@ -69,6 +69,8 @@ def test_what_the_backbone_predicts(with_backbone):
     assert [float(table.rows[0][k]) for k in range(5)] == pytest.approx([1, 1.1, 2790, 1, 2795])
     assert "9.09 %" in table.rows[0][5]
     assert table.rows[1][-1] == "no peak in the band"
+    H = {case.H for case in with_backbone.finest}
+    assert H != {1} and f"The backbone has H = 1, the curves H = {H.pop()}" in table.caption
 
 
 def test_modes_are_drawn_as_large_as_what_moves():

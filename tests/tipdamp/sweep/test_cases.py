@@ -234,3 +234,10 @@ def test_a_study_without_cases(sweep):
     for text, answer in [("", "section [sweep] is missing"), ("[sweep]", "names no case")]:
         with pytest.raises(InputError, match=answer.replace("[", r"\[")):
             planned(sweep(text))
+
+
+def test_a_table_parted_by_semicolons_is_told(sweep):
+    path = sweep('\n[sweep]\ncases = "cases.csv"\n')
+    path.with_name("cases.csv").write_text("contact.mu;model.pull\n0,4;60\n")
+    with pytest.raises(InputError, match="cells are parted by commas, decimals are points"):
+        planned(path)

@@ -7,7 +7,7 @@ from tipdamp.hbm.drawing.figure import BLUE, INK, Curve, Figure, Item, Marks, Pa
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.amplitudes import amplitude_panel, level_title
-from tipdamp.report.text import MICRO, hertz, micro, percent
+from tipdamp.report.text import MICRO, hertz, listing, micro, percent
 from tipdamp.results.response_results import BackboneResult, PredictedPeak
 
 AMPLITUDE = "amplitude (µm)"
@@ -91,9 +91,19 @@ def table(results: Results) -> Iterator[Table]:
         return
     yield Table(
         "Peaks that the backbone predicts, with the other modes stuck and linear, beside those of "
-        "the forced curves. Where other modes overlap it is a hint, and the last column says so.",
+        "the forced curves. Where other modes overlap it is a hint, and the last column says so."
+        + _other_harmonics(results, results.backbone),
         [_row(one) for one in results.backbone.peaks],
     )
+
+
+def _other_harmonics(results: Results, found: BackboneResult) -> str:
+    """That the two differ by their harmonics, too."""
+    orders = sorted({case.H for case in results.finest})
+    if found.H is None or orders == [found.H]:
+        return ""
+    those = listing(orders)
+    return f" The backbone has H = {found.H}, the curves H = {those}: a part of the difference."
 
 
 def _row(one: PredictedPeak) -> dict[str, str]:
