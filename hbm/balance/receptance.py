@@ -260,9 +260,12 @@ def of_modes(
     period2 = np.maximum(period2, 0.0)
     if modal is None:
         return Receptance(shapes, np.ones(len(period2)), period2, ratio)
-    ratio = 0.5 * np.diag(modal) / np.sqrt(np.maximum(period2, 1e-300))
-    off = modal - np.diag(np.diag(modal))
-    if np.abs(off).max() <= 1e-12 * np.abs(modal).max():
+    own = np.diag(modal)
+    off, least = modal - np.diag(own), 1e-12 * np.abs(modal).max()
+    # no ratio says what damps a mode without mass
+    dashpots = (period2 == 0) & (own > least)
+    if np.abs(off).max() <= least and not dashpots.any():
+        ratio = 0.5 * own / np.sqrt(np.maximum(period2, 1e-300))
         return Receptance(shapes, np.ones(len(period2)), period2, ratio)
     Z, poles = state_space_modes(shapes, period2, modal)
     return Receptance(Z, poles=poles)

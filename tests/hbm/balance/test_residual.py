@@ -240,6 +240,15 @@ def test_general_damping_with_and_without_mass(dashpots):
         )
 
 
+def test_a_dashpot_beside_a_spring_alone():
+    """Of a dof without mass that nothing couples to the others: 1/(k + i w c)."""
+    M, K = np.diag([1.0, 0.0]), np.diag([1.0, 2.0])
+    R = stuck_receptance(M, 0.3 * K, K)
+    w = np.array([0.0, 0.7, 2.3, 40.0])
+    found = np.einsum("r,rk,r->k", R.shapes[1], R.factors(w)[0], R.into[1])
+    assert found == pytest.approx(1 / (2.0 + 0.6j * w), rel=1e-12)
+
+
 def _damped_blades(seed=0):
     """M, C, K (4, 4) of a body whose damping couples its modes."""
     A = np.random.default_rng(seed).normal(size=(3, 4, 4))
