@@ -8,7 +8,7 @@ Jacobian of the balance.
 """
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -43,10 +43,17 @@ BESIDE = (
 )
 BLIND = 1e-6  # influence of an unknown, or of a combination, relative to the largest
 VAGUE = np.log(10.0)  # half width of an interval: a factor of ten either way
+WEAK = np.log(2.0)  # half width of an interval of a factor on the contacts, which is told
 CONFIDENCE = 0.95
 ELSEWHERE = 0.5  # of the largest measured amplitude: a point farther off is on another branch
 LESS_DAMPING = (1.0, 0.5, 0.25, 0.125)  # of the values to start from, while one is
 STIFFNESS = ("kn", "kt")
+LOOKED = np.log(3.0) * np.linspace(-1, 1, 7)  # where a factor is looked for, logarithms of it
+BY = 0.1  # of these from the fit: no nearer are other values of it looked at
+COMPARABLE = 10.0  # times the sum of squares of the fit, up to which another minimum is gone down
+Fit = tuple[
+    np.ndarray, "_Solved", int, bool
+]  # unknowns, solution, steps, whether the last is small
 
 
 @dataclass(frozen=True)
@@ -96,7 +103,10 @@ def fit_damping(
         modes, or one for each of the first, the last for all others
     force : (r,) N - of the level 1
     modes : of the stuck system, 1 the lowest, whose ratios alone are unknown
-    mu, stiffness : whether a factor on mu, or on kn and kt, of all contacts is unknown, too
+    mu, stiffness : whether a factor on mu, or on kn and kt, of all contacts is unknown, too; each
+        is looked for from a third to three times what it starts from, as one fit may end at a
+        minimum that is not the least: 7 more solutions of all measured points, and at most two
+        more fits
     scatter : whether each measured curve has a factor of its own on its amplitudes and, where the
         stiffness is known, on its frequencies, as from one mounting to the next
     band : Hz, or omega : rad/s, of the measured points that count; default: all
@@ -139,15 +149,20 @@ def fit_damping(
     hz = np.concatenate([one.hz for one in inside])
     with watched(progress, hz.min(), hz.max(), " Hz") as told:
         fit.progress = told or False
-        theta, solved, iterations, converged = fit.best()
+        (theta, solved, iterations, converged), others = fit.searched()
     half = fit.half_widths(solved)
+    low, high = theta - half, theta + half
+    ends = [(min(values, default=np.inf), max(values, default=-np.inf)) for values in others]
+    least, most = np.transpose(ends)
+    wide = (half > WEAK) & [bool(one.settings) for one in fit.unknowns]
+    weak = (least < low) | (most > high) | wide
     first = np.array([one.start for one in fit.unknowns])
     found = first * np.exp(theta)
     result = DampingFit(
         names=fit.names,
         values=found,
-        low=found * np.exp(-half),
-        high=found * np.exp(half),
+        low=first * np.exp(np.minimum(low, least)),
+        high=first * np.exp(np.maximum(high, most)),
         start=first,
         measured=tuple(inside),
         computed=tuple(solved.computed),
@@ -157,6 +172,7 @@ def fit_damping(
         iterations=iterations,
         converged=converged,
         problem=fit.problem_at(theta),
+        weak=tuple(name for name, one in zip(fit.names, weak, strict=True) if one),
     )
     for doubt in result.doubts:
         warnings.warn(f"fit_damping: {doubt}", Doubt, stacklevel=2)
@@ -236,7 +252,80 @@ class _Residuals:
         found.receptance()  # modes that hold for every contact
         return found
 
-    def best(self) -> tuple[np.ndarray, _Solved, int, bool]:
+    def searched(self) -> tuple[Fit, list[list[float]]]:
+        """(the best fit, of each unknown the logarithms of values that fit as well within the
+        scatter); factors on the contacts are looked for along `profile`."""
+        fits = [self.best()]
+        others: dict[int, list[tuple[float, float]]] = {}
+        for j in (j for j, one in enumerate(self.unknowns) if one.settings):
+            best = min(fits, key=self._squares)
+            line = self.profile(j, best)
+            others[j] = [(theta[j], squares) for theta, squares in line]
+            for theta in self._starts(j, best, line):
+                try:
+                    fits.append(self.run(theta))
+                except InputError:  # the model does not respond from there
+                    continue
+        best = min(fits, key=self._squares)
+        most = self.as_good(self._squares(best))
+        for j, values in others.items():
+            values += [(one[0][j], self._squares(one)) for one in fits]
+        return best, [
+            [v for v, squares in others.get(j, []) if squares <= most and abs(v - at) > BY]
+            for j, at in enumerate(best[0])
+        ]
+
+    def profile(self, j: int, fit: Fit) -> list[tuple[np.ndarray, float]]:
+        """(unknowns, sum of squares) at values of unknown j about a fit, ascending: the others
+        follow it by the derivatives, and the sum is the least that they tell."""
+        found, rest = [], np.arange(len(self.unknowns)) != j
+        above = [value for value in LOOKED if value > fit[0][j] + BY]
+        below = [value for value in LOOKED[::-1] if value < fit[0][j] - BY]
+        for values in (above, below):
+            theta, solved = fit[:2]
+            for value in values:
+                r, J, way = self.residual(solved), self.jacobian(solved), np.zeros(len(theta))
+                way[j] = value - theta[j]
+                way[rest] = np.linalg.lstsq(J[:, rest], -r - J[:, j] * way[j], rcond=BLIND)[0]
+                way[rest] = np.clip(way[rest], -LONGEST, LONGEST)
+                try:
+                    solved = self.solved(theta + way, solved, way)
+                except InputError:  # the model does not respond from here on
+                    break
+                theta, r, J = theta + way, self.residual(solved), self.jacobian(solved)[:, rest]
+                left = r - J @ np.linalg.lstsq(J, r, rcond=BLIND)[0]
+                found.append((theta, float(left @ left)))
+        return sorted(found, key=lambda one: one[0][j])
+
+    def _starts(
+        self, j: int, fit: Fit, line: list[tuple[np.ndarray, float]]
+    ) -> Iterator[np.ndarray]:
+        """Unknowns of a profile from which another fit may end lower: where the fit is not
+        among the least within the scatter, of these the one nearest to what was given; and the
+        least place beyond a ridge that may lie beside a deeper one."""
+        size = self._squares(fit)
+        if not line:
+            return
+        most = self.as_good(min(squares for _, squares in line))
+        if size > most:
+            yield min((one for one, s in line if s <= most), key=lambda one: abs(one[j]))
+        every = sorted([*line, (fit[0], size)], key=lambda one: one[0][j])
+        s = np.array([np.inf, *(one[1] for one in every), np.inf])
+        lowest = (s[1:-1] < s[:-2]) & (s[1:-1] < s[2:]) & (s[1:-1] > max(most, size))
+        lowest &= s[1:-1] < COMPARABLE * size
+        if lowest.any():
+            yield every[int(np.where(lowest, s[1:-1], np.inf).argmin())][0]
+
+    def as_good(self, squares: float) -> float:
+        """The largest sum of squares that is one within the scatter: of a 95 % interval."""
+        free = sum(one.values for one in self.measured) - len(self.unknowns)
+        return squares * (1 + stdtrit(free, 0.5 + CONFIDENCE / 2) ** 2 / free)
+
+    def _squares(self, fit: Fit) -> float:
+        """The sum of them, of the differences by their deviations."""
+        return float(np.linalg.norm(self.residual(fit[1])) ** 2)
+
+    def best(self) -> Fit:
         """The result of `run` that is nearest to the measurement. Too much damping to start from
         ends a resonance that folds before the measured one ends; no small step leads back."""
         damped = np.array([bool(one.modes) for one in self.unknowns])
@@ -245,7 +334,7 @@ class _Residuals:
             found.append(self.run(np.where(damped, np.log(factor), 0.0)))
             if not self._elsewhere(found[-1][1]):
                 break
-        return min(found, key=lambda one: np.linalg.norm(self.residual(one[1])))
+        return min(found, key=self._squares)
 
     def _elsewhere(self, solved: _Solved) -> bool:
         """Whether a point is on another branch than the measured one."""
@@ -254,8 +343,8 @@ class _Residuals:
             for computed, one in zip(solved.computed, self.measured, strict=True)
         )
 
-    def run(self, theta: np.ndarray) -> tuple[np.ndarray, _Solved, int, bool]:
-        """(unknowns, their solution, steps, whether the last was small), from some unknowns on."""
+    def run(self, theta: np.ndarray) -> Fit:
+        """A fit from some unknowns on."""
         solved = self.solved(theta)
         for step in range(1, STEPS + 1):
             r, J = self.residual(solved), self.jacobian(solved)
@@ -414,11 +503,19 @@ class _Residuals:
         return half
 
     def _untold(self, which: np.ndarray, why: str) -> InputError:
-        names = [name for name, one in zip(self.names, which, strict=True) if one]
-        return InputError(
-            f"fit_damping: {', '.join(names)} {why}: leave it out (scatter = false those of "
-            "measured curves), or measure where the contacts slip or the mode responds"
-        )
+        those = [one for one, mine in zip(self.unknowns, which, strict=True) if mine]
+        remedies = dict.fromkeys(_remedy(one) for one in those)
+        names = ", ".join(one.name for one in those)
+        return InputError(f"fit_damping: {names} {why}; {'; '.join(remedies)}")
+
+
+def _remedy(unknown: _Unknown) -> str:
+    """Of one that the measured curves do not tell."""
+    if unknown.of:
+        return "give the measured curves no factors of their own (scatter = false)"
+    if unknown.modes:
+        return "name other modes to be fitted, or measure where this mode responds"
+    return f"take {unknown.name} as known ({unknown.name} = false), or measure where contacts slip"
 
 
 def _from_guesses(

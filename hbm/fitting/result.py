@@ -92,13 +92,16 @@ class DampingFit:
 
     names (p,); values, low, high, start (p,) : damping ratios, and factors on mu ('mu'), on kn and
         kt ('stiffness') or on a measured curve; low to high is the 95 % interval, from the scatter
-        about the fit
+        about the fit: by the derivatives there, of a factor on the contacts also as far as other
+        values of it fit as well
     measured : the measured responses, in the band; computed : for each of them (n,) m, as it was
         measured, at its frequencies
     misfit : for each of them the root mean square of the difference, weighted by the deviations,
         relative to its largest
     iterations; converged : whether the last step was small
     problem : with the values found
+    weak : names of the factors on the contacts of which values beyond the derivatives' interval, or
+        twice and half of what was found, fit as well
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01)
     >>> damped = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=4.0)
@@ -123,11 +126,21 @@ class DampingFit:
     iterations: int
     converged: bool
     problem: ContactProblem
+    weak: tuple[str, ...] = ()
 
     @property
     def doubts(self) -> tuple[str, ...]:
         """Sentences where the values found are to be doubted, whatever their intervals."""
-        found = () if self.converged else ("the fit has not converged: values are doubtful",)
+        found: tuple[str, ...] = ()
+        if not self.converged:
+            found = ("the fit has not converged: values are doubtful",)
+        for name, low, high in zip(self.names, self.low, self.high, strict=True):
+            if name in self.weak:
+                found += (
+                    f"{name} is weakly determined: factors from {low:.2g} to {high:.2g} fit the "
+                    "measured curves as well within their scatter; measure at a level at which "
+                    "more contacts slip",
+                )
         worst = int(np.argmax(self.misfit))
         if self.misfit[worst] <= MOST_MISFIT:
             return found

@@ -11,6 +11,7 @@ from tipdamp.hbm.ties import SAME, first_largest
 
 FLAT = 0.05  # above the least, within which a pull counts as good
 FINE = 2001  # places between the computed levels
+NEAR = 1e-9  # relative: levels closer to each other than this are at one Fc/Fe
 Spans = dict[str, tuple[float, float]]  # {case: (from, to)}
 
 
@@ -40,6 +41,11 @@ class Optimum:
         if not self.of_end:
             return ""
         return " or less" if self.low == self.ratio else " or more"
+
+    @property
+    def flat(self) -> bool:
+        """Whether every level is within 5 % of the least, so that no pull is best."""
+        return self.at_end == "both"
 
     @property
     def m_per_N(self) -> float:
@@ -102,6 +108,47 @@ def envelope(peaks: Sequence[ComparedPeak]) -> tuple[np.ndarray, np.ndarray]:
     every = tops(peaks)
     height = [peak.m_per_N for peak in every]
     return np.array([peak.ratio for peak in every]), np.array(height, dtype=float)
+
+
+def reach(peaks: Sequence[ComparedPeak]) -> tuple[float, float]:
+    """(Fc/Fe, Fc/Fe) of the first and last level whose curve is whole, or at which the damper rolls
+    or slides: beyond a level that is not there for another reason nothing is known."""
+    known = [peak.ratio for peak in peaks if peak.complete or peak.motion]
+    return min(known), max(known)
+
+
+def least_within(every: Sequence[ComparedPeak], low: float, high: float) -> list[ComparedPeak]:
+    """Of `tops` those between whose heights the least from low to high (Fc/Fe) lies.
+
+    It is that of the least level there; where an end of the range lies between two levels, that
+    beyond it too if it is lower. Of a curve that is flat over the range all levels there: which of
+    them is the least says nothing.
+    """
+    inside = [p for p in every if low * (1 - NEAR) <= p.ratio <= high * (1 + NEAR)]
+    before = [p for p in every if p.ratio < low * (1 - NEAR)][-1:]
+    after = [p for p in every if p.ratio > high * (1 + NEAR)][:1]
+    if not inside:
+        return before + after
+    beyond = before if inside[0].ratio > low * (1 + NEAR) else []
+    beyond += after if inside[-1].ratio < high * (1 - NEAR) else []
+    heights = np.array([p.m_per_N for p in inside], dtype=float)
+    least = heights.min()
+    lower = [p for p in beyond if (p.m_per_N or 0.0) < least]
+    if heights.max() <= (1 + FLAT) * least:
+        return inside + lower
+    return [inside[first_largest(-heights)], *lower]
+
+
+def within(
+    curve: tuple[np.ndarray, np.ndarray], low: float, high: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The part of a curve (Fc/Fe, m/N) from low to high, as far as it reaches; at ends between two
+    levels interpolated in log-log."""
+    ratio, height = curve
+    low, high = max(low, ratio[0]), min(high, ratio[-1])
+    inner = ratio[(ratio > low) & (ratio < high)]
+    found = np.unique(np.r_[low, inner, high])
+    return found, np.exp(np.interp(np.log(found), np.log(ratio), np.log(height)))
 
 
 def ranks(spans: dict[str, Spans]) -> dict[str, int]:

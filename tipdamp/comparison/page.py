@@ -16,7 +16,7 @@ from tipdamp.engine.store import Store
 from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.drawing import matplotlib, table
 from tipdamp.report.page import Block, Section, page
-from tipdamp.report.text import listing
+from tipdamp.report.text import listing, number
 from tipdamp.study.view import Study
 
 SECTIONS = (
@@ -110,7 +110,7 @@ def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
     yield " ".join(
         (
             _least(comparison, phase, optima),
-            *_tied(comparison, phase),
+            *_ranked(comparison, phase),
             *_without_friction(optima),
             *_beyond(comparison, phase, optima),
         )
@@ -119,11 +119,11 @@ def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
 
 def _least(comparison: ComparedStudies, phase: Phase, optima: dict[str, Optimum]) -> str:
     (first, least), *others = optima.items()
-    place = (
-        ", where friction takes nothing"
-        if least.idle
-        else f" at Fc/Fe = {tables.best_ratio(comparison, phase, first, least)}"
-    )
+    place = f" at Fc/Fe = {tables.best_ratio(comparison, phase, first, least)}"
+    if least.flat:
+        place = ", and within 5 % of that at every level"
+    if least.idle:
+        place = ", where friction takes nothing"
     whose = f"that of {first}, " * (len(comparison.names) > 1)
     best = listing(f"{name} {doubts.height(one.peak, 'µm/N')}" for name, one in others)
     return (
@@ -134,11 +134,20 @@ def _least(comparison: ComparedStudies, phase: Phase, optima: dict[str, Optimum]
     )
 
 
-def _tied(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
-    ranks = comparison.ranks(phase)
-    first = [name for name, rank in ranks.items() if rank == 1]
-    if len(first) > 1:
-        yield f"{listing(first)} are equal within their errors or their scatter."
+def _ranked(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
+    """Which share the first rank, and which has it where the least lies where not all reach."""
+    ranks, common = comparison.ranks(phase), comparison.common(phase)
+    if common is None:
+        yield "There is no Fc/Fe that all reach, and so no rank."
+        return
+    ends = " to ".join(number(end, 3) for end in common)
+    where = f"From Fc/Fe = {ends}, which all reach: " if comparison.is_cut(phase) else ""
+    first = listing(name for name, rank in ranks.items() if rank == 1)
+    if list(ranks.values()).count(1) > 1:
+        within = "within their errors, their scatter or what a flat curve varies by"
+        yield f"{where}{first} are equal {within}."
+    elif where:
+        yield f"{where}{first} is the lowest."
 
 
 def _without_friction(optima: dict[str, Optimum]) -> Iterator[str]:

@@ -5,7 +5,16 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from tipdamp.comparison.optimum import Optimum, Spans, optimum, ranks
+from tipdamp.comparison.optimum import (
+    NEAR,
+    Optimum,
+    Spans,
+    least_within,
+    optimum,
+    ranks,
+    reach,
+    tops,
+)
 from tipdamp.comparison.peaks import PHASES, ComparedPeak, Phase, peaks_of, why_missing
 from tipdamp.report.results import Results
 
@@ -89,13 +98,34 @@ class ComparedStudies:
         known = {name: one for name, one in found.items() if one is not None}
         return dict(sorted(known.items(), key=lambda item: item[1].m_per_N))
 
+    def common(self, phase: Phase) -> tuple[float, float] | None:
+        """(Fc/Fe, Fc/Fe) which all studies with an optimum reach; None where there is none."""
+        reached = [reach(self.of(name, phase)) for name in self.optima(phase)]
+        if not reached:
+            return None
+        low, high = max(a for a, _ in reached), min(b for _, b in reached)
+        return (low, high) if low <= high * (1 + NEAR) else None
+
+    def is_cut(self, phase: Phase) -> bool:
+        """Whether the least of a study lies at an Fc/Fe that not all reach."""
+        common = self.common(phase)
+        if common is None:
+            return False
+        low, high = common[0] * (1 - NEAR), common[1] * (1 + NEAR)
+        return not all(low <= one.ratio <= high for one in self.optima(phase).values())
+
     def ranks(self, phase: Phase) -> dict[str, int]:
-        """{study: place by its least}, 1 of the lowest; those that are equal within their errors
-        and their scatter share a place: of the same scatter case by case."""
+        """{study: place by its least over the Fc/Fe that all reach}, 1 of the lowest; those that
+        are equal within their errors, their scatter and what a flat curve varies by share a place:
+        of the same scatter case by case. Empty where there is no such Fc/Fe."""
+        common = self.common(phase)
+        if common is None:
+            return {}
         spans: dict[str, Spans] = {}
-        for name, one in self.optima(phase).items():
+        for name in self.optima(phase):
             mine = spans.setdefault(name, {})
-            for peak in self._alike(one.peak):
+            least = least_within(tops(self.of(name, phase)), *common)
+            for peak in (one for each in least for one in self._alike(each)):
                 low, high = mine.get(peak.scatter, peak.span)
                 mine[peak.scatter] = min(low, peak.span[0]), max(high, peak.span[1])
         return ranks(spans)

@@ -8,7 +8,7 @@ import numpy as np
 from tipdamp.comparison.doubts import error, height, stability
 from tipdamp.comparison.events import drifts
 from tipdamp.comparison.figures import in_words
-from tipdamp.comparison.optimum import Optimum, envelope, lowest_at
+from tipdamp.comparison.optimum import Optimum, envelope, lowest_at, within
 from tipdamp.comparison.peaks import ComparedPeak, Phase, motion_beyond
 from tipdamp.comparison.record import ComparedStudies
 from tipdamp.hbm.contact import ContactTable
@@ -94,10 +94,13 @@ def best(comparison: ComparedStudies) -> Iterator[Table]:
             "The best pull. Least: of the curve of the larger of both blades, over the computed "
             "levels. Flat: Fc/Fe within which it stays within 5 % of the least; open where that "
             "reaches the first or the last level. None: friction takes nothing at the least, every "
-            "pair sticks there or slips freely. Rank: by the least; studies that are equal within "
-            "the errors of their peaks or their scatter, of the same scatter case by case, are "
-            "tied; lowest: at how many of the levels in the range of all studies its curve "
-            "is the lowest. Paper: the rank that the study states as its reference.",
+            "pair sticks there or slips freely. Any: every level is within 5 % of the least. Rank: "
+            "by the least over the Fc/Fe that all studies reach, levels at which the damper rolls "
+            "or slides among them; studies that are equal within the errors of their peaks, their "
+            "scatter, of the same scatter case by case, or what a curve varies by that is flat "
+            "over that range, are tied; lowest: at how many of the levels in the range of all "
+            "studies its curve is the lowest. Paper: the rank that the study states as its "
+            "reference.",
             rows,
             left=(0, 1),
         )
@@ -111,20 +114,28 @@ def _best(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
         if name not in optima:
             continue
         one, stated = optima[name], results.study.reference.get(f"{phase}_rank")
+        none = "none" if one.idle else "any" if one.flat else ""
         first, common = lowest.get(name, (0, 0))
         yield {
             "phase": in_words(phase),
             "study": name,
-            "best Fc/Fe": "none" if one.idle else best_ratio(comparison, phase, name, one),
+            "best Fc/Fe": none or best_ratio(comparison, phase, name, one),
             "least (µm/N)": height(one.peak),
             "flat: Fc/Fe": NOTHING if one.idle else _flat(one),
             "pull for Fe = 10 N (N)": NOTHING
-            if one.idle
+            if none
             else best_ratio(comparison, phase, name, one, 10),
-            "rank": f"{rank[name]}" + " (tied)" * (list(rank.values()).count(rank[name]) > 1),
+            "rank": _rank(rank, name),
             "lowest": f"{first} of {common}" if common else NOTHING,
             "paper": NOTHING if stated is None else f"{stated:g}",
         }
+
+
+def _rank(rank: dict[str, int], name: str) -> str:
+    """'1 (tied)'; a dash where there is no Fc/Fe that all reach."""
+    if name not in rank:
+        return NOTHING
+    return f"{rank[name]}" + " (tied)" * (list(rank.values()).count(rank[name]) > 1)
 
 
 def best_ratio(
@@ -151,25 +162,28 @@ def differences(comparison: ComparedStudies) -> Iterator[Table]:
     rows = [row for phase in comparison.phases for row in _differences(comparison, phase)]
     if rows:
         yield Table(
-            "Why studies rank behind their reference, with those before them: the least response "
-            "is that at the largest Fc/Fe, where little slips, times the part that is left of it "
-            "at the best pull. The former is a matter of stiffness and mode, the latter of "
-            "friction. Lower by: each of the two, over that of the study behind.",
+            "Why studies rank behind their reference, with those before them: over the Fc/Fe that "
+            "all reach the least response is that at the largest, where little slips, times the "
+            "part that is left of it at the best pull. The former is a matter of stiffness and "
+            "mode, the latter of friction. Lower by: each of the two that differs by a percent, "
+            "over that of the study behind.",
             rows,
             left=(0, 1),
         )
 
 
 def _differences(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
-    rank = comparison.ranks(phase)
+    rank, common = comparison.ranks(phase), comparison.common(phase)
+    if common is None:
+        return
+    curves = {name: within(envelope(comparison.of(name, phase)), *common) for name in rank}
     for name, results in comparison.studies.items():
         stated = results.study.reference.get(f"{phase}_rank")
         if stated is None or rank.get(name, 0) <= stated:
             continue
         ahead = [other for other in rank if rank[other] < rank[name]]
-        _, mine = envelope(comparison.of(name, phase))
         for other in (name, *ahead):
-            ratio, height = envelope(comparison.of(other, phase))
+            ratio, height = curves[other]
             yield {
                 "phase": in_words(phase),
                 "study": other,
@@ -178,17 +192,19 @@ def _differences(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
                 "largest Fc/Fe": number(ratio[-1], 3),
                 "there (µm/N)": micro(height[-1]),
                 "left of it at the best": number(height.min() / height[-1], 3),
-                "lower by": NOTHING if other == name else _cause(mine, height),
+                "lower by": NOTHING if other == name else _cause(curves[name][1], height),
             }
 
 
 def _cause(mine: np.ndarray, its: np.ndarray) -> str:
-    """Of a lower curve: 'stiffness (× 0.46), not friction (× 1.69)'."""
+    """Of a lower curve: 'stiffness (× 0.46), not friction (× 1.69)', without what rounds to 1; a
+    dash where both do."""
     stiffness = its[-1] / mine[-1]
-    factors = {"stiffness": stiffness, "friction": its.min() / mine.min() / stiffness}
+    every = {"stiffness": stiffness, "friction": its.min() / mine.min() / stiffness}
+    factors = {name: one for name, one in every.items() if f"{one:.2f}" != "1.00"}
     lower = [f"{name} (× {one:.2f})" for name, one in factors.items() if one < 1]
-    not_lower = [f"not {name} (× {one:.2f})" for name, one in factors.items() if one >= 1]
-    return ", ".join([" and ".join(lower), *not_lower])
+    not_lower = [f"not {name} (× {one:.2f})" for name, one in factors.items() if one > 1]
+    return ", ".join(filter(None, [" and ".join(lower), *not_lower])) or NOTHING
 
 
 def stuck_hz(one: Results, phase: Phase) -> float | None:

@@ -171,6 +171,13 @@ class CurveResult(Peak):
     hold_doubts: Texts = ()
 
     @property
+    def least_known(self) -> tuple[float, str]:
+        """(estimated error of a peak by the harmonics left out, patch) of the patch on which it is
+        largest, the first of equal ones; 0 without an estimate."""
+        errors = ((peak.truncation or 0.0, name) for name, peak in self.patches.items())
+        return max(errors, key=lambda one: one[0], default=(self.truncation or 0.0, ""))
+
+    @property
     def of_another_mode(self) -> bool:
         """Whether the peak is not of the mode of that at the next lower level."""
         return self.mac is not None and self.mac < SAME_MODE

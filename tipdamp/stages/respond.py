@@ -498,16 +498,21 @@ def _truncated(found: Sequence[CurveResult], tolerance: float) -> Iterator[str]:
                 f"harmonics = 'auto': {not_met(tried, tolerance, f' at Fe = {case.Fe_N:g} N')}"
                 + "".join(cut) * (not case.tried[-1].complete)
             )
-    missed = [case for case in finest if not case.tried and (case.truncation or 0.0) > tolerance]
+    missed = [case for case in finest if not case.tried and case.least_known[0] > tolerance]
     if missed:
-        size = [f"{case.truncation:.1e}" for case in missed]
-        at = [f"{case.Fe_N:g} N ({said})" for case, said in zip(missed, size, strict=True)]
+        at = [f"{case.Fe_N:g} N ({_of_worst_patch(case)})" for case in missed]
         more = f" and {len(at) - SHOWN} more levels" * (len(at) > SHOWN)
         yield (
             f"with H = {missed[0].H} the estimated error of the peak is above the tolerance "
             f"{tolerance:g} at Fe = {', '.join(at[:SHOWN])}{more}: set [respond] harmonics = "
             '"auto", or accept it with a larger tolerance'
         )
+
+
+def _of_worst_patch(case: CurveResult) -> str:
+    """Error of its peak, with its name where there are several."""
+    error, patch = case.least_known
+    return f"{error:.1e}" + f" on {patch}" * (len(case.patches) > 1)
 
 
 def _unstable(case: CurveResult) -> Iterator[str]:

@@ -14,6 +14,7 @@ from tipdamp.sweep.cases import in_words
 from tipdamp.sweep.index import HOW, CaseState, Index
 
 FREQUENCY = re.compile(r"(\d+(?:\.\d+)?(?:e[+-]?\d+)?) Hz")
+ERROR = re.compile(r"\d\.\d+e[+-]\d+")  # as warnings write them, and nothing else
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 LONGEST = 300  # letters of a reason or a warning
 SHOWN = 20  # cases that failed, for each reason
@@ -51,13 +52,20 @@ def _incomplete(reasons: dict[str, int]) -> list[str]:
 
 
 def alike(said: Mapping[int, Sequence[str]]) -> list[tuple[str, list[int]]]:
-    """Of {case: its warnings} each warning once, whatever its numbers: (text of the first case that
-    has it, all cases that have it)."""
+    """Of {case: its warnings} each warning once, whatever its numbers: (text of the case in which
+    the errors that it tells are the largest, the first without any; that case, then all others
+    that have it)."""
     found: dict[str, dict[int, str]] = {}
     for number, texts in said.items():
         for text in texts:
             found.setdefault(NUMBER.sub("#", text), {}).setdefault(number, text)
-    return [(next(iter(every.values())), list(every)) for every in found.values()]
+    worst = [(max(every, key=lambda case: _error(every[case])), every) for every in found.values()]
+    return [(every[k], [k, *(case for case in every if case != k)]) for k, every in worst]
+
+
+def _error(text: str) -> float:
+    """The largest that a warning tells, 0 where it tells none."""
+    return max(map(float, ERROR.findall(text)), default=0.0)
 
 
 def _warnings(said: dict[int, list[str]]) -> list[str]:

@@ -184,9 +184,33 @@ def test_what_the_curves_do_not_tell_is_named():
     """mu where nothing slips; the damping alone is told there."""
     stuck, slip = measured(ONE, 0.1)
     assert slip == 0
-    with pytest.raises(InputError, match="mu does not change the measured curves"):
+    with pytest.raises(
+        InputError, match="mu does not change the measured curves; take mu as known"
+    ):
         fit_damping(ONE, [1.0], [stuck], mu=True)
     assert fit_damping(ONE, [1.0], [stuck]).values[0] == pytest.approx(0.02, rel=1e-6)
+
+
+def test_mu_is_looked_for_where_the_start_tells_nothing():
+    """With nearly three times the friction nothing slips at this level: no small step leads back
+    to what was measured."""
+    run, slip = measured(ONE, 0.3, np.linspace(650, 1000, 40))
+    start = guess(ONE, damping_ratio=0.03, mu=1.4)
+    assert slip > 0
+    found = fit_damping(start, [1.0], [run], mu=True)
+    assert found.values == pytest.approx([0.02, MU / 1.4], rel=1e-6) and found.weak == ()
+
+
+def test_mu_that_is_weakly_determined_is_told():
+    """It hardly slips, in noise of 10 %: as good without any slip, which the interval has."""
+    run, slip = measured(ONE, 0.27, np.linspace(650, 1000, 40))
+    assert 0 < slip < 0.1
+    noise = 1 + 0.1 * np.random.default_rng(0).standard_normal(40)
+    noisy = replace(run, response=run.response * noise, deviation=None)
+    with pytest.warns(Doubt, match="mu is weakly determined: factors from .* to 3 fit"):
+        found = fit_damping(guess(ONE, damping_ratio=0.03), [1.0], [noisy], mu=True)
+    assert found.weak == ("mu",) and found.low[1] < 1 < 2.9 < found.high[1]
+    assert found.low[0] < 0.02 < found.high[0]
 
 
 def test_too_much_damping_to_start_from_beside_a_fold():

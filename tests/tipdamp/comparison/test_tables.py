@@ -75,8 +75,11 @@ def test_best_pull_with_ranks(tmp_path):
 
 
 def test_a_least_at_the_end_of_the_levels_is_no_optimum(tmp_path):
-    """Of `stiff`, as high at every level; between its levels `soft` has a least."""
+    """Of `stiff`, which still falls there; between its levels `soft` has a least."""
     given = comparison(tmp_path)
+    soft = [p for p in given.peaks if p.study == "soft"]
+    falls = [level("stiff", Fe, h) for Fe, h in ((1.0, 5e-7), (10.0, 4e-7), (50.0, 3e-7))]
+    given = replace(given, peaks=(*soft, *falls))
     (said,) = introduction(given)
     assert said.endswith("Least at the first or last level, where more levels are needed: stiff.")
     assert "that of stiff, 0.3000 µm/N at Fc/Fe = 2.00 or less. The" in said
@@ -146,6 +149,56 @@ def test_studies_that_are_equal_share_a_rank(tmp_path):
     assert ranked(4.04e-7, error=0.005) == (apart, False)
     assert ranked(4.5e-7, scatter=(3.9e-7, 5e-7)) == (tied, True)
     assert ranked(4.5e-7, scatter=(4.1e-7, 5e-7)) == (apart, False)
+
+
+def test_ranks_are_over_what_all_reach(tmp_path):
+    """The same damper, of which one was computed further down: its least lies where the other was
+    not computed. As two levels, and as one level between two of the other's."""
+    given = comparison(tmp_path)
+
+    def ranked(soft, stiff, **last):
+        peaks = [level("soft", Fe, h) for Fe, h in soft]
+        peaks += [level("stiff", Fe, h) for Fe, h in stiff]
+        peaks += [level("stiff", 100.0, None, complete=False, **last)] if last else []
+        changed = replace(given, peaks=tuple(peaks))
+        return changed.ranks("out_of_phase"), " ".join(introduction(changed)), changed
+
+    soft = ((1.0, 8e-7), (10.0, 6e-7), (20.0, 3e-7))
+    tied, apart = {"soft": 1, "stiff": 1}, {"soft": 1, "stiff": 2}
+    found, said, changed = ranked(soft, (*soft, (50.0, 2e-7)))
+    assert found == tied and list(tables.differences(changed)) == []
+    assert "From Fc/Fe = 5.00 to 100, which all reach: stiff and soft are equal within" in said
+    assert ranked(soft, ((1.0, 8e-7), (15.0, 4e-7), (30.0, 2e-7)))[0] == tied
+    assert ranked(soft, (soft[0], (10.0, 6.1e-7), (20.0, 3.1e-7), (50.0, 2e-7)))[0] == apart
+    assert "which all reach: soft is the lowest" in ranked(soft, ((1.0, 8e-7), (50.0, 3.5e-7)))[1]
+    lower = (*soft, (50.0, 2e-7))
+    assert ranked(lower, soft)[0] == tied
+    rolls = "stopped at 20 Hz: the damper rolls (...): no periodic state exists there"
+    assert ranked(lower, soft, ended=rolls)[0] == apart  # below it there is none to be lower
+    assert ranked(lower, soft, ended="stopped at 20 Hz: the step is too small")[0] == tied
+    found, said, _ = ranked(soft, ((50.0, 2e-7), (100.0, 1e-7)))
+    assert found == {} and "no Fc/Fe that all reach" in said
+
+
+def test_a_flat_curve_ranks_by_all_its_heights(tmp_path):
+    """Both vary by more than one leads: tied, and no pull is best. A step apart they are not."""
+    given = comparison(tmp_path)
+    Fe = (1.0, 10.0, 50.0)
+
+    def told(scale):
+        soft = map(level, ["soft"] * 3, Fe, (3e-7, 2.99e-7, 2.96e-7))
+        stiff = map(level, ["stiff"] * 3, Fe, (scale * 3e-7, scale * 3e-7, scale * 2.97e-7))
+        changed = replace(given, peaks=(*soft, *stiff))
+        (table,) = tables.best(changed)
+        return table.records, introduction(changed), list(tables.differences(changed))
+
+    (soft, stiff), (said,), causes = told(1.0)
+    assert soft["rank"] == stiff["rank"] == "1 (tied)" and causes == []
+    assert soft["best Fc/Fe"] == "any" and soft["pull for Fe = 10 N (N)"] == NOTHING
+    assert "that of soft, 0.2960 µm/N, and within 5 % of that at every level." in said
+    (soft, stiff), _, causes = told(0.9)
+    assert (soft["rank"], stiff["rank"]) == ("2", "1")
+    assert causes[0].records[1]["lower by"] == "stiffness (× 0.90)"  # friction rounds to 1
 
 
 def test_the_same_scatter_is_ranked_case_by_case(tmp_path):

@@ -142,7 +142,8 @@ def test_few_harmonics_are_told_once(study, capsys):
     assert len(re.findall("above the tolerance", said)) == 1
     assert re.search(
         r"with H = 1 the estimated error of the peak is above the tolerance 0\.001 at Fe = 30 N "
-        r"\(\S+\): set \[respond\] harmonics = \"auto\", or accept it with a larger tolerance",
+        r"\(\S+ on \S+\): set \[respond\] harmonics = \"auto\", or accept it with a larger "
+        r"tolerance",
         said,
     )
     (_, _, one), _ = found(study)

@@ -26,7 +26,7 @@ from tipdamp.hbm.laws import SHIPPED, Contacts, DryFriction2T, Jenkins1D, Unilat
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.response import follow_band, forced_response
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.results.response_results import CurveResult, RespondResult
+from tipdamp.results.response_results import CurveResult, Peak, RespondResult
 from tipdamp.results.static_results import PreloadResult
 from tipdamp.stages import respond
 from tipdamp.stages.curve_facts import curve_result, peak_of, peak_shape, with_macs
@@ -437,6 +437,35 @@ def test_largest_at_an_end_beside_a_local_maximum(inside):
         else "has no peak inside the band: it is largest at"
     )
     assert known in said and said.endswith("; widen [respond] band")
+
+
+def test_the_error_by_harmonics_is_that_of_the_worst_patch():
+    """Of two patches the second misses the tolerance; one alone needs no name."""
+    peak = {"peak_hz": 1.0, "peak_m": 1.0, "min_peak_m": 1.0}
+    patches = {"tip_a": Peak(**peak, truncation=0.02), "tip_b": Peak(**peak, truncation=0.17)}
+    case = CurveResult(
+        **peak,
+        truncation=0.02,
+        file="a.npz",
+        Fe_N=20.0,
+        H=3,
+        patches=patches,
+        points=10,
+        failed_points=0,
+        slipping_pairs=(),
+        seconds=1.0,
+        residual_calls=1,
+        complete=True,
+        ended="",
+        origin="preloaded",
+        start="zero_slider",
+    )
+    (said,) = respond._truncated([case], 0.05)
+    assert "above the tolerance 0.05 at Fe = 20 N (1.7e-01 on tip_b): set" in said
+    assert not list(respond._truncated([case], 0.2))
+    alone = case.model_copy(update={"patches": {"tip_b": patches["tip_b"]}})
+    (said,) = respond._truncated([alone], 0.05)
+    assert "at Fe = 20 N (1.7e-01): set" in said
 
 
 def test_further_solutions_are_warned_of(tmp_path):

@@ -29,7 +29,7 @@ from tipdamp.sweep.index import Index
 from tipdamp.sweep.plan import SweepStep
 from tipdamp.sweep.rows import CurveRow
 from tipdamp.sweep.run import planned
-from tipdamp.sweep.summary import status
+from tipdamp.sweep.summary import alike, status
 from tipdamp.sweep.work import product
 
 SWEEP = """
@@ -305,6 +305,19 @@ def test_warnings_of_the_cases_are_told(tmp_path):
     assert text.splitlines()[1:] == [
         "warning: error 1 % (case 1 and 1 more)",
         "warning: peak at 3 % (case 1)",
+    ]
+
+
+def test_the_worst_of_cases_that_are_alike_is_quoted():
+    """By the errors that it tells; the first where it tells none."""
+    said = {
+        4: ["at Fe = 20 N (6.2e-02): more", "MAC of 0.42"],
+        5: ["at Fe = 20 N (1.7e-01): more", "MAC of 0.43"],
+        6: ["at Fe = 20 N (8.1e-02): more"],
+    }
+    assert alike(said) == [
+        ("at Fe = 20 N (1.7e-01): more", [5, 4, 6]),
+        ("MAC of 0.42", [4, 5]),
     ]
 
 

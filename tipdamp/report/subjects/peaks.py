@@ -65,7 +65,8 @@ def trust(results: Results) -> Iterator[Table]:
     """How far each curve can be trusted, one row each."""
     if results.cases:
         yield Table(
-            "Harmonics: estimated error of the largest peak by the orders above H. From fewer: "
+            "Harmonics: estimated error of the peak by the orders above H, on the patch with the "
+            "largest. From fewer: "
             "change of the peak from the next smaller H. Energy: largest error of input = damping "
             "+ friction over a period, relative to the input, of all "
             "points. Other way: the band followed from its other end; not needed where the "
@@ -98,7 +99,7 @@ def _trusted(results: Results, case: ReportedCurve) -> Row:
     return _of(case.H, case.Fe) | {
         "curve": _state(case),
         "points": f"{facts.points}",
-        "harmonics": _share(facts.truncation),
+        "harmonics": _share(facts.least_known[0] or facts.truncation),
         "from fewer": _from_fewer(results, case),
         "energy": number(facts.energy_error, 1),
         "other way": _other_way(facts),
