@@ -54,7 +54,7 @@ def generate(
     prefix: str = "",
 ) -> dict[str, Path]:
     """Builds both bodies, writes and reads them back, checks what was read -> {'blades': path,
-    'damper': path}.
+    'damper': path}; leaves no files of meshes that are refused.
 
     prefix : of the names of the files, in place of the damper's
     """
@@ -64,7 +64,12 @@ def generate(
     paths = {m.name: folder / f"{prefix or damper}_{m.name}.msh" for m in (blades, solid)}
     for mesh in (blades, solid):
         mesh_file.write(paths[mesh.name], mesh)
-    check(rig, damper, rows, *(mesh_file.read(p) for p in paths.values()))
+    try:
+        check(rig, damper, rows, *(mesh_file.read(p) for p in paths.values()))
+    except MeshError:
+        for path in paths.values():  # nobody is to compute with them
+            path.unlink()
+        raise
     return paths
 
 

@@ -20,6 +20,8 @@ peaks = [
 _, axes = plt.subplots(layout="constrained")
 axes.semilogy(preload, 1e6 * np.array(peaks), "o-")
 axes.set(xlabel="preload (N)", ylabel="peak (µm)")
+axes.set_yticks([50, 100, 200], ["50", "100", "200"])
+axes.minorticks_off()
 
 best = int(np.argmin(peaks))
 assert 0 < best < len(preload) - 1

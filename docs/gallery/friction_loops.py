@@ -16,7 +16,7 @@ for newton in (3.0, 5.0, 8.0):
     curve = pushed.follow_band((600, 1000), outputs={"tip": 0})
     top = int(np.argmax(curve.amplitude()[:, 0]))
     loop = contact_cycles(curve, pushed.contact_problem, top)
-    axes = loop.plot(unit="um", ax=axes)
-axes.set_title("loops at the peaks of 3, 5 and 8 N")
+    axes = loop.plot(unit="um", ax=axes, label=f"{newton:g} N")
+axes.set_title("loops at the peaks")
 
 assert np.isclose(loop.force.max(), 0.5 * 40.0)

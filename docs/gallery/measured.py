@@ -19,7 +19,9 @@ found = half_power(hz, mean).zeta
 blade = Problem(M=[[mass]], K=[[k]], damping_ratio=found).force(0, 1.0)
 loose = blade.add(Jenkins1D(), 0, kt=1e2, mu=0.5, preload=1.0)
 axes = loose.follow_band((650, 780), outputs={"tip": 0}).plot(unit="um", label="computed")
-axes.fill_between(hz, 1e6 * (mean - scatter), 1e6 * (mean + scatter), alpha=0.3, label="measured")
+axes.fill_between(
+    hz, 1e6 * (mean - scatter), 1e6 * (mean + scatter), color="orange", label="measured"
+)
 axes.legend()
 
 assert abs(found - zeta) < 0.02 * zeta

@@ -25,6 +25,9 @@ if __name__ in ("__main__", "<run_path>"):
     plt.loglog(pulls, [1e6 * height for _, height in peaks], "o-")
     plt.xlabel("pull (N)")
     plt.ylabel("peak (µm)")
+    plt.xticks([2, 5, 10, 20, 40], ["2", "5", "10", "20", "40"])
+    plt.yticks([50, 100, 200, 500], ["50", "100", "200", "500"])
+    plt.minorticks_off()
 
     heights = [height for _, height in peaks]
     assert min(heights) not in (heights[0], heights[-1])  # an optimum between loose and stuck

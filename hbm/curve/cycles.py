@@ -53,17 +53,20 @@ class ContactCycles:
     components: tuple[str, ...]
     energy: EnergyBalance
 
-    def plot(self, pair: int = 0, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
+    def plot(
+        self, pair: int = 0, unit: str = "m", ax: "Axes | None" = None, label: str = ""
+    ) -> "Axes":
         """Draw the loops of a contact: force over the motion about its mean, a line for each
         component.
 
-        unit : 'm', 'mm' or 'um'; ax : axes of matplotlib to draw on; new ones without
+        unit : 'm', 'mm' or 'um'; ax : axes of matplotlib to draw on; new ones without;
+        label : of the loop in place of its component, and then it has a colour of its own
         Returns the axes. Raises InputError where matplotlib is not installed or the pair is none.
         """
         if not 0 <= pair < self.force.shape[1]:
             raise InputError(f"pair = {pair}: must be 0 to {self.force.shape[1] - 1}")
         motion, force = self.motion[:, pair], self.force[:, pair]
-        return pictures.loop(motion, force, self.components, unit, ax)
+        return pictures.loop(motion, force, self.components, unit, label, ax)
 
     def to_pandas(self) -> "pandas.DataFrame":
         """A row for each instant and contact: time in s, motion in m and force in N of each

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.result import ForcedResponse
 
 BAR = 0.3  # half the thickness of a bar
+LINE = 0.006  # of the height of a picture: a line, behind which a thinner band is not seen
 LARGEST_DISK = 22.0  # points across
 CYCLE = (BLUE, VERMILION, GREEN, ORANGE, INK)
 UNITS = {"m": 1.0, "mm": 1e3, "um": 1e6}
@@ -117,7 +119,10 @@ def _amplitude_items(
     yield from branch_lines(curve, a, named, label, color, width)
     if curve.truncation.size:
         share = 1.0 if kind == "rms" else np.sqrt(2)
-        yield error_band(curve, a, factor * share * curve.truncation[:, j], color)
+        error = factor * share * curve.truncation[:, j]
+        band = error_band(curve, a, error, color)
+        seen = 2 * np.nanmax(error, initial=0.0) > LINE * np.nanmax(a, initial=0.0)
+        yield band if seen else replace(band, name="")
     places = [
         Place(one.kind, one.parameter, height)
         for one, height in zip(curve.named_points, named, strict=True)
@@ -150,15 +155,21 @@ def period(
 
 
 def loop(
-    motion: np.ndarray, force: np.ndarray, components: Sequence[str], unit: str, ax: Any
+    motion: np.ndarray,
+    force: np.ndarray,
+    components: Sequence[str],
+    unit: str,
+    label: str,
+    ax: Any,
 ) -> Any:
-    """Force over motion (n, nd) of one contact about its mean."""
+    """Force over motion (n, nd) of one contact about its mean; label : '' for names and colours of
+    the components alone."""
     items = tuple(
         Curve(
             factor_of(unit) * (motion[:, k] - motion[:-1, k].mean()),
             force[:, k],
-            name,
-            COMPONENTS.get(name, BLUE),
+            f"{label} {name}" if label and len(components) > 1 else label or name,
+            free_color(ax, k) if label else COMPONENTS.get(name, BLUE),
         )
         for k, name in enumerate(components)
     )

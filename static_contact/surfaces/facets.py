@@ -74,9 +74,7 @@ def facets(surface: Surface) -> list[Facets]:
 def _cut(position: np.ndarray, faces: np.ndarray) -> Facets:
     place, k = position[faces], faces.shape[1]
     corners = face_corners(k)
-    straight = np.einsum("kc,fcx->fkx", face_shapes(corners, face_places(k))[0], place[:, :corners])
-    size = np.linalg.norm(place - place[:, :1], axis=2).max(axis=1)
-    curved = np.linalg.norm(place - straight, axis=2).max(axis=1) > DEFAULT.straight * size
+    curved = bulge(place) > DEFAULT.straight
     faces_of, references = [], []
     for mine, cut in (
         (np.flatnonzero(~curved), _cuts(corners, False)),
@@ -98,6 +96,16 @@ def _cut(position: np.ndarray, faces: np.ndarray) -> Facets:
         across / np.maximum(twice, 1e-300)[:, None],
         twice / 2,
     )
+
+
+def bulge(place: np.ndarray) -> np.ndarray:
+    """(f,): how far the nodes (f, k, 3) of faces are off those of a face with the same corners and
+    straight edges, of its size."""
+    k = place.shape[1]
+    corners = face_corners(k)
+    straight = np.einsum("kc,fcx->fkx", face_shapes(corners, face_places(k))[0], place[:, :corners])
+    size = np.linalg.norm(place - place[:, :1], axis=2).max(axis=1)
+    return np.linalg.norm(place - straight, axis=2).max(axis=1) / np.maximum(size, 1e-300)
 
 
 def _cuts(corners: int, curved: bool) -> np.ndarray:

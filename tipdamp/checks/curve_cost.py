@@ -26,10 +26,9 @@ class CurveCostSettings:
     sticking: float = 0.0012
     # of a pair, components that Newton's system has rows for: two tangents, or some normals
     components: float = 2.0
-    # of an evaluation by a law by its step alone: s an instant, and s an instant and pair more
-    # [Dahl, creeping]
-    instant: float = 1e-4
-    instant_and_pair: float = 3e-6
+    # evaluations of a law by file: a point's error takes twice the samples, and whether another
+    # curve branches off there more of them than the point itself [creeping]
+    by_file: float = 8.0
     # flops of the multipliers of the peaks over the cube of the pairs that act, whose events are
     # instants of the period [the wedge; 16 to 128 pairs of a beam]
     multipliers: float = 4e5
@@ -89,13 +88,13 @@ def _traced(size: Size, H: int, slip: float, machine: Machine) -> float:
     s, coefficients, pairs = SETTINGS, 2 * H + 1, size.kept_pairs
     forces = coefficients * (s.acting * slip + s.sticking * pairs)
     one = machine.evaluation * (1 + forces)
-    one += size.instants * (s.instant + s.instant_and_pair * pairs)
     one += min(flops(s.components * slip, H + 1)) / machine.flops * (slip > 0)
-    return s.evaluations * _points(slip) * one
+    by_file = s.by_file * size.cycles.get(H, 0.0)
+    return _points(slip) * (s.evaluations * one + by_file)
 
 
 def _multipliers(size: Size, slip: float, traced: float, machine: Machine) -> float:
-    if size.stability == "none" or size.instants:
+    if size.stability == "none" or size.cycles:
         return 0.0
     peaks = SETTINGS.multipliers * slip**3 / machine.flops
     if size.stability == "peaks":

@@ -156,6 +156,11 @@ def advice(size: Size, costs: dict[str, Cost]) -> Iterator[str]:
             )
         elif max(cost.seconds, cost.at_most if stage == "respond" else 0.0) > SETTINGS.slow:
             yield f"{stage} is estimated to take {cost.text}: {size.fewer}{more.get(stage, '')}"
+        if stage == "respond" and size.cycles and cost.seconds > SETTINGS.short:
+            yield (
+                f"respond: an evaluation of the law by file takes {max(size.cycles.values()):.2g} "
+                "s; one compiled with numba is faster, docs/gallery/own_law_numba.py shows how"
+            )
         if cost.bytes <= available_bytes() < cost.bytes_at_most:
             yield (
                 f"{stage} may need {cost.bytes_at_most / 1e9:.1f} GB should all kept pairs slip, "

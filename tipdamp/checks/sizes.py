@@ -1,11 +1,12 @@
 """The sizes that costs follow from, of a study and of what `inspect` found."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from tipdamp.bodies import BLADES
 from tipdamp.bodies.interface import is_reduced
+from tipdamp.checks import law_cost
 from tipdamp.results.static_results import InspectResult
-from tipdamp.study.schema import Respond, named_orders
+from tipdamp.study.schema import named_orders
 from tipdamp.study.view import Study
 
 
@@ -18,7 +19,6 @@ class SizeSettings:
     slipping: float = 0.8
     # H of harmonics = "auto" [the two-blade rig: 3, and 7 to 19]
     tried: tuple[int, ...] = (3, 15)
-    instants: int = 256  # of a period
     many: int = 900  # masters and contact shapes of which fewer are advised
 
 
@@ -31,7 +31,7 @@ class Size:
     curves - H of each, level by level; auto - whether these are tried until a tolerance is met;
     followed - pairs that a reduced interface follows, which most often hold those that slip, 0
     where it is none; jobs - curves that are made side by side; kept - share of pairs that stay;
-    instants - of a period at which a law by its step alone is evaluated, 0 of compiled ones;
+    cycles {H: s} - of an evaluation of a law by file at the pairs that stay, none of shipped ones;
     acting - pairs that slip or lift at each level, empty where that is not known; outputs - nodes
     of the patches; search, stability - as in [respond]; unreduced - whether the preload is solved
     on all dofs; sets - of stations of which `tune` seeks the frequency; fewer - what makes of many
@@ -46,7 +46,7 @@ class Size:
     sets: int = 0
     fewer: str = "coarsen the meshes"
     jobs: int = 1
-    instants: int = 0
+    cycles: dict[int, float] = field(default_factory=dict)
     acting: tuple[int, ...] = ()
     auto: bool = False
     outputs: int = 2
@@ -106,16 +106,12 @@ def _with_curves(size: Size, study: Study, found: InspectResult) -> Size:
         curves=(named or SETTINGS.tried) * len(settings.levels),
         auto=not named,
         followed=settings.followed if settings.levels and is_reduced(study, size.pairs) else 0,
-        instants=_instants(settings),
+        cycles=law_cost.cycles(settings, size.kept_pairs, named or SETTINGS.tried),
         outputs=sum(groups.get(patch, 1) for patch in settings.patches),
         search=settings.search,
         stability=settings.stability,
         stressed=len(settings.levels) if settings.stress else 0,
     )
-
-
-def _instants(settings: Respond) -> int:
-    return (settings.samples or SETTINGS.instants) if settings.law.file else 0
 
 
 def _detached(study: Study) -> bool:

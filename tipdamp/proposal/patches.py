@@ -9,9 +9,15 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from tipdamp.hbm.ties import in_order
-from tipdamp.modal.faces import boundary_faces, face_corners, face_keys, group_faces
+from tipdamp.modal.faces import (
+    boundary_faces,
+    face_corners,
+    face_keys,
+    face_rule,
+    group_faces,
+)
 from tipdamp.modal.mesh import Mesh, offered
-from tipdamp.static_contact.surfaces.facets import Facets, Surface, facets
+from tipdamp.static_contact.surfaces.facets import Facets, Surface, bulge, facets
 from tipdamp.static_contact.surfaces.pick import FacePick
 
 
@@ -33,6 +39,9 @@ class ProposalSettings:
     round: float = 10.0  # degrees that the normals of a flat side may differ, ...
     turn: float = 1.0  # ... and of a side whose normals turn in proportion to the place
     fan: float = 0.1  # of the width: how far from that proportion they may be
+    # of a face's size that its middle nodes are off a straight one: normals then turn inside of it,
+    # by half a degree and more, and not by the rounding of places in a file
+    curved: float = 1e-3
     whole: float = 0.95  # of the faces of a patch: a group with them beats one of a part
 
 
@@ -128,9 +137,10 @@ def _patch(damper: Mesh, mine: "_Faces", own: np.ndarray, blades: np.ndarray) ->
 def _radius(mine: "_Faces", own: np.ndarray, mean: np.ndarray) -> float:
     """Of the cylinder on which the faces lie: what their places differ by over what their normals
     do, along the direction in which these turn; inf where that is no proportion, and of a flat."""
-    normal, weight = mine.normal[own] - mean, mine.area[own]
+    taken = own[mine.sample_of]
+    normal, weight = mine.sample_normal[taken] - mean, mine.sample_area[taken]
     _, _, ways = np.linalg.svd(np.sqrt(weight)[:, None] * normal, full_matrices=False)
-    turned, place = normal @ ways[0], mine.centre[own] @ ways[0]
+    turned, place = normal @ ways[0], mine.sample[taken] @ ways[0]
     turned, place = (v - np.average(v, weights=weight) for v in (turned, place))
     steps = len(np.unique(np.round(turned, 4)))
     if steps < 3 or np.ptp(turned) < 2 * np.sin(np.radians(SETTINGS.turn)):
@@ -167,7 +177,8 @@ def group_of(mesh: Mesh, faces: np.ndarray) -> str:
 
 
 class _Faces:
-    """Faces of a mesh with key, centre, normal and area of each."""
+    """Faces of a mesh with key, centre, normal and area of each, and samples of their normals:
+    points with the face that each lies on, its normal there and its share of the area."""
 
     def __init__(self, mesh: Mesh, blocks: list[np.ndarray]) -> None:
         parts = facets(Surface(mesh, blocks))
@@ -182,6 +193,34 @@ class _Faces:
         self.centre /= np.maximum(self.area, 1e-300)[:, None]
         self.normal /= np.maximum(np.linalg.norm(self.normal, axis=1), 1e-300)[:, None]
         self.corners = [np.array(p.faces[:, : face_corners(p.faces.shape[1])]) for p in parts]
+        self._take_samples(parts)
+
+    def _take_samples(self, parts: list[Facets]) -> None:
+        """The centre of a straight face; of a curved one Gauss points, over which its normals are
+        off those of an arc through its nodes to both sides."""
+        curved = np.concatenate(
+            [bulge(p.place) > SETTINGS.curved for p in parts] or [np.empty(0, bool)]
+        )
+        straight, first = np.flatnonzero(~curved), 0
+        found = [(straight, self.centre[straight], self.normal[straight], self.area[straight])]
+        for part in parts:
+            bent = np.flatnonzero(curved[first : first + len(part.faces)])
+            shape, slope, weight = face_rule(part.faces.shape[1])
+            place = part.place[bent]
+            across = np.cross(*np.einsum("gdk,fkx->dfgx", slope, place))
+            size = np.linalg.norm(across, axis=2)
+            found.append(
+                (
+                    np.repeat(first + bent, len(weight)),
+                    np.einsum("gk,fkx->fgx", shape, place).reshape(-1, 3),
+                    (across / np.maximum(size, 1e-300)[..., None]).reshape(-1, 3),
+                    (weight * size).ravel(),
+                )
+            )
+            first += len(part.faces)
+        self.sample_of, self.sample, self.sample_normal, self.sample_area = (
+            np.concatenate(values) for values in zip(*found, strict=True)
+        )
 
     def pieces(self) -> np.ndarray:
         """(f,) label of what hangs together over edges without a bend."""

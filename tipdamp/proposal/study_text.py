@@ -207,9 +207,9 @@ def _contact(found: Proposal, tried: Trial | None) -> list[str]:
             f"[contact.{side.name}]",
             f"blade = {_faces(found, BLADES, side.patch.blades, side.blade)}",
             f"damper = {_faces(found, DAMPER, side.patch.damper, side.damper)}",
-            f'shape = "{"flat" if patch.flat else "cylinder"}"              # normals within '
+            f'shape = "{"flat" if patch.flat else "cylinder"}"              # faces within '
             f"{patch.spread:.2g} "
-            "degrees of their mean",
+            "degrees of their mean normal",
             _size(found, patch),
             *(_stiffness(tried.sides[side.name], found) if tried else []),
             "",

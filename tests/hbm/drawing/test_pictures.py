@@ -30,6 +30,7 @@ from tipdamp import (
     two_blades,
 )
 from tipdamp.hbm.drawing.branches import branch_lines, error_band
+from tipdamp.hbm.drawing.pictures import LINE
 from tipdamp.hbm.errors import InputError
 
 pyplot = pytest.importorskip("matplotlib.pyplot")
@@ -153,7 +154,9 @@ def test_curves_on_the_same_axes_have_colours_and_entries_of_their_own(rubbed):
     assert rubbed.plot(label="second", ax=ax) is ax
     first, second = lines(ax, "-")
     assert first.get_color() != second.get_color()
-    assert labels(ax) == ["first", "estimated error", "onset of slip", "second"]
+    thin = 2 * rubbed.truncation.max() * np.sqrt(2) / rubbed.amplitude().max()
+    assert thin < LINE  # of the height: no band is seen, and none named
+    assert labels(ax) == ["first", "onset of slip", "second"]
     ax.set_title("mine")
     rubbed.plot(label="third", color="red", ax=ax)
     assert ax.get_title() == "mine" and lines(ax, "-")[2].get_color() == "red"
@@ -192,6 +195,21 @@ def test_loop_has_the_area_of_the_friction_work(rubbed, slipping):
     (line,) = cycles.plot().lines
     work = np.trapezoid if hasattr(np, "trapezoid") else np.trapz
     assert work(line.get_ydata(), line.get_xdata()) == pytest.approx(cycles.energy.friction.sum())
+
+
+def test_loops_on_the_same_axes_are_told_apart_by_their_labels(rubbed, slipping):
+    axes = None
+    for label in ("3 N", "5 N"):
+        axes = contact_cycles(rubbed, slipping.contact_problem, 0).plot(ax=axes, label=label)
+    assert labels(axes) == ["3 N", "5 N"]
+    assert len({line.get_color() for line in axes.lines}) == len(axes.lines)
+
+
+def test_a_band_behind_the_line_has_no_entry_in_the_legend(folded):
+    """A thousandth of the height is less than the line is wide."""
+    thin = replace(folded, truncation=1e-3 * folded.truncation / folded.truncation.max())
+    small = replace(thin, truncation=thin.truncation * folded.amplitude()[:, :1].max())
+    assert "estimated error" not in labels(small.plot())
 
 
 def test_integration_lies_on_the_balance(rubbed, slipping):

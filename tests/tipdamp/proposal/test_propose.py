@@ -20,6 +20,8 @@ from tipdamp.bodies.split import cut
 from tipdamp.bodies.surfaces import surface_points
 from tipdamp.cli import main
 from tipdamp.hbm.errors import InputError
+from tipdamp.meshes.rig import Rig
+from tipdamp.meshes.two_blade_rig import generate
 from tipdamp.modal.faces import boundary_faces, face_keys
 from tipdamp.proposal.patches import Patch, _Faces, _patch, group_of, within_group
 from tipdamp.proposal.propose import propose
@@ -344,9 +346,13 @@ def test_round_side(rig):
     assert len(found.sides) == 2 and shapes == {True, False} and found.length == "m"
 
 
-def arched(radius, rows=6, height=lambda z, radius: np.sqrt(radius**2 - z**2) - radius):
+def on_arc(z, radius):
+    return np.sqrt(radius**2 - z**2) - radius
+
+
+def arched(radius, rows=6, height=on_arc, kind="hexahedron"):
     """(mesh, its faces, mask of those towards x): a cube whose face x = A is a cylinder along y."""
-    x, y, z = (mesh := corner_study.cube(divisions=(2, 2, rows))).position.T
+    x, y, z = (mesh := corner_study.cube(kind, divisions=(2, 2, rows))).position.T
     top = np.where(x > 0.9 * A, height(z - A / 2, radius), 0.0)
     mesh = replace(mesh, position=np.column_stack([x + top, y, z]))
     mine = _Faces(mesh, boundary_faces(mesh))
@@ -361,6 +367,58 @@ def test_normals_that_turn_in_proportion_are_a_radius(rows):
     patch = _patch(mesh, mine, facing, np.empty((0, 4), int))
     assert patch.spread < 6 and not patch.flat
     assert patch.radius == pytest.approx(radius, rel=2e-3)
+
+
+@pytest.mark.parametrize("kind", ["hexahedron20", "hexahedron27", "tetra10", "wedge15"])
+@pytest.mark.parametrize("rows", [1, 2, 5])
+def test_curved_faces_hold_their_radius(kind, rows):
+    """Inside of them normals turn: one or two across a side tell the cylinder, one of a few degrees
+    and one of 15 to either edge."""
+    for degrees in (2.0, 15.0):
+        radius = A / 2 / np.sin(np.radians(degrees))
+        mesh, mine, facing = arched(radius, rows, kind=kind)
+        patch = _patch(mesh, mine, facing, np.empty((0, 4), int))
+        assert not patch.flat
+        assert patch.radius == pytest.approx(radius, rel=4e-3)
+
+
+@pytest.mark.parametrize(
+    "height, rows",
+    [
+        (lambda z: 0 * z, 1),
+        (lambda z: 1e-4 * A * np.random.default_rng(3).uniform(-1, 1, z.shape), 1),  # few digits
+        (lambda z: 1e-4 * A * np.random.default_rng(3).uniform(-1, 1, z.shape), 2),
+        (lambda z: -0.03 * np.abs(z), 2),  # a roof
+        (lambda z: 1e-3 * A * np.sin(900 * z / A), 8),  # uneven
+    ],
+)
+def test_flats_of_quadratic_cells_stay_flat(height, rows):
+    mesh, mine, facing = arched(1.0, rows, lambda z, _: height(z), "hexahedron27")
+    assert _patch(mesh, mine, facing, np.empty((0, 4), int)).flat
+
+
+def test_straight_quadratic_faces_of_an_arc_have_one_normal_each():
+    """Their middle nodes lie on the chords, as where cells became quadratic after meshing."""
+
+    def chords(z, radius):
+        ends = np.linspace(-A / 2, A / 2, 7)
+        return np.interp(z, ends, on_arc(ends, radius))
+
+    mesh, mine, facing = arched(4 * A, 6, chords, "hexahedron20")
+    found = _patch(mesh, mine, facing, np.empty((0, 4), int))
+    assert found.radius == pytest.approx(4 * A, rel=2e-3)
+
+
+def test_two_curved_faces_across_a_flank_of_the_rig_are_round(tmp_path):
+    """30 faces with radius 6 mm whose mean normals lie within 4 degrees; the set of each whole
+    side."""
+    pytest.importorskip("gmsh")
+    paths = generate(Rig(damper_radius=0.006, pitch=0.026), "cylindrical", 0.5, tmp_path)
+    found = propose(list(paths.values()))
+    assert [side.damper for side in found.sides] == ["side_left", "side_right"]
+    for side in found.sides:
+        assert side.patch.spread < 4 and not side.patch.flat
+        assert side.patch.radius == pytest.approx(0.006, rel=1e-3)
 
 
 @pytest.mark.parametrize(
