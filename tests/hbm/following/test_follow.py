@@ -1,5 +1,6 @@
 """Followed peaks against those of whole curves, and folds against closed forms."""
 
+import io
 import warnings
 
 import numpy as np
@@ -12,6 +13,7 @@ from tipdamp.hbm.balance.equation import as_parameter
 from tipdamp.hbm.balance.parameter import ModelParameter
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.varying import Unbalance
+from tipdamp.hbm.curve import watched
 from tipdamp.hbm.curve.peaks import find_peaks
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.following.extremum import by_frequency
@@ -86,6 +88,18 @@ def test_another_unit_of_time_changes_no_step():
     assert np.allclose(fast.parameter, slow.parameter, rtol=1e-8)
     assert np.allclose(fast.height, slow.height, rtol=1e-8)
     assert np.allclose(fast.frequency, 1e4 * slow.frequency, rtol=1e-8)
+
+
+def test_a_terminal_sees_how_far_it_is(monkeypatch):
+    """From the first value to the last, by the parameter's unit."""
+    said = io.StringIO()
+    monkeypatch.setattr(watched, "_stream", lambda: said)
+    monkeypatch.setattr(watched, "PATIENCE", 0.0)
+    monkeypatch.setattr(watched, "EVERY", 0.0)
+    given = dict(outputs=TIP, band=(600, 1200), harmonics=1)
+    peaks = follow_peak(oscillator(), FORCE, "level", (0.5, 2.0), **given)
+    shares = [line.count("#") for line in said.getvalue().split("\r") if "#" in line]
+    assert peaks.complete and shares == sorted(shares) and shares[0] < 12 < shares[-1]
 
 
 @pytest.mark.parametrize("parameter", ["kt", "own"])
