@@ -61,16 +61,14 @@ BAD = {
     "point = 3: must be a NamedPoint": lambda: branch_from(curve(), DUFFING, 3),
     "point = 'fold': must be a NamedPoint": lambda: branch_from(curve(), DUFFING, "fold"),
     "the point is a fold": lambda: branch_from(curve(), DUFFING, named_points(curve(), DUFFING)[0]),
-    "problem = None: must be the Problem": lambda: solutions_at(curve(), None, 0.2),
+    "problem = None: must be a Problem": lambda: solutions_at(curve(), None, 0.2),
     "problem = 'a'": lambda: limit_cycle("a", 1.0, outputs=ROW),
     "curve = 'c': must be a ForcedResponse": lambda: named_points("c", DUFFING),
     "value = 'a'": lambda: solutions_at(curve(), DUFFING, "a"),
     "the curve runs over frequency, not over level": lambda: solutions_at(
         curve(), DUFFING, 0.2, "level"
     ),
-    "made by Problem.*contact_problem": lambda: follow_band(
-        DUFFING, [0.2], (0.1, 0.2), outputs=ROW
-    ),
+    "problem = 3: must be a Problem": lambda: follow_band(3, [0.2], (0.1, 0.2), outputs=ROW),
     "problem = 3": lambda: curves_beside(curve(), 3),
 }
 

@@ -361,7 +361,7 @@ WRONG = {
     "amplitude zero": (dict(amplitudes=[0.0, 1.0]), "positive and ascending"),
     "no harmonic": (dict(harmonics=0), "harmonics = 0: a mode vibrates in order 1"),
     "blind output": (dict(outputs={"x": [0.0]}), "outputs: 'x', .* does not see mode 1"),
-    "no problem": (dict(problem=[[1.0]]), "problem = .*must be the Problem"),
+    "no problem": (dict(problem=[[1.0]]), "problem = .*must be a Problem"),
 }
 
 
