@@ -4,7 +4,11 @@ import os
 
 import pytest
 
-import tipdamp  # noqa: F401 (before numpy, whose loops it chooses)
+# as `./dev test` and the processes of a study have it: curves are compared bit for bit
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", os.environ["OMP_NUM_THREADS"])
+
+import tipdamp  # noqa: E402, F401 (before numpy, whose loops it chooses)
 
 os.environ.setdefault("TIPDAMP_JOBS", "1")  # tests of several processes say so
 if "TIPDAMP_ROUNDING" in os.environ:  # before anything imports eigh by its name
