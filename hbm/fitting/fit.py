@@ -51,9 +51,8 @@ STIFFNESS = ("kn", "kt")
 LOOKED = np.log(3.0) * np.linspace(-1, 1, 7)  # where a factor is looked for, logarithms of it
 BY = 0.1  # of these from the fit: no nearer are other values of it looked at
 COMPARABLE = 10.0  # times the sum of squares of the fit, up to which another minimum is gone down
-Fit = tuple[
-    np.ndarray, "_Solved", int, bool
-]  # unknowns, solution, steps, whether the last is small
+# unknowns, solution, steps, whether the last is small
+Fit = tuple[np.ndarray, "_Solved", int, bool]
 
 
 @dataclass(frozen=True)

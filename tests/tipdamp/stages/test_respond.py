@@ -398,6 +398,23 @@ def two_modes(top):
     return curve, peak_of(curve, in_patch(curve.output_names, "top:1"))
 
 
+def whole_curve(**facts):
+    """Facts of a curve that is complete, beside those that a test is about."""
+    return CurveResult(
+        file="a.npz",
+        points=10,
+        failed_points=0,
+        slipping_pairs=(),
+        seconds=1.0,
+        residual_calls=1,
+        complete=True,
+        ended="",
+        origin="preloaded",
+        start="zero_slider",
+        **facts,
+    )
+
+
 @pytest.mark.parametrize("inside", [True, False])
 def test_largest_at_an_end_beside_a_local_maximum(inside):
     """The maximum inside the band is told; that there is none is said where there is none."""
@@ -411,22 +428,7 @@ def test_largest_at_an_end_beside_a_local_maximum(inside):
     )
     if not inside:
         peak = peak.model_copy(update={"inside_hz": None, "inside_m": None})
-    case = CurveResult(
-        **dict(peak),
-        file="a.npz",
-        Fe_N=2.0,
-        H=1,
-        patches={"top:1": peak},
-        points=10,
-        failed_points=0,
-        slipping_pairs=(),
-        seconds=1.0,
-        residual_calls=1,
-        complete=True,
-        ended="",
-        origin="preloaded",
-        start="zero_slider",
-    )
+    case = whole_curve(**dict(peak), Fe_N=2.0, H=1, patches={"top:1": peak})
     (said,) = respond._without_resonance(case, (0.3183,))
     known = (
         (
@@ -443,23 +445,7 @@ def test_the_error_by_harmonics_is_that_of_the_worst_patch():
     """Of two patches the second misses the tolerance; one alone needs no name."""
     peak = {"peak_hz": 1.0, "peak_m": 1.0, "min_peak_m": 1.0}
     patches = {"tip_a": Peak(**peak, truncation=0.02), "tip_b": Peak(**peak, truncation=0.17)}
-    case = CurveResult(
-        **peak,
-        truncation=0.02,
-        file="a.npz",
-        Fe_N=20.0,
-        H=3,
-        patches=patches,
-        points=10,
-        failed_points=0,
-        slipping_pairs=(),
-        seconds=1.0,
-        residual_calls=1,
-        complete=True,
-        ended="",
-        origin="preloaded",
-        start="zero_slider",
-    )
+    case = whole_curve(**peak, truncation=0.02, Fe_N=20.0, H=3, patches=patches)
     (said,) = respond._truncated([case], 0.05)
     assert "above the tolerance 0.05 at Fe = 20 N (1.7e-01 on tip_b): set" in said
     assert not list(respond._truncated([case], 0.2))
