@@ -155,6 +155,9 @@ def small_project(tmp_path):
     for name in ("dev", "CITATION.cff", "CHANGELOG.md", "tipdamp/__init__.py"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / name, tmp_path / name)
+    changes = tmp_path / "CHANGELOG.md"
+    entry = "## Unreleased\n\n- Something that is released by this test alone.\n"
+    changes.write_text(changes.read_text().replace("## Unreleased\n", entry, 1))
 
     def git(*words):
         done = subprocess.run(["git", *words], cwd=tmp_path, capture_output=True, text=True)
