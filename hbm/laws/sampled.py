@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.linalg import matrix_balance, schur, solve_sylvester
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.compiled import njit
@@ -36,7 +37,7 @@ class SamplingSettings:
     step: float = 1e-30  # of the complex step: its square is below rounding
     max_periods: int = 30  # a state that creeps longer is taken as it is then
     repeats: float = 1e-12  # of the largest motion or state: the period repeats
-    regular: float = 1e-6  # of det(I - A): below, a period leaves part of the state where it was
+    neutral: float = 1e-10  # |1 - eigenvalue| of A: below, a period leaves this part where it was
     dissipates: float = 1e-4  # of |force| |motion|: above what sampling makes up
     rounding: float = 1e-12  # relative size of derivatives, and of slider motion, that are none
 
@@ -120,8 +121,9 @@ def periodic(
     one call.
 
     At least two periods. A state that creeps is taken to the one that repeats by Newton on the map
-    of the period, unless that leads to a contact at rest, where the state that repeats is not
-    unique: then without `newton`."""
+    of the period; the part that a period leaves where it was, as of a tangent at rest, stays. Where
+    that leads to more of it than there was at first, the state that repeats is not unique: then
+    without `newton`."""
     P, nd, nh = x.shape
     _, E, E_rate = grid
     n, ns = len(E), law.states
@@ -134,29 +136,41 @@ def periodic(
     dforce = np.zeros((n, P, nd, nd * nh + 1))
     creeps = np.zeros(P, dtype=bool)
     repeats = np.ones(P, dtype=bool)
+    at_first = np.full(P, ns)  # parts of the state that stay where they are
     for period in range(SETTINGS.max_periods if ns else 1):
         before, first = np.empty((n, P, ns)), state
         for i in order if ns else ():
             before[i] = state
             state = law.step(Motion(u[i], omega * u_rate[i], dt), state, contacts)[1]
         force, after, t = law_every.tangents(motion, before.reshape(n * P, ns), contacts_every)
-        rows, t = (E, omega * E_rate), t.reshaped(n, P)
+        rows, t, force = (E, omega * E_rate), t.reshaped(n, P), force.reshape(n, P, nd)
         by = _stacked(t, u_rate, -dt / omega)
         chain(order, *rows, by, dstate, dforce)
         repeats = (np.abs(state - first) <= SETTINGS.repeats * _sizes(law, u, before)).all(axis=1)
         if period and repeats.all():
             break
         if period and newton:
-            state, moved = _newton(first, state, _map(order, t.state_state), ~repeats)
-            creeps |= moved
+            A, moves = _map(order, t)
+            if period > 1:  # what is left after Newton's step may be rounding of the law
+                largest = np.abs(force).max(axis=(0, 2)) + np.abs(contacts.preload)
+                changed = np.einsum("pis,ps->pi", moves, np.abs(state - first)).max(axis=1)
+                repeats |= creeps & (changed <= SETTINGS.repeats * largest)
+                if repeats.all():
+                    break
+            stays, parts = _neutral(A)
+            now = ~repeats & (parts < ns)
+            change = (state - first)[now, :, None]
+            state[now] = first[now] + _beside(change, A[now], stays[now])[:, :, 0]
+            at_first = np.where(now & ~creeps, parts, at_first)
+            creeps |= now
     if creeps.any():
-        A = _map(order, t.state_state)[creeps]
-        if not repeats.all() or not _regular(A).all():
+        A = _map(order, t)[0][creeps]
+        stays, parts = _neutral(A)
+        if not repeats.all() or (parts > at_first[creeps]).any():
             return periodic(law, contacts, x, start, grid, omega, newton=False)
-        dforce[:, creeps] = _fixed_point(
-            order, rows, tuple(np.ascontiguousarray(a[:, creeps]) for a in by), A
-        )
-    return SampledCycle(u, before, after.reshape(n, P, ns), force.reshape(n, P, nd), t, dforce)
+        those = tuple(np.ascontiguousarray(a[:, creeps]) for a in by)
+        dforce[:, creeps] = _fixed_point(order, rows, those, A, stays, dstate[creeps])
+    return SampledCycle(u, before, after.reshape(n, P, ns), force, t, dforce)
 
 
 def _stacked(
@@ -181,14 +195,16 @@ def _fixed_point(
     rows: tuple[np.ndarray, np.ndarray],
     by: tuple[np.ndarray, ...],
     A: np.ndarray,
+    stays: np.ndarray,
+    dstate: np.ndarray,
 ) -> np.ndarray:
     """(n, p, nd, columns) derivative of the force of states that repeat: A is the map of the
-    period."""
+    period; of what it leaves where it was, `stays`, the derivative is that of dstate."""
     n, p, m, ns = by[2].shape
-    columns = (m - ns) * rows[0].shape[1] + 1
-    part, fixed = np.zeros((n, p, m - ns, columns)), np.zeros((p, ns, columns))
+    part = np.zeros((n, p, m - ns, dstate.shape[2]))
+    kept, fixed = stays @ dstate, np.zeros_like(dstate)
     chain(order, *rows, by, fixed, part)
-    fixed = np.linalg.solve(np.eye(ns) - A, fixed)
+    fixed = kept + _beside(fixed - stays @ fixed, A, stays)
     chain(order, *rows, by, fixed, part)
     return part
 
@@ -274,28 +290,37 @@ def _shares(
     return np.stack([~slips & ~opens, slips, opens], axis=2).mean(axis=0)
 
 
-def _map(order: np.ndarray, state_state: np.ndarray) -> np.ndarray:
-    """(P, ns, ns) derivative of the state after a period by the state before it."""
-    A = np.eye(state_state.shape[2])
+def _map(order: np.ndarray, t: Tangents) -> tuple[np.ndarray, np.ndarray]:
+    """(derivative (P, ns, ns) of the state after a period by the state before it, the most
+    (P, nd, ns) that the latter moves the force)."""
+    _, P, nd, ns = t.force_state.shape
+    A, moves = np.tile(np.eye(ns), (P, 1, 1)), np.zeros((P, nd, ns))
     for i in order:
-        A = state_state[i] @ A
-    return A
+        moves = np.maximum(moves, np.abs(t.force_state[i] @ A))
+        A = t.state_state[i] @ A
+    return A, moves
 
 
-def _regular(A: np.ndarray) -> np.ndarray:
-    return np.abs(np.linalg.det(np.eye(A.shape[1]) - A)) > SETTINGS.regular
+def _neutral(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(spectral projectors (P, ns, ns) on what a period leaves where it was, dimensions (P,) of
+    it)."""
+    eye = np.eye(A.shape[1])
+    stays, parts = np.zeros_like(A), np.zeros(len(A), dtype=int)
+    for p in np.flatnonzero(np.abs(np.linalg.det(eye - A)) <= 2.0 ** len(eye) * SETTINGS.neutral):
+        balanced, scale = matrix_balance(A[p], permute=False, separate=True)
+        T, Z, k = schur(balanced, output="complex", sort=lambda z: abs(1 - z) <= SETTINGS.neutral)
+        # P = Z [[I, Y], [0, 0]] Z^H with T11 Y - Y T22 = T12
+        Y = solve_sylvester(T[:k, :k], -T[k:, k:], T[:k, k:]) if 0 < k < len(T) else T[:k, k:]
+        projector = Z[:, :k] @ (Z[:, :k].conj().T + Y @ Z[:, k:].conj().T)
+        scale = scale[0]
+        stays[p], parts[p] = (scale[:, None] * projector / scale).real, k
+    return stays, parts
 
 
-def _newton(
-    first: np.ndarray, state: np.ndarray, A: np.ndarray, wanted: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """(states, mask of those moved): Newton's step to the state that repeats, where the map allows
-    it."""
-    now = wanted & _regular(A)
-    new = state.copy()
-    e = (state - first)[now, :, None]
-    new[now] = first[now] + np.linalg.solve(np.eye(A.shape[1]) - A[now], e)[:, :, 0]
-    return new, now
+def _beside(change: np.ndarray, A: np.ndarray, stays: np.ndarray) -> np.ndarray:
+    """What changes (p, ns, .) over a period add up to until nothing changes: (I - A)^-1 of them,
+    and what they are where a period leaves the state where it was."""
+    return np.linalg.solve(np.eye(A.shape[1]) - A + stays, change)
 
 
 def _initial(

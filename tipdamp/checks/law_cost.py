@@ -23,8 +23,7 @@ class LawCostSettings:
     contact: tuple[float, float, float, float] = (1e6, 1e6, 0.5, 20.0)  # kn, kt, mu, preload
     omega: float = 6e3  # rad/s
     # m of the first component, some hundredths of the way to slip as at most points of a curve; and
-    # what each next one has of it: along its axis a damper hardly moves, and states there, which
-    # are rounding, repeat late
+    # what each next one has of it: along its axis a damper hardly moves
     motion: float = 3e-7
     next: float = 1e-5
     instants: int = 256  # of a period, where the study names no other number of samples

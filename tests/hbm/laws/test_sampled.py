@@ -102,3 +102,28 @@ def test_a_component_that_is_not_active_has_no_derivative():
     found = forces(SliderBesideASpring(), contacts, x)
     assert found.active.tolist() == [[True, False]] * 2
     assert not full_derivative(found, x)[~found.active].any()
+
+
+def test_a_tangent_at_rest_leaves_newton_to_the_one_that_creeps():
+    """Of two tangents that creep by themselves: what a period leaves where it was stays there, and
+    the other repeats in as few periods as alone."""
+    periods = []
+
+    class Counted(own_law("creeping_contact").CreepingContact):
+        def tangents(self, motion, state, contacts):
+            periods.append(1)
+            return super().tangents(motion, state, contacts)
+
+    law = Counted(0.1)
+    contacts = Contacts(kn=[1.0, 1.0], kt=[1.0, 0.8], mu=[0.5, 0.5], preload=[1.0, 1.0])
+    x = 0.03 * np.random.default_rng(0).normal(size=(2, 2, 7))
+    x[:, 1] = 0.0
+    found = forces(law, contacts, x)
+    assert len(periods) == 3
+    forces_at = [forces(law, contacts, x + h * (x != 0)).g for h in (1e-6, -1e-6)]
+    expected = (forces_at[0] - forces_at[1]) / 2e-6
+    derivative = np.einsum("pdmek,pek->pdm", full_derivative(found, x), 1.0 * (x != 0))
+    assert np.abs(derivative - expected).max() < 1e-8 * np.abs(expected).max()
+    alone = x.copy()
+    alone[:, 1] = 0.03  # a motion about another mean: the same friction of the first
+    assert np.allclose(forces(law, contacts, alone).g[:, 0], found.g[:, 0], rtol=1e-9, atol=1e-12)

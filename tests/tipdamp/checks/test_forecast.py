@@ -236,8 +236,8 @@ def test_inspect_says_it(tmp_path, capsys):
 
 
 def test_a_law_by_file_takes_its_time(tmp_path):
-    """A creeping law is evaluated as the run will do it: ten minutes were measured for its curve of
-    10 pairs, 11 s forecast. What helps is said with its page; twice the samples, twice the time."""
+    """A law is evaluated as the run will do it: 52 s were measured for two curves of 9 pairs. What
+    helps is said with its page; twice the samples, twice the time."""
     shutil.copy(DAHL.with_name("creeping_contact.py"), tmp_path)
     law = 'law = { name = "creeping_contact.py:CreepingContact", elastic = 0.1 }'
     path = corner_study.write(tmp_path, change=[("[respond]", f"[respond]\n{law}")])
@@ -249,7 +249,7 @@ def test_a_law_by_file_takes_its_time(tmp_path):
     model = {"blades": (30, 0, 30), "damper": (15, 0, 15)}
     size = Size(model, 10, (5,), cycles=found)
     cost = forecast(size, COMMON)["respond"]
-    assert 200 < cost.seconds < 1800
+    assert 8 < cost.seconds < 200
     [said] = [one for one in advice(size, {"respond": cost}) if "numba" in one]
     page = re.search(r"docs/\S+\.py", said)
     assert page and (DAHL.parents[3] / page[0]).is_file()
