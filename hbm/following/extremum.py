@@ -23,6 +23,7 @@ from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.continuation.point import Bordered, Metric, Point, size
 from tipdamp.hbm.continuation.settings import DEFAULT, Settings
 
+ROUNDING = 4 * np.finfo(float).eps  # of a frequency
 STEP = 1e-6  # arc length of the differences of tangents
 NEARBY = 0.01  # of the frequency: a unit of arc length along a curve
 BESIDE = 0.05  # arc length within which a solution is that of a top
@@ -84,7 +85,7 @@ class Extremum:
         out = tx - fourier.to_real(real_times(there.balance.shapes, change)).ravel()
         dx, dw = near.found.solve(*self.along, 0.0, out)
         tangent = tx + dx, tw + dw
-        return near.metric.size * self.slope(there, tangent, near.metric.norm(*tangent))
+        return near.scale * self.slope(there, tangent, near.metric.norm(*tangent))
 
     def apart(self, dy: np.ndarray, dp: float, at: "ExtremumLinearisation") -> float:
         """Length of a way from a place, that of the parameter relative to it."""
@@ -102,9 +103,20 @@ class Extremum:
             metric = metric_at(found.balance.weights, found.x, found.w)
         e = self.slope(found, tangent, metric.norm(*tangent))
         residual = np.r_[found.residual, metric.size * e]
-        return ExtremumLinearisation(
-            self, y, p, residual, found, by_parameter, tangent, sign, metric
+        there = ExtremumLinearisation(
+            self, y, p, residual, found, by_parameter, tangent, sign, metric, metric.size
         )
+        return there.scaled(self._share(there)) if self.grows else there
+
+    def _share(self, there: "ExtremumLinearisation") -> float:
+        """Of e that counts beside R: less than all of it where rounding of the frequency alone
+        moves it by more than the tolerance, as at a resonance of next to no damping."""
+        rounding, tolerance = ROUNDING * there.found.w, self.settings.tolerance
+        way = there.metric.norm(*there.tangent) / max(abs(there.tangent[1]), 1e-300)
+        if rounding * way <= tolerance:  # along the branch it does not, and no more across it
+            return 1.0
+        moved = abs(there.change(np.r_[0 * there.y[:-1], rounding * self.by_w], 0.0))
+        return min(1.0, tolerance * there.scale / max(moved, 1e-300))
 
     def tangent(self, found: Linearisation) -> tuple[tuple[np.ndarray, float], float]:
         """((dx, dw), sign of the bordered determinant) of the branch, forward."""
@@ -127,6 +139,7 @@ class ExtremumLinearisation(Bordered):
 
     found : Linearisation of the branch by the frequency; by_parameter : the same by the parameter
     tangent : of the branch, sign : of its bordered determinant; metric : arc length there
+    scale : of e in the residual, m
     """
 
     of: Extremum
@@ -138,6 +151,7 @@ class ExtremumLinearisation(Bordered):
     tangent: tuple[np.ndarray, float]
     sign: float
     metric: Metric
+    scale: float
     kept: list = field(default_factory=list)
 
     def moved(self, dy: np.ndarray, dp: float) -> "ExtremumLinearisation":
@@ -147,6 +161,11 @@ class ExtremumLinearisation(Bordered):
         there = self.found.moved(dy[:-1], dy[-1] / self.of.by_w)
         there = replace(there, modal=there.modal + self.by_parameter.modal_rate * dp)
         return replace(self, y=self.y + dy, p=self.p + dp, found=there, residual=0 * self.residual)
+
+    def scaled(self, share: float) -> "ExtremumLinearisation":
+        """With a share of e in the residual."""
+        residual = np.r_[self.residual[:-1], share * self.residual[-1]]
+        return replace(self, residual=residual, scale=share * self.scale)
 
     def restoring(self, away: np.ndarray) -> np.ndarray:
         """As that of the branch."""
@@ -160,8 +179,7 @@ class ExtremumLinearisation(Bordered):
     @property
     def curvature(self) -> float:
         """Derivative of e by the arc length: negative at a maximum."""
-        scale = self.metric.size * self.metric.norm(*self.tangent)
-        return self._directions()[1] / scale
+        return self._directions()[1] / (self.scale * self.metric.norm(*self.tangent))
 
     def _directions(self) -> list[Any]:
         """(dy, change of the last residual) of the tangent, and of the parameter at a fixed place
@@ -173,12 +191,12 @@ class ExtremumLinearisation(Bordered):
             t, v = np.r_[tx, tw * of.by_w], np.r_[vx, vw * of.by_w]
             known = of.recent
             if known is None or of.apart(self.y - known[0], self.p - known[1], self) > of.near:
-                known = self.y, self.p, self._change(t, 0.0), self._change(v, 1.0)
+                known = self.y, self.p, self.change(t, 0.0), self.change(v, 1.0)
                 of.recent = known
             self.kept.extend((t, known[2], v, known[3]))
         return self.kept
 
-    def _change(self, dy: np.ndarray, dp: float) -> float:
+    def change(self, dy: np.ndarray, dp: float) -> float:
         """Derivative of the last residual along (dy, dp), by a difference."""
         of = self.of
         long = of.apart(dy, dp, self)
@@ -195,7 +213,7 @@ class ExtremumLinearisation(Bordered):
         dx, dw = self.found.solve(*of.along, 0.0, R[:-1])
         d = np.r_[dx, dw * of.by_w]
         matrix = np.array([[et, ev], [row @ t, row @ v + corner]])
-        right = np.array([-R[-1] - self._change(d, 0.0), value - row @ d])
+        right = np.array([-R[-1] - self.change(d, 0.0), value - row @ d])
         sizes = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
         matrix = matrix / sizes[:, None]
         sign = self.sign * np.sign(np.linalg.det(matrix))
