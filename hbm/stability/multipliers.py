@@ -45,6 +45,10 @@ class StabilitySettings:
         those above 1, between half the steps and all of them; what is larger takes twice as many: a
         contact that opens or slips and would be stiff where it sticks needs more, and errors fall
         by 16
+    margin, unchecked : where that change is this much smaller than allowed, so many of the next
+        points, as long as the same components act between as many events, take these steps as they
+        are
+    alike : relative difference of the tangents of two halves of a period that are the same
     doublings, work : at most so many, and so many intervals times the square of the components
         that act, which takes seconds; what still changes is not known
     kept : leading multipliers
@@ -61,6 +65,9 @@ class StabilitySettings:
     per_mode: int = 2
     halved: float = 1e-4
     settled: float = 0.02
+    margin: float = 0.1
+    unchecked: int = 3
+    alike: float = 1e-9
     doublings: int = 6
     work: float = 3e8
     kept: int = 4
@@ -79,6 +86,8 @@ class Stability:
         self._known: dict[tuple, tuple] = {}
         self._times = 1.0  # as far up as `massless_above` and `slow` say
         self._acting = 0  # components at which it was looked at last
+        self._pattern: tuple = ()  # at which the steps had a margin, and of how many points more
+        self._unchecked = 0
 
     def multipliers(
         self,
@@ -143,6 +152,7 @@ class Stability:
                 int(np.ceil(self.settings.per_mode * fastest)),
                 len(variation.events) // 2,
             )
+            pattern = place.tobytes(), len(variation.events), len(slow.s)
 
             def after(half: int, least: bool) -> np.ndarray | None:
                 instants = _joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
@@ -151,7 +161,7 @@ class Stability:
                 tangents = variation.between(instants)
                 return self._after(tangents, instants / w, slow, place, balance, w)
 
-            return self._settled(after, max(steps // 2, 1), half)
+            return self._settled(after, 2 * -(-steps // 4), half, pattern)
 
         return self._with_modes(of, balance, w, acts, opened)
 
@@ -192,39 +202,53 @@ class Stability:
         return found
 
     def _settled(
-        self, after: Callable[[int, bool], np.ndarray | None], half: int, given: int = 0
+        self,
+        after: Callable[[int, bool], np.ndarray | None],
+        half: int,
+        given: int = 0,
+        pattern: tuple = (),
     ) -> tuple[np.ndarray, int]:
         """(the multipliers that twice as many steps leave as they are, these steps); none where
-        none are. given : steps that are taken as they are, if any.
+        none are. given : steps that are taken as they are, if any
 
         after(steps, least) : those with so many, or None where that is too much; least : of the
         first two, which are not to be refused
+        pattern : of the cycle; of points with the same one after another not all are checked
         """
         none = np.empty(0), 0
         if given:
             every = after(given, True)
             return none if every is None else (every, given)
+        if pattern and pattern == self._pattern and self._unchecked:
+            self._unchecked -= 1
+            every = after(2 * half, True)
+            return none if every is None else (every, 2 * half)
         before = np.empty(0)
         for doubling in range(self.settings.doublings + 2):
             steps = half * 2**doubling
             every = after(steps, doubling < 2)
             if every is None:
                 break
-            if self._same(every, before):
+            change = self._change(every, before)
+            if change <= 1:
+                margin = doubling == 1 and change <= self.settings.margin
+                self._pattern = pattern if margin else ()
+                self._unchecked = self.settings.unchecked
                 return every, steps
             before = every
+        self._pattern = ()
         return none
 
-    def _same(self, every: np.ndarray, before: np.ndarray) -> bool:
-        """Whether the multipliers of two numbers of steps are."""
+    def _change(self, every: np.ndarray, before: np.ndarray) -> float:
+        """Of the multipliers between two numbers of steps, in units of what is allowed."""
         if not len(every) or len(every) != len(before):
-            return False
+            return np.inf
         # one that steps damp away in error may lead in truth
         now, then = self._leading(every), self._leading(before)
         n = min(len(now), len(then))
-        return (
-            _change(every, before) <= self.settings.settled
-            and _change(now[:n], then[:n]) <= self.settings.halved
+        return max(
+            _change(every, before) / self.settings.settled,
+            _change(now[:n], then[:n]) / self.settings.halved,
         )
 
     def _after(
@@ -253,7 +277,7 @@ class Stability:
             turning.kept,
             by_time * turning.follows,
         )
-        segments = (
+        segments = Segments(
             place[of],
             np.diff(times),
             gamma,
@@ -261,15 +285,31 @@ class Stability:
             tangents.memory[:, of] * acts[of],
             tangents.captured[:, of],
             tangents.capture[:, of],
+            Carried._make(carried),
         )
+        halves = self._halves(segments)
         # laid out alike, whatever the law: compiled once for all
-        turns = Carried._make(map(np.ascontiguousarray, carried))
-        alike = Segments._make((*map(np.ascontiguousarray, segments), turns))
+        turns = Carried._make(map(np.ascontiguousarray, (halves or segments).turning))
+        alike = Segments._make((*map(np.ascontiguousarray, (halves or segments)[:-1]), turns))
         try:
-            matrix = monodromy(slow, alike, place[rests])
+            found = _eigenvalues(monodromy(slow, alike, place[rests]), slow)
         except np.linalg.LinAlgError:
             return np.empty(0)
-        return _eigenvalues(matrix, slow)
+        return found**2 if halves else found
+
+    def _halves(self, segments: Segments) -> Segments | None:
+        """The first half of a period whose second half is the same, as that of a motion that goes
+        its way back; else None."""
+        K = len(segments.length)
+        if K % 2 or segments.captured[0].any():
+            return None
+        first, second = (_some_of(segments, part) for part in (slice(K // 2), slice(K // 2, K)))
+        arrays = ((*half[1:-1], *half.turning[1:]) for half in (first, second))
+        for one, other in zip(*arrays, strict=True):
+            largest = np.abs(one).max(initial=0)
+            if not (np.abs(one * 1.0 - other) <= self.settings.alike * largest).all():
+                return None
+        return first
 
     def _of_velocity(
         self, smooth: "Smooth", steps: int, balance: HarmonicBalance, w: float
@@ -412,6 +452,23 @@ def _eigenvalues(matrix: np.ndarray, slow: Poles) -> np.ndarray:
 def _moves(slow: Poles) -> np.ndarray:
     """(2n,) bool, which of the real and imaginary parts of the poles move."""
     return np.concatenate([np.ones(len(slow.s), dtype=bool), slow.s.imag != 0])
+
+
+def _some_of(segments: Segments, part: slice) -> Segments:
+    """Some of the intervals."""
+    of, memory, rate, kept, follows = segments.turning
+    turning = Carried(of, memory[:, part], rate[:, part], kept[part], follows[:, part])
+    place, length, gamma, by_time, held, captured, capture = segments[:-1]
+    return Segments(
+        place,
+        length[part],
+        gamma[:, part],
+        by_time[:, part],
+        held[part],
+        captured[part],
+        capture[part],
+        turning,
+    )
 
 
 def _change(every: np.ndarray, before: np.ndarray) -> float:

@@ -32,6 +32,7 @@ from tipdamp.hbm.laws.uncoupled import breaks
 from tipdamp.hbm.laws.uncoupled.law import located
 from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band, follow_parameter
+from tipdamp.hbm.stability import kernels, multipliers
 from tipdamp.hbm.stability.multipliers import Stability, StabilitySettings
 from tipdamp.hbm.time.exact import ExactIntegrator
 from tipdamp.hbm.time.period_map import largest_multiplier
@@ -698,3 +699,52 @@ def test_a_slider_that_touches_its_limit_leaves_the_poles():
         own = np.abs(np.exp(np.linalg.eigvals(A) / hz))
         assert abs(found.multipliers[0]) == pytest.approx(own.max(), abs=1e-9)
     assert sticks > 3
+
+
+@pytest.fixture
+def maps(monkeypatch):
+    """(numbers of intervals of the period maps that are made, in turn)."""
+    lengths = []
+
+    def counted(poles, segments, begins):
+        lengths.append(len(segments.length))
+        return kernels.monodromy(poles, segments, begins)
+
+    monkeypatch.setattr(multipliers, "monodromy", counted)
+    return lengths
+
+
+@pytest.mark.parametrize("case, hz", [("B8", 900.0), ("duffing", 1.3 / (2 * np.pi))])
+def test_a_motion_that_goes_its_way_back_is_integrated_half_a_period(case, hz, maps):
+    """With the same multipliers as over the whole period."""
+    problem, force = beam(case)[:2] if case == "B8" else (duffing(), np.ones(1))
+    level = 20 if case == "B8" else 1
+    point = solved(problem, level * force, 2 * np.pi * hz, 7)
+    half = Stability().multipliers(point.detail, 2 * np.pi * hz)
+    intervals = maps.copy()
+    whole = Stability(StabilitySettings(alike=-1.0)).multipliers(point.detail, 2 * np.pi * hz)
+    assert [2 * n for n in intervals] == maps[len(intervals) :]
+    assert np.allclose(half, whole, rtol=0, atol=1e-10, equal_nan=True)
+
+
+def test_a_motion_that_lifts_off_is_integrated_whole(maps):
+    problem, force, _ = beam("C8")
+    point = solved(problem, 40 * force, 2 * np.pi * 1000.0, 7)
+    Stability().multipliers(point.detail, 2 * np.pi * 1000.0)
+    intervals = maps.copy()
+    Stability(StabilitySettings(alike=-1.0)).multipliers(point.detail, 2 * np.pi * 1000.0)
+    assert intervals == maps[len(intervals) :]
+
+
+def test_of_points_alike_every_fourth_is_checked(maps):
+    """And each one between other events; the multipliers are those of points that are checked."""
+    problem, force, _ = beam("C8")
+    every, each = Stability(), StabilitySettings(unchecked=0)
+    for hz in np.linspace(980.0, 1000.0, 12):
+        point = solved(problem, 40 * force, 2 * np.pi * hz, 7)
+        found = every.multipliers(point.detail, 2 * np.pi * hz)
+        made = len(maps)
+        checked = Stability(each).multipliers(point.detail, 2 * np.pi * hz)
+        del maps[made:]
+        assert np.allclose(found, checked, rtol=0, atol=1e-4, equal_nan=True)
+    assert 12 < len(maps) < 24
