@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from tipdamp import Doubt, InputError, MeasuredResponse, Problem, fit_damping
-from tipdamp.hbm.fitting.fit import _Residuals, _unknowns
+from tipdamp.hbm.fitting.fit import _unknowns
+from tipdamp.hbm.fitting.residuals import Residuals
 from tipdamp.hbm.laws import CubicSpring, Jenkins1D
 from tipdamp.measured.damping import half_power
 
@@ -100,7 +101,7 @@ def test_derivatives_are_those_of_the_response():
     """By each unknown, against differences of responses solved anew."""
     runs = [measured(TWO, level)[0] for level in (5.0, 10.0)]
     start = TWO.contact_problem
-    fit = _Residuals(
+    fit = Residuals(
         start, np.array([1.0, 0.0]), runs, _unknowns(start, None, True, True), {"harmonics": 5}
     )
     solved, step = fit.solved(np.zeros(4)), 1e-5
