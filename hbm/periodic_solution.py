@@ -13,6 +13,7 @@ from tipdamp.hbm.io.array_record import ArrayRecord
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.axes import Axes
 
 
@@ -91,6 +92,25 @@ class PeriodicSolution(ArrayRecord):
         columns: dict[str, Any] = {"output": list(self.output_names)}
         columns |= {kind: self.amplitude(kind) for kind in ("half_peak_to_peak", "rms")}
         return tables.frame(columns | {"mean": self.harmonics[:, 0].real}, "row")
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The arrays of the solution by output, contact, component and harmonic, with their units.
+        Raises InputError where xarray is not installed."""
+        contact = ("contact", "component", "harmonic")
+        data = {
+            "harmonics": (("output", "harmonic"), self.harmonics, "m"),
+            "amplitude": (("output",), self.amplitude(), "m"),
+            "contact_force": (contact, self.contact_force, "N"),
+            "contact_motion": (contact, self.contact_motion, "m"),
+            "share_stick": (("contact",), self.share_stick, "1"),
+            "share_slip": (("contact",), self.share_slip, "1"),
+            "share_open": (("contact",), self.share_open, "1"),
+            "dissipated": (("contact",), self.dissipated, "J"),
+        }
+        orders = np.arange(self.harmonics.shape[-1])
+        places = {"output": list(self.output_names), "harmonic": orders}
+        about = {"frequency_Hz": self.frequency, "converged": int(self.converged)}
+        return tables.dataset(data, places, periods=self.periods, **about)
 
     def _repr_html_(self) -> str:
         rows = {

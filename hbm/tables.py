@@ -52,7 +52,6 @@ def as_frame(curve: ForcedResponse, kind: str, order: int | None) -> pandas.Data
 
 def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
     """All arrays by point, output, harmonic and contact: see `ForcedResponse.to_xarray`."""
-    xarray = library("xarray", "to_xarray")
     held = {
         "harmonics": (("point", "output", "harmonic"), "m"),
         "share_stick": (("point", "contact"), "1"),
@@ -62,14 +61,10 @@ def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
         "truncation": (("point", "output"), "m"),
         "multipliers": (("point", "multiplier"), "1"),
         "contact_force": (("point", "contact", "component", "harmonic"), "N"),
+        "converged": (("point",), "1"),
     }
-    data = {
-        name: (dims, vars(curve)[name], {"units": unit})
-        for name, (dims, unit) in held.items()
-        if vars(curve)[name].size
-    }
-    data["amplitude"] = (("point", "output"), curve.amplitude(), {"units": "m"})
-    data["converged"] = (("point",), curve.converged, {})
+    data = {name: (dims, vars(curve)[name], unit) for name, (dims, unit) in held.items()}
+    data["amplitude"] = (("point", "output"), curve.amplitude(), "m")
     places = {
         "frequency": ("point", curve.frequency, {"units": "Hz"}),
         "output": curve.output_names,
@@ -78,12 +73,11 @@ def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
     if curve.parameter_name != "frequency":
         places[curve.parameter_name] = ("point", curve.parameter)
     about = {"ended": curve.ended, "complete": int(curve.complete), "periods": curve.periods}
-    return xarray.Dataset(data, coords=places, attrs=about)
+    return dataset(data, places, **about)
 
 
 def places_as_dataset(branch: Backbone | Followed) -> xarray.Dataset:
     """All arrays by place, output, harmonic, contact and dof: see `Backbone.to_xarray`."""
-    xarray = library("xarray", "to_xarray")
     dims = {
         "harmonics": ("place", "output", "harmonic"),
         "shape": ("place", "dof"),
@@ -92,12 +86,22 @@ def places_as_dataset(branch: Backbone | Followed) -> xarray.Dataset:
     arrays = {name: a for name, a in vars(branch).items() if isinstance(a, np.ndarray)}
     outputs = {name: arrays.pop(name) for name in ("output_names", "output_rows") if name in arrays}
     data = {
-        name: (dims.get(name, ("place", "contact")[: a.ndim]), a, {"units": UNITS.get(name, "1")})
+        name: (dims.get(name, ("place", "contact")[: a.ndim]), a, UNITS.get(name, "1"))
         for name, a in arrays.items()
     }
     places = {"output": outputs["output_names"], "harmonic": np.arange(branch.H + 1)}
-    about = {"ended": branch.ended, "complete": int(branch.complete)}
-    return xarray.Dataset(data, coords=places, attrs=about)
+    return dataset(data, places, ended=branch.ended, complete=int(branch.complete))
+
+
+def dataset(
+    data: Mapping[str, tuple[tuple[str, ...], np.ndarray, str]],
+    places: Mapping[str, Any],
+    **about: Any,
+) -> xarray.Dataset:
+    """{name: (dimensions, values, unit)} by {dimension: its labels}, without what has no values;
+    InputError where xarray is not installed."""
+    held = {name: (dims, a, {"units": unit}) for name, (dims, a, unit) in data.items() if a.size}
+    return library("xarray", "to_xarray").Dataset(held, coords=places, attrs=about)
 
 
 def notebook_table(caption: str, rows: Mapping[str, str]) -> str:

@@ -20,6 +20,7 @@ from tipdamp.hbm.validation import check_whole
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.axes import Axes
 
     from tipdamp.hbm.laws.uncoupled.law import Jenkins1D
@@ -77,6 +78,19 @@ class ContactCycles:
             columns[f"motion_{name}"] = self.motion[..., k].ravel()
             columns[f"force_{name}"] = self.force[..., k].ravel()
         return tables.frame(columns, "row")
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Motion, force and sliders by instant, contact and component, with their units. Raises
+        InputError where xarray is not installed."""
+        each = ("time", "contact", "component")
+        data = {
+            "motion": (each, self.motion, "m"),
+            "force": (each, self.force, "N"),
+            "sliders": (("time", "contact", "slider"), self.sliders, "m"),
+            "friction_energy": (("contact",), self.energy.friction, "J"),
+        }
+        instants = ("time", self.time, {"units": "s"})
+        return tables.dataset(data, {"time": instants, "component": list(self.components)})
 
     def _repr_html_(self) -> str:
         taken = self.energy.friction

@@ -37,6 +37,7 @@ from tipdamp.hbm.validation import brief, check_forcing, numbers
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
     from matplotlib.axes import Axes
 
 FINER = 20  # places between two points of the backbone
@@ -134,6 +135,21 @@ class Synthesis(ArrayRecord):
         """A row for each place: frequency in Hz and the amplitude of each output in m, of a kind as
         in `amplitude`. Raises InputError where pandas is not installed."""
         return tables.synthesis_as_frame(self, kind)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Harmonics, amplitudes and shares of other modes by place, output and harmonic, with their
+        units. Raises InputError where xarray is not installed."""
+        data = {
+            "harmonics": (("place", "output", "harmonic"), self.harmonics, "m"),
+            "amplitude": (("place", "output"), self.amplitude(), "m"),
+            "others": (("place", "output"), self.others, "1"),
+        }
+        places = {
+            "frequency": ("place", self.frequency, {"units": "Hz"}),
+            "output": self.output_names,
+            "harmonic": np.arange(self.harmonics.shape[-1]),
+        }
+        return tables.dataset(data, places, said=self.said, top=self.top)
 
     def _repr_html_(self) -> str:
         rows = {

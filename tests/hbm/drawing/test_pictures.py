@@ -453,8 +453,9 @@ def test_whatever_draws_itself_is_a_table_and_shows_itself_in_a_notebook(results
     assert draw == set(results)
     for one in results.values():
         assert len(one.to_pandas()) > 0 and "<table>" in one._repr_html_(), type(one)
-    branches = {tipdamp.ForcedResponse, tipdamp.Backbone, tipdamp.Followed}
-    assert {one for one in draw if hasattr(one, "to_xarray")} == branches
+    of_arrays = {"ForcedResponse", "PeriodicSolution", "Backbone", "Followed", "Synthesis"}
+    found = {one.__name__ for one in draw if hasattr(one, "to_xarray")}
+    assert found == {*of_arrays, "ContactCycles"}
 
 
 def test_tables_hold_what_their_results_do(results, rubbed):
@@ -486,6 +487,23 @@ def test_branches_are_arrays_with_names(results):
     assert peaks["share_slip"].dims == ("place", "contact")
     assert peaks["height"].values.tolist() == results[tipdamp.Followed].height.tolist()
     assert peaks["output"].values.tolist() == ["tip"]
+
+
+def test_solutions_loops_and_syntheses_are_arrays_with_names(results):
+    pytest.importorskip("xarray")
+    of = {kind.__name__: one for kind, one in results.items()}
+    solution = of["PeriodicSolution"].to_xarray()
+    assert (
+        solution["harmonics"].sel(output="x", harmonic=3) == of["PeriodicSolution"].harmonics[0, 3]
+    )
+    assert solution.attrs["frequency_Hz"] == of["PeriodicSolution"].frequency
+    loops = of["ContactCycles"].to_xarray()
+    force = loops["force"].sel(component="t1", contact=0)
+    assert np.abs(force.diff("time")).max() > 0 and force.attrs == {"units": "N"}
+    assert (loops["time"] == of["ContactCycles"].time).all()
+    made = of["Synthesis"].to_xarray()
+    at = int(np.argmax(made["amplitude"].sel(output="tip").values))
+    assert made["frequency"].values[at] == of["Synthesis"].peak("tip")[0]
 
 
 def test_models_and_problems_show_themselves(slipping):
