@@ -19,14 +19,14 @@ BY = 0.1  # of these from the fit: no nearer are other values of it looked at
 COMPARABLE = 10.0  # times the sum of squares of the fit, up to which another minimum is gone down
 
 
-class Place(NamedTuple):
+class ProfilePoint(NamedTuple):
     """Of a profile: theta (p,), and the least sum of squares that its derivatives tell."""
 
     theta: np.ndarray
     squares: float
 
 
-class Fit(NamedTuple):
+class Minimum(NamedTuple):
     """theta (p,) : logarithms of the unknowns; squares : their sum, of the differences; steps :
     taken; converged : whether the last one is small"""
 
@@ -37,16 +37,16 @@ class Fit(NamedTuple):
     converged: bool
 
     @property
-    def place(self) -> Place:
-        """Its own."""
-        return Place(self.theta, self.squares)
+    def place(self) -> ProfilePoint:
+        """Where it lies."""
+        return ProfilePoint(self.theta, self.squares)
 
 
-def least(of: Residuals) -> tuple[Fit, list[list[float]]]:
+def least(of: Residuals) -> tuple[Minimum, list[list[float]]]:
     """(the best fit, of each unknown the logarithms of values that fit as well within the
     scatter); factors on the contacts are looked for along a profile."""
     fits = [nearest(of)]
-    looked: dict[int, list[Place]] = {}
+    looked: dict[int, list[ProfilePoint]] = {}
     for j in (j for j, one in enumerate(of.unknowns) if one.settings):
         best = min(fits, key=lambda fit: fit.squares)
         looked[j] = profile(of, j, best)
@@ -65,7 +65,7 @@ def least(of: Residuals) -> tuple[Fit, list[list[float]]]:
     return best, as_good
 
 
-def nearest(of: Residuals) -> Fit:
+def nearest(of: Residuals) -> Minimum:
     """The result of `run` that is nearest to the measurement. Too much damping to start from ends
     a resonance that folds before the measured one ends; no small step leads back."""
     damped = np.array([bool(one.modes) for one in of.unknowns])
@@ -85,7 +85,7 @@ def _elsewhere(of: Residuals, solved: Solved) -> bool:
     )
 
 
-def run(of: Residuals, theta: np.ndarray) -> Fit:
+def run(of: Residuals, theta: np.ndarray) -> Minimum:
     """A fit from some unknowns on."""
     solved = of.solved(theta)
     squares = of.squares(solved)
@@ -99,14 +99,14 @@ def run(of: Residuals, theta: np.ndarray) -> Fit:
             way = 0.5 * way
         else:  # no better: as near as the solutions are exact, or a minimum of another kind
             small = bool(np.abs(way).max() * 2**HALVINGS <= 1e3 * SMALL)
-            return Fit(theta, solved, squares, step, small)
+            return Minimum(theta, solved, squares, step, small)
         theta, solved, squares = theta + way, new, of.squares(new)
         if np.abs(way).max() <= SMALL:
-            return Fit(theta, solved, squares, step, True)
-    return Fit(theta, solved, squares, STEPS, False)
+            return Minimum(theta, solved, squares, step, True)
+    return Minimum(theta, solved, squares, STEPS, False)
 
 
-def profile(of: Residuals, j: int, fit: Fit) -> list[Place]:
+def profile(of: Residuals, j: int, fit: Minimum) -> list[ProfilePoint]:
     """Places at values of unknown j about a fit, ascending: the others follow it by the
     derivatives."""
     above = [value for value in LOOKED if value > fit.theta[j] + BY]
@@ -115,7 +115,7 @@ def profile(of: Residuals, j: int, fit: Fit) -> list[Place]:
     return sorted(found, key=lambda one: one.theta[j])
 
 
-def _along(of: Residuals, j: int, fit: Fit, values: list[float]) -> Iterator[Place]:
+def _along(of: Residuals, j: int, fit: Minimum, values: list[float]) -> Iterator[ProfilePoint]:
     rest = np.arange(len(of.unknowns)) != j
     theta, solved = fit.theta, fit.solved
     r, J = of.residual(solved), of.jacobian(solved)
@@ -130,10 +130,12 @@ def _along(of: Residuals, j: int, fit: Fit, values: list[float]) -> Iterator[Pla
             return
         theta, r, J = theta + way, of.residual(solved), of.jacobian(solved)
         left = r - J[:, rest] @ np.linalg.lstsq(J[:, rest], r, rcond=BLIND)[0]
-        yield Place(theta, float(left @ left))
+        yield ProfilePoint(theta, float(left @ left))
 
 
-def _starts(of: Residuals, j: int, fit: Fit, places: list[Place]) -> Iterator[np.ndarray]:
+def _starts(
+    of: Residuals, j: int, fit: Minimum, places: list[ProfilePoint]
+) -> Iterator[np.ndarray]:
     """Unknowns of a profile from which another fit may end lower: where the fit is not among the
     least within the scatter, of these the one nearest to what was given; and the least place
     beyond a ridge that may lie beside a deeper one."""
