@@ -1,7 +1,7 @@
 """Derivatives of a contact law beside differences: in the tests of a law, and before a curve of a
 law of one's own."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,8 @@ from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import Contacts, Motion
 
 LEAST = 1e-15  # m: of a motion, of which a step returns more than rounding
+STEP = 1e-6  # of differences, in shares of what varies
+WIDER = np.array([1.0, 1e3, 1e6, 1e9])  # times that, while it is no more than of the largest state
 ROUNDING = 1e-14  # of the largest state: a smaller one has no size of its own
 
 
@@ -87,8 +89,8 @@ def tangents_and_differences(
                 there = ([*given[:k], given[k] + s * along, *given[k + 1 :]] for s in shares)
                 return np.array([stepped(*one) for one in there]) / returned
 
-            found = by[:, :, d]
-            yield said, found, returned * differences(found / returned, moved), 1e-6 * scale
+            found, steps = by[:, :, d], STEP * WIDER[WIDER * own <= sizes.max()]
+            yield said, found, returned * differences(found / returned, moved, steps), 1e-6 * scale
 
 
 def _sizes(states: np.ndarray) -> np.ndarray:
@@ -106,24 +108,29 @@ def worst_entry(found: np.ndarray, expected: np.ndarray, allowed: float | np.nda
     return f"entry {list(map(int, at))} is {found[at]:.6g}, expected {expected[at]:.6g}"
 
 
-def differences(found: np.ndarray, values_at: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def differences(
+    found: np.ndarray,
+    values_at: Callable[[np.ndarray], np.ndarray],
+    steps: Sequence[float] | np.ndarray = (STEP,),
+) -> np.ndarray:
     """(rows, ...) derivative at 0 of values_at(shares) (shares, rows, ...), beside `found`.
 
     By central differences, and in a row that has a kink within their step by the differences of
-    second order on one side of it: no row is left out.
+    second order on one side of it: no row is left out. The best of all steps counts: what is small
+    beside its limit changes by rounding alone over a short one.
     """
-    h = 1e-6
-    here, *others = values_at(np.array([0.0, h, h / 2, -h, -h / 2]))
-    ahead, behind = others[:2], others[2:]
-    numeric = np.array(
-        [
+    numeric = []
+    for h in steps:
+        here, *others = values_at(np.array([0.0, h, h / 2, -h, -h / 2]))
+        ahead, behind = others[:2], others[2:]
+        numeric += [
             (ahead[0] - behind[0]) / (2 * h),
             (4 * ahead[1] - ahead[0] - 3 * here) / h,
             (3 * here + behind[0] - 4 * behind[1]) / h,
         ]
-    )
-    errors = np.abs(found - numeric).reshape(3, len(found), -1).max(axis=2, initial=0.0)
-    return numeric[errors.argmin(axis=0), np.arange(len(found))]
+    every = np.array(numeric)
+    errors = np.abs(found - every).reshape(len(every), len(found), -1).max(axis=2, initial=0.0)
+    return every[errors.argmin(axis=0), np.arange(len(found))]
 
 
 def history(

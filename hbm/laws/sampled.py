@@ -37,7 +37,7 @@ class SamplingSettings:
     step: float = 1e-30  # of the complex step: its square is below rounding
     max_periods: int = 30  # a state that creeps longer is taken as it is then
     repeats: float = 1e-12  # of the largest motion or state: the period repeats
-    neutral: float = 1e-10  # |1 - eigenvalue| of A: below, a period leaves this part where it was
+    neutral: float = 1e-6  # |1 - eigenvalue| of A: below, a period leaves this part where it was
     dissipates: float = 1e-4  # of |force| |motion|: above what sampling makes up
     rounding: float = 1e-12  # relative size of derivatives, and of slider motion, that are none
 

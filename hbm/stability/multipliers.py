@@ -49,6 +49,8 @@ class StabilitySettings:
         points, as long as the same components act between as many events, take these steps as they
         are
     alike : relative difference of the tangents of two halves of a period that are the same
+    turn : rad of the motion of a contact in an interval between events, which twice as many steps
+        leave as it is
     doublings, work : at most so many, and so many intervals times the square of the components
         that act, which takes seconds; what still changes is not known
     kept : leading multipliers
@@ -68,6 +70,7 @@ class StabilitySettings:
     margin: float = 0.1
     unchecked: int = 3
     alike: float = 1e-9
+    turn: float = 0.5
     doublings: int = 6
     work: float = 3e8
     kept: int = 4
@@ -75,6 +78,7 @@ class StabilitySettings:
 
 
 SETTINGS = StabilitySettings()
+MOST_PARTS = 32  # of an interval between events
 SYSTEMS = 32  # stuck systems that are kept: every point has its own where a parameter changes them
 
 
@@ -133,7 +137,8 @@ class Stability:
             return np.empty(0)
         if variation.of_velocity and variation.smooth:
             return self._of_velocity(variation.smooth, variation.steps, balance, w)
-        coarse = variation.between(_joined(np.linspace(0, 2 * np.pi, 65), variation.events))
+        looked = _joined(np.linspace(0, 2 * np.pi, 65), variation.events)
+        coarse = variation.between(looked)
         acts = _acting(coarse, balance.springs)
         if not acts.any():  # all stick: the poles alone
             return _of_poles(poles(_at(_springs_alone(balance), np.empty(0, dtype=int))).s, w)
@@ -153,9 +158,11 @@ class Stability:
                 len(variation.events) // 2,
             )
             pattern = place.tobytes(), len(variation.events), len(slow.s)
+            turns = _turns(coarse, moved, balance.springs, slow) / (w * self.settings.turn)
 
             def after(half: int, least: bool) -> np.ndarray | None:
                 instants = _joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
+                instants = _between_events(instants, half, looked, turns)
                 if not least and len(instants) * float(moved.sum()) ** 2 > self.settings.work:
                     return None
                 tangents = variation.between(instants)
@@ -506,6 +513,35 @@ def _open(tangents: "CycleTangents") -> np.ndarray:
     follows |= tangents.memory.any(axis=(0, 2)) | tangents.captured.any(axis=(0, 2))
     follows[tangents.turning.of] = True
     return ~follows
+
+
+def _turns(
+    tangents: "CycleTangents", moved: np.ndarray, springs: np.ndarray, slow: Poles
+) -> np.ndarray:
+    """(K,) rad/s at most with which contacts move on what they have beyond the stuck springs, in
+    intervals of a cycle; moved (P, nd) : components that act."""
+    diagonal = np.arange(springs.shape[1])
+    stiffness = np.abs(tangents.gamma[:, :, :, diagonal, diagonal] - springs).max(axis=0)[:, moved]
+    light = -np.einsum("cn,nc->c", slow.out @ _system(slow), slow.into)  # one over a mass
+    return np.sqrt((stiffness * np.abs(light)).max(axis=1, initial=0.0))
+
+
+def _between_events(
+    instants: np.ndarray, steps: int, looked: np.ndarray, turns: np.ndarray
+) -> np.ndarray:
+    """The instants, with more of them in intervals that twice as many steps leave as they are:
+    there no steps tell whether a motion is resolved. turns (K,) : intervals that it needs by a
+    rad of the cycle, in those between the instants `looked`."""
+    step, middle = np.pi / steps, 0.5 * (instants[1:] + instants[:-1])
+    alone = np.ceil(instants[:-1] / step + 1e-9) >= instants[1:] / step - 1e-9
+    needed = turns[np.clip(np.searchsorted(looked, middle) - 1, 0, len(turns) - 1)]
+    parts = np.where(alone, np.ceil(needed * np.diff(instants)), 1).clip(1, MOST_PARTS).astype(int)
+    if (parts == 1).all():
+        return instants
+    pieces = zip(instants[:-1], instants[1:], parts, strict=True)
+    return np.concatenate(
+        [np.linspace(a, b, n, endpoint=False) for a, b, n in pieces] + [instants[-1:]]
+    )
 
 
 def _joined(even: np.ndarray, events: np.ndarray) -> np.ndarray:

@@ -12,10 +12,11 @@ from tests.hbm.laws.test_contract import Viscous
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.laws import ContactLaw, Contacts
+from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.testing import check_law, forces, full_derivative
 
-ONE = np.eye(1)
+ONE, ONE2 = np.eye(1), np.eye(2)
 
 
 @dataclass(frozen=True)
@@ -127,3 +128,26 @@ def test_a_tangent_at_rest_leaves_newton_to_the_one_that_creeps():
     alone = x.copy()
     alone[:, 1] = 0.03  # a motion about another mean: the same friction of the first
     assert np.allclose(forces(law, contacts, alone).g[:, 0], found.g[:, 0], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("ratio", 10.0 ** -np.arange(1, 13))
+def test_a_tangent_that_hardly_moves_is_no_noise(ratio):
+    """Beside one that does: friction differs from that at a motion next to it by rounding of the
+    limit force, 0.5 N, not by what creeping makes of that."""
+    law = own_law("creeping_contact").CreepingContact(0.1)
+    contacts = Contacts(kn=[1.0, 1.0], kt=[1.0, 0.8], mu=[0.5, 0.5], preload=[1.0, 1.0])
+    x = 0.03 * np.random.default_rng(0).normal(size=(2, 2, 7))
+    x[:, 1] *= ratio
+    found, beside = (forces(law, contacts, factor * x).g for factor in (1.0, 1.0 + 1e-14))
+    assert np.abs(found - beside).max() < 1e-10
+
+
+@pytest.mark.parametrize("w", [0.6, 1.2])
+def test_a_right_law_is_taken_where_a_tangent_hardly_moves(w):
+    """Differences of what is small beside the limit force are rounding over a short step."""
+    law = own_law("creeping_contact").CreepingContact(0.0)
+    plate = Problem(ONE2, 0.05 * ONE2, np.diag([1.0, 1.3])).force(0, 1.0)
+    plate = plate.add(law, [0, 1], kt=1.0, mu=0.5, preload=1.0)
+    for size in 10.0 ** -np.arange(5, 13):
+        found = plate.force(1, size).solve_at(omega=w, outputs={"a": 0}, harmonics=3)
+        assert found.converged

@@ -748,3 +748,22 @@ def test_of_points_alike_every_fourth_is_checked(maps):
         del maps[made:]
         assert np.allclose(found, checked, rtol=0, atol=1e-4, equal_nan=True)
     assert 12 < len(maps) < 24
+
+
+def test_a_stop_far_stiffer_than_where_the_parameter_begins():
+    """Between touch and leaving lie few steps, however many a period has: the product of both
+    multipliers is that of the damping alone, exp(-c T), while kn grows by five decades."""
+    stop = Problem([[1.0]], [[0.1]], [[1.0]]).add(UnilateralSpring(), 0, kn=10.0, preload=0.3)
+    curve = follow_parameter(
+        stop.force(0, 1.0),
+        np.ones(1),
+        None,
+        "kn",
+        (0.1, 1e4),
+        omega=1.7,
+        outputs={"x": 0},
+        harmonics=41,
+        stability="all",
+    )
+    both = np.abs(curve.multipliers[:, 0] * curve.multipliers[:, 1])
+    assert curve.complete and np.abs(both / np.exp(-0.1 * 2 * np.pi / 1.7) - 1).max() < 1e-3
