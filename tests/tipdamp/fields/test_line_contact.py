@@ -106,7 +106,8 @@ def test_holes_between_loaded_stations_are_told():
     (line,) = line_contacts(table, axis, {"left": (R, E_STAR)})
     short = np.where(table.station < 8, force, 0.0)
     assert not list(hole_warnings([line], force)) and not list(hole_warnings([line], short))
-    assert line.mean_load(short) == line.mean_load(force) == pytest.approx(LOAD / LENGTH)
+    for carried in (short, force):
+        assert line.mean_load(carried) == pytest.approx(LOAD / LENGTH, rel=1e-12)
     moved = short.copy()
     moved[4], moved[5] = 0.0, force[4] + force[5]
     assert line.mean_load(moved) == pytest.approx(LOAD / LENGTH)
