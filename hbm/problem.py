@@ -19,6 +19,7 @@ from tipdamp.hbm import response, self_excited, tables
 from tipdamp.hbm.balance.open_damping import open_modes
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem
 from tipdamp.hbm.balance.varying import Amplitude, Varying, amplitude_at, constant
+from tipdamp.hbm.curve.checked_input import forcing_of
 from tipdamp.hbm.curve.options import CurveKeywords, with_options_named
 from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.laws.base import ContactLaw, check_law
@@ -307,8 +308,9 @@ class Problem(AnyProblem):
 
         options : of CurveOptions; outputs {name: a dof, two dofs (a, b), or a row (r,)}
         """
-        problem, options = self.contact_problem, self._with_rows(options)
-        return response.follow_band(problem, self._forcing(), band, omega=omega, **options)
+        problem, forcing = self.contact_problem, forcing_of(self, None)
+        options = self._with_rows(options)
+        return response.follow_band(problem, forcing, band, omega=omega, **options)
 
     @with_options_named
     def solve_at(
@@ -320,8 +322,9 @@ class Problem(AnyProblem):
     ) -> PeriodicSolution:
         """The periodic response at one frequency, hz or omega in rad/s; options as in
         `hbm.response.solve_at`."""
-        problem, options = self.contact_problem, self._with_rows(options)
-        return response.solve_at(problem, self._forcing(), hz, omega=omega, **options)
+        problem, forcing = self.contact_problem, forcing_of(self, None)
+        options = self._with_rows(options)
+        return response.solve_at(problem, forcing, hz, omega=omega, **options)
 
     @with_options_named
     def limit_cycle(
@@ -362,13 +365,6 @@ class Problem(AnyProblem):
         if not rows.any():
             raise _nothing_moves(where)
         return rows
-
-    def _forcing(self) -> dict[int, np.ndarray]:
-        varying = self.varying.forces if self.varying else ()
-        if not self.forces and not varying:
-            raise InputError("no excitation: force(where, amplitude)")
-        none = {k: np.zeros(self.size, dtype=complex) for k, *_ in varying}
-        return {**none, **self.forces}
 
     def _with_rows(self, options: CurveKeywords) -> CurveKeywords:
         """The options with a row (r,) for each output."""

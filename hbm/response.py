@@ -39,7 +39,7 @@ from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.band_end import band_ends
-from tipdamp.hbm.curve.checked_input import CheckedInput, Forcing, at_hz
+from tipdamp.hbm.curve.checked_input import CheckedInput, Forcing, at_hz, forcing_of
 from tipdamp.hbm.curve.drawn import refine_drawn
 from tipdamp.hbm.curve.enough_harmonics import AUTO, enough_harmonics
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
@@ -154,7 +154,7 @@ def forced_response(
 @with_options_named
 def follow_band(
     problem: AnyProblem,
-    forcing: Forcing,
+    forcing: Forcing | None,
     band: Sequence[float] | None = None,
     *,
     omega: Sequence[float] | None = None,
@@ -163,6 +163,7 @@ def follow_band(
     """forced_response of a Problem or ContactProblem, for matrices without a node table; options :
     of CurveOptions.
 
+    forcing : (r,) N of order 1, or {order: (r,)}; None for the forces of the Problem
     band : (from, to) Hz; or omega : (from, to) rad/s
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
@@ -173,14 +174,15 @@ def follow_band(
     >>> np.allclose(up.peak("tip"), down.peak("tip"), rtol=1e-6)
     True
     """
-    ends, problem = in_hz("band", band, omega), contact_problem_of(problem)
+    ends, forcing = in_hz("band", band, omega), forcing_of(problem, forcing)
+    problem = contact_problem_of(problem)
     return _curve(problem, forcing, (Frequency(), np.nan), ("band", ends), curve_options(options))
 
 
 @with_options_named
 def follow_parameter(
     problem: AnyProblem,
-    forcing: Forcing,
+    forcing: Forcing | None,
     hz: float | None,
     parameter: str | Parameter,
     between: Sequence[float],
@@ -190,6 +192,7 @@ def follow_parameter(
 ) -> ForcedResponse:
     """Branch of periodic responses at one frequency over another parameter.
 
+    forcing : as in `follow_band`
     hz : of the force; or None, and omega in rad/s
     parameter : 'level' (of the force), 'damping', 'preload', 'pull', 'gap', 'mu', 'kn' or 'kt' as
         a factor on all contacts (`ContactSetting`), or a Parameter of `hbm.balance.parameter`
@@ -204,6 +207,7 @@ def follow_parameter(
     >>> bool(0 < best < len(curve.parameter) - 1)  # neither loose nor stuck
     True
     """
+    forcing = forcing_of(problem, forcing)
     parameter, problem = as_parameter(parameter), contact_problem_of(problem)
     parameter.check(problem)
     return _curve(
@@ -218,7 +222,7 @@ def follow_parameter(
 @with_options_named
 def solve_at(
     problem: AnyProblem,
-    forcing: Forcing,
+    forcing: Forcing | None,
     hz: float | None = None,
     *,
     omega: float | None = None,
@@ -226,6 +230,7 @@ def solve_at(
 ) -> PeriodicSolution:
     """The periodic response of a Problem or ContactProblem at one frequency, hz or omega in rad/s.
 
+    forcing : as in `follow_band`
     options : outputs, harmonics, periods, guess, start, samples, stability, settings of
         CurveOptions; with stability other than "none" the solution has its `multipliers`
     Where several solutions exist it is one of them: the crossings of a curve are all
@@ -256,7 +261,8 @@ def solve_at(
     >>> found.unknowns.reshape(guess.shape)[0, 0, 2] == found.contact_motion[0, 0, 1].imag
     True
     """
-    chosen, problem = curve_options(options), contact_problem_of(problem)
+    chosen, forcing = curve_options(options), forcing_of(problem, forcing)
+    problem = contact_problem_of(problem)
     asked = one_of("stability", chosen.stability, get_args(PointsOfInterest)) != "none"
     case = CheckedInput.checked(problem, forcing, chosen)
     hz = positive("hz", in_hz("hz", hz, omega), " Hz")

@@ -39,6 +39,10 @@ ENDS = {  # why a branch ended, and the remedy
         "stopped at {at}: the mean friction force is not balanced: rigid-body drift; restrain "
         "that motion by a stiffness"
     ),
+    "upright": (
+        "stopped at {at}: the branch goes on there with motions of any size, as where it leaves "
+        "another one; the other direction, or more harmonics, may lead on"
+    ),
     "budget": (
         "stopped at {at} after {n} points: they cost more evaluations of the residual than "
         "allowed; try the other direction, more or fewer harmonics, more damping or a lower "

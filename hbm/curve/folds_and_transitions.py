@@ -36,6 +36,7 @@ JUMP = 0.02  # of a multiplier at the unit circle: with more it has not passed, 
 SYMMETRIC = 1e-6  # of the motion, within which it has a symmetry
 ITERATIONS = 30  # of the inverse iteration for the direction in which it is lost
 ALIKE = 1e-4  # of a multiplier, from 1: nearer it may be missing on the other side
+AWAY = 1.0  # arc length of several steps: a fold is no farther from the points beside it
 AT_END = 1e-3  # arc length: nearer to an end of the curve, it is where this one leaves another
 BESIDE = 1e-3  # of the way from a fold to the next point
 LOOKED = 2  # points at which contacts open, at most, at which multipliers are looked at too
@@ -244,7 +245,10 @@ class _Along:
 
         ends = measure(a), measure(b)
         found = arc.maximum(self.equation.evaluate, ends, measure, metric, DEFAULT).best.point
-        return None if self._at_end(found, metric) else found
+        # where the curve turns sharply, onto a branch beside, what is found may lie anywhere
+        far = max(1.2 * arc.distance(a, b, metric), AWAY)
+        beside = all(arc.distance(end, found, metric) <= far for end in (a, b))
+        return found if beside and not self._at_end(found, metric) else None
 
     def _at_end(self, point: Point, metric: Metric) -> bool:
         """Whether a point is the first or the last of a curve that is not closed."""

@@ -26,6 +26,7 @@ from tipdamp.hbm.result import ForcedResponse, widest_gap
 ROLLS = "the damper rolls"
 NO_PERIOD = "no periodic state exists there"
 SLIDES = "nothing but friction restrains a motion"
+MOSTLY = 0.9  # of a change, for it to be that of one part
 LEFT = ("left", "closed")  # ends of branches that leave the band for good
 
 
@@ -289,8 +290,10 @@ def _ended(branch: Branch, equation: Equation) -> str:
     """As `explain`, with the mean motion in which a branch drifts at its end, where it does so with
     more orders, too."""
     problem, parameter = equation.balance.problem, equation.parameter
-    ended = explain(branch, problem, parameter)
     good = [point for point in branch.points if point.converged]
+    if branch.end == "drift" and not _of_the_mean(good, equation.balance.nh):
+        branch.end = "upright"
+    ended = explain(branch, problem, parameter)
     if branch.complete or not good:
         return ended
     drift = unrestrained(good[-1], problem)
@@ -332,6 +335,12 @@ def _lifts_off(points: Sequence[Point]) -> str:
         f"{100 * np.median(share):.0f} % of the cycle or more: with fewer harmonics their impacts "
         "are smoother, and the branch folds less"
     )
+
+
+def _of_the_mean(points: list[Point], nh: int) -> bool:
+    """Whether it is mostly the mean in which the last points of a branch differ."""
+    change = (points[-1].x - points[-2].x).reshape(-1, nh)
+    return bool(np.linalg.norm(change[:, 0]) > MOSTLY * np.linalg.norm(change))
 
 
 def unrestrained(last: Point, problem: ContactProblem | None) -> str:

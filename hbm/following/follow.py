@@ -16,7 +16,7 @@ from tipdamp.hbm.amplitude import KINDS, amplitude
 from tipdamp.hbm.balance.equation import as_parameter
 from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
-from tipdamp.hbm.curve.checked_input import Forcing
+from tipdamp.hbm.curve.checked_input import Forcing, forcing_of
 from tipdamp.hbm.curve.options import given_options, options_named
 from tipdamp.hbm.curve.trace import NO_PERIOD, slides
 from tipdamp.hbm.curve.watched import Progress, watched
@@ -150,7 +150,7 @@ def _checked(
     names, rows = check_outputs(given.outputs, len(problem.K))
     case = Case(
         problem,
-        check_forcing(_forcing(whole, forcing), len(problem.K), MOST_HARMONICS),
+        check_forcing(forcing_of(whole, forcing), len(problem.K), MOST_HARMONICS),
         parameter,
         what,
         names,
@@ -165,15 +165,6 @@ def _checked(
     )
     first, last = interval("between", between)
     return case, given, (parameter.scale * first, parameter.scale * last)
-
-
-def _forcing(problem: AnyProblem, given: Forcing | None) -> Forcing:
-    """The forces that are given, or those of the problem."""
-    if given is not None:
-        return given
-    if not problem.forces:
-        raise InputError("forcing = None: the problem has no forces of its own; give them")
-    return dict(problem.forces)
 
 
 def _watched(

@@ -54,7 +54,9 @@ class StabilitySettings:
     doublings, work : at most so many, and so many intervals times the square of the components
         that act, which takes seconds; what still changes is not known
     kept : leading multipliers
-    neutral : distance from 1 within which a multiplier is that of a motion that nothing holds
+    neutral : distance from 1 within which a multiplier is that of a slider that rests, or of a
+        motion that nothing holds, where there are any
+    free : of the frequency: a pole below is that of such a motion
     """
 
     massless_above: float = 5.0
@@ -75,6 +77,7 @@ class StabilitySettings:
     work: float = 3e8
     kept: int = 4
     neutral: float = 1e-7
+    free: float = 1e-4
 
 
 SETTINGS = StabilitySettings()
@@ -90,6 +93,7 @@ class Stability:
         self._known: dict[tuple, tuple] = {}
         self._times = 1.0  # as far up as `massless_above` and `slow` say
         self._acting = 0  # components at which it was looked at last
+        self._neutral = True  # whether there may be multipliers of 1 that are left out
         self._pattern: tuple = ()  # at which the steps had a margin, and of how many points more
         self._unchecked = 0
 
@@ -113,7 +117,8 @@ class Stability:
 
     def _leading(self, every: np.ndarray) -> np.ndarray:
         """At most `kept` of the multipliers (n,), the largest first, without the neutral ones."""
-        every = every[np.abs(every - 1) > self.settings.neutral]
+        if self._neutral:
+            every = every[np.abs(every - 1) > self.settings.neutral]
         return every[np.lexsort((-every.imag, -np.abs(every)))][: self.settings.kept]
 
     def _of(
@@ -125,7 +130,7 @@ class Stability:
     ) -> np.ndarray:
         """All of them; none where the law does not tell, or structural damping has no motion in
         time."""
-        balance = here.balance
+        balance, self._neutral = here.balance, True
         if balance.problem.structural is not None:
             return np.empty(0)
         contacts = balance.problem.contacts if contacts is None else contacts
@@ -147,6 +152,8 @@ class Stability:
         place = np.where(moved, np.cumsum(moved).reshape(acts.shape) - 1, -1)
 
         def of(slow: Poles, half: int = 0) -> tuple[np.ndarray, int]:
+            slowest = np.abs(slow.s).min(initial=np.inf)
+            self._neutral = law.sliders > 0 or slowest < self.settings.free * w
             if not moved.any():
                 return _of_poles(slow.s, w), 1
             # faster ones follow what acts on them, which a step resolves

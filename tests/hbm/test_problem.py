@@ -21,6 +21,7 @@ from tipdamp import (
     UnilateralSpring,
     backbone,
     follow_band,
+    follow_parameter,
     solve_at,
 )
 
@@ -253,3 +254,20 @@ def test_without_a_law_the_response_is_the_linear_one(name):
     hz = float(curve.frequency[len(X) // 2])
     alone = made.solve_at(hz, outputs={"x": 0}).harmonics[0, 1]
     assert abs(alone / exact(2 * np.pi * hz) - 1) < 1e-12
+
+
+def test_a_problem_brings_its_forces_to_each_function():
+    """As to its own methods; without any, what is missing is said."""
+    blade = Problem([[1.0]], [[0.1]], [[1.0]]).add(CubicSpring(1.0), 0)
+    driven, outputs = blade.force(0, 0.2), {"x": [1.0]}
+    own = driven.follow_band((0.1, 0.3), outputs={"x": 0})
+    assert follow_band(driven, None, (0.1, 0.3), outputs=outputs).frequency.tolist() == (
+        own.frequency.tolist()
+    )
+    one = driven.solve_at(0.2, outputs={"x": 0})
+    assert solve_at(driven, None, 0.2, outputs=outputs).amplitude() == one.amplitude()
+    over = follow_parameter(driven, None, 0.2, "level", (0.5, 1.0), outputs=outputs)
+    assert over.amplitude()[-1] == pytest.approx(one.amplitude(), rel=1e-6)
+    for call in (follow_band, solve_at):
+        with pytest.raises(InputError, match="no excitation"):
+            call(blade, None, 0.2, outputs=outputs)

@@ -18,6 +18,7 @@ from tipdamp import (
     Jenkins1D,
     Problem,
     UnilateralSpring,
+    branch_from,
     follow_band,
     follow_parameter,
     forced_response,
@@ -198,3 +199,35 @@ def test_a_pair_outside_the_circle_that_becomes_two_real_ones_is_no_grazing():
     found = named_of_stop(31, (0.7, 1.3))
     assert "grazing" not in [kind for kind, _ in found]
     assert ("Neimark-Sacker", pytest.approx(1.1217, abs=1e-3)) in found
+
+
+@pytest.mark.slow
+def test_a_fold_is_beside_its_points():
+    """Of a motion that is symmetric but for a hair the curve turns sharply from one arm of a
+    pitchfork onto the other: what is found as a fold between may lie anywhere."""
+    bent = Problem([[1.0]], [[0.1]], [[1.0]], preloaded=False, static=[1e-8])
+    driven = bent.add(CubicSpring(1.0), 0).force(0, 2.0)
+    curve = driven.follow_band(
+        omega=(0.7, 1.0), outputs={"x": 0}, harmonics=15, stability="all", truncation=False
+    )
+    folds = [one for one in curve.named_points if one.kind == "fold"]
+    assert len(folds) > 2
+    for one in folds:
+        beside = curve.frequency[max(one.index - 1, 0) : one.index + 3]
+        assert np.abs(beside - one.frequency).min() < 0.02 * one.frequency
+
+
+def test_a_branch_that_goes_over_into_another_one_does_not_drift():
+    """Of order 1/2, from its middle to where it leaves the response: no friction, no drift."""
+    stop = Problem([[1.0]], [[0.05]], [[1.0]]).force(0, 1.0)
+    stop = stop.add(UnilateralSpring(), 0, kn=50.0, preload=-10.0)
+    band, outputs = (0.8, 6.0), {"x": 0}
+    curve = stop.follow_band(omega=band, outputs=outputs, harmonics=25, stability="all")
+    first = next(one for one in curve.named_points if one.kind == "period doubling")
+    (branch,) = branch_from(curve, stop.contact_problem, first)
+    i = len(branch) // 2
+    guess = branch.frequency[i], branch.unknowns[i]
+    again = stop.follow_band(
+        omega=band, guess=guess, outputs=outputs, harmonics=branch.H, periods=2
+    )
+    assert "drift" not in again.ended and "where it leaves another one" in again.ended

@@ -767,3 +767,16 @@ def test_a_stop_far_stiffer_than_where_the_parameter_begins():
     )
     both = np.abs(curve.multipliers[:, 0] * curve.multipliers[:, 1])
     assert curve.complete and np.abs(both / np.exp(-0.1 * 2 * np.pi / 1.7) - 1).max() < 1e-3
+
+
+@pytest.mark.parametrize("sliders", [0, 1])
+def test_a_multiplier_of_one_counts_where_nothing_is_neutral(sliders):
+    """As at a fold: of a motion without sliders, which everything holds."""
+    law, stiffness = (Jenkins1D(), 1.0) if sliders else (CubicSpring(1.0), 0.0)
+    one = np.eye(1)
+    settings = Contacts([0.0], [stiffness], [stiffness], [stiffness])
+    problem = ContactProblem(one, 0.1 * one, one, one, law, settings)
+    point, stability = solved(problem, 2.0 * np.ones(1), 1.2, 5), Stability()
+    found = stability.multipliers(point.detail, 1.2)
+    assert np.isfinite(found[:2]).all()
+    assert stability._leading(np.array([1.0, 0.5])).tolist() == [[1.0, 0.5], [0.5]][sliders]
