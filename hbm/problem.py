@@ -308,8 +308,8 @@ class Problem(AnyProblem):
 
         options : of CurveOptions; outputs {name: a dof, two dofs (a, b), or a row (r,)}
         """
-        problem, forcing = self.contact_problem, forcing_of(self, None)
-        options = self._with_rows(options)
+        problem, options = self.contact_problem, self._with_rows(options)
+        forcing = forcing_of(self.forces, problem, None)
         return response.follow_band(problem, forcing, band, omega=omega, **options)
 
     @with_options_named
@@ -322,8 +322,8 @@ class Problem(AnyProblem):
     ) -> PeriodicSolution:
         """The periodic response at one frequency, hz or omega in rad/s; options as in
         `hbm.response.solve_at`."""
-        problem, forcing = self.contact_problem, forcing_of(self, None)
-        options = self._with_rows(options)
+        problem, options = self.contact_problem, self._with_rows(options)
+        forcing = forcing_of(self.forces, problem, None)
         return response.solve_at(problem, forcing, hz, omega=omega, **options)
 
     @with_options_named

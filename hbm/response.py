@@ -174,9 +174,9 @@ def follow_band(
     >>> np.allclose(up.peak("tip"), down.peak("tip"), rtol=1e-6)
     True
     """
-    ends, forcing = in_hz("band", band, omega), forcing_of(problem, forcing)
-    problem = contact_problem_of(problem)
-    return _curve(problem, forcing, (Frequency(), np.nan), ("band", ends), curve_options(options))
+    ends, whole = in_hz("band", band, omega), contact_problem_of(problem)
+    forcing = forcing_of(problem.forces, whole, forcing)
+    return _curve(whole, forcing, (Frequency(), np.nan), ("band", ends), curve_options(options))
 
 
 @with_options_named
@@ -207,12 +207,11 @@ def follow_parameter(
     >>> bool(0 < best < len(curve.parameter) - 1)  # neither loose nor stuck
     True
     """
-    forcing = forcing_of(problem, forcing)
-    parameter, problem = as_parameter(parameter), contact_problem_of(problem)
-    parameter.check(problem)
+    parameter, whole = as_parameter(parameter), contact_problem_of(problem)
+    parameter.check(whole)
     return _curve(
-        problem,
-        forcing,
+        whole,
+        forcing_of(problem.forces, whole, forcing),
         (parameter, positive("hz", in_hz("hz", hz, omega), " Hz")),
         ("between", between),
         curve_options(options),
@@ -261,8 +260,8 @@ def solve_at(
     >>> found.unknowns.reshape(guess.shape)[0, 0, 2] == found.contact_motion[0, 0, 1].imag
     True
     """
-    chosen, forcing = curve_options(options), forcing_of(problem, forcing)
-    problem = contact_problem_of(problem)
+    chosen, whole = curve_options(options), contact_problem_of(problem)
+    problem, forcing = whole, forcing_of(problem.forces, whole, forcing)
     asked = one_of("stability", chosen.stability, get_args(PointsOfInterest)) != "none"
     case = CheckedInput.checked(problem, forcing, chosen)
     hz = positive("hz", in_hz("hz", hz, omega), " Hz")

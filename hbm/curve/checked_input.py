@@ -10,7 +10,7 @@ import numpy as np
 from tipdamp.hbm.balance.differences import check_derivatives
 from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.balance.parameter import Frequency
-from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
+from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.journal import Journal
@@ -32,16 +32,17 @@ from tipdamp.hbm.validation import (
 Forcing = np.ndarray | Mapping[int, np.ndarray]  # (r,) N of order 1, or {order: (r,)}
 
 
-def forcing_of(problem: AnyProblem, given: Forcing | None) -> Forcing:
-    """The forces that are given, or those of the problem; InputError where it has none."""
+def forcing_of(
+    own: Mapping[int, np.ndarray], whole: ContactProblem, given: Forcing | None
+) -> Forcing:
+    """The forces that are given, or a problem's own; InputError where it has none."""
     if given is not None:
         return given
-    whole = contact_problem_of(problem)
     varying = whole.varying.forces if whole.varying else ()
-    if not problem.forces and not varying:
+    if not own and not varying:
         raise InputError("no excitation: force(where, amplitude) of a Problem, or give a forcing")
     none = {k: np.zeros(len(whole.K), dtype=complex) for k, *_ in varying}
-    return {**none, **problem.forces}
+    return {**none, **own}
 
 
 @dataclass(frozen=True)

@@ -150,7 +150,7 @@ def _checked(
     names, rows = check_outputs(given.outputs, len(problem.K))
     case = Case(
         problem,
-        check_forcing(forcing_of(whole, forcing), len(problem.K), MOST_HARMONICS),
+        check_forcing(forcing_of(whole.forces, problem, forcing), len(problem.K), MOST_HARMONICS),
         parameter,
         what,
         names,

@@ -55,7 +55,8 @@ MUCH = 0.2
 OFF = 0.01  # of a peak: by more it is told to be too high or too low
 AROUND = (0.995, 0.98, 0.95, 0.9, 0.8, 0.7)  # of the amplitude of the mode at its peak: places
 NEARBY = 0.01  # of the frequency: a unit of arc length along the way
-ROUGH = Settings(tolerance=1e-5)  # of the residual there: a per cent of a peak is told
+# of the residual there: a per cent of a peak is told
+ROUGH = Settings(tolerance=1e-5, max_iterations=30, max_stalls=6)
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,7 +226,7 @@ def synthesis(
         balance = equation.balance.rebuilt(problem, {1: F})
         u = _at_contacts(mode, equation, way[at]) * turn[at]
         u[..., 1] += Q[at] @ equation.modes.at_contacts.T
-        said = _off(mode, X[at], _solved(balance, u, W[at], mode.output_rows))
+        said = _off(mode, X[at], *_solved(balance, u, W[at], mode.output_rows))
     said += [f"other modes are {most:.0%} of an output at its resonance"] * (most > OVERLAP)
     contacts = float(line.known["contacts"](way)[top])
     said += [f"contacts damp by {contacts:.0%}"] * (contacts > MUCH)
@@ -414,25 +415,32 @@ def _at_contacts(mode: Backbone, equation: ModeEquation, way: np.ndarray) -> np.
     return fourier.to_complex((1 - part) * u[i] + part * u[i + 1])
 
 
-def _solved(balance: HarmonicBalance, u: np.ndarray, W: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """(k, m, H+1) of outputs, rows (m, r), of the response with all modes: from motions of the
-    contacts (n, nc, H+1) at W (n,) on planes across their way, where these lead to one."""
+def _solved(
+    balance: HarmonicBalance, u: np.ndarray, W: np.ndarray, rows: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """((k, m, H+1) of outputs, rows (m, r), of the response with all modes; (n,) where): from
+    motions of the contacts (n, nc, H+1) at W (n,) on planes across their way, where these lead to
+    one."""
     x = fourier.to_real(u).reshape(len(W), -1)
     size = np.linalg.norm(balance.weights * x, axis=1).max()
     metric = Metric(balance.weights, size, NEARBY * W.max())
-    found = []
+    found, where = [], np.zeros(len(W), dtype=bool)
     for i in range(len(W)):
         before, after = max(i - 1, 0), min(i + 1, len(W) - 1)
         across = metric.border(x[after] - x[before], W[after] - W[before])
         point = correct(balance.evaluate, Plane(x[i], W[i], *across), metric, ROUGH)
         if point.converged:
+            where[i] = True
             found.append(point.detail.outputs(rows))
-    return np.array(found).reshape(-1, len(rows), balance.H + 1)
+    return np.array(found).reshape(-1, len(rows), balance.H + 1), where
 
 
-def _off(mode: Backbone, made: np.ndarray, solved: np.ndarray) -> list[str]:
-    """In words, of which output the peak is too high or too low, and by how much."""
-    if len(solved) < len(made) / 2:
+def _off(mode: Backbone, made: np.ndarray, solved: np.ndarray, where: np.ndarray) -> list[str]:
+    """In words, of which output the peak is too high or too low, and by how much; solved : at the
+    places `where` (n,)."""
+    tops = amplitude(made, "half_peak_to_peak", [1]).argmax(axis=0)
+    beside = [where[max(top - 1, 0) : top + 2].any() for top in tops]
+    if len(solved) < len(made) / 2 or not all(beside):
         return ["the response does not lie near enough to tell how far the peak is off"]
     kind = "half_peak_to_peak"
     off = np.divide(*(amplitude(X, kind, [1]).max(axis=0) for X in (made, solved))) - 1

@@ -10,7 +10,7 @@ from tests.hbm.modes.test_backbone import cantilever
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws import ContactLaw, CubicSpring, Jenkins1D, UnilateralSpring
 from tipdamp.hbm.modes.backbone import backbone
-from tipdamp.hbm.modes.synthesis import synthesis
+from tipdamp.hbm.modes.synthesis import _off, synthesis
 from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band
 
@@ -270,3 +270,13 @@ def test_bad_input_is_told_in_a_line(said):
     with pytest.raises(InputError, match=said) as told:
         WRONG[said](mode)
     assert "\n" not in str(told.value)
+
+
+def test_a_peak_beside_which_nothing_is_solved_is_not_judged():
+    """What is solved farther off is lower than any peak: no word of "too high" from there."""
+    mode = backbone(oscillator(), 1, (1e-6, 1e-4), outputs=X, harmonics=1)
+    made = np.zeros((7, 1, 2), dtype=complex)
+    made[:, 0, 1] = [1.0, 2.0, 3.0, 4.0, 3.0, 2.0, 1.0]
+    far, beside = (np.isin(np.arange(7), some) for some in ([0, 1, 5, 6], [0, 1, 2, 5, 6]))
+    assert "does not lie near enough" in _off(mode, made, made[far], far)[0]
+    assert "33% too high" in _off(mode, made, made[beside], beside)[0]
