@@ -178,6 +178,12 @@ class CurveResult(Peak):
         return max(errors, key=lambda one: one[0], default=(self.truncation or 0.0, ""))
 
     @property
+    def is_bound(self) -> bool:
+        """Whether the largest amplitude is only what the vibration is at least: the curve has no
+        peak, or holes in which a solution may be higher."""
+        return self.peak_m is None or not self.complete or bool(self.left_out)
+
+    @property
     def of_another_mode(self) -> bool:
         """Whether the peak is not of the mode of that at the next lower level."""
         return self.mac is not None and self.mac < SAME_MODE

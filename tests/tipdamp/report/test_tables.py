@@ -12,6 +12,7 @@ from tests.tipdamp.report.files import artefacts, cut, damage, results_of, write
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.result import NOT_SEARCHED, SEARCH_STOPPED
 from tipdamp.report.checks import warnings_of
+from tipdamp.report.introduction import introduction
 from tipdamp.report.subjects import assumptions, key_figures, measured, peaks, tuning
 from tipdamp.report.summary import summarise
 from tipdamp.report.text import NOTHING
@@ -153,6 +154,46 @@ def test_places_of_the_largest_stress(tmp_path):
     ]
     assert table.rows[0][5:] == ("1.00, -20.00, 0.00", "12.50", "2.500", "3.000")
     assert summarise(results)["stress"][0]["places"][1]["alternating_Pa"] == 1.25e7
+
+
+@pytest.mark.parametrize(
+    "change, bound",
+    [
+        (lambda files: None, False),
+        (cut(), True),
+        (damage("responses", 3, "left_out", value=[[2700.0, 2720.0]]), True),
+        (damage("responses", 3, "complete", value=False), True),
+    ],
+)
+def test_stress_of_a_curve_that_is_not_whole_is_a_bound(tmp_path, change, bound):
+    """Where it stopped, or has holes: the peak may stress the bodies more. The peak too is marked
+    in its table and in the first lines."""
+    place = StressPlace(
+        body="blades",
+        node=4,
+        position_m=(0.0, 0.0, 0.0),
+        mean_Pa=2.5e6,
+        alternating_Pa=3.788e8,
+        amplitude_m=3e-6,
+        safety=0.638,
+    )
+    curves = tuple(
+        PeakStress(files=(), Fe_N=Fe, H=3, hz=2800.0, places=(place,), least=(place,))
+        for Fe in (1.0, 20.0)
+    )
+    results = results_of(*artefacts(tmp_path, damage=change))
+    results = replace(results, stress=StressResult(curves=curves))
+    for table in (*peaks.stress(results), *peaks.safety(results)):
+        low, high = table.records
+        assert (low["alternating (MPa)"], low["safety"]) == ("378.8", "0.638")
+        assert high["alternating (MPa)"] == "at least " * bound + "378.8"
+        assert high["safety"] == "at most " * bound + "0.638"
+        assert ("a bound and no result" in table.caption) == bound
+    assert [one["bound"] for one in summarise(results)["stress"]] == [False, bound]
+    (table,) = peaks.peaks(results)
+    marked = [row["largest (\N{MICRO SIGN}m)"].startswith("at least") for row in table.records]
+    assert marked == [False, False, False, bound]
+    assert ("at least" in " ".join(introduction(results))) == bound
 
 
 def by_area(files):
