@@ -95,20 +95,27 @@ def swept_cases(study: Study, store: Store) -> SweptCases:
 
 def check_own_case(study: Study) -> None:
     """InputError where no case of the sweep has the values of the study itself."""
+    if lacking := lacks_own_case(study):
+        raise InputError(f"{study.path}: [sweep] {lacking}")
+
+
+def lacks_own_case(study: Study) -> str:
+    """What a comparison lacks where no case of the sweep has the values of the study itself, in
+    words; '' where one has."""
     cases = cases_of(study)
     own = _own_content(study, read_toml(study.path), cases)
     others = [_others(own, case) for case in cases]
     if not all(others):
-        return
+        return ""
     keys = [key for key in cases[0] if any(key in case for case in others)]
     never = [key for key in keys if all(key in case for case in others)]
     said = (
         f"{key} = {listing(value)}" if (value := _at(own, key)) else f"an empty cell for {key}"
         for key in never or keys
     )
-    raise InputError(
-        f"{study.path}: [sweep] no case has the study's own values, about which the others "
-        f"scatter; add one with {listing(said)}"
+    return (
+        "no case has the study's own values, about which the others scatter; add one with "
+        f"{listing(said)}"
     )
 
 
