@@ -272,7 +272,14 @@ def test_warnings_of_the_stages_are_told_once(tmp_path):
     ]
     name = one.study.name
     assert doubts.warnings(ComparedStudies(tuple(several), ())) == [
-        f"{name}: MAC of 0.42 with the free one. (3 of 3 cases)"
+        f"{name} (3 of 3 cases): MAC of 0.42 with the free one."
+    ]
+    (folder := tmp_path / "another").mkdir()
+    other = results(folder)
+    vars(other.study)["path"] = folder / "other.toml"
+    warned = Computed("other", replace(other, said={"tune": ["MAC of 0.5 with the free one"]}))
+    assert doubts.warnings(ComparedStudies((*several, warned), ())) == [  # of both studies once
+        f"{name} (3 of 3 cases) and other: MAC of 0.42 with the free one."
     ]
 
 
