@@ -11,6 +11,7 @@ from tipdamp.report.text import MICRO, NOTHING, listing, number, sentence
 from tipdamp.sweep.summary import alike
 
 DIGITS = 4  # at most
+ROUNDING = 1e-9  # errors below it, relative
 
 
 def warnings(comparison: ComparedStudies) -> list[str]:
@@ -75,7 +76,7 @@ def error(peak: ComparedPeak) -> str:
         return NOTHING
     if peak.error_unknown:
         return "not known" if peak.error is None else f"over {100 * DOUBTFUL:g} %"
-    return f"{number(peak.error, 2, 100)} %"
+    return f"{number(0.0 if (peak.error or 0.0) < ROUNDING else peak.error, 2, 100)} %"
 
 
 def stability(peak: ComparedPeak) -> str:

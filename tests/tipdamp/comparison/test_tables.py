@@ -251,6 +251,7 @@ def test_doubts_of_peaks_are_told(tmp_path):
     assert told["soft", "10.00"] == ("3.2 %", "unstable")
     assert told["soft", "50.00"] == ("not known", NOTHING)
     assert told["soft", "1.000"] == ("0 %", "stable")
+    assert doubts.error(level("soft", 1.0, 8e-7, error=1.7e-19)) == "0 %"  # rounding
     (said,) = introduction(given)
     assert "that of soft, 0.43 µm/N ± 3 % (unstable) at Fc/Fe = 10.0. The others" in said
     assert "others at their best: stiff 0.568 µm/N ± 0.09 %." in said
