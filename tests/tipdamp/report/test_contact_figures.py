@@ -12,6 +12,7 @@ from tipdamp.hbm.drawing.figure import Line, Marks, Tiles, edges
 from tipdamp.report.drawing import matplotlib, plotly, table
 from tipdamp.report.subjects import friction, tuning, wear
 from tipdamp.report.subjects import kept as kept_figures
+from tipdamp.report.subjects.axial import across, of_side, with_room
 from tipdamp.results.response_results import CyclesResult, PeakCycle
 from tipdamp.results.static_results import SideStiffness
 
@@ -247,3 +248,12 @@ def test_what_was_tuned_and_its_target_lie_within_the_axes(tmp_path, target):
     every = [*(s.hz for s in results.tune.history), target]
     assert low < min(every) and max(every) < high
     assert high - low < 1.5 * np.ptp(every)
+
+
+def test_rounding_makes_no_heights_across_a_side(tmp_path):
+    """Points of one row, whose coordinates differ in their last digits: one height, with room."""
+    results = results_of(*artefacts(tmp_path))
+    pairs = of_side(results.kept, "right")
+    noise = 1e-17 * np.arange(len(pairs))[:, None] * pairs.frame[:, 1]
+    heights = across(results, pairs.replace(position=noise))
+    assert np.ptp(heights) == 0 and np.ptp(with_room(heights)) > 0.1

@@ -66,7 +66,7 @@ def across(results: Results, pairs: ContactTable) -> np.ndarray:
     t2 = pairs.frame[:, 1].mean(axis=0)
     t2 *= 1 if t2 @ np.array(results.study.driver.pull_direction) >= 0 else -1
     middle = pairs.position.mean(axis=0)
-    return MM * (pairs.position - middle) @ (t2 / np.linalg.norm(t2))
+    return np.round(MM * (pairs.position - middle) @ (t2 / np.linalg.norm(t2)), 6)  # a nanometre
 
 
 def with_room(heights: np.ndarray) -> tuple[float, float]:
