@@ -56,6 +56,7 @@ def draw(figure: Figure) -> str:
         "height": inner + TOP + bottom,
         "font": {"family": FONT, "size": 12.5, "color": INK},
         "margin": {"l": 70, "r": 18, "t": TOP, "b": bottom},
+        "separators": ".",  # of decimals alone: no comma in thousands
         "hovermode": "closest",
         "legend": {
             "orientation": "h",
