@@ -667,6 +667,7 @@ def _stages(
 
 
 def _sweep(arguments: argparse.Namespace) -> int:
+    from tipdamp.comparison.swept import lacks_own_case
     from tipdamp.stages.run import command
     from tipdamp.sweep.estimate import sweep_estimate
     from tipdamp.sweep.run import folder_of, planned, run_sweep
@@ -678,6 +679,8 @@ def _sweep(arguments: argparse.Namespace) -> int:
         print(f"estimate    {found.text}", flush=True)
         for warning in found.warnings:
             print(f"warning: {warning}", flush=True)
+        if lacking := lacks_own_case(study):
+            print(f"compare     will refuse this sweep as it is: {lacking}", flush=True)
 
     if arguments.dry_run:
         plan, content = planned(study.path, quiet=arguments.quiet)

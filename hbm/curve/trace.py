@@ -21,6 +21,7 @@ from tipdamp.hbm.curve.parent import end_at_parent
 from tipdamp.hbm.curve.starts import first_of, starts
 from tipdamp.hbm.curve.unmoved import follow_unmoved, moves_contacts
 from tipdamp.hbm.hold.named_motion import mostly
+from tipdamp.hbm.hold.rigid_motion import HOLD
 from tipdamp.hbm.result import ForcedResponse, widest_gap
 
 ROLLS = "the damper rolls"
@@ -352,4 +353,16 @@ def unrestrained(last: Point, problem: ContactProblem | None) -> str:
     motion = q[:, 0].real
     named = problem.describe(motion) if problem and problem.describe else mostly(motion)
     verb = ROLLS if named.turns else "nothing restrains a mean motion"
-    return f"; {verb} ({named}): {NO_PERIOD}; {named.remedy}"
+    let_go = problem is not None and _faces(problem, motion)
+    said = " (contact normals hold it only while enough of them are closed)" * let_go
+    return f"; {verb} ({named}): {NO_PERIOD}; {named.remedy}{said}"
+
+
+def _faces(problem: ContactProblem, motion: np.ndarray) -> bool:
+    """Whether the normals of contacts face a motion (r,), which `held_motions` doubts to need a
+    hold."""
+    nd = len(problem.law.components)
+    if problem.law.components[-1:] != ("n",):
+        return False
+    met = np.abs(np.asarray(problem.B[nd - 1 :: nd] @ motion))
+    return bool(met.max(initial=0.0) > HOLD.faced * np.abs(motion).max())

@@ -154,13 +154,15 @@ def _held(model: "ReducedModel | SparseBodies", pairs: ContactTable, hold: Hold)
         raise InputError(f"mean = {brief(hold.mean)}: must be True or False")
     _refuse_supported(model, hold.body, motion, given)
     faced = np.abs(B[2::3] @ motion).max(initial=0.0) / np.abs(motion).max()
+    faced = min(faced, _faced(model, hold.body, row, B[2::3]))
     doubt = (
         ""
-        if min(faced, _faced(model, hold.body, row, B[2::3])) <= HOLD.faced
+        if faced <= HOLD.faced
         else (
             f"hold = {brief(hold.motion)}: contact normals face the {name} of the {hold.body} by "
-            f"{faced:.2g} of its size and hold it already while they are closed, whatever other "
-            "rigid motions go with it; leave it out unless they open"
+            f"{faced:.2g} of its size and hold it while they are closed, whatever other rigid "
+            "motions go with it; the hold is for curves that end without it as the damper rolls "
+            "or slides, where contacts open or few are kept: leave it out where none does"
         )
     )
     small = HOLD.small_angle * (1.0 if unit == "N m" else _size(model, hold.body) or np.inf)

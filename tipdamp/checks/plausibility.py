@@ -283,7 +283,7 @@ def _given_total(side: SideSection, found: SideCheck) -> tuple[float, str, str]:
 def distance_warnings(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]) -> Iterator[str]:
     """Pairs whose nodes lie apart along the normal by more than a tenth of the distance of
     neighbouring nodes."""
-    yield from _gap_warnings(study, pairs.select(pairs.on_surface))
+    yield from gap_warnings(study, pairs.select(pairs.on_surface))
     yield from _cover_warnings(study, pairs, damper_areas(study, meshes))
     shown = length_text(study.length_unit)
     pairs = pairs.select(~pairs.on_surface)
@@ -328,16 +328,16 @@ def _left_alone(study: Study, pairs: ContactTable, meshes: dict[str, Mesh]) -> I
                 )
 
 
-def _gap_warnings(study: Study, points: ContactTable) -> Iterator[str]:
-    """Surfaces that lie apart, as those of a round side do beside its line of contact."""
+def gap_warnings(study: Study, points: ContactTable) -> Iterator[str]:
+    """Surfaces that lie apart; beside its line of contact a round side does anyway."""
     for name in points.sides:
         mine = np.flatnonzero(points.side == name)
         far = mine[points.gap[mine] > 0.1 * np.sqrt(points.area[mine])]
-        if len(far):
+        # on a round side only those that can touch do, see node_stiffness
+        shared = study.sides[name].shape == "flat"
+        if len(far) == len(mine) or len(far) and shared:
             i = far[points.gap[far].argmax()]
-            shown, side = length_text(study.length_unit), study.sides[name]
-            # on a round side only those that can touch do, see node_stiffness
-            shared = side.shape == "flat"
+            shown = length_text(study.length_unit)
             yield (
                 f"side '{name}': {len(far)} of {len(mine)} contact points have gaps of more than "
                 f"a tenth of their size, up to {shown(points.gap[i])} at point "

@@ -11,11 +11,12 @@ from tipdamp.report.text import MICRO, NOTHING, listing, number, sentence
 from tipdamp.sweep.summary import alike
 
 DIGITS = 4  # at most
+ROUNDING = 1e-9  # errors below it, relative
 
 
 def warnings(comparison: ComparedStudies) -> list[str]:
-    """Sentences: for each study what of its peaks is in doubt, then what its stages warned of, each
-    warning once."""
+    """Sentences: for each study what of its peaks is in doubt, then what the stages of all warned
+    of, each warning once."""
     return [
         *(text for name in comparison.names for text in _of_peaks(comparison, name)),
         *_of_stages(comparison),
@@ -38,15 +39,18 @@ def _of_peaks(comparison: ComparedStudies, name: str) -> Iterator[str]:
 
 
 def _of_stages(comparison: ComparedStudies) -> Iterator[str]:
-    for name in dict.fromkeys(one.results.study.name for one in comparison.computed):
-        mine = [one.results for one in comparison.computed if one.results.study.name == name]
-        said = {
-            k: [text for texts in results.said.values() for text in texts]
-            for k, results in enumerate(mine)
-        }
-        for text, cases in alike(said):
-            many = f" ({len(cases)} of {len(mine)} cases)" * (len(mine) > 1)
-            yield f"{name}: {sentence(text)}{many}"
+    every = [one.results for one in comparison.computed]
+    cases = Counter(one.study.name for one in every)
+    said = {
+        k: [text for texts in results.said.values() for text in texts]
+        for k, results in enumerate(every)
+    }
+    for text, found in alike(said):
+        mine = Counter(every[k].study.name for k in sorted(found))
+        whose = listing(
+            name + f" ({mine[name]} of {cases[name]} cases)" * (cases[name] > 1) for name in mine
+        )
+        yield f"{whose}: {sentence(text)}"
 
 
 def height(peak: ComparedPeak, unit: str = "") -> str:
@@ -72,7 +76,7 @@ def error(peak: ComparedPeak) -> str:
         return NOTHING
     if peak.error_unknown:
         return "not known" if peak.error is None else f"over {100 * DOUBTFUL:g} %"
-    return f"{number(peak.error, 2, 100)} %"
+    return f"{number(0.0 if (peak.error or 0.0) < ROUNDING else peak.error, 2, 100)} %"
 
 
 def stability(peak: ComparedPeak) -> str:

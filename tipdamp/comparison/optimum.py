@@ -12,6 +12,9 @@ from tipdamp.hbm.ties import SAME, first_largest
 FLAT = 0.05  # above the least, within which a pull counts as good
 FINE = 2001  # places between the computed levels
 NEAR = 1e-9  # relative: levels closer to each other than this are at one Fc/Fe
+NEARBY = (
+    2**0.5
+)  # factor of Fc/Fe up to which a level tells of a place: levels by twos do everywhere
 Spans = dict[str, tuple[float, float]]  # {case: (from, to)}
 
 
@@ -40,7 +43,7 @@ class Optimum:
         """' or less', ' or more': where the true least may lie, of one at an end; else ''."""
         if not self.of_end:
             return ""
-        return " or less" if self.low == self.ratio else " or more"
+        return " or less" if self.low >= self.ratio * (1 - NEAR) else " or more"
 
     @property
     def flat(self) -> bool:
@@ -139,6 +142,24 @@ def least_within(every: Sequence[ComparedPeak], low: float, high: float) -> list
     return [inside[first_largest(-heights)], *lower]
 
 
+def far_between(every: Sequence[ComparedPeak], low: float, high: float) -> bool:
+    """Whether the least from low to high (Fc/Fe) is only interpolated: it lies beside an end of the
+    range, between two levels of `tops` that are both far from that end."""
+    outside = [
+        peak
+        for peak in least_within(every, low, high)
+        if not low * (1 - NEAR) <= peak.ratio <= high * (1 + NEAR)
+    ]
+    ratios = np.array([peak.ratio for peak in every])
+    ends = [low if peak.ratio < low else high for peak in outside]
+    return any(not is_near(ratios, end) for end in ends)
+
+
+def is_near(ratios: np.ndarray, place: float) -> bool:
+    """Whether one of the levels (n,) tells of a place (Fc/Fe)."""
+    return bool((np.abs(np.log(ratios / place)) <= np.log(NEARBY)).any())
+
+
 def within(
     curve: tuple[np.ndarray, np.ndarray], low: float, high: float
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -168,15 +189,22 @@ def _below(one: Spans, other: Spans) -> bool:
 
 
 def lowest_at(curves: dict[str, tuple[np.ndarray, np.ndarray]]) -> dict[str, tuple[int, int]]:
-    """{name: (at how many of the ratios that all have in their range its curve is the lowest, how
-    many these are)}; between their levels the curves are interpolated in log-log."""
+    """{name: (at how many of the ratios that all have in their range, with a level nearby, its
+    curve is the lowest, how many these are)}; between their levels the curves are interpolated in
+    log-log."""
     known = {name: c for name, c in curves.items() if len(c[0]) >= 2}
     if len(known) < 2:
         return {}
     low = max(ratio[0] for ratio, _ in known.values())
     high = min(ratio[-1] for ratio, _ in known.values())
     every = np.unique(np.concatenate([ratio for ratio, _ in known.values()]))
-    common = every[(every >= low) & (every <= high)]
+    common = np.array(
+        [
+            place
+            for place in every[(every >= low) & (every <= high)]
+            if all(is_near(ratio, place) for ratio, _ in known.values())
+        ]
+    )
     heights = np.array(
         [
             np.interp(np.log(common), np.log(ratio), np.log(height))

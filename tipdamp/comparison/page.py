@@ -16,7 +16,7 @@ from tipdamp.engine.store import Store
 from tipdamp.hbm.drawing.figure import Figure
 from tipdamp.report.drawing import matplotlib, table
 from tipdamp.report.page import Block, Section, page
-from tipdamp.report.text import listing, number
+from tipdamp.report.text import MICRO, listing, number
 from tipdamp.study.view import Study
 
 SECTIONS = (
@@ -92,9 +92,18 @@ def _file(study: Study) -> str:
 
 
 def introduction(comparison: ComparedStudies) -> Iterator[str]:
-    """For each phase, which study is best and at which pull, or that friction takes nothing."""
+    """For each phase, which study is best and at which pull, or that friction takes nothing; and
+    why the pulls of a study draw a curve each, of which the best counts."""
     for phase in comparison.phases:
-        yield from _winner(comparison, phase)
+        yield from _winner(comparison.by_study, phase)
+    for name, why in comparison.apart.items():
+        mine = (one for one in comparison.computed if one.of == name)
+        pulls = dict.fromkeys(one.results.study.driver.pull for one in mine)
+        yield (
+            f"{name}: {listing(f'{pull:g}' for pull in pulls)} N draw a curve each, since {why}, "
+            "and so Fc/Fe alone does not tell the response per newton; as one study it has at "
+            "every Fc/Fe the lowest of its pulls."
+        )
 
 
 def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
@@ -120,6 +129,7 @@ def _winner(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
 def _least(comparison: ComparedStudies, phase: Phase, optima: dict[str, Optimum]) -> str:
     (first, least), *others = optima.items()
     place = f" at Fc/Fe = {tables.best_ratio(comparison, phase, first, least)}"
+    place += f" (Fc = {least.peak.pull:g} N)" * (first in comparison.several_pulls)
     if least.flat:
         place = ", and within 5 % of that at every level"
     if least.idle:
@@ -140,14 +150,22 @@ def _ranked(comparison: ComparedStudies, phase: Phase) -> Iterator[str]:
     if common is None:
         yield "There is no Fc/Fe that all reach, and so no rank."
         return
+    unknown = comparison.interpolated(phase)
     ends = " to ".join(number(end, 3) for end in common)
     where = f"From Fc/Fe = {ends}, which all reach: " if comparison.is_cut(phase) else ""
     first = listing(name for name, rank in ranks.items() if rank == 1)
     if list(ranks.values()).count(1) > 1:
         within = "within their errors, their scatter or what a flat curve varies by"
         yield f"{where}{first} are equal {within}."
-    elif where:
-        yield f"{where}{first} is the lowest."
+    elif where and first:
+        others = " of the others" * bool(unknown)
+        yield f"{where}{first} is the lowest{others}."
+    for name, (low, high) in unknown.items():
+        yield (
+            f"Between Fc/Fe = {ends} the least of {name} is only interpolated, between "
+            f"{number(low, 3, MICRO)} and {number(high, 3, MICRO)} µm/N at levels that lie apart: "
+            "it has no rank."
+        )
 
 
 def _without_friction(optima: dict[str, Optimum]) -> Iterator[str]:

@@ -1,14 +1,18 @@
 """Studies side by side: what was computed of them and the peaks of it."""
 
+import math
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 from tipdamp.comparison.optimum import (
     NEAR,
     Optimum,
     Spans,
+    far_between,
     least_within,
     optimum,
     ranks,
@@ -24,12 +28,19 @@ KEY = re.compile(r"(?:^|, )([\w.-]+) = ")  # in the words of a scatter
 @dataclass(frozen=True)
 class Computed:
     """What was computed of a study, or of one case of its sweep. name - of the study, with the pull
-    where its cases have several; scatter - in words, what this case has otherwise than the study;
-    empty in the study itself."""
+    where its pulls draw a curve each; scatter - in words, what this case has otherwise than the
+    study; empty in the study itself; apart - why its pulls draw a curve each; empty where they do
+    not."""
 
     name: str
     results: Results
     scatter: str = ""
+    apart: str = ""
+
+    @property
+    def of(self) -> str:
+        """The study, all its pulls together."""
+        return self.results.study.name if self.apart else self.name
 
 
 @dataclass(frozen=True)
@@ -114,15 +125,57 @@ class ComparedStudies:
         low, high = common[0] * (1 - NEAR), common[1] * (1 + NEAR)
         return not all(low <= one.ratio <= high for one in self.optima(phase).values())
 
+    @property
+    def apart(self) -> dict[str, str]:
+        """{study: why its pulls draw a curve each} of those whose do."""
+        return {one.of: one.apart for one in self.computed if one.apart}
+
+    @property
+    def several_pulls(self) -> set[str]:
+        """The studies with several pulls."""
+        pulls = {(one.name, one.results.study.driver.pull) for one in self.computed}
+        return {name for name, count in Counter(name for name, _ in pulls).items() if count > 1}
+
+    @cached_property
+    def by_study(self) -> "ComparedStudies":
+        """The same with one curve for each study: where its pulls draw a curve each, at every Fc/Fe
+        that of the pull which is lowest there."""
+        if not self.apart:
+            return self
+        of = {one.name: one.of for one in self.computed}
+        whole = [replace(peak, study=of[peak.study]) for peak in self.peaks]
+        return ComparedStudies(
+            tuple(Computed(one.of, one.results, one.scatter) for one in self.computed),
+            lowest_pulls(whole),
+            self.failed,
+        )
+
+    def interpolated(self, phase: Phase) -> dict[str, tuple[float, float]]:
+        """{study: (m/N, m/N) between which its least over the Fc/Fe that all reach lies} of those
+        without a level near an end of that range, of which the least is only interpolated: they
+        have no rank."""
+        common = self.common(phase)
+        if common is None:
+            return {}
+        found = {}
+        for name in self.optima(phase):
+            every = tops(self.of(name, phase))
+            if far_between(every, *common):
+                heights = [peak.m_per_N or 0.0 for peak in least_within(every, *common)]
+                found[name] = min(heights), max(heights)
+        return found
+
     def ranks(self, phase: Phase) -> dict[str, int]:
         """{study: place by its least over the Fc/Fe that all reach}, 1 of the lowest; those that
         are equal within their errors, their scatter and what a flat curve varies by share a place:
-        of the same scatter case by case. Empty where there is no such Fc/Fe."""
+        of the same scatter case by case. Empty where there is no such Fc/Fe; without those of
+        which the least is only interpolated."""
         common = self.common(phase)
         if common is None:
             return {}
         spans: dict[str, Spans] = {}
-        for name in self.optima(phase):
+        unknown = self.interpolated(phase)
+        for name in (name for name in self.optima(phase) if name not in unknown):
             mine = spans.setdefault(name, {})
             least = least_within(tops(self.of(name, phase)), *common)
             for peak in (one for each in least for one in self._alike(each)):
@@ -153,3 +206,18 @@ def finest(peaks: Sequence[ComparedPeak]) -> tuple[ComparedPeak, ...]:
     for one in peaks:
         most[one.place, one.scatter] = max(one.H, most.get((one.place, one.scatter), 0))
     return tuple(one for one in peaks if one.H == most[one.place, one.scatter])
+
+
+def lowest_pulls(peaks: Sequence[ComparedPeak]) -> tuple[ComparedPeak, ...]:
+    """Of several pulls of a study at one Fc/Fe in one phase that of which the larger blade is
+    lowest, with its scatter; one that has a peak is before one that has none."""
+    heights: dict[tuple, dict[float, float]] = {}
+    for one in peaks:
+        if not one.scatter:
+            mine = heights.setdefault((one.study, one.phase, one.ratio), {})
+            height = math.inf if one.m_per_N is None else one.m_per_N
+            mine[one.pull] = max(height, mine.get(one.pull, 0.0))
+    lowest = {place: min(mine, key=lambda pull: mine[pull]) for place, mine in heights.items()}
+    return tuple(
+        one for one in peaks if lowest.get((one.study, one.phase, one.ratio), one.pull) == one.pull
+    )

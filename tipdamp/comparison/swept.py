@@ -30,7 +30,13 @@ PLACES = ("damper.pull", "model.pull", "respond.levels", "respond.band", "respon
 # laws whose forces double with all motions and preloads
 DOUBLE = ("Jenkins1D", "DryFriction1T", "DryFriction2T", "UnilateralSpring", "IsotropicFriction")
 OF_PAIRS = ("mu", "kn", "kt")  # in the table of pairs
-ALIKE = 1e-6  # of the largest preload
+ALIKE = 1e-6  # of the largest preload or stiffness
+# why the response per newton depends on more than Fc/Fe: columns of the kept pairs
+UNLIKE = {
+    "the stiffness of their kept pairs is not the same, as that of a round side follows its load, "
+    "or their kept parts differ": ("kn", "kt", "weight"),
+    "the preload of their kept pairs is not in proportion to the pull, as with gaps": ("preload",),
+}
 
 
 @dataclass(frozen=True)
@@ -95,20 +101,27 @@ def swept_cases(study: Study, store: Store) -> SweptCases:
 
 def check_own_case(study: Study) -> None:
     """InputError where no case of the sweep has the values of the study itself."""
+    if lacking := lacks_own_case(study):
+        raise InputError(f"{study.path}: [sweep] {lacking}")
+
+
+def lacks_own_case(study: Study) -> str:
+    """What a comparison lacks where no case of the sweep has the values of the study itself, in
+    words; '' where one has."""
     cases = cases_of(study)
     own = _own_content(study, read_toml(study.path), cases)
     others = [_others(own, case) for case in cases]
     if not all(others):
-        return
+        return ""
     keys = [key for key in cases[0] if any(key in case for case in others)]
     never = [key for key in keys if all(key in case for case in others)]
     said = (
         f"{key} = {listing(value)}" if (value := _at(own, key)) else f"an empty cell for {key}"
         for key in never or keys
     )
-    raise InputError(
-        f"{study.path}: [sweep] no case has the study's own values, about which the others "
-        f"scatter; add one with {listing(said)}"
+    return (
+        "no case has the study's own values, about which the others scatter; add one with "
+        f"{listing(said)}"
     )
 
 
@@ -179,27 +192,36 @@ def _at(content: Any, key: str) -> list:
 
 def _with_pulls(found: list[Computed]) -> list[Computed]:
     """Named with their pulls, where these are several and draw curves of their own."""
-    if len({one.results.study.driver.pull for one in found}) == 1 or follows_ratio(found):
+    several = len({one.results.study.driver.pull for one in found}) > 1
+    if not several or not (why := why_apart(found)):
         return found
     return [
-        Computed(f"{one.name}, {one.results.study.driver.pull:g} N", one.results, one.scatter)
+        Computed(f"{one.name}, {one.results.study.driver.pull:g} N", one.results, one.scatter, why)
         for one in found
     ]
 
 
-def follows_ratio(found: Sequence[Computed]) -> bool:
-    """Whether the response per newton depends on Fc/Fe alone, so that all pulls of a study draw one
-    curve: the law doubles its forces with the motion, and the preload is in proportion to the pull,
-    which gaps prevent."""
-    first: dict[str, np.ndarray] = {}
+def why_apart(found: Sequence[Computed]) -> str:
+    """Why the pulls of a study draw a curve each, in words. '' where the response per newton
+    depends on Fc/Fe alone, so that all draw one: the law doubles its forces with the motion, the
+    kept pairs are as many and as stiff, and their preload is in proportion to the pull, which gaps
+    prevent."""
+    first: dict[str, ContactTable] = {}
     for one in found:
-        kept = one.results.kept
-        if one.results.study.respond.law.name not in DOUBLE or kept is None:
-            return False
-        each = kept.preload / one.results.study.driver.pull
+        study, kept = one.results.study, one.results.kept
+        if study.respond.law.name not in DOUBLE:
+            return f"the forces of its law, {study.respond.law}, do not double with the motion"
+        if kept is None:
+            return "their kept pairs are not known"
+        each = kept.replace(preload=kept.preload / study.driver.pull)
         before = first.setdefault(one.scatter, each)
-        if len(each) != len(before) or not np.allclose(
-            each, before, rtol=0.0, atol=ALIKE * np.abs(before).max(initial=0.0)
-        ):
-            return False
-    return True
+        if len(each) != len(before):
+            return "they keep different numbers of pairs"
+        for said, columns in UNLIKE.items():
+            if not all(_alike(vars(each)[name], vars(before)[name]) for name in columns):
+                return said
+    return ""
+
+
+def _alike(one: np.ndarray, other: np.ndarray) -> bool:
+    return np.allclose(one, other, rtol=0.0, atol=ALIKE * np.abs(other).max(initial=0.0))

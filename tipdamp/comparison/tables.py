@@ -8,7 +8,7 @@ import numpy as np
 from tipdamp.comparison.doubts import error, height, stability
 from tipdamp.comparison.events import drifts
 from tipdamp.comparison.figures import in_words
-from tipdamp.comparison.optimum import Optimum, envelope, lowest_at, within
+from tipdamp.comparison.optimum import NEARBY, Optimum, envelope, lowest_at, within
 from tipdamp.comparison.peaks import ComparedPeak, Phase, motion_beyond
 from tipdamp.comparison.record import ComparedStudies
 from tipdamp.hbm.contact import ContactTable
@@ -88,6 +88,14 @@ def _from_to(values: np.ndarray) -> str:
 def best(comparison: ComparedStudies) -> Iterator[Table]:
     """One row for each phase and study that has one: where its curve is least, how flat it is, and
     rank."""
+    if comparison.apart:
+        whole = comparison.by_study
+        yield Table(
+            "Which study is best: as the next table, with one curve for each study, which at every "
+            "Fc/Fe is that of its pull that is lowest there.",
+            [row for phase in whole.phases for row in _best(whole, phase)],
+            left=(0, 1),
+        )
     rows = [row for phase in comparison.phases for row in _best(comparison, phase)]
     if rows:
         yield Table(
@@ -98,8 +106,10 @@ def best(comparison: ComparedStudies) -> Iterator[Table]:
             "by the least over the Fc/Fe that all studies reach, levels at which the damper rolls "
             "or slides among them; studies that are equal within the errors of their peaks, their "
             "scatter, of the same scatter case by case, or what a curve varies by that is flat "
-            "over that range, are tied; lowest: at how many of the levels in the range of all "
-            "studies its curve is the lowest. Paper: the rank that the study states as its "
+            "over that range, are tied; open: its least there is only interpolated, between levels "
+            f"farther than a factor of {NEARBY:.3g} from an end of that range; lowest: at how many "
+            "of the levels in the range of all studies, of which each has one within that factor, "
+            "its curve is the lowest. Paper: the rank that the study states as its "
             "reference.",
             rows,
             left=(0, 1),
@@ -108,7 +118,7 @@ def best(comparison: ComparedStudies) -> Iterator[Table]:
 
 def _best(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
     optima = comparison.optima(phase)
-    rank = comparison.ranks(phase)
+    rank, unknown = comparison.ranks(phase), comparison.interpolated(phase)
     lowest = lowest_at({name: envelope(comparison.of(name, phase)) for name in comparison.names})
     for name, results in comparison.studies.items():
         if name not in optima:
@@ -125,7 +135,7 @@ def _best(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
             "pull for Fe = 10 N (N)": NOTHING
             if none
             else best_ratio(comparison, phase, name, one, 10),
-            "rank": _rank(rank, name),
+            "rank": "open" if name in unknown else _rank(rank, name),
             "lowest": f"{first} of {common}" if common else NOTHING,
             "paper": NOTHING if stated is None else f"{stated:g}",
         }

@@ -232,12 +232,22 @@ def _no_slip(results: Results, case: ReportedCurve) -> Iterator[str]:
             f"{difference:.1e}."
         )
     if results.tune is not None and case.facts.peak_hz is not None:
-        off = case.facts.peak_hz / results.tune.stuck_hz.tuned - 1
+        k, hz = _nearest_stuck(results.tune, case.facts.peak_hz)
+        off = case.facts.peak_hz / hz - 1
         if abs(off) > LIMITS.stuck_peak:
             yield (
                 f"No pair slips at {_name(case)}, yet the peak lies {100 * off:+.2f} % from the "
-                "stuck frequency: another mode is near."
+                + (f"nearest stuck mode {k}, {hz:.1f} Hz" if k else "stuck frequency")
+                + ": another mode is near."
             )
+
+
+def _nearest_stuck(tune: TuneResult, hz: float) -> tuple[int, float]:
+    """(number, Hz) of the stuck mode nearest to a frequency; 0 for that of the tracked one."""
+    tuned, modes = tune.stuck_hz.tuned, np.array([*tune.stuck_modes_hz.tuned, np.inf])
+    i = int(np.abs(modes - hz).argmin())
+    is_tracked = abs(hz - tuned) <= abs(modes[i] - hz) * (1 + LIMITS.stuck_peak)
+    return (0, tuned) if is_tracked else (i + 1, float(modes[i]))
 
 
 def _off_reference(what: str, hz: float, reference: float | None) -> Iterator[str]:

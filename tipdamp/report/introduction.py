@@ -71,14 +71,18 @@ def _response(results: Results) -> Iterator[str]:
             )
 
 
+def _least(case: ReportedCurve) -> str:
+    return "at least " * case.is_bound
+
+
 def _peaks(low: ReportedCurve, high: ReportedCurve) -> str:
     text = (
-        f"At {low.Fe:g} N the peak of blade 1 is {micro(low.peak_per_newton)} µm/N at "
+        f"At {low.Fe:g} N the peak of blade 1 is {_least(low)}{micro(low.peak_per_newton)} µm/N at "
         f"{hertz(low.facts.peak_hz)} Hz (H = {low.H})"
     )
     if low is not high:
         text += (
-            f", at {high.Fe:g} N {micro(high.peak_per_newton)} µm/N at "
+            f", at {high.Fe:g} N {_least(high)}{micro(high.peak_per_newton)} µm/N at "
             f"{hertz(high.facts.peak_hz)} Hz, where {high.moving_at_peak} of "
             f"{high.curve.share_slip.shape[1]} pairs slip or open at the peak; anywhere on the "
             f"curve {len(high.facts.slipping_pairs)} do"

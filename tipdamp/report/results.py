@@ -73,6 +73,13 @@ class ReportedCurve:
         return self.facts.peak_m is not None
 
     @property
+    def is_bound(self) -> bool:
+        """Whether its largest value is only what the vibration is at least: it has no peak, or
+        holes beside it, in which a solution may be higher."""
+        failed = self.curve.frequency[~self.curve.converged]
+        return self.facts.is_bound or any(self.facts.is_beside(hz, hz) for hz in failed)
+
+    @property
     def peak_per_newton(self) -> float | None:
         """m/N."""
         return None if self.facts.peak_m is None else self.facts.peak_m / self.Fe
@@ -200,6 +207,10 @@ class Results:
             if found:
                 return sorted(found, key=lambda one: one.Fe_N)
         return []
+
+    def is_bound(self, Fe: float, H: int) -> bool:
+        """Whether the largest value of a curve is only what its vibration is at least."""
+        return any(case.is_bound for case in self.cases if (case.Fe, case.H) == (Fe, H))
 
     def beside_paper(self, words: str) -> str:
         """A sentence on the figures of the seed paper where the study states its values as

@@ -64,7 +64,8 @@ def summarise(results: Results) -> dict:
     searched - what was looked for beside the curve, beside - the curves that were found;
     named - its named points, with stability = "all"; alike_backwards - whether the curve
     followed from the other end of the band would be the same, back - that curve otherwise;
-    held - force on what holds a motion.
+    held - force on what holds a motion; bound - of a stress: the curve has no peak, or holes in
+    which it may be higher.
     A curve that stopped, or whose highest point borders a gap, has no peak: at_least_m is the
     largest amplitude that was solved, ended the reason.
     """
@@ -101,7 +102,10 @@ def summarise(results: Results) -> dict:
     if results.backbone is not None:
         summary["backbone"] = results.backbone.model_dump(exclude={"warnings"})
     if results.stress is not None:
-        summary["stress"] = [one.model_dump() for one in results.stress.curves]
+        summary["stress"] = [
+            one.model_dump() | {"bound": results.is_bound(one.Fe_N, one.H)}
+            for one in results.stress.curves
+        ]
     return {
         **summary,
         "seconds": dict(results.seconds),

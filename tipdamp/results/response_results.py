@@ -10,6 +10,7 @@ from tipdamp.hbm.result import NOT_SEARCHED
 from tipdamp.results.record import Number, Numbers, Record, Result, Texts
 from tipdamp.study.law import LawChoice
 
+BESIDE = 1.15  # factor of the frequency of a peak up to which a hole may hide a higher one
 SAME_MODE = 0.5  # MAC of two peaks, below which they are not of one mode
 
 # ---- respond -------------------------------------------------------------------------------------
@@ -176,6 +177,17 @@ class CurveResult(Peak):
         largest, the first of equal ones; 0 without an estimate."""
         errors = ((peak.truncation or 0.0, name) for name, peak in self.patches.items())
         return max(errors, key=lambda one: one[0], default=(self.truncation or 0.0, ""))
+
+    @property
+    def is_bound(self) -> bool:
+        """Whether the largest amplitude is only what the vibration is at least: the curve has no
+        peak, or was left beside it, where a solution may be higher."""
+        return self.peak_m is None or any(self.is_beside(*ends) for ends in self.left_out)
+
+    def is_beside(self, low: float, high: float) -> bool:
+        """Whether something from low to high (Hz) belongs to the resonance of the peak."""
+        hz = self.peak_hz
+        return hz is not None and low <= BESIDE * hz and high >= hz / BESIDE
 
     @property
     def of_another_mode(self) -> bool:

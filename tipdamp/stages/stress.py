@@ -198,8 +198,10 @@ def line(store: Store) -> str:
     if not tops:
         return "no solved point"
     place, one = max(tops, key=lambda top: top[0].alternating_Pa)
+    bounds = {(c.Fe_N, c.H) for c in RespondResult.load(store).responses if c.is_bound}
+    least = "at least " * ((one.Fe_N, one.H) in bounds)
     return (
-        f"alternating up to {1e-6 * place.alternating_Pa:.4g} MPa, mean "
+        f"alternating up to {least}{1e-6 * place.alternating_Pa:.4g} MPa, mean "
         f"{1e-6 * place.mean_Pa:.4g} MPa there: node {place.node} of the {place.body} (Fe = "
         f"{one.Fe_N:g} N, H = {one.H})"
     )

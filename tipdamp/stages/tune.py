@@ -388,7 +388,8 @@ def warnings(study: Study, store: Store) -> list[str]:
     """Of the tracked mode, of a closed part that follows the mesh, and of a table of the user's
     own."""
     found = results.TuneResult.load(store)
-    rows = one_row_warnings(ContactTable.load(store.path("preload.csv")))
+    meets = study.tune.by == "area" and found.target_hz is not None
+    rows = one_row_warnings(ContactTable.load(store.path("preload.csv")), meets)
     return [
         *found.warnings,
         *tracking_warnings(study, found),

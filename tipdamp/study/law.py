@@ -1,6 +1,7 @@
 """The contact law of a study: any law that ships with hbm, by its name, with parameters checked
 like other keys; or one of the user's own, by file and name."""
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,12 +59,14 @@ class LawChoice(BaseModel):
 
     @property
     def meaning(self) -> str:
-        """First line of the law's own description."""
+        """First sentence of the law's own description, with its sources."""
         from tipdamp.hbm.laws import SHIPPED
 
         if self.file:
             return f"a law of the study's own, in a file with the fingerprint {self.content[:12]}."
-        return str(SHIPPED[self.name].__doc__).splitlines()[0]
+        description = str(SHIPPED[self.name].__doc__)
+        first = re.split(r"(?<=\.)\s*\n|\n\s*\n", description, maxsplit=1)[0]
+        return " ".join(first.split())
 
     def make(self) -> "ContactLaw":
         """The law itself; InputError where its file may not run, or holds no such law."""

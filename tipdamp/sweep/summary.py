@@ -16,7 +16,8 @@ from tipdamp.sweep.index import HOW, CaseState, Index
 FREQUENCY = re.compile(r"(\d+(?:\.\d+)?(?:e[+-]?\d+)?) Hz")
 ERROR = re.compile(r"\d\.\d+e[+-]\d+")  # as warnings write them, and nothing else
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e[+-]?\d+)?")
-LONGEST = 300  # letters of a reason or a warning
+SERIES = re.compile(r"([^,;:]+)(?:, \1)+")  # such as levels, once their numbers are all one
+LONGEST = 2000  # letters of a reason or a warning
 SHOWN = 20  # cases that failed, for each reason
 
 
@@ -52,13 +53,15 @@ def _incomplete(reasons: dict[str, int]) -> list[str]:
 
 
 def alike(said: Mapping[int, Sequence[str]]) -> list[tuple[str, list[int]]]:
-    """Of {case: its warnings} each warning once, whatever its numbers: (text of the case in which
+    """Of {case: its warnings} each warning once, whatever its numbers and however many of a kind it
+    lists: (text of the case in which
     the errors that it tells are the largest, the first without any; that case, then all others
     that have it)."""
     found: dict[str, dict[int, str]] = {}
     for number, texts in said.items():
         for text in texts:
-            found.setdefault(NUMBER.sub("#", text), {}).setdefault(number, text)
+            kind = SERIES.sub(r"\1", NUMBER.sub("#", text))
+            found.setdefault(kind, {}).setdefault(number, text)
     worst = [(max(every, key=lambda case: _error(every[case])), every) for every in found.values()]
     return [(every[k], [k, *(case for case in every if case != k)]) for k, every in worst]
 

@@ -1,6 +1,8 @@
 """Branches of the harmonic balance: every point solves the equations, few calls, and ends in
 words."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,9 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.follow import follow
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.starts import first_point
-from tipdamp.hbm.laws import Jenkins1D
+from tipdamp.hbm.curve.trace import unrestrained
+from tipdamp.hbm.hold.named_motion import NamedMotion
+from tipdamp.hbm.laws import DryFriction2T, Jenkins1D
 from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band
 
@@ -63,6 +67,18 @@ def test_rolling_damper_is_named(H):
         "the damper rolls (body 'damper' rotates about (0.00, 1.00, 0.00) through (" in free.ended
     )
     assert "no periodic state exists there" in free.ended
+
+
+@pytest.mark.parametrize("faced", [True, False])
+def test_a_motion_that_normals_hold_while_they_are_closed_is_said(faced):
+    """Beside the advice to hold it, which `held_motions` doubts of such a motion."""
+    motion = np.array([0.0, 0.1, 1.0 if faced else 0.0])
+    rolls = NamedMotion("body 'damper' rotates", "damper", True, True, "'about y'")
+    problem = SimpleNamespace(law=DryFriction2T(), B=np.eye(3), describe=lambda _: rolls)
+    last = SimpleNamespace(detail=SimpleNamespace(smallest_motion=lambda: (1e-9, motion[:, None])))
+    said = unrestrained(last, problem)
+    assert "the damper rolls" in said and "hold = { motion = 'about y', mean = true }" in said
+    assert ("contact normals hold it only while enough of them are closed" in said) == faced
 
 
 def test_a_mean_that_wanders_in_slip_costs_no_points():

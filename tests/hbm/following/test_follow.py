@@ -424,7 +424,7 @@ def test_forces_of_the_problem_itself():
     own = follow_peak(blade.force(0, 5.0), None, "mu", (1.0, 0.8), **given)
     assert own == follow_peak(blade, FORCE, "mu", (1.0, 0.8), **given)
     assert own == follow_peak(blade.force(0, 9.0), FORCE, "mu", (1.0, 0.8), **given)
-    with pytest.raises(InputError, match="forcing = None: the problem has no forces"):
+    with pytest.raises(InputError, match="no excitation: force"):
         follow_peak(blade, None, "mu", (1.0, 0.8), **given)
 
 

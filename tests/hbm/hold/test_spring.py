@@ -301,6 +301,7 @@ def test_normals_that_hold_already():
         match="hold = 'z': contact normals face the slide along z of the damper by 0.57",
     ) as one:
         contact_problem(MODEL, PAIRS, DryFriction2T(), damping_ratio=0.01, hold=Hold("z"))
+    assert "for curves that end without it as the damper rolls or slides" in str(one[0].message)
     with pytest.warns(UserWarning, match="hold = 'z': contact normals face") as other:
         forced_response(
             MODEL,

@@ -21,6 +21,9 @@ def test_a_closed_part_of_one_row_is_said():
     one = table.replace(preload=np.where((row == 1) | (table.side == "right"), 1.0, -1.0))
     (said,) = one_row_warnings(one)
     assert "side 'left': the closed part is one row" in said and "by = 'area'" in said
+    (said,) = one_row_warnings(table.replace(preload=np.where(row == 1, 1.0, -1.0)))
+    assert said.startswith("side 'left' and 'right': ")  # once
+    assert not list(one_row_warnings(one, meets=True))  # as it asks for
     assert not list(one_row_warnings(one.replace(area=np.zeros(24))))
     assert not list(one_row_warnings(table.replace(preload=np.where(row < 2, 1.0, -1.0))))
 

@@ -1,17 +1,19 @@
 """Doubtful units, pieces, pulls and stiffness: warnings with the factor of 1000."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from tests.contact_tables import contact_table
 from tests.static_contact.beams import supports
 from tests.tipdamp import corner_study
 from tests.tipdamp.bad_meshes import inspect
 from tests.tipdamp.report.files import table
 from tipdamp.bodies.read import read_meshes
 from tipdamp.checks.pairs import axis_warnings
-from tipdamp.checks.plausibility import mesh_warnings
+from tipdamp.checks.plausibility import gap_warnings, mesh_warnings
 from tipdamp.cli import main
 from tipdamp.engine.store import Store
 from tipdamp.hbm.contact_doubts import tangential_doubts
@@ -336,3 +338,15 @@ def test_slivers_are_told_of_meshes(tmp_path, capsys, monkeypatch):
     assert main(["inspect", str(tmp_path / "damper.inp"), str(tmp_path / "blades.inp")]) == 0
     said = capsys.readouterr().out
     assert "warning: blades.inp: " in said and " of 96 cells are slivers" in said
+
+
+@pytest.mark.parametrize(
+    "shape, gaps, said", [("flat", 1, True), ("cylinder", 1, False), ("cylinder", 2, True)]
+)
+def test_gaps_beside_the_line_of_a_round_side_are_no_doubt(shape, gaps, said):
+    """They are there on any cylinder on a flat; where no point touches the side stands off."""
+    points = contact_table(
+        np.tile(np.eye(3), (2, 1, 1)), side="left", area=1e-6, gap=[2e-4 * (gaps == 2), 2e-4]
+    )
+    study = SimpleNamespace(sides={"left": SimpleNamespace(shape=shape)}, length_unit=1e-3)
+    assert any("have gaps" in text for text in gap_warnings(study, points)) == said

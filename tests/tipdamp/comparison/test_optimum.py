@@ -60,6 +60,13 @@ def test_ends_of_what_was_computed_are_told():
     assert optimum(peaks([3.0])) is None
 
 
+def test_which_way_the_least_may_lie_does_not_hang_on_rounding():
+    """exp(log r) is not r."""
+    for ratio in np.geomspace(2.0, 50.0, 40):
+        first = [level(100.0 / ratio, 1e-7), level(25.0 / ratio, 3e-7)]
+        assert optimum(first).beyond == " or less"
+
+
 def test_larger_blade_counts_and_levels_without_a_peak_do_not():
     both = [level(10.0, 2e-7), level(10.0, 3e-7, 2), level(20.0, 5e-7), level(20.0, None, 2)]
     ratio, height = envelope(both)

@@ -13,7 +13,7 @@ from tipdamp.comparison.figures import BEST, DOUBTED, optimisation, responses
 from tipdamp.comparison.page import introduction
 from tipdamp.comparison.peaks import ComparedPeak
 from tipdamp.comparison.record import ComparedStudies, Computed, finest
-from tipdamp.comparison.swept import follows_ratio
+from tipdamp.comparison.swept import why_apart
 from tipdamp.comparison.wear import figures, has_areas
 from tipdamp.hbm.drawing.figure import Marks
 from tipdamp.report.subjects.wear import wear_index
@@ -251,6 +251,7 @@ def test_doubts_of_peaks_are_told(tmp_path):
     assert told["soft", "10.00"] == ("3.2 %", "unstable")
     assert told["soft", "50.00"] == ("not known", NOTHING)
     assert told["soft", "1.000"] == ("0 %", "stable")
+    assert doubts.error(level("soft", 1.0, 8e-7, error=1.7e-19)) == "0 %"  # rounding
     (said,) = introduction(given)
     assert "that of soft, 0.43 µm/N ± 3 % (unstable) at Fc/Fe = 10.0. The others" in said
     assert "others at their best: stiff 0.568 µm/N ± 0.09 %." in said
@@ -272,7 +273,14 @@ def test_warnings_of_the_stages_are_told_once(tmp_path):
     ]
     name = one.study.name
     assert doubts.warnings(ComparedStudies(tuple(several), ())) == [
-        f"{name}: MAC of 0.42 with the free one. (3 of 3 cases)"
+        f"{name} (3 of 3 cases): MAC of 0.42 with the free one."
+    ]
+    (folder := tmp_path / "another").mkdir()
+    other = results(folder)
+    vars(other.study)["path"] = folder / "other.toml"
+    warned = Computed("other", replace(other, said={"tune": ["MAC of 0.5 with the free one"]}))
+    assert doubts.warnings(ComparedStudies((*several, warned), ())) == [  # of both studies once
+        f"{name} (3 of 3 cases) and other: MAC of 0.42 with the free one."
     ]
 
 
@@ -412,16 +420,67 @@ def test_pulls_draw_one_curve_where_the_preload_follows_them(tmp_path):
     pull = one.study.driver.pull
     two = at_pull(one, 2 * pull, 2 * one.kept.preload)
     pulls = [Computed("a", one), Computed("a", two)]
-    assert follows_ratio(pulls)
+    assert not why_apart(pulls)
     stations = Computed("a", replace(one, kept=one.kept.select(one.kept.station > 0)), "fewer")
-    assert follows_ratio([*pulls, stations])  # its scatter has pairs of its own
+    assert not why_apart([*pulls, stations])  # its scatter has pairs of its own
     open_pair = 2 * one.kept.preload
     open_pair[0] -= 1.0
-    assert not follows_ratio([pulls[0], Computed("a", at_pull(one, 2 * pull, open_pair))])
+    said = why_apart([pulls[0], Computed("a", at_pull(one, 2 * pull, open_pair))])
+    assert "preload of their kept pairs is not in proportion to the pull" in said
+    stiffer = replace(two, kept=two.kept.replace(kn=1.1 * two.kept.kn))
+    assert "stiffness of their kept pairs" in why_apart([pulls[0], Computed("a", stiffer)])
     vars(two.study)["respond"] = two.study.respond.model_copy(
         update={"law": LawChoice(name="CubicSpring")}
     )
-    assert not follows_ratio(pulls)
+    assert "its law, CubicSpring" in why_apart(pulls)
+
+
+def test_pulls_that_draw_a_curve_each_are_one_study_in_the_end(tmp_path):
+    """The page says why they are apart, and which study is lowest: that with the lowest of its
+    pulls at each Fc/Fe."""
+    given = comparison(tmp_path)
+    stiff = given.computed[1].results
+    computed = [given.computed[0]]
+    for pull in (50.0, 100.0):
+        one = at_pull(stiff, pull, stiff.kept.preload)
+        vars(one.study)["path"] = tmp_path / "stiff.toml"
+        computed.append(Computed(f"stiff, {pull:g} N", one, apart="the preload is such"))
+    peaks = [level("soft", Fe, h) for Fe, h in ((1.0, 8e-7), (10.0, 4e-7), (50.0, 6e-7))]
+    for pull, heights in ((50.0, (3e-7, 7e-7)), (100.0, (5e-7, 5e-7))):
+        name, ratios = f"stiff, {pull:g} N", (10.0, 100.0)
+        for ratio, height in zip(ratios, heights, strict=True):
+            peaks.append(level(name, pull / ratio, height, pull=pull))
+    given = replace(given, computed=tuple(computed), peaks=tuple(peaks))
+    assert given.apart == {"stiff": "the preload is such"}
+    assert given.by_study.names == ["soft", "stiff"]
+    heights = [p.m_per_N for p in given.by_study.of("stiff", "out_of_phase")]
+    assert heights == [3e-7, 5e-7]
+    least, why = introduction(given)
+    assert "that of stiff, 0.3000 µm/N at Fc/Fe = 10.0 or less (Fc = 50 N)." in least
+    assert "soft 0.4000" in least and "stiff, " not in least.replace("stiff, 0.3", "")
+    assert why.startswith("stiff: 50 and 100 N draw a curve each, since the preload is such, and")
+    first, second = tables.best(given)
+    assert [(row["study"], row["rank"]) for row in first.records] == [("soft", "2"), ("stiff", "1")]
+    assert len(second.records) == 3
+
+
+def test_an_interpolated_stretch_decides_no_rank(tmp_path):
+    """Of a study without a level near the end of the common range nothing is known there: a lower
+    level beyond makes no tie, and where another has a level it is not the lowest."""
+    given = comparison(tmp_path)
+    soft = [level("soft", Fe, h) for Fe, h in ((1.0, 9.2e-7), (8.0, 9.1e-7))]
+    wide = [level("stiff", Fe, h) for Fe, h in ((1.0, 9.3e-7), (4.0, 9.3e-7), (16.0, 6e-7))]
+    given = replace(given, peaks=(*soft, *wide))  # 100 and 12.5; 100, 25 and 6.25
+    assert given.ranks("out_of_phase") == {"soft": 1}
+    (table,) = tables.best(given)
+    rows = {row["study"]: (row["rank"], row["lowest"]) for row in table.records}
+    assert rows == {"soft": ("1", "1 of 1"), "stiff": ("open", "0 of 1")}
+    (said,) = introduction(given)
+    assert "soft is the lowest of the others." in said
+    assert "of stiff is only interpolated, between 0.600 and 0.930 µm/N at levels that" in said
+    near = replace(wide[2], Fe=100 / 11.0)  # 11: beside 12.5
+    assert given.interpolated("out_of_phase").keys() == {"stiff"}
+    assert replace(given, peaks=(*soft, *wide[:2], near)).interpolated("out_of_phase") == {}
 
 
 def at_pull(one, pull, preload):
@@ -544,6 +603,8 @@ def test_stress_of_a_curve_without_a_peak_is_a_bound(tmp_path):
     assert first["alternating (MPa)"].startswith("at least ")
     assert first["safety"].startswith("at most ")
     assert last["safety"] == "0.0200" and last["alternating (MPa)"] == "4000"
+    vars(one.finest[0].facts).update(peak_m=1e-5, left_out=((2790.0, 2810.0),))  # holes
+    assert next(stress.table(given)).records[0]["safety"].startswith("at most ")
 
 
 def test_figures_of_a_sweep_have_all_levels(tmp_path):

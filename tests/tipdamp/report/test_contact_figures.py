@@ -8,10 +8,11 @@ import pytest
 
 from tests.tipdamp.report.files import artefacts, damage, results_of
 from tipdamp.checks.pairs import pair_names
-from tipdamp.hbm.drawing.figure import Line, Tiles, edges
+from tipdamp.hbm.drawing.figure import Line, Marks, Tiles, edges
 from tipdamp.report.drawing import matplotlib, plotly, table
 from tipdamp.report.subjects import friction, tuning, wear
 from tipdamp.report.subjects import kept as kept_figures
+from tipdamp.report.subjects.axial import across, of_side, with_room
 from tipdamp.results.response_results import CyclesResult, PeakCycle
 from tipdamp.results.static_results import SideStiffness
 
@@ -58,7 +59,8 @@ def test_levels_stand_by_their_name_and_colour(drawn):
     cycles = CyclesResult(curves=(one, twice), pairs=results.cycles.pairs)
     figure = next(friction.friction_work(replace(results, cycles=cycles)))
     for panel, side in zip(figure.panels, kept.sides, strict=True):
-        low, high = sorted(panel.items[1:], key=lambda item: np.nansum(item.y))
+        marks = [item for item in panel.items if isinstance(item, Marks)]  # a station alone shows
+        low, high = sorted(marks, key=lambda item: np.nansum(item.y))
         assert (low.name, high.name) == (f"Fe = {one.Fe_N:g} N", f"Fe = {Fe_N:g} N")
         assert len({low.color, high.color}) == 2 and all(c.color[0] == "#" for c in (low, high))
         mine = np.flatnonzero(kept.side == side)
@@ -123,8 +125,8 @@ def test_wear_index_of_every_level(drawn, tmp_path):
 
 
 def test_points_of_unlike_meshes_stand_for_themselves(drawn, tmp_path):
-    """A sum over an interval of the axis follows the mesh: 2 and 3 points in turn. Points on lines
-    across the axis are summed."""
+    """A sum over an interval of the axis follows the mesh: 2 and 3 points in turn. Those of the
+    other side, which lie on lines across the axis, are drawn and measured alike."""
     results, _, _ = drawn
     mesh = np.random.default_rng(1).uniform(-4e-4, 4e-4, len(results.kept))
     area = np.linspace(1e-6, 3e-6, len(mesh))
@@ -149,19 +151,16 @@ def test_points_of_unlike_meshes_stand_for_themselves(drawn, tmp_path):
     x = scattered.along(kept)[mine]
     lines, over_length = friction.friction_work(scattered), wear.figure(scattered)
     left, right = next(lines).panels
-    assert [panel.y_label for panel in (left, right)] == [
-        "friction work (µJ per period)",
-        "friction work (µJ/mm² per period)",
-    ]
+    assert {panel.y_label for panel in (left, right)} == {"friction work (µJ/mm² per period)"}
     _, marks = right.items
     assert marks.x == pytest.approx(x) and marks.y == pytest.approx(work)
-    (tiles,), classes = (panel.items for panel in next(lines).panels)
-    assert isinstance(tiles, Tiles)
+    others, classes = (panel.items for panel in next(lines).panels)
+    assert all(isinstance(one, Marks) for one in (*others, *classes))
     assert sorted(np.concatenate([one.x for one in classes])) == pytest.approx(np.sort(x))
     strongest = classes[-1].x
     assert x[work >= 0.8 * work.max()] == pytest.approx(strongest)
-    summed, (marks,) = (panel.items for panel in next(over_length).panels)
-    assert len(summed) == 2
+    (other,), (marks,) = (panel.items for panel in next(over_length).panels)
+    assert len(other.x) == (~mine).sum()
     order = np.argsort(x)
     assert marks.x == pytest.approx(x[order])
     assert marks.y == pytest.approx(3600 * 2800.0 * 1e-6 * work[order])
@@ -249,3 +248,12 @@ def test_what_was_tuned_and_its_target_lie_within_the_axes(tmp_path, target):
     every = [*(s.hz for s in results.tune.history), target]
     assert low < min(every) and max(every) < high
     assert high - low < 1.5 * np.ptp(every)
+
+
+def test_rounding_makes_no_heights_across_a_side(tmp_path):
+    """Points of one row, whose coordinates differ in their last digits: one height, with room."""
+    results = results_of(*artefacts(tmp_path))
+    pairs = of_side(results.kept, "right")
+    noise = 1e-17 * np.arange(len(pairs))[:, None] * pairs.frame[:, 1]
+    heights = across(results, pairs.replace(position=noise))
+    assert np.ptp(heights) == 0 and np.ptp(with_room(heights)) > 0.1

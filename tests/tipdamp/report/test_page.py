@@ -489,6 +489,9 @@ def test_wide_gaps_do_not_flatten_the_preload(tmp_path):
             assert len(cut_off.x) == 1 and panel.y_range[0] > -0.4 * panel.y_range[1]
             assert all((np.asarray(m.y) >= panel.y_range[0]).all() for m in marks)
     drawn = plotly.draw(shown)
+    assert (
+        '"minexponent":4' in drawn and '"separators":"."' in drawn
+    )  # 15000 Hz, not 1.5 times a power of ten
     assert '"exponentformat":"power"' in drawn and '"xanchor":"left"' in drawn
 
 

@@ -153,6 +153,24 @@ def test_warnings_appear_when_they_should(tmp_path, change, words):
     assert any(words in sentence for sentence in found), found
 
 
+def test_a_peak_of_another_stuck_mode_is_not_set_beside_the_tracked_one(tmp_path):
+    """At a stuck mode in phase it lies where it should, which `respond` tells; beside that mode it
+    is told by how much."""
+
+    def told(hz):
+        def change(files):
+            files["tune.json"]["stuck_modes_hz"]["tuned"] = [672.5, 2800.0]
+            for k in (0, 2):
+                files["responses"][k].update(peak_hz=hz)
+
+        (folder := tmp_path / str(hz)).mkdir()
+        found = warnings_of(results_of(*artefacts(folder, damage=change)))
+        return [text for text in found if text.startswith("No pair slips") and "peak" in text]
+
+    assert told(672.5) == []
+    assert "the peak lies -1.86 % from the nearest stuck mode 1, 672.5 Hz" in told(660.0)[0]
+
+
 def test_pairs_that_are_open_at_rest_do_not_slip(tmp_path):
     """They are on every curve, at the lowest level too, and say nothing of its damping."""
 

@@ -12,7 +12,9 @@ from tests.tipdamp.report.files import artefacts, cut, damage, results_of, write
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.result import NOT_SEARCHED, SEARCH_STOPPED
 from tipdamp.report.checks import warnings_of
-from tipdamp.report.subjects import assumptions, key_figures, measured, peaks, tuning
+from tipdamp.report.introduction import introduction
+from tipdamp.report.subjects import assumptions, key_figures, measured, peaks, response, tuning
+from tipdamp.report.subjects.pairs import covered
 from tipdamp.report.summary import summarise
 from tipdamp.report.text import NOTHING
 from tipdamp.results.response_results import (
@@ -155,6 +157,68 @@ def test_places_of_the_largest_stress(tmp_path):
     assert summarise(results)["stress"][0]["places"][1]["alternating_Pa"] == 1.25e7
 
 
+@pytest.mark.parametrize(
+    "change, failed, bound",
+    [
+        (None, (), False),
+        (cut(), (), True),
+        (damage("responses", 3, "left_out", value=[[2700.0, 2720.0]]), (), True),
+        (damage("responses", 3, "left_out", value=[[1700.0, 1720.0]]), (), False),
+        (None, (10,), True),
+    ],
+)
+def test_stress_of_a_curve_that_is_not_whole_is_a_bound(tmp_path, change, failed, bound):
+    """Where it stopped, or has holes beside its peak, by points that failed among them: the
+    peak may stress the bodies more. The peak too is marked in its table and in the first lines."""
+    place = StressPlace(
+        body="blades",
+        node=4,
+        position_m=(0.0, 0.0, 0.0),
+        mean_Pa=2.5e6,
+        alternating_Pa=3.788e8,
+        amplitude_m=3e-6,
+        safety=0.638,
+    )
+    curves = tuple(
+        PeakStress(files=(), Fe_N=Fe, H=3, hz=2800.0, places=(place,), least=(place,))
+        for Fe in (1.0, 20.0)
+    )
+    results = results_of(*artefacts(tmp_path, damage=change, failed=failed))
+    results = replace(results, stress=StressResult(curves=curves))
+    for table in (*peaks.stress(results), *peaks.safety(results)):
+        low, high = table.records
+        assert (low["alternating (MPa)"], low["safety"]) == ("378.8", "0.638")
+        assert high["alternating (MPa)"] == "at least " * bound + "378.8"
+        assert high["safety"] == "at most " * bound + "0.638"
+        assert ("a bound and no result" in table.caption) == bound
+    assert [one["bound"] for one in summarise(results)["stress"]] == [False, bound]
+    (table,) = peaks.peaks(results)
+    marked = [row["largest (\N{MICRO SIGN}m)"].startswith("at least") for row in table.records]
+    assert (marked[0], marked[-1]) == (False, bound)
+    assert ("at least" in " ".join(introduction(results))) == bound
+
+
+def test_sentences_of_a_caption_stand_apart(tmp_path):
+    """What the peak does between two levels, and that the third has none."""
+    results = results_of(*artefacts(tmp_path, damage=cut()))
+    more = [
+        replace(one, facts=one.facts.model_copy(update={"Fe_N": 5.0, "file": f"more{one.H}"}))
+        for one in results.cases
+        if one.Fe == 1
+    ]
+    figures = response.families(replace(results, cases=(*results.cases, *more)))
+    (said,) = (figure.caption for figure in figures if "No peak" in figure.caption)
+    assert not re.search(r"[a-zN]\.[A-Z]", said) and " No peak, since" in said
+
+
+@pytest.mark.parametrize(
+    "met, said", [(44.68, "44.62 of 44.62"), (40.0, "40 of 44.62"), (60.0, "60 of 44.62")]
+)
+def test_no_more_is_covered_than_there_is(met, said):
+    """Projections of curved faces overlap by little; faces that are met twice are not hidden."""
+    assert covered(SimpleNamespace(area_m2=1e-6 * met, faces_m2=44.62e-6)) == said
+
+
 def by_area(files):
     """Tuned by area on contact points, all rows of which are in the model."""
     tune, n = files["tune.json"], len(files["kept"])
@@ -171,6 +235,7 @@ def by_area(files):
                 {"share": 1.0, "hz": 3000.0, "mac": 0.8},
                 {"share": 0.8, "hz": 2800.0, "mac": 0.8},
             ],
+            "mirrors": [{"normal": [-0.0, 1.0, 0.0], "noise": 0.01}],
         },
         history=[],
         roll_stiffness_Nm_per_rad=0.0,
@@ -251,6 +316,7 @@ def test_words_fit_areas_and_contact_points(tmp_path):
         "What is detached leaves a moment of 0.0200 N m about the axis of the damper and 0.0500 "
         "N m across it; it is balanced"
     ) in page
+    assert "about the plane across (0, 1, 0): preloads of" in page
     for word in ("whole area: 15 contact points", "per contact point", "Preload of the kept area"):
         assert word in page, word
     summary = summarise(results_of(study, store))

@@ -21,6 +21,7 @@ def test_laws_by_name(tmp_path, name):
     table = ", ".join((f'name = "{name}"', *(f"{key} = {value}" for key, value in needed.items())))
     chosen = law_of(tmp_path, f"{{ {table} }}" if needed else f'"{name}"')
     assert chosen.make() == SHIPPED[name](**needed) and chosen.meaning
+    assert chosen.meaning.endswith(".") and chosen.meaning.count("[") == chosen.meaning.count("]")
 
 
 def test_default_and_parameters(tmp_path):

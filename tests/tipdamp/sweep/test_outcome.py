@@ -148,6 +148,18 @@ def test_the_estimate_alone(sweep, capsys):
     assert capsys.readouterr().out == "estimate    4 cases, nothing to make\n"
 
 
+def test_that_a_comparison_needs_the_case_of_the_study_is_told_first(sweep, capsys):
+    """With the values to add, before anything is computed; not where the sweep has it."""
+    own = "respond.damping_ratio = "
+    text = sweep.read_text()
+    for ratios, said in (("[0.011, 0.012]", True), ("[0.01, 0.012]", False)):
+        sweep.write_text(f"{text}\n{own}{ratios}\n")
+        assert swept(sweep, "--dry-run") == 0
+        told = capsys.readouterr().out
+        assert ("compare     will refuse this sweep as it is: no case has the" in told) == said
+        assert (f"add one with {own}0.01\n" in told) == said
+
+
 def test_what_cannot_be_looked_at_has_no_estimate(sweep, capsys):
     """No figures of nothing, but why; once every stage was made, time and disk are those of its
     steps."""
@@ -336,6 +348,23 @@ def test_warnings_stand_in_the_data_set_and_the_table(sweep, monkeypatch, capsys
     assert ["pull 30" in text for text in found["warnings"].values] == [False, False, True, True]
     with (folder(sweep) / TABLE).open() as file:
         assert "pull 60" in next(csv.DictReader(file))["warnings"]
+
+
+def test_lists_of_any_length_are_alike():
+    """Of levels, say: one sentence for all cases, that with the largest error."""
+    at = "of the peak is above 0.001 at Fe = {}: set harmonics"
+    said = {1: [at.format("4 N (1.3e-02), 12 N (4.9e-02)")], 2: [at.format("12 N (1.6e-02)")]}
+    assert alike(said) == [(said[1][0], [1, 2])]
+
+
+def test_a_long_reason_is_told_whole(tmp_path):
+    step = SweepStep("respond", "a", ())
+    ended = "reached the end; " + "points open for 32 % of the cycle; " * 20 + "and then it folds"
+    row = CurveRow("a", "patch_1", 5.0, 3, *5 * [None], False, False, 0, 4, 1844.0, ended)
+    with Index(tmp_path, write=True) as index:
+        index.begin([{"model.pull": 1}], ["a"])
+        index.done([(step, 1.0, 10)], [row])
+        assert status(tmp_path)[0].splitlines()[1].endswith("and then it folds")
 
 
 def test_curves_that_stop_for_one_reason_are_one_line(tmp_path):

@@ -30,6 +30,7 @@ FONT = (
 TOP, BOTTOM, LEGEND_ROW, LEGEND_LETTERS = 34, 62, 22, 125  # px; letters of one legend row
 LETTER = 7.5  # px, of an axis title
 DECADES = range(-6, 9)
+PLAIN = 4  # power of ten up to which ticks have none: 15000 Hz, not 1.5 times 10^4
 FRAME = {"showgrid": True, "gridcolor": "#ececec", "mirror": True}
 CONFIG = {
     "displaylogo": False,
@@ -55,6 +56,7 @@ def draw(figure: Figure) -> str:
         "height": inner + TOP + bottom,
         "font": {"family": FONT, "size": 12.5, "color": INK},
         "margin": {"l": 70, "r": 18, "t": TOP, "b": bottom},
+        "separators": ".",  # of decimals alone: no comma in thousands
         "hovermode": "closest",
         "legend": {
             "orientation": "h",
@@ -163,6 +165,7 @@ def _axes(panel: Panel) -> tuple[dict, dict]:
     y: dict = {
         "range": panel.y_range,
         "exponentformat": "power",
+        "minexponent": PLAIN,
         "automargin": True,
     }  # no µ or k before the unit of the label
     for axis, whole in ((x, panel.whole_x), (y, panel.whole_y)):
@@ -226,6 +229,7 @@ def _tiles(item: Tiles, with_bar: bool) -> dict:
         "outlinewidth": 0,
         "tickfont": {"size": 11},
         "exponentformat": "power",
+        "minexponent": PLAIN,
     }
     return {
         "type": "heatmap",

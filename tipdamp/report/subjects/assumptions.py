@@ -166,9 +166,10 @@ def _kept(results: Results, tune: TuneResult) -> Iterator[tuple[str, str]]:
             "model leaves out",
         )
     for mirror in tune.area.mirrors if tune.area else ():
+        normal = ", ".join(f"{v + 0.0:.3g}" for v in mirror.normal)
         yield (
             "parts that mirror each other are detached together",
-            f"about the plane across ({listing(f'{v:.3g}' for v in mirror.normal)}): preloads of "
+            f"about the plane across ({normal}): preloads of "
             f"mirrored places differ by {number(100 * mirror.noise, 2)} % of the whole",
         )
     done = tune.redistribution

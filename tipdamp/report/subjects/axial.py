@@ -50,9 +50,14 @@ def in_lines(results: Results, pairs: ContactTable) -> bool:
 
 
 def by_point(results: Results, pairs: ContactTable) -> bool:
-    """Whether each pair of a side counts alone, with its work over its area, as sums over its
-    stations follow the mesh."""
-    return len(pairs) > 0 and bool((pairs.area > 0).all()) and not in_lines(results, pairs)
+    """Whether each pair counts alone, with its work over its area, as sums over the stations of one
+    of the sides follow the mesh: of all sides alike, which stand side by side."""
+    sides = (of_side(pairs, side) for side in pairs.sides)
+    return (
+        len(pairs) > 0
+        and bool((pairs.area > 0).all())
+        and not all(in_lines(results, mine) for mine in sides)
+    )
 
 
 def across(results: Results, pairs: ContactTable) -> np.ndarray:
@@ -61,7 +66,7 @@ def across(results: Results, pairs: ContactTable) -> np.ndarray:
     t2 = pairs.frame[:, 1].mean(axis=0)
     t2 *= 1 if t2 @ np.array(results.study.driver.pull_direction) >= 0 else -1
     middle = pairs.position.mean(axis=0)
-    return MM * (pairs.position - middle) @ (t2 / np.linalg.norm(t2))
+    return np.round(MM * (pairs.position - middle) @ (t2 / np.linalg.norm(t2)), 6)  # a nanometre
 
 
 def with_room(heights: np.ndarray) -> tuple[float, float]:

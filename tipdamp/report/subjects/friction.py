@@ -149,7 +149,7 @@ def _work(results: Results, pairs: Sequence[str], kept: ContactTable, side: str)
     items: list[Item] = [Line("y", 0.0, dash="solid")]
     stations = np.unique(mine.station)
     x = np.array([results.along(mine)[mine.station == s].mean() for s in stations])
-    alone = by_point(results, mine)
+    alone = by_point(results, kept)
     for one, color in zip(results.periods, level_colors(len(results.periods)), strict=True):
         work = MICRO * np.array([one.friction_J[name] for name in names])
         level = f"Fe = {one.Fe_N:g} N"
@@ -159,7 +159,7 @@ def _work(results: Results, pairs: Sequence[str], kept: ContactTable, side: str)
             continue
         sums = np.array([work[mine.station == s].sum() for s in stations])
         along, parts = parted(stations, x, sums)
-        items.append(Curve(along, parts, level, color))
+        items += [Curve(along, parts, "", color), Marks(x, sums, level, color, size=5)]
     unit = "µJ/mm²" if alone else "µJ"
     return Panel(side_title(results, side), AXIAL, f"friction work ({unit} per period)", items)
 
@@ -178,9 +178,7 @@ def _map(
         "without a kept pair; points that lie on no such lines where they are on the side, each "
         "over its area.",
         [
-            (_points if by_point(results, of_side(kept, side)) else _tiles)(
-                results, kept, side, work
-            )
+            (_points if by_point(results, kept) else _tiles)(results, kept, side, work)
             for side in sides
         ],
         row_height=240,

@@ -27,10 +27,11 @@ def peaks(results: Results) -> Iterator[Table]:
         "of the first those that are closed at rest. Pairs are named by side and station, with the "
         "row where a side has several" + kept
     )
-    if not all(case.has_peak for case in results.cases):
+    if any(case.is_bound for case in results.cases):
         caption += (
             " A curve that stopped before the end of the band, or whose highest point borders a "
-            "gap, has no peak; it is at least the largest amplitude that was solved."
+            "gap, has no peak, and one with holes may be higher in them: it is at least the "
+            "largest amplitude that was solved."
         )
     yield Table(caption, [_peak(case) for case in results.cases], left=(7,))
 
@@ -42,8 +43,9 @@ def _of(H: int, Fe: float) -> Row:
 def _peak(case: ReportedCurve) -> Row:
     facts, solved = case.facts, case.curve.converged.any()
     largest, per_newton = micro(facts.peak_m), micro(case.peak_per_newton)
-    if not case.has_peak:
-        largest, per_newton = at_least(facts.at_least_m), at_least(case.at_least_per_newton)
+    if case.is_bound:
+        largest = at_least(facts.peak_m if case.has_peak else facts.at_least_m)
+        per_newton = at_least(case.peak_per_newton if case.has_peak else case.at_least_per_newton)
     return _of(case.H, case.Fe) | {
         "peak (Hz)": hertz(facts.peak_hz),
         "largest (µm)": largest,
@@ -217,9 +219,9 @@ def stress(results: Results) -> Iterator[Table]:
             "around them. Alternating: half of the largest von Mises range between two instants "
             "of a period. Mean: von Mises stress of the mean, at rest and by the vibration. At "
             "nodes where single forces act (contact pairs, excitation) stress depends on the "
-            "mesh. vibration_*.vtu hold the whole fields.",
+            "mesh. vibration_*.vtu hold the whole fields." + _bounds(results),
             [
-                _stress(one, place)
+                _stress(results, one, place)
                 for one in curves
                 for i, place in enumerate(one.places)
                 if one is curves[-1] or place.body not in [other.body for other in one.places[:i]]
@@ -231,25 +233,39 @@ def stress(results: Results) -> Iterator[Table]:
 def safety(results: Results) -> Iterator[Table]:
     """Of each curve where the safety of each body is least."""
     curves = sorted(results.stress.curves if results.stress else (), key=lambda one: one.Fe_N)
-    rows = [_stress(one, place) for one in curves for place in one.least]
+    rows = [_stress(results, one, place) for one in curves for place in one.least]
     if rows:
         yield Table(
             "Least safety by Goodman of each body at the peak of blade 1: the factor on "
             "alternating and mean stress together at which alternating over fatigue_limit and mean "
-            "over tensile_strength of the material add to 1. Means count as tension.",
+            "over tensile_strength of the material add to 1. Means count as tension."
+            + _bounds(results),
             rows,
             left=(3, 5),
         )
 
 
-def _stress(one: PeakStress, place: StressPlace) -> Row:
+def _bounds(results: Results) -> str:
+    """What 'at least' and 'at most' mean, where a row is a bound."""
+    curves = results.stress.curves if results.stress else ()
+    return (
+        " At least, at most: the curve has no peak, or holes in which it may be higher, and the "
+        "row is that of its highest solved point, a bound and no result."
+        * any(results.is_bound(one.Fe_N, one.H) for one in curves)
+    )
+
+
+def _stress(results: Results, one: PeakStress, place: StressPlace) -> Row:
+    bound = results.is_bound(one.Fe_N, one.H)
     return _of(one.H, one.Fe_N) | {
         "at (Hz)": hertz(one.hz),
         "body": place.body,
         "node": f"{place.node}",
         "x, y, z (mm)": ", ".join(f"{MM * x:.2f}" for x in place.position_m),
-        "alternating (MPa)": number(place.alternating_Pa, 4, 1 / MEGA),
+        "alternating (MPa)": "at least " * bound + number(place.alternating_Pa, 4, 1 / MEGA),
         "mean (MPa)": number(place.mean_Pa, 4, 1 / MEGA),
         "amplitude (µm)": micro(place.amplitude_m),
-        **({} if place.safety is None else {"safety": number(place.safety, 3)}),
+        **(
+            {} if place.safety is None else {"safety": "at most " * bound + number(place.safety, 3)}
+        ),
     }

@@ -177,7 +177,7 @@ def line_tables(results: Results) -> Iterator[Table]:
             "stations scatter about that with the mesh.",
             [
                 {
-                    "along the axis (mm)": number(MM * at),
+                    "along the axis (mm)": number(MM * round(at, 9)),
                     "N/mm": number(1e-3 * load),
                     "half-width (mm)": number(MM * half),
                     "peak pressure (MPa)": number(1e-6 * peak),

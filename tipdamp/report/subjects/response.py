@@ -74,7 +74,7 @@ def families(results: Results) -> Iterator[Figure]:
             f"{_truncated(cases)}"
             f"{unstable_parts(cases)}"
             f"{_beside(cases)}"
-            f"{_trend(cases)}{peakless(cases)}"
+            f"{' '.join(filter(None, (_trend(cases), peakless(cases))))}"
             + results.beside_paper("Corresponds to figure 7 (measured) and figures 10 to 14")
         )
         yield Figure(

@@ -44,7 +44,7 @@ def _levels(results: Results, side: str, per_area: bool) -> Iterator[Item]:
     assert results.cycles is not None and results.kept is not None
     carrying = results.kept.select(results.kept.carrying)
     pairs = of_side(carrying, side)
-    stations, lined = np.unique(pairs.station), not (per_area and by_point(results, pairs))
+    stations, lined = np.unique(pairs.station), not (per_area and by_point(results, carrying))
     for one, color in zip(results.periods, level_colors(len(results.periods)), strict=True):
         power = [one.hz * one.friction_J[name] for name in results.cycles.pairs]
         x, work = wear_index(results, power, side, per_area)
@@ -73,7 +73,7 @@ def wear_index(
     every, mine = of_side(one.whole, side), carrying.side == side
     own = np.array(power)[mine]
     pairs = of_side(carrying, side)
-    if per_area and by_point(one, pairs):
+    if per_area and by_point(one, carrying):
         order = np.argsort(along := one.along(pairs))
         return along[order], (HOUR * own / (MM2 * pairs.area))[order]
     stations = np.unique(pairs.station)
