@@ -97,10 +97,10 @@ def _mirror(
         pairwise &= bool(far.max() < SETTINGS.alike * near) and len(mine) == len(theirs) == len(
             np.unique(partner)
         )
-        there = _pressure_at(pairs.select(theirs), load[theirs] / area[theirs], image[mine])
-        noise += float(
-            area[mine] @ np.abs(np.maximum(load[mine] / area[mine], 0) - np.maximum(there, 0))
-        )
+        # of what is open it would be the force that would close it, as steep as the gap is stiff
+        pressure = np.maximum(load, 0) / np.where(area > 0, area, 1.0)
+        there = _pressure_at(pairs.select(theirs), pressure[theirs], image[mine])
+        noise += float(area[mine] @ np.abs(pressure[mine] - there))
     noise /= np.maximum(load[rows], 0).sum() or np.inf
     if noise > SETTINGS.map or any(onto[onto[side]] != side for side in onto):
         return None

@@ -12,8 +12,8 @@ from tipdamp.hbm.ties import SAME, first_largest
 from tipdamp.static_contact.surfaces.facets import Surface, facets
 from tipdamp.static_contact.surfaces.overlap import overlap, reach_of
 from tipdamp.static_contact.surfaces.pairing import Side
+from tipdamp.static_contact.surfaces.records import Overlap
 from tipdamp.static_contact.surfaces.settings import DEFAULT
-from tipdamp.static_contact.surfaces.weights import Overlap
 
 # between units in use
 UNITS = (1e3, 1e-3, 25.4, 1 / 25.4, 0.0254, 1 / 0.0254, 1e2, 1e-2, 0.3048, 1 / 0.3048)

@@ -67,12 +67,23 @@ def bulge(
     smooth normals are (m, k, 3): normals (m, 3), and by how much the smooth surface lies above the
     faces there (m,) m.
 
-    2 h = sum_k N_k x_k . n_k - x . n : on a circle, of which a face is a chord, h is R - |x| to the
-    fourth order."""
-    arm = place - place[:, :1]
-    n = np.einsum("mk,mkx->mx", shape, normal)
-    own = np.einsum("mk,mkx,mkx->m", shape, arm, normal)
-    return n, (own - np.einsum("mk,mkx,mx->m", shape, arm, n)) / 2
+    h (1 + |n|) = sum_k N_k x_k . n_k - x . n: on a circle, of which a face is a chord, h is
+    R - |x|."""
+    local = place - place[:, :1]
+    n, x = (np.einsum("mk,mkx->mx", shape, one) for one in (normal, local))
+    return n, above(arms(shape, local, normal), x, n)
+
+
+def arms(shape: np.ndarray, place: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """(m,) m: sum_k N_k x_k . n_k, as of `bulge`."""
+    return np.einsum("mk,mkx,mkx->m", shape, place, normal)
+
+
+def above(arm: np.ndarray, place: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """(m,) m: by how much a smooth surface lies above means (m, 3) of places on it, with those of
+    its normals (m, 3) and of its `arms` (m,) m."""
+    size = np.linalg.norm(normal, axis=1)
+    return (arm - np.einsum("mx,mx->m", place, normal)) / (1 + size)
 
 
 def tangents(normal: np.ndarray) -> np.ndarray:

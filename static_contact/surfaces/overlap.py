@@ -25,9 +25,10 @@ from tipdamp.static_contact.surfaces.facets import (
     facets,
     vertex_shapes,
 )
-from tipdamp.static_contact.surfaces.normals import bulge, smooth_normals, tangents
+from tipdamp.static_contact.surfaces.normals import arms, bulge, smooth_normals, tangents
+from tipdamp.static_contact.surfaces.records import Overlap, QuadraturePoints
 from tipdamp.static_contact.surfaces.settings import DEFAULT
-from tipdamp.static_contact.surfaces.weights import Corners, Overlap, QuadraturePoints, Sums
+from tipdamp.static_contact.surfaces.weights import Corners, Sums
 
 
 def candidates(one: Facets, other: Facets, reach: float) -> tuple[np.ndarray, np.ndarray]:
@@ -88,7 +89,7 @@ def overlap(damper: Surface, blade: Surface, reach: float = DEFAULT.reach) -> Ov
         layers.append(gaps[twice])
         total, covered = total + D.area.sum(), covered + np.minimum(cover, D.area).sum()
     return replace(
-        sums.points(mine, local),
+        sums.points(mine, local, damper.mesh.position, blade.mesh.position),
         covered=covered / total if total else 0.0,
         doubled=np.concatenate(doubled),
         layers=np.concatenate(layers),
@@ -135,7 +136,13 @@ def _within(
     own = first + width * face[:, None] + np.arange(width)
     psi = vertex_shapes(width, on_damper.reference[near])
     normal, high = bulge(on_damper.shape[near], D.place[face], smooth[0][face])
-    higher = bulge(on_blade.shape[near], B.place[other], smooth[1][other])[1]
+    beyond, higher = bulge(on_blade.shape[near], B.place[other], smooth[1][other])
+    arm = np.column_stack(
+        [
+            arms(on_damper.shape[near], D.place[face], smooth[0][face]),
+            arms(on_blade.shape[near], B.place[other], smooth[1][other]),
+        ]
+    )
     apart = np.einsum(
         "mx,mx->m", on_blade.place[near] - on_damper.place[near], normal
     ) / np.linalg.norm(normal, axis=1)
@@ -147,6 +154,8 @@ def _within(
         on_damper.normal[near],
         on_blade.normal[near],
         normal,
+        beyond,
+        arm,
         apart - high - higher,
     )
     return points, i, per_piece, gap.reshape(-1, q).mean(axis=1)

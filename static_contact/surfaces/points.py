@@ -19,8 +19,8 @@ from tipdamp.static_contact.surfaces.checks import check_overlap
 from tipdamp.static_contact.surfaces.facets import Surface, facets
 from tipdamp.static_contact.surfaces.overlap import overlap
 from tipdamp.static_contact.surfaces.pairing import Side, contact_frames, join
+from tipdamp.static_contact.surfaces.records import Overlap
 from tipdamp.static_contact.surfaces.stations import stations_and_rows
-from tipdamp.static_contact.surfaces.weights import Overlap
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,13 @@ class SurfaceSettings:
     shift: float = 0.5
     # of int psi psi' over a face; more is a strip of it, on which nothing is shifted
     conditioned: float = 1e8
+    # rad that the normals of both surfaces turn against each other over a face, twice that in full:
+    # they touch along a line
+    parting: float = 0.01
+    # of the functions that move points there: 1 on whole triangles, more where a strip is covered;
+    # beyond it single nodes would count for more than once
+    steep: float = 4.0
+    ridge: float = 1e-3  # of squared moves: what is left of them along a line, by flat triangles
     # of a vertex's own area: what is covered less is the rounding of a common edge
     dropped: float = 1e-6
     # times its area that a facet may be covered: projections of curves overlap

@@ -9,7 +9,8 @@ pressure p on the points is p on both surfaces: sum_A p area_A N_Ai = int p N_i 
 
 With w_A = psi_A a motion is read at the centre of the area of a corner, with the dual functions of
 the psi_A [Wohlmuth 2000] at the corner itself. int x^2 dA, by which a flank resists rolling, comes
-out too small in one case and too large in the other, by the same amount: w_A is the mean of both.
+out too small in one case and too large in the other, by the same amount: w_A is the mean of both,
+and where surfaces part from each other such that it reads at the corner (lines.py).
 On each face, with M = int psi psi' dA over what is covered of it and D = diag int psi dA, that is w
 = (I + D M^-1) psi / 2, again of sum 1 and with the integrals area_A. Of a face that is covered in
 part less of the second is taken, so that places stay in the part that is covered; second moments do
@@ -17,62 +18,17 @@ not lose by it, since on each face the sum of area_A u_A is that of the corners 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
 from tipdamp.modal.faces import face_corners
 from tipdamp.static_contact.surfaces.facets import Facets, vertex_shapes
+from tipdamp.static_contact.surfaces.lines import FaceCorners, changes, least_changes
+from tipdamp.static_contact.surfaces.normals import above
+from tipdamp.static_contact.surfaces.records import Overlap, QuadraturePoints
 from tipdamp.static_contact.surfaces.settings import DEFAULT
-
-
-@dataclass(frozen=True)
-class Overlap:
-    """n contact points, those corners of the damper's faces around which the surfaces overlap.
-
-    vertex : (n,) int - node index in the damper's mesh; area : (n,) m2
-    damper, blade : (n, nodes) CSR - weights of the nodes of either mesh, rows of sum 1
-    normal : (n, 3) - from the damper into the blade, read where the motions are: of the smooth
-    surface (normals.py)
-    gap : (n,) m - mean between the smooth surfaces, negative: overlapping
-    opposed : (n,) degrees - mean normals of damper and blade off opposition; least : (n,) m -
-    smallest gap
-    covered : share of the damper's facets that the blade covers
-    doubled : (c, 3) m - centres of facets that lie opposite to two blade faces at once
-    layers : (c, 2) m - smallest and largest gap there
-    """
-
-    vertex: np.ndarray
-    area: np.ndarray
-    damper: sp.csr_matrix
-    blade: sp.csr_matrix
-    normal: np.ndarray
-    gap: np.ndarray
-    opposed: np.ndarray
-    least: np.ndarray
-    covered: float = 0.0
-    doubled: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
-    layers: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
-
-
-@dataclass(frozen=True)
-class QuadraturePoints:
-    """m quadrature points; shapes (m, nodes) of the corners and of the nodes of both meshes.
-
-    normal, opposite : (m, 3) - of the faces of damper and blade; smooth : (m, 3) - of the damper's
-    smooth surface
-    gap : (m,) m - between the smooth surfaces
-    """
-
-    weight: np.ndarray
-    corners: sp.csr_matrix
-    damper: sp.csr_matrix
-    blade: sp.csr_matrix
-    normal: np.ndarray
-    opposite: np.ndarray
-    smooth: np.ndarray
-    gap: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -146,9 +102,8 @@ class Sums:
 
     def __init__(self, corners: int, damper: int, blade: int) -> None:
         local = corners
-        self.area, self.gap, self.normal, self.opposite, self.smooth = (
-            np.zeros(shape) for shape in (local, local, (local, 3), (local, 3), (local, 3))
-        )
+        self.area, self.arm = np.zeros(local), np.zeros((local, 2))
+        self.normal, self.opposite, self.smooth, self.beyond = np.zeros((4, local, 3))
         self.least, self.most = np.full(local, np.inf), np.zeros(local)
         self.mass = sp.csr_matrix((local, local))
         self.damper, self.blade = sp.csr_matrix((local, damper)), sp.csr_matrix((local, blade))
@@ -161,7 +116,8 @@ class Sums:
         self.normal += weighted @ points.normal
         self.opposite += weighted @ points.opposite
         self.smooth += weighted @ points.smooth
-        self.gap += weighted @ points.gap
+        self.beyond += weighted @ points.beyond
+        self.arm += weighted @ points.arm
         self.damper, self.blade = (
             self.damper + weighted @ points.damper,
             self.blade + weighted @ points.blade,
@@ -170,8 +126,11 @@ class Sums:
         np.minimum.at(self.least, near.col, points.gap[near.row])
         np.maximum.at(self.most, near.col, near.data)
 
-    def points(self, kinds: list[Facets], corners: Corners) -> Overlap:
-        """The contact points; how much of the faces is covered, and what twice, is left open."""
+    def points(
+        self, kinds: list[Facets], corners: Corners, damper: np.ndarray, blade: np.ndarray
+    ) -> Overlap:
+        """The contact points; how much of the faces is covered, and what twice, is left open.
+        damper, blade (nodes, 3) m - places of the nodes."""
         whole, n = whole_corners(kinds, self.damper.shape[1]), len(corners.vertex)
         least_of = DEFAULT.dropped * whole
         owner = corners.owners(
@@ -181,7 +140,7 @@ class Sums:
         area = gather @ self.area
         vertex = np.flatnonzero(area > least_of)
         area, gather, least = area[vertex], gather[vertex], np.full(len(whole), np.inf)
-        mean = sp.diags(1 / area) @ gather @ corners.weights(self.mass, self.most)
+        mean = sp.diags(1 / area) @ self._read(corners, gather, damper)
         np.minimum.at(least, corners.vertex, self.least)
         normal = gather @ self.normal
         opposite = gather @ self.opposite
@@ -191,16 +150,54 @@ class Sums:
             / np.linalg.norm(normal, axis=1)
             / np.linalg.norm(opposite, axis=1)
         )
+        on_damper, on_blade = _without_zeros(mean @ self.damper), _without_zeros(mean @ self.blade)
         return Overlap(
             vertex,
             area,
-            _without_zeros(mean @ self.damper),
-            _without_zeros(mean @ self.blade),
+            on_damper,
+            on_blade,
             smooth / np.linalg.norm(smooth, axis=1)[:, None],
-            mean @ self.gap,
+            self._gap(mean, on_damper @ damper, on_blade @ blade),
             np.degrees(np.arccos(np.clip(-cosine, -1, 1))),
             least[vertex],
         )
+
+    def _read(self, corners: Corners, gather: sp.csr_matrix, place: np.ndarray) -> sp.csr_matrix:
+        """(points, n) of the n corners of faces: the functions w of each point in the psi, on lines
+        of contact moved onto its vertex."""
+        weights = corners.weights(self.mass, self.most)
+        turned, found = self.smooth + self.beyond, []
+        read, normal = self.damper @ place, gather @ self.smooth
+        normal = gather.T @ (normal / np.linalg.norm(normal, axis=1)[:, None])
+        normal[~normal.any(axis=1)] = [0, 0, 1]  # what belongs to no point
+        moves, off = np.zeros((2, *turned.shape))
+        for w, start, end in zip(corners.width, corners.first[:-1], corners.first[1:], strict=True):
+            mine = slice(start, end)
+            M, W = (one[mine, mine].tobsr((w, w)) for one in (self.mass, weights))
+            there = M.indices
+            change, *both = changes(
+                FaceCorners(
+                    M.data,
+                    W.data,
+                    turned[mine].reshape(-1, w, 3)[there],
+                    read[mine].reshape(-1, w, 3)[there],
+                    place[corners.vertex[mine]].reshape(-1, w, 3)[there],
+                    normal[mine].reshape(-1, w, 3)[there],
+                )
+            )
+            for one, its in zip((moves, off), both, strict=True):
+                one[mine].reshape(-1, w, 3)[there] = its
+            found.append(sp.bsr_matrix((change, there, M.indptr), shape=M.shape))
+        share = least_changes(gather, normal, moves, off)
+        return gather @ (weights + sp.diags(share) @ sp.block_diag(found, format="csr"))
+
+    def _gap(self, mean: sp.csr_matrix, damper: np.ndarray, blade: np.ndarray) -> np.ndarray:
+        """(points,) m between the smooth surfaces at the places (points, 3) m that are read on
+        either body, as normals.bulge has it: so that it is that of the place, like the normal."""
+        n, beyond = mean @ self.smooth, mean @ self.beyond
+        apart = np.einsum("nx,nx->n", blade - damper, n) / np.linalg.norm(n, axis=1)
+        mine, theirs = (mean @ self.arm).T
+        return apart - above(mine, damper, n) - above(theirs, blade, beyond)
 
 
 def _without_zeros(matrix: sp.spmatrix) -> sp.spmatrix:

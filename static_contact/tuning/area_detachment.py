@@ -156,7 +156,8 @@ def _crossing(history: Sequence[AreaStep], target_hz: float, whole: bool) -> int
     if not hz.min() - reach <= target_hz <= hz.max() + reach:
         raise NotReachable(
             f"target {target_hz:g} Hz is not reachable: {hz.min():.0f}..{hz.max():.0f} Hz with "
-            f"{100 * history[-1].share:.3g}..100 % of the closed area kept"
+            f"{100 * history[-1].share:.3g}..100 % of the closed area kept",
+            above=bool(target_hz > hz.max()),
         )
     return min(int(np.abs(hz - target_hz).argmin()), len(hz) - 2)
 

@@ -34,7 +34,11 @@ if TYPE_CHECKING:
 
 
 class NotReachable(InputError):
-    """No set of contacts has the target frequency."""
+    """No set of contacts has the target frequency; above - it is higher than all have."""
+
+    def __init__(self, message: str, above: bool) -> None:
+        super().__init__(message)
+        self.above = above
 
 
 @dataclass(frozen=True)
@@ -306,7 +310,8 @@ def _check_reach(
     if not found[0] - reach <= target_hz <= found[-1] + reach:
         raise NotReachable(
             f"target {target_hz:g} Hz is not reachable: {found[0]:.0f}..{found[-1]:.0f} Hz with "
-            f"{options.at_least}..{stations} stations kept"
+            f"{options.at_least}..{stations} stations kept",
+            above=bool(target_hz > found[-1]),
         )
 
 

@@ -7,6 +7,7 @@ difference of the two blades' own modes."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import eigh
@@ -19,6 +20,8 @@ from tipdamp.study.view import Study
 NAMES = ("out_of_phase", "in_phase")
 BOTH = 0.1  # a mode involves both blades when each moves at least this part of what the other does
 LOWEST_MAC = 0.5  # below, the tracked mode hardly resembles the free one
+SURE_MAC = 0.75  # above, no other mode can take its place
+JUMP = 0.1  # of the frequency from one share of the area to the next: another mode is tracked there
 ALIKE = 0.5  # MAC of the two blades' own motions above which they are one
 # default band of the free response: of the lower and of the upper of the two modes
 BESIDE = (0.88, 1.14)
@@ -150,6 +153,7 @@ def tracking_warnings(study: Study, tune: TuneResult) -> list[str]:
         "one: check its shape before relying on its frequency"
         for (at, mac), on in sets.items()
     ]
+    found += _jumps(tune, study.tune.follow)
     (low, high), tuned = study.respond.band, tune.stuck_hz.tuned
     found += repeated_warnings(np.array(tune.stuck_modes_hz.tuned), "stuck", [tuned])
     if high and not low <= tuned <= high:
@@ -165,6 +169,33 @@ def tracking_warnings(study: Study, tune: TuneResult) -> list[str]:
             )
         )
     return found
+
+
+def _jumps(tune: TuneResult, follow: str) -> list[str]:
+    """A sentence where the tracked mode becomes another one between the whole and the kept area."""
+    steps = [s for s in tune.area.history if s.share >= tune.area.share] if tune.area else []
+    jumps = [
+        (a, b)
+        for a, b in pairwise(steps)
+        if abs(a.hz - b.hz) > JUMP * max(a.hz, b.hz) and max(a.mac, b.mac) < SURE_MAC
+    ]
+    if not jumps:
+        return []
+    at = ", ".join(
+        f"from {a.hz:.0f} to {b.hz:.0f} Hz (MAC {a.mac:.2f} and {b.mac:.2f}) between "
+        f"{100 * a.share:.3g} and {100 * b.share:.3g} % of it"
+        for a, b in jumps
+    )
+    return [
+        f"the stuck mode most like the free {words_of(follow)} one is not the same one for all "
+        f"shares of the area: it jumps {at}; the {tune.stuck_hz.full_area:.0f} Hz of the whole "
+        f"area and the {tune.stuck_hz.tuned:.0f} Hz of the {tune.kept_name} need not be of one mode"
+    ]
+
+
+def words_of(follow: str) -> str:
+    """The name of a free mode as it stands in a sentence: "out-of-phase"."""
+    return follow.replace("_", "-")
 
 
 def _list(hz: np.ndarray) -> str:

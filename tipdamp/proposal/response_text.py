@@ -51,7 +51,11 @@ def _followed(tried: Trial | None) -> list[str]:
     """What is tracked, where no stuck mode resembles the one that is by default."""
     if tried is None or not tried.follow:
         return []
-    return [f'follow = "{tried.follow}"        # no stuck mode resembles the out-of-phase one']
+    return [
+        "# all contacts stuck, no mode resembles the out-of-phase one; with fewer one may: a",
+        "# target_hz well above the free modes is of that one, without this line",
+        f'follow = "{tried.follow}"',
+    ]
 
 
 def _groups(found: Proposal, tried: Trial | None) -> list[str]:

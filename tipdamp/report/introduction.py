@@ -2,10 +2,11 @@
 
 from collections.abc import Iterator
 
+from tipdamp.bodies.free_modes import LOWEST_MAC, SURE_MAC, words_of
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects.amplitudes import reason
 from tipdamp.report.text import hertz, listing, micro, number
-from tipdamp.results.static_results import ReduceResult
+from tipdamp.results.static_results import ReduceResult, TuneResult
 
 
 def introduction(results: Results) -> list[str]:
@@ -50,11 +51,25 @@ def _kept(results: Results) -> Iterator[str]:
                 "leaves"
             )
         )
+        whole, kept = _likest(tune, words_of(results.study.tune.follow))
         yield (
-            f"With all pairs stuck the tracked mode lies at {hertz(tune.stuck_hz.full_area)} Hz; "
-            f"{how} {tune.kept_in_words.replace('mm2', 'mm²')}, with which it lies at "
+            f"With all pairs stuck {whole} at {hertz(tune.stuck_hz.full_area)} Hz; "
+            f"{how} {tune.kept_in_words.replace('mm2', 'mm²')}, with which {kept} at "
             f"{hertz(tune.stuck_hz.tuned)} Hz."
         )
+
+
+def _likest(tune: TuneResult, free: str) -> tuple[str, str]:
+    """What lies at the two frequencies, with its MAC where it is not plainly the free mode."""
+    whole, kept = tune.mac.full_area, tune.mac.tuned
+    if min(whole, kept) >= SURE_MAC:
+        return "the tracked mode lies", "it lies"
+    found = (
+        f"the mode most like the free {free} one (MAC {whole:.2f}) lies"
+        if whole >= LOWEST_MAC
+        else f"no mode resembles the free {free} one, the nearest (MAC {whole:.2f}) lies"
+    )
+    return found, f"the one most like it (MAC {kept:.2f}) lies"
 
 
 def _response(results: Results) -> Iterator[str]:

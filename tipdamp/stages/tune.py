@@ -2,6 +2,7 @@
 pairs."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -97,7 +98,12 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
             study, store, model, whole, line.replace(weight=weight)
         ),
     )
-    pairs, tuned = _keep(study, assembly, line, follow, goal, options, tick)
+    try:
+        pairs, tuned = _keep(study, assembly, line, follow, goal, options, tick)
+    except NotReachable as error:
+        other = _reaching(study, assembly, line, shapes, goal, options)
+        more = inputs.out_of_reach(study, error.above, other)
+        raise InputError(f"[tune] {error}{more}") from None
     contact = KeptContact(study, model, results.ReduceResult.load(store).reduction, pairs)
     kept = kept_preload(study, store, _without_detached(study, whole, line, pairs), contact)
     sets = _stuck_sets(
@@ -208,7 +214,8 @@ def _keep(
     tick: Tick,
 ) -> tuple[ContactTable, dict]:
     """The pairs of the line that are kept, those of a table, those that the study gives, or by the
-    target; and the fields of TuneResult on how they were found."""
+    target; and the fields of TuneResult on how they were found. NotReachable where none meets
+    it."""
 
     def report(step: Step, share: float) -> None:
         tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
@@ -225,18 +232,31 @@ def _keep(
             ),
             along,
         )
-    try:
-        if study.tune.by != "station":
-            return kept_area.keep(
-                study, assembly, line, follow, goal.hz if goal else None, options, tick
-            )
-        if goal is None:
-            return _by_station(
-                keep_stations(assembly, line, inputs.ends_kept(study, line), follow, options), along
-            )
-        return _by_station(detach_until(assembly, line, goal.hz, follow, options, report), along)
-    except NotReachable as error:
-        raise InputError(f"[tune] {error}{inputs.softer(study)}") from None
+    if study.tune.by != "station":
+        return kept_area.keep(
+            study, assembly, line, follow, goal.hz if goal else None, options, tick
+        )
+    if goal is None:
+        return _by_station(
+            keep_stations(assembly, line, inputs.ends_kept(study, line), follow, options), along
+        )
+    return _by_station(detach_until(assembly, line, goal.hz, follow, options, report), along)
+
+
+def _reaching(
+    study: Study,
+    assembly: StuckAssembly,
+    line: ContactTable,
+    shapes: Mapping[str, np.ndarray],
+    goal: Target | None,
+    options: DetachmentOptions,
+) -> str:
+    """The other free mode that meets the target where it is followed; "" where none does."""
+    for name, shape in shapes.items():
+        with suppress(InputError):
+            _keep(study, assembly, line, shape, goal, options, lambda *_: None)
+            return name
+    return ""
 
 
 def _place(pairs: ContactTable, along: np.ndarray, station: int) -> float:

@@ -118,13 +118,21 @@ def declared_springs(
     return springs
 
 
-def softer(study: Study) -> str:
-    """What can be done where no contact set meets a target: the stiffness that was given, or that
-    of half-space theory, which is often too stiff."""
+def out_of_reach(study: Study, above: bool, other: str = "") -> str:
+    """What can be done where no contact set meets a target: the mode to follow that reaches it,
+    where one does; else the stiffness that was given, or that of half-space theory, which is often
+    too stiff. above - the target is higher than all sets have."""
+    if other:
+        return f"; [tune] follow = '{other}' reaches it"
     if study.contact.pairs:
         return "; kn and kt of the table of pairs and the mode ([tune] follow) set the range"
     if all(side.given for side in study.sides.values()):
         return "; kn and kt of the sides and the mode ([tune] follow) set the range"
+    if above:
+        return (
+            "; the tracked mode lies lower whatever sticks, on a softer contact still more so: "
+            "check the target, the mode ([tune] follow) and the stiffness"
+        )
     return (
         f"; the stiffness is that of [contact] stiffness = '{study.contact.stiffness}': a rough "
         "interface in series ('rough_series'), a declared factor (scale) or a fit to a "

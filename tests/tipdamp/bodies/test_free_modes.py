@@ -9,10 +9,12 @@ from tipdamp.bodies import free_modes
 from tipdamp.bodies.free_modes import band, band_warnings, named_modes, tracking_warnings
 from tipdamp.cli import main
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.results.static_results import OfSets, TuneResult
+from tipdamp.results.static_results import AreaStep, KeptArea, OfSets, TuneResult
 from tipdamp.study.study import load_study
 
 ONE, TWO = np.eye(2)
+
+TUNED = [("[respond]", '[tune]\nstations = "all"\n[respond]')]
 
 
 def two_blades(coupling, mistuning=0.05, second=1.0):
@@ -112,7 +114,7 @@ def test_reduce_and_tune_warn_in_the_terminal(tmp_path, capsys):
 
 
 def test_warnings_of_the_tracked_mode(tmp_path):
-    study = load_study(corner_study.write(tmp_path))  # band 20 to 40 kHz
+    study = load_study(corner_study.write(tmp_path, change=TUNED))  # band 20 to 40 kHz
 
     def found(mac, hz, whole=0.9):
         sets = {"full_area": 3e4, "full_line": 3e4, "tuned": hz}
@@ -136,3 +138,32 @@ def test_warnings_of_the_tracked_mode(tmp_path):
         "lies outside [respond] band = 20000 to 40000 Hz, where there are stuck modes at "
         "25000.0, 26000.0 Hz" in found(0.9, 5e4)[0]
     )
+
+
+def test_a_tracked_mode_that_becomes_another_one_is_told(tmp_path):
+    """Shares of the area below that of the jump, and steep parts of one mode, are not."""
+    study = load_study(corner_study.write(tmp_path, change=TUNED))
+    steps = (
+        (1.0, 5e4, 0.55),
+        (0.5, 4.9e4, 0.5),
+        (0.4, 3e4, 0.6),
+        (0.2, 2.5e4, 0.9),
+        (0.1, 1e4, 0.5),
+    )
+
+    def found(share):
+        history = [AreaStep(share=s, hz=hz, mac=mac) for s, hz, mac in steps]
+        tune = TuneResult.model_construct(
+            area=KeptArea.model_construct(share=share, history=history),
+            closed_pairs=(pairs := OfSets(full_area=9, full_line=9, tuned=4)),
+            open_pairs=pairs,
+            stuck_hz=OfSets(full_area=5e4, full_line=5e4, tuned=2.6e4),
+            mac=OfSets(full_area=0.55, full_line=0.55, tuned=0.9),
+            stuck_modes_hz=OfSets(full_area=(), full_line=(), tuned=(2.6e4,)),
+        )
+        return tracking_warnings(study, tune)
+
+    (said,) = found(0.2)
+    assert "out-of-phase" in said and said.count("from") == 1
+    assert "from 49000 to 30000 Hz (MAC 0.50 and 0.60) between 50 and 40 % of it" in said
+    assert found(0.5) == []

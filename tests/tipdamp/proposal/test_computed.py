@@ -198,7 +198,7 @@ def test_a_mode_that_resembles_no_free_one_is_left_out():
     unlike = {"out_of_phase": TrackedMode(hz=7490.0, mac=0.32)}
     tried = Trial(**values, **hz, unlike=unlike)
     assert (tried.band, tried.follow) == ((380, 660), "in_phase")
-    assert response_text._followed(tried)[0].startswith('follow = "in_phase"')
+    assert response_text._followed(tried)[-1] == 'follow = "in_phase"'
     said = " ".join(response_text._unlike(tried))
     assert "resembles the free out-of-phase one; the nearest, 7490 Hz" in said
     assert "has a MAC of 0.32 with it" in said

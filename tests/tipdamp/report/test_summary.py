@@ -223,3 +223,26 @@ def test_the_introduction_says_what_chose_the_kept_stations(tmp_path, change, ho
     tune = results.tune.model_copy(update=change)
     said = introduction(replace(results, tune=tune))[0]
     assert f"{how} {tune.kept_in_words}" in said
+
+
+@pytest.mark.parametrize(
+    "mac, words",
+    [
+        ((0.9, 0.95), ("the tracked mode lies at", "with which it lies at")),
+        (
+            (0.55, 0.86),
+            (
+                "the mode most like the free out-of-phase one (MAC 0.55) lies at",
+                "with which the one most like it (MAC 0.86) lies at",
+            ),
+        ),
+        ((0.43, 0.86), ("no mode resembles the free out-of-phase one, the nearest (MAC 0.43)",)),
+    ],
+)
+def test_the_introduction_says_how_like_the_free_mode_the_stuck_one_is(tmp_path, mac, words):
+    results = results_of(*artefacts(tmp_path))
+    whole, kept = mac
+    both = results.tune.mac.model_copy(update={"full_area": whole, "tuned": kept})
+    tune = results.tune.model_copy(update={"mac": both})
+    said = introduction(replace(results, tune=tune))[0]
+    assert all(f"{one}" in said for one in words)

@@ -69,6 +69,21 @@ def test_the_in_phase_mode_can_be_followed(variant):
     assert found["mac"]["tuned"] > 0.7 and found["stuck_hz"]["tuned"] < 0.7 * other
 
 
+def test_the_mode_that_reaches_a_target_is_named(variant, capsys):
+    """The in-phase mode followed lies far below the out-of-phase one's target, and softer contact
+    would lower it."""
+    wanted = read(variant("tune"), "tune.json")["stuck_hz"]["tuned"]
+    target = [
+        ("[tune]", '[tune]\nfollow = "in_phase"'),
+        ("stations = [5, 4]", f"target_hz = {wanted:.0f}"),
+    ]
+    with pytest.raises(AssertionError):
+        variant("tune", *target)
+    said = capsys.readouterr().err
+    assert "is not reachable" in said and "[tune] follow = 'out_of_phase' reaches it" in said
+    assert "softer" not in said
+
+
 def test_tuning_to_a_target(variant, capsys):
     """The set nearest the target of those that leave no large moment: one that is nearer is refused
     where it is given (the nearest of all has its middle at a quarter of the damper's length)."""
