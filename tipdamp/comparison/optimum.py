@@ -88,9 +88,10 @@ def optimum(peaks: Sequence[ComparedPeak]) -> Optimum | None:
 
 
 def is_idle(least: ComparedPeak, every: Sequence[ComparedPeak]) -> bool:
-    """Whether friction takes nothing at the least of a curve, or leaves it within the errors as
-    high as a level at which it takes nothing."""
-    return any(one.idle and one.span[0] <= least.span[1] for one in every)
+    """Whether friction takes nothing at the least of a curve, or leaves it within the errors, where
+    these are known, as high as a level at which it takes nothing."""
+    most = least.span[1] if np.isfinite(least.span[1]) else least.m_per_N or 0.0
+    return any(one.idle and one.span[0] <= most for one in every)
 
 
 def tops(peaks: Sequence[ComparedPeak]) -> list[ComparedPeak]:

@@ -81,6 +81,8 @@ def test_larger_blade_counts_and_levels_without_a_peak_do_not():
         (level(20.0, 0.99e-7), False),
         (level(20.0, 0.99e-7, error=0.02), True),  # as high as the stuck structure
         (level(20.0, 1.1e-7), True),  # friction makes it worse
+        (level(20.0, 0.7e-7, error=np.inf), False),  # not known: as it was computed
+        (level(20.0, 1.1e-7, error=np.inf), True),
     ],
 )
 def test_where_friction_takes_nothing(least, idle):
