@@ -23,12 +23,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import tipdamp
-from tipdamp import receipts
 from tipdamp.engine import ranks
 from tipdamp.engine.kernel_cache import choose_caches
 from tipdamp.hbm.errors import Doubt, InputError, shown
 from tipdamp.report.libraries import MissingLibrary
 from tipdamp.results import STAGES
+from tipdamp.stages import receipts
 
 if TYPE_CHECKING:
     from tipdamp.engine.store import Store
@@ -483,7 +483,7 @@ def _explain(arguments: argparse.Namespace) -> int:
 
 
 def _completion(arguments: argparse.Namespace) -> int:
-    from tipdamp.completion import script
+    from tipdamp.study.completion import script
     from tipdamp.study.documentation import key_names
 
     print(script(arguments.verbs, key_names()), end="")

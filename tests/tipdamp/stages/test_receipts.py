@@ -9,8 +9,9 @@ import sys
 import pytest
 
 import tipdamp
-from tipdamp import cli, receipts
+from tipdamp import cli
 from tipdamp.proposal.first_study import write_first_study
+from tipdamp.stages import receipts
 
 VERBS = ("inspect", "reduce", "preload", "tune")
 
