@@ -293,7 +293,7 @@ REFUSED = {
         {"damping_ratio": "2%"},
         r"damping_ratio = '2%': must be a number .*\(2 % is 0\.02\)",
     ),
-    "no forcing": ({"forcing": None}, r"forcing of harmonic 1 = None: must be \d+ numbers in N"),
+    "no forcing": ({"forcing": None}, r"no excitation: .* give a forcing"),
     "forcing of harmonic True": (
         lambda: {"forcing": {True: TIP}},
         r"forcing of harmonic True: harmonics count from 1",

@@ -14,7 +14,8 @@ LARGEST = 0.1  # of the damper's size
 
 def check_gaps(study: Study, pairs: ContactTable, damper: np.ndarray) -> None:
     """InputError where a gap is larger than a tenth of the damper, whose nodes lie at (n, 3) m, nan
-    where that is not known, or a profile ends before its side does."""
+    where that is not known, or a profile ends before its side does. Of surfaces that part, as round
+    ones do, the nearest pair counts."""
     known = damper[np.isfinite(damper).all(axis=1)]
     size = float(np.ptp(known, axis=0).max()) if len(known) else 0.0
     shown, axis = length_text(study.length_unit), np.array(study.driver.axis)
@@ -34,13 +35,14 @@ def check_gaps(study: Study, pairs: ContactTable, damper: np.ndarray) -> None:
                 f"axis, the pairs of the side from {shown(low)} to {shown(high)}; give rows up to "
                 "both ends (the same gap again where it is to stay as it is)"
             )
-    i = int(np.abs(pairs.gap).argmax())
-    _refuse_wide(
-        f"{study.path}: [contact], side '{pairs.side[i]}', station {pairs.station[i]}: gap",
-        pairs.gap[i],
-        size,
-        shown,
+    wide = np.abs(pairs.gap)
+    each = [np.flatnonzero(pairs.side == name) for name in dict.fromkeys(pairs.side.tolist())]
+    told = (
+        [int(wide.argmax())] if study.contact.pairs else [one[wide[one].argmin()] for one in each]
     )
+    for i in told:
+        where = f"{study.path}: [contact], side '{pairs.side[i]}', station {pairs.station[i]}: gap"
+        _refuse_wide(where, pairs.gap[i], size, shown)
 
 
 def _refuse_wide(where: str, gap: float, size: float, shown: Callable) -> None:
