@@ -79,7 +79,9 @@ def _other(path: Path) -> tuple[Extreme | None, float]:
         path.runs[-1] = replace(run, why=f"{run.why}; {case.named(value)}: {error}")
         return None, value
     if why:
-        path.runs[-1] = replace(run, why=f"beyond {case.named(end)} {why}; {run.why}")
+        ended, _, more = run.why.partition("; ")
+        own = ended if more and more in why else run.why  # one drift ends both: said once
+        path.runs[-1] = replace(run, why=f"beyond {case.named(end)} {why}; {own}")
     if top is None or not path.complete:
         return top, value
     higher = height_of(case, top, value) > (1 + HIGHER) * known[run.column]
