@@ -62,6 +62,29 @@ def together(one, other):
     )
 
 
+def sides_of(pin, blades):
+    """Both flanks of blades, groups "inner0" and "inner1", against the outer face of a pin."""
+    return [
+        FacingSides(
+            Side(name, f"inner{i}", "outer"),
+            Surface(blades, faces_of(blades, f"inner{i}")),
+            Surface(pin, faces_of(pin, "outer")),
+        )
+        for i, name in enumerate(("right", "left"))
+    ]
+
+
+def elastic_bodies(pin, blades, material, points):
+    """Clamped blades and a free pin, with contact points on blades and pin."""
+    bodies = [
+        elastic_body(blades, material, "blades", clamp="clamp"),
+        elastic_body(pin, material, "damper", free=True),
+    ]
+    return SparseBodies.of(
+        [replace(body, points=one.on(body)) for body, one in zip(bodies, points, strict=True)]
+    )
+
+
 @cache
 def case(kinds, flank, clearance=0.0, unit=1.0, turn=(0.3, -0.5, 0.9), across=11):
     """(problem, table, places of its points in the axes of the pin in m): a half-pin of 10 to 170
@@ -76,26 +99,9 @@ def case(kinds, flank, clearance=0.0, unit=1.0, turn=(0.3, -0.5, 0.9), across=11
         )
     )
     pin, blades = (replace(m, position=unit * m.position @ R.T) for m in (pin, blades))
-    sides = [
-        FacingSides(
-            Side(name, f"inner{i}", "outer"),
-            Surface(blades, faces_of(blades, f"inner{i}")),
-            Surface(pin, faces_of(pin, "outer")),
-        )
-        for i, name in enumerate(("right", "left"))
-    ]
-    pairs, on_blades, on_pin = surface_contact(sides, axis=R[:, 2], pull=R[:, 1])
+    pairs, on_blades, on_pin = surface_contact(sides_of(pin, blades), axis=R[:, 2], pull=R[:, 1])
     steel = Material(E=205e9 / unit**2, nu=0.29, density=7800 / unit**4)
-    bodies = [
-        elastic_body(blades, steel, "blades", clamp="clamp"),
-        elastic_body(pin, steel, "damper", free=True),
-    ]
-    whole = SparseBodies.of(
-        [
-            replace(body, points=points.on(body))
-            for body, points in zip(bodies, (on_blades, on_pin), strict=True)
-        ]
-    )
+    whole = elastic_bodies(pin, blades, steel, (on_blades, on_pin))
     springs = SOFT / unit**3 * pairs.area
     problem = StaticContact(
         whole, pairs.replace(kn=springs, kt=springs), compliance=SparseCompliance

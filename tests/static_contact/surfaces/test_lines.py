@@ -9,19 +9,15 @@ import pytest
 
 from tests.modal.blocks import block
 from tests.static_contact.surfaces.test_contact_points import bodies_of
-from tests.static_contact.test_round_sides import shell, together
+from tests.static_contact.test_round_sides import elastic_bodies, shell, sides_of, together
 from tipdamp.hbm.contact import relative_motion
-from tipdamp.modal.elasticity import Material, elastic_body
+from tipdamp.modal.elasticity import Material
 from tipdamp.static_contact.bodies.sparse_bodies import (
     AssembledBodies,
-    SparseBodies,
     SparseCompliance,
 )
 from tipdamp.static_contact.contact.preload import StaticContact
-from tipdamp.static_contact.surfaces.facets import Surface
-from tipdamp.static_contact.surfaces.pairing import Side
-from tipdamp.static_contact.surfaces.pick import faces_of
-from tipdamp.static_contact.surfaces.points import FacingSides, surface_contact
+from tipdamp.static_contact.surfaces.points import surface_contact
 
 RADIUS, LENGTH, ANGLE, PULL, PER_AREA = 4e-3, 6e-3, 40.0, 100.0, 1.7e13  # m, m, deg, N, N/m3
 
@@ -47,15 +43,7 @@ def case(kind, cells=(16, 1, 4), length=8.1e-3):
     it touches."""
     pin = shell(kind, cells, 0.4 * RADIUS, RADIUS, (10, 170))
     blades = together(flank(ANGLE, 10_000, length), flank(180 - ANGLE, 20_000, length))
-    sides = [
-        FacingSides(
-            Side(name, f"inner{i}", "outer"),
-            Surface(blades, faces_of(blades, f"inner{i}")),
-            Surface(pin, faces_of(pin, "outer")),
-        )
-        for i, name in enumerate(("right", "left"))
-    ]
-    return pin, blades, *surface_contact(sides, axis=(0, 0, 1), pull=(0, 1, 0))
+    return pin, blades, *surface_contact(sides_of(pin, blades), axis=(0, 0, 1), pull=(0, 1, 0))
 
 
 def turned(pairs, direction):
@@ -112,16 +100,7 @@ def loads(kind, cells):
     """(force of the right side, its moment about y, forces of its points along the axis) N."""
     pin, blades, pairs, on_blades, on_pin = case(kind, cells)
     steel = Material(E=205e9, nu=0.29, density=7800)
-    bodies = [
-        elastic_body(blades, steel, "blades", clamp="clamp"),
-        elastic_body(pin, steel, "damper", free=True),
-    ]
-    whole = SparseBodies.of(
-        [
-            replace(body, points=points.on(body))
-            for body, points in zip(bodies, (on_blades, on_pin), strict=True)
-        ]
-    )
+    whole = elastic_bodies(pin, blades, steel, (on_blades, on_pin))
     k = PER_AREA * pairs.area
     problem = StaticContact(whole, pairs.replace(kn=k, kt=k), compliance=SparseCompliance)
     model = problem.model
