@@ -21,7 +21,7 @@ from tipdamp.hbm.curve.parent import end_at_parent
 from tipdamp.hbm.curve.starts import first_of, starts
 from tipdamp.hbm.curve.unmoved import follow_unmoved, moves_contacts
 from tipdamp.hbm.hold.named_motion import mostly
-from tipdamp.hbm.hold.rigid_motion import HOLD
+from tipdamp.hbm.hold.rigid_motion import HOLD, share_faced
 from tipdamp.hbm.result import ForcedResponse, widest_gap
 
 ROLLS = "the damper rolls"
@@ -364,5 +364,4 @@ def _faces(problem: ContactProblem, motion: np.ndarray) -> bool:
     nd = len(problem.law.components)
     if problem.law.components[-1:] != ("n",):
         return False
-    met = np.abs(np.asarray(problem.B[nd - 1 :: nd] @ motion))
-    return bool(met.max(initial=0.0) > HOLD.faced * np.abs(motion).max())
+    return share_faced(problem.B[nd - 1 :: nd], motion) > HOLD.faced

@@ -50,6 +50,12 @@ class HoldSettings:
 HOLD = HoldSettings()
 
 
+def share_faced(normals: Any, motion: np.ndarray) -> float:
+    """How much contact normals (P, r), rows of relative motions, face a motion (r,), as a share of
+    its size."""
+    return float(np.abs(normals @ motion).max(initial=0.0) / np.abs(motion).max())
+
+
 def body_motions(model: Any, body: str) -> np.ndarray:
     """(r, 6) unit translations along and rotations about x, y, z, through the mean position of the
     body's nodes.

@@ -16,7 +16,13 @@ from numpy.typing import ArrayLike
 
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.hold.rigid_motion import HOLD, body_motions, parse_motion, rigid_coordinate
+from tipdamp.hbm.hold.rigid_motion import (
+    HOLD,
+    body_motions,
+    parse_motion,
+    rigid_coordinate,
+    share_faced,
+)
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.validation import brief, check_kind, positive
 
@@ -153,8 +159,8 @@ def _held(model: "ReducedModel | SparseBodies", pairs: ContactTable, hold: Hold)
     if not isinstance(hold.mean, bool):
         raise InputError(f"mean = {brief(hold.mean)}: must be True or False")
     _refuse_supported(model, hold.body, motion, given)
-    faced = np.abs(B[2::3] @ motion).max(initial=0.0) / np.abs(motion).max()
-    faced = min(faced, _faced(model, hold.body, row, B[2::3]))
+    normals = B[2::3]
+    faced = min(share_faced(normals, motion), _faced(model, hold.body, row, normals))
     doubt = (
         ""
         if faced <= HOLD.faced
@@ -190,7 +196,7 @@ def _faced(
     met = normals @ R
     G = met.T @ met
     c = np.linalg.solve(G + HOLD.on_axis**2 * max(np.trace(G), 1.0) * np.eye(len(G)), row @ R)
-    return np.abs(met @ c).max(initial=0.0) / np.abs(R @ c).max()
+    return share_faced(normals, R @ c)
 
 
 def _size(model: "ReducedModel | SparseBodies", body: str) -> float:
