@@ -21,6 +21,7 @@ from tipdamp.hbm.balance.aft import sample_grid
 from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.laws.records import Contacts
+from tipdamp.hbm.stability.intervals import divided_between_events, first_half, joined
 from tipdamp.hbm.stability.kernels import Carried, Poles, Segments, monodromy
 from tipdamp.hbm.time.poles import poles, split
 
@@ -81,7 +82,6 @@ class StabilitySettings:
 
 
 SETTINGS = StabilitySettings()
-MOST_PARTS = 32  # of an interval between events
 SYSTEMS = 32  # stuck systems that are kept: every point has its own where a parameter changes them
 
 
@@ -142,7 +142,7 @@ class Stability:
             return np.empty(0)
         if variation.of_velocity and variation.smooth:
             return self._of_velocity(variation.smooth, variation.steps, balance, w)
-        looked = _joined(np.linspace(0, 2 * np.pi, 65), variation.events)
+        looked = joined(np.linspace(0, 2 * np.pi, 65), variation.events)
         coarse = variation.between(looked)
         acts = _acting(coarse, balance.springs)
         if not acts.any():  # all stick: the poles alone
@@ -168,8 +168,8 @@ class Stability:
             turns = _turns(coarse, moved, balance.springs, slow) / (w * self.settings.turn)
 
             def after(half: int, least: bool) -> np.ndarray | None:
-                instants = _joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
-                instants = _between_events(instants, half, looked, turns)
+                instants = joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
+                instants = divided_between_events(instants, half, looked, turns)
                 if not least and len(instants) * float(moved.sum()) ** 2 > self.settings.work:
                     return None
                 tangents = variation.between(instants)
@@ -301,29 +301,15 @@ class Stability:
             tangents.capture[:, of],
             Carried._make(carried),
         )
-        halves = self._halves(segments)
+        half = first_half(segments, self.settings.alike)
         # laid out alike, whatever the law: compiled once for all
-        turns = Carried._make(map(np.ascontiguousarray, (halves or segments).turning))
-        alike = Segments._make((*map(np.ascontiguousarray, (halves or segments)[:-1]), turns))
+        turns = Carried._make(map(np.ascontiguousarray, (half or segments).turning))
+        alike = Segments._make((*map(np.ascontiguousarray, (half or segments)[:-1]), turns))
         try:
             found = _eigenvalues(monodromy(slow, alike, place[rests]), slow)
         except np.linalg.LinAlgError:
             return np.empty(0)
-        return found**2 if halves else found
-
-    def _halves(self, segments: Segments) -> Segments | None:
-        """The first half of a period whose second half is the same, as that of a motion that goes
-        its way back; else None."""
-        K = len(segments.length)
-        if K % 2 or segments.captured[0].any():
-            return None
-        first, second = (_some_of(segments, part) for part in (slice(K // 2), slice(K // 2, K)))
-        arrays = ((*half[1:-1], *half.turning[1:]) for half in (first, second))
-        for one, other in zip(*arrays, strict=True):
-            largest = np.abs(one).max(initial=0)
-            if not (np.abs(one * 1.0 - other) <= self.settings.alike * largest).all():
-                return None
-        return first
+        return found**2 if half else found
 
     def _of_velocity(
         self, smooth: "Smooth", steps: int, balance: HarmonicBalance, w: float
@@ -468,23 +454,6 @@ def _moves(slow: Poles) -> np.ndarray:
     return np.concatenate([np.ones(len(slow.s), dtype=bool), slow.s.imag != 0])
 
 
-def _some_of(segments: Segments, part: slice) -> Segments:
-    """Some of the intervals."""
-    of, memory, rate, kept, follows = segments.turning
-    turning = Carried(of, memory[:, part], rate[:, part], kept[part], follows[:, part])
-    place, length, gamma, by_time, held, captured, capture = segments[:-1]
-    return Segments(
-        place,
-        length[part],
-        gamma[:, part],
-        by_time[:, part],
-        held[part],
-        captured[part],
-        capture[part],
-        turning,
-    )
-
-
 def _change(every: np.ndarray, before: np.ndarray) -> float:
     """Largest change of multipliers (n,), by modulus and relative to those above 1."""
     now, then = (np.sort(np.abs(some)) for some in (every, before))
@@ -531,30 +500,3 @@ def _turns(
     stiffness = np.abs(tangents.gamma[:, :, :, diagonal, diagonal] - springs).max(axis=0)[:, moved]
     light = -np.einsum("cn,nc->c", slow.out @ _system(slow), slow.into)  # one over a mass
     return np.sqrt((stiffness * np.abs(light)).max(axis=1, initial=0.0))
-
-
-def _between_events(
-    instants: np.ndarray, steps: int, looked: np.ndarray, turns: np.ndarray
-) -> np.ndarray:
-    """The instants, with more of them in intervals that twice as many steps leave as they are:
-    there no steps tell whether a motion is resolved. turns (K,) : intervals that it needs by a
-    rad of the cycle, in those between the instants `looked`."""
-    step, middle = np.pi / steps, 0.5 * (instants[1:] + instants[:-1])
-    alone = np.ceil(instants[:-1] / step + 1e-9) >= instants[1:] / step - 1e-9
-    needed = turns[np.clip(np.searchsorted(looked, middle) - 1, 0, len(turns) - 1)]
-    parts = np.where(alone, np.ceil(needed * np.diff(instants)), 1).clip(1, MOST_PARTS).astype(int)
-    if (parts == 1).all():
-        return instants
-    pieces = zip(instants[:-1], instants[1:], parts, strict=True)
-    return np.concatenate(
-        [np.linspace(a, b, n, endpoint=False) for a, b, n in pieces] + [instants[-1:]]
-    )
-
-
-def _joined(even: np.ndarray, events: np.ndarray) -> np.ndarray:
-    """Instants of both, each once; an event takes the place of an even one beside it."""
-    events = np.unique(events[(events > 1e-12) & (events < 2 * np.pi - 1e-12)])
-    events = events[np.r_[True, np.diff(events) > 1e-12]] if len(events) else events
-    inner = even[1:-1]
-    far = np.abs(inner[:, None] - events[None]).min(axis=1, initial=np.inf) > 1e-3 * even[1]
-    return np.sort(np.concatenate([even[[0, -1]], inner[far], events]))

@@ -12,9 +12,8 @@ from tipdamp.hbm.ties import SAME, first_largest
 FLAT = 0.05  # above the least, within which a pull counts as good
 FINE = 2001  # places between the computed levels
 NEAR = 1e-9  # relative: levels closer to each other than this are at one Fc/Fe
-NEARBY = (
-    2**0.5
-)  # factor of Fc/Fe up to which a level tells of a place: levels by twos do everywhere
+# factor of Fc/Fe up to which a level tells of a place: levels by twos do everywhere
+NEARBY = 2**0.5
 Spans = dict[str, tuple[float, float]]  # {case: (from, to)}
 
 

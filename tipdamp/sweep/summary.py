@@ -54,9 +54,8 @@ def _incomplete(reasons: dict[str, int]) -> list[str]:
 
 def alike(said: Mapping[int, Sequence[str]]) -> list[tuple[str, list[int]]]:
     """Of {case: its warnings} each warning once, whatever its numbers and however many of a kind it
-    lists: (text of the case in which
-    the errors that it tells are the largest, the first without any; that case, then all others
-    that have it)."""
+    lists: (text of the case in which the errors that it tells are the largest, the first without
+    any; that case, then all others that have it)."""
     found: dict[str, dict[int, str]] = {}
     for number, texts in said.items():
         for text in texts:
