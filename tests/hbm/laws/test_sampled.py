@@ -130,16 +130,17 @@ def test_a_tangent_at_rest_leaves_newton_to_the_one_that_creeps():
     assert np.allclose(forces(law, contacts, alone).g[:, 0], found.g[:, 0], rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize("ratio", 10.0 ** -np.arange(1, 13))
+@pytest.mark.parametrize("ratio", 10.0 ** -np.arange(5, 12))
 def test_a_tangent_that_hardly_moves_is_no_noise(ratio):
-    """Beside one that does: friction differs from that at a motion next to it by rounding of the
-    limit force, 0.5 N, not by what creeping makes of that."""
-    law = own_law("creeping_contact").CreepingContact(0.1)
-    contacts = Contacts(kn=[1.0, 1.0], kt=[1.0, 0.8], mu=[0.5, 0.5], preload=[1.0, 1.0])
-    x = 0.03 * np.random.default_rng(0).normal(size=(2, 2, 7))
-    x[:, 1] *= ratio
-    found, beside = (forces(law, contacts, factor * x).g for factor in (1.0, 1.0 + 1e-14))
-    assert np.abs(found - beside).max() < 1e-10
+    """Its mean force is at most kt times its motion, as where friction is none at t = 0: not what
+    a state that creeps for a million periods makes of the rounding of the limit force, 0.5 N."""
+    law = own_law("creeping_contact").CreepingContact(0.0)
+    contacts = Contacts(kn=[1.0], kt=[1.0], mu=[0.5], preload=[1.0])
+    x = np.zeros((1, 2, 7))
+    x[:, 0, 1] = 1.0
+    for phase in np.linspace(0.1, 6.0, 15):
+        x[:, 1, 1:3] = ratio * np.array([np.cos(phase), np.sin(phase)])
+        assert abs(forces(law, contacts, x).g[0, 1, 0]) < 1.1 * ratio
 
 
 @pytest.mark.parametrize("w", [0.6, 1.2])
