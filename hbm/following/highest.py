@@ -8,6 +8,7 @@ taken up there.
 from dataclasses import replace
 
 from tipdamp.hbm.continuation.point import Point
+from tipdamp.hbm.curve.trace import NO_PERIOD
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.run import Run, height_of
@@ -25,16 +26,8 @@ def highest(case: Case, top: Extreme, ends: tuple[float, float]) -> Path:
     """The highest peak from a top at the first of two values, in units of the branch."""
     path, value, back = Path(case, ends), ends[0], None
     for _ in range(MOST_TAKEN_UP):
-        run, *more = _forward(path, top, value)
-        if back is not None and back.fitted == run.fitted:  # one branch, to both sides of its top
-            path.runs.pop()
-            run = replace(run, points=[*back.points, *run.points[1:]], calls=back.calls + run.calls)
-        elif back is not None:
-            path.said.append("")
-        path.runs += [run, *more]
-        path.said += [run.why if run.fitted else "" for run in [run, *more][:-1]]
+        _add_forward(path, top, value, back)
         run = path.runs[-1]
-        path.complete = run.points[-1].parameter == ends[1]
         other, value = (None, value) if run.refused else _other(path)
         if other is None:
             break
@@ -55,14 +48,23 @@ def highest(case: Case, top: Extreme, ends: tuple[float, float]) -> Path:
     return path
 
 
-def _forward(path: Path, top: Extreme, value: float) -> list[Run]:
+def _add_forward(path: Path, top: Extreme, value: float, back: Run | None) -> None:
+    """Follow a top at a value towards the last one; back : the run that leads to it from before."""
     case = path.case
 
     def watch(point: Point) -> bool:
         heights = case.heights(point.detail.found)
         return heights[list(case.columns)].max() > (1 + HIGHER) * heights[top.column]
 
-    return past_kinks(path, top, (value, path.ends[1]), watch)
+    run, *more = past_kinks(path, top, (value, path.ends[1]), watch)
+    if back is not None and back.fitted == run.fitted:  # one branch, to both sides of its top
+        path.runs.pop()
+        run = replace(run, points=[*back.points, *run.points[1:]], calls=back.calls + run.calls)
+    elif back is not None:
+        path.said.append("")
+    path.runs += [run, *more]
+    path.said += [run.why if run.fitted else "" for run in [run, *more][:-1]]
+    path.complete = path.runs[-1].points[-1].parameter == path.ends[1]
 
 
 def _other(path: Path) -> tuple[Extreme | None, float]:
@@ -79,8 +81,8 @@ def _other(path: Path) -> tuple[Extreme | None, float]:
         path.runs[-1] = replace(run, why=f"{run.why}; {case.named(value)}: {error}")
         return None, value
     if why:
-        ended, _, more = run.why.partition("; ")
-        own = ended if more and more in why else run.why  # one drift ends both: said once
+        # a drift that ends both is said once: its words differ by rounding
+        own = run.why.removesuffix(run.drift) if NO_PERIOD in why else run.why
         path.runs[-1] = replace(run, why=f"beyond {case.named(end)} {why}; {own}")
     if top is None or not path.complete:
         return top, value

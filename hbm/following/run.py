@@ -3,6 +3,7 @@ extremum of the other kind, or is lost."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -34,6 +35,10 @@ LOWER = 1e-3  # of a height: by more a solution is a smooth maximum beside a top
 SECANTS, AT_BORDER = 8, 1e-6  # to the border of the band; of its frequency
 CRAWLS = 20  # steps in a row as short as that: a kink ends the branch
 LEAST = 1e-4  # arc length of a step over a peak: where none is that long it stands at a kink
+MET = {
+    "peak": "the peak meets a minimum of the curve, and is none beyond",
+    "fold": "two folds meet, and the curve does not turn back there beyond",
+}
 
 
 class Met(BudgetExceeded):
@@ -64,6 +69,7 @@ class Run:
     why : it ends short of the value, in words; empty where it reaches it
     enough : whether it ends as what was looked for is found
     refused : whether it ends where the parameter makes no problem any more
+    drift : the end of `why` where nothing restrains a mean motion there; else empty
     fitted : whether the points are maxima of pieces of a curve, not solutions of the equation
     kink : whether it ends at a kink, beyond which the peak may go on
     """
@@ -75,6 +81,7 @@ class Run:
     why: str = ""
     enough: bool = False
     refused: bool = False
+    drift: str = ""
     fitted: bool = False
     kink: bool = False
 
@@ -143,66 +150,94 @@ def run_from(
     equation, begin = begin_at(case, top, ends[0])
     if begin is None:
         return None
-    first = ends[0] / case.parameter.scale
-    budget = Budget(settings, case.progress, first, len(equation.weights))
-    sign, short, refused = np.sign(begin.detail.curvature), [0], []
-
-    def evaluate(y: np.ndarray, p: float) -> ExtremumLinearisation:
-        try:
-            return equation.evaluate(y, p)
-        except InputError as error:
-            named = case.named(p)
-            refused.append(f"{named}: {str(error).removeprefix(f'{named}: ')}")
-            raise Refused from None
-
-    def report(point: Point, step: float) -> None:
-        short[0] = short[0] + 1 if step < SHORT else 0
-        budget.point(point.parameter / case.parameter.scale, step, point.iterations)
-        if point.detail is None or not point.converged:
-            return
-        equation.look_along(point.detail.tangent)
-        if np.sign(point.detail.curvature) != sign:
-            raise Met
-        if case.what == "peak" and not case.inside(point.detail.found.w):
-            raise Left
-        if found(point):
-            raise Found
-        if short[0] == CRAWLS:
-            raise Crawled
-
-    equation.balance.on_call = budget.call
-    branch = follow(evaluate, begin, ends[1], equation.weights, settings, report)
+    watch = _Watch(case, equation, begin, found, settings)
+    equation.balance.on_call = watch.budget.call
+    branch = follow(watch.evaluate, begin, ends[1], equation.weights, settings, watch.report)
     equation.balance.on_call = None
     branch.points = [p for p in branch.points if p.converged]
-    met = np.sign(branch.points[-1].detail.curvature) != sign
+    met = watch.is_other(branch.points[-1])
     if met:
         _to_the_meeting(equation, branch, np.sign(ends[1] - ends[0]), settings)
-    left = case.what == "peak" and not case.inside(branch.points[-1].detail.found.w)
+    left = watch.is_outside(branch.points[-1])
     if left:
         _to_the_border(case, equation, branch)
     last, whole = branch.points[-1], len(branch.points)
     branch.points = branch.points[: _first_jump(equation, branch.points)]
-    cut = len(branch.points) < whole or short[0] == CRAWLS
+    cut = len(branch.points) < whole or watch.short == CRAWLS
     enough = not (met or cut or left or branch.complete) and len(branch.points) > 1 and found(last)
-    why = "" if branch.complete and not (cut or left) else _why(case, branch, met, cut)
-    kink = why == _at_a_kink(case, branch)
+    run = Run(equation, branch.points, top.column, branch.calls)
     place = case.named(branch.points[-1].parameter)
-    if left:
-        why = f"at {place} the peak leaves the band"
-    elif refused:
-        why = f"stopped at {place}: {refused[0]}"
     if enough:
         why = f"at {case.named(last.parameter)} another output has the larger peak"
-    return Run(
-        equation,
-        branch.points,
-        top.column,
-        branch.calls,
-        why,
-        enough,
-        refused=bool(refused) and not left,
-        kink=kink and not (left or refused or enough),
-    )
+        return replace(run, why=why, enough=True, refused=bool(watch.refused))
+    if left:
+        return replace(run, why=f"at {place} the peak leaves the band")
+    if watch.refused:
+        return replace(run, why=f"stopped at {place}: {watch.refused}", refused=True)
+    if branch.complete and not cut:
+        return run
+    if drift := _drift(case, branch):
+        return replace(run, why=f"stopped at {place}{drift}", drift=drift)
+    if met:
+        return replace(run, why=f"at {place} {MET[case.what]}")
+    if cut or branch.end in ("lost", "no point"):
+        why = f"at {place} a kink of the curve ends the branch of {case.what}s"
+        return replace(run, why=why, kink=True)
+    return replace(run, why=branch.sentence(case.named))
+
+
+class _Watch:
+    """Ends a branch of extrema where it is none any more, or found(point) is true.
+
+    short : steps in a row that were short; refused : why the parameter makes no problem any more,
+    in words
+    """
+
+    def __init__(
+        self,
+        case: Case,
+        equation: Extremum,
+        begin: Point,
+        found: Callable[[Point], bool],
+        settings: "Settings",
+    ) -> None:
+        self.case, self.equation, self.found = case, equation, found
+        first = begin.parameter / case.parameter.scale
+        self.budget = Budget(settings, case.progress, first, len(equation.weights))
+        self.sign, self.short, self.refused = np.sign(begin.detail.curvature), 0, ""
+
+    def evaluate(self, y: np.ndarray, p: float) -> ExtremumLinearisation:
+        """As that of the equation."""
+        try:
+            return self.equation.evaluate(y, p)
+        except InputError as error:
+            named = self.case.named(p)
+            self.refused = self.refused or f"{named}: {str(error).removeprefix(f'{named}: ')}"
+            raise Refused from None
+
+    def report(self, point: Point, step: float) -> None:
+        """Of each new point."""
+        self.short = self.short + 1 if step < SHORT else 0
+        self.budget.point(point.parameter / self.case.parameter.scale, step, point.iterations)
+        if point.detail is None or not point.converged:
+            return
+        self.equation.look_along(point.detail.tangent)
+        if self.is_other(point):
+            raise Met
+        if self.is_outside(point):
+            raise Left
+        if self.found(point):
+            raise Found
+        if self.short == CRAWLS:
+            raise Crawled
+
+    def is_other(self, point: Point) -> bool:
+        """Whether it is an extremum of the other kind."""
+        return bool(np.sign(point.detail.curvature) != self.sign)
+
+    def is_outside(self, point: Point) -> bool:
+        """Whether it is a peak outside the band."""
+        return self.case.what == "peak" and not self.case.inside(point.detail.found.w)
 
 
 def begin_at(case: Case, top: Extreme, p: float) -> tuple[Extremum, Point | None]:
@@ -276,10 +311,9 @@ def _to_the_border(case: Case, equation: Extremum, branch: Branch) -> None:
 
 def _first_jump(equation: Extremum, points: Sequence[Point]) -> int:
     """Number of points up to a chord that the tangents at its ends do not explain."""
-    for i in range(1, len(points)):
-        a, b = points[i - 1 : i + 1]
+    for i, (a, b) in enumerate(pairwise(points), 1):
         motion = size(equation.balance.weights * a.x[:-1])
-        metric = Metric(equation.weights, motion, _length(a.parameter))
+        metric = Metric(equation.weights, motion, 0.1 * max(abs(a.parameter), 1e-300))
         if a.tangent is None or b.tangent is None:
             continue
         chord = _vector(metric, b.x - a.x, b.parameter - a.parameter)
@@ -292,11 +326,6 @@ def _first_jump(equation: Extremum, points: Sequence[Point]) -> int:
     return len(points)
 
 
-def _length(p: float) -> float:
-    """Unit of arc length over the parameter at p."""
-    return 0.1 * max(abs(p), 1e-300)
-
-
 def _vector(metric: Metric, dx: np.ndarray, dp: float) -> np.ndarray:
     return np.r_[metric.weights * dx / metric.size, dp / metric.length]
 
@@ -305,21 +334,8 @@ def _unit(v: np.ndarray) -> np.ndarray:
     return v / max(np.linalg.norm(v), 1e-300)
 
 
-def _why(case: Case, branch: Branch, met: bool, cut: bool) -> str:
+def _drift(case: Case, branch: Branch) -> str:
+    """The mean motion that nothing restrains at the end of a branch, in words; empty where there is
+    none."""
     last = branch.points[-1]
-    place = case.named(last.parameter)
-    drifts = unrestrained(replace(last, detail=last.detail.found), case.problem)
-    if drifts:
-        return f"stopped at {place}{drifts}"
-    if met and case.what == "peak":
-        return f"at {place} the peak meets a minimum of the curve, and is none beyond"
-    if met:
-        return f"at {place} two folds meet, and the curve does not turn back there beyond"
-    if cut or branch.end in ("lost", "no point"):
-        return _at_a_kink(case, branch)
-    return branch.sentence(case.named)
-
-
-def _at_a_kink(case: Case, branch: Branch) -> str:
-    place = case.named(branch.points[-1].parameter)
-    return f"at {place} a kink of the curve ends the branch of {case.what}s"
+    return unrestrained(replace(last, detail=last.detail.found), case.problem)

@@ -1,6 +1,7 @@
 """The highest of several branches of peaks: taken up where it is higher, by name."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,11 @@ from tests.hbm.following.test_follow import FORCE, TIP, absorber, oscillator
 from tipdamp.hbm.balance.equation import as_parameter
 from tipdamp.hbm.balance.parameter import ModelParameter
 from tipdamp.hbm.curve.peaks import find_peaks
-from tipdamp.hbm.following import taken_up
+from tipdamp.hbm.curve.trace import NO_PERIOD
+from tipdamp.hbm.following import highest, taken_up
 from tipdamp.hbm.following.follow import follow_peak
+from tipdamp.hbm.following.run import Run
+from tipdamp.hbm.following.taken_up import Path
 from tipdamp.hbm.laws import CubicSpring, DryFriction1T, DryFriction2T, Jenkins1D, UnilateralSpring
 from tipdamp.hbm.problem import Problem
 from tipdamp.hbm.response import follow_band
@@ -210,3 +214,20 @@ def test_a_parameter_that_ends_the_problem_keeps_what_was_followed(wrong):
     peaks = follow_peak(problem, np.array([5.0]), ModelParameter("k", scaled), (1.0, 2.5), **given)
     assert not peaks.complete and len(peaks) > 5 and 1.5 < peaks.parameter[-1] < 2.001
     assert "k = 2" in peaks.ended and wrong in peaks.ended
+
+
+@pytest.mark.parametrize("beyond", [True, False])
+def test_a_drift_that_ends_run_and_curve_is_said_once(beyond):
+    """However rounding writes it; another end of the curve leaves the words of the run whole."""
+    drift = "; nothing restrains a mean motion (slides along ({}, 1.00, 0.00)): " + NO_PERIOD
+    found = SimpleNamespace(parameter=2.0, detail=SimpleNamespace(found=None))
+    run = Run(None, [found], 0, 1, "stopped at level = 2" + drift.format("0.00"))
+    path = Path(SimpleNamespace(parameter=SimpleNamespace(scale=1.0)), (1.0, 3.0))
+    path.runs = [replace(run, drift=drift.format("0.00"))]
+    ended = f"stopped at 700 Hz{drift.format('-0.00') if beyond else '; too many points'}"
+    path.case.named = "level = {:g}".format
+    path.case.heights = lambda found: np.ones(1)
+    path.case.highest_at = lambda value: (None, f"the curve has no peak, it {ended}")
+    assert highest._other(path)[0] is None
+    assert path.runs[0].why.count(NO_PERIOD) == 1
+    assert path.runs[0].why.endswith("stopped at level = 2") == beyond
