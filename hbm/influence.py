@@ -4,7 +4,7 @@ and tables."""
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -170,7 +170,16 @@ class Derivatives:
         """A row for each setting of each contact: by how much one per cent more of it changes the
         amplitude and the frequency, in per cent. Raises InputError where pandas is not
         installed."""
-        return tables.influence_as_frame(self)
+        rows = [(name, c) for name, part in self.amplitude_by.items() for c in range(len(part))]
+        columns: dict[str, Any] = {
+            "setting": [name for name, _ in rows],
+            "contact": [c for _, c in rows],
+        }
+        for of in WHAT:
+            columns[f"{of}_percent"] = [
+                vars(self)[f"{of}_by"][k][c] / vars(self)[of] for k, c in rows
+            ]
+        return tables.frame(columns, "row")
 
     def _repr_html_(self) -> str:
         of = {"amplitude": self.amplitude, "frequency": self.frequency}
@@ -186,9 +195,7 @@ class Derivatives:
 
     def save(self, path: str | Path) -> Path:
         """One .npz of a table, to lie beside that of the curve."""
-        path = Path(path)
-        save_npz(path, derivatives=as_table({"": self}))
-        return path
+        return save_npz(path, derivatives=as_table({"": self}))
 
     @classmethod
     def load(cls, path: str | Path) -> "Derivatives":

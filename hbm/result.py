@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike
 from tipdamp.hbm import fourier, influence, tables
 from tipdamp.hbm.amplitude import KINDS, amplitude, local_maxima, orders_of, parabola_top
 from tipdamp.hbm.drawing import pictures
-from tipdamp.hbm.errors import Doubt, InputError, nearest
+from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.influence import Derivatives
 from tipdamp.hbm.io.array_files import save_npz
-from tipdamp.hbm.io.array_record import ArrayRecord, read_record
+from tipdamp.hbm.io.array_record import ArrayRecord, column_of, read_record
 from tipdamp.hbm.named_point import NamedPoint, as_table, from_table
 from tipdamp.hbm.periodic_solution import PeriodicSolution
 from tipdamp.hbm.validation import check_whole, in_hz, positive
@@ -32,6 +32,15 @@ DOUBTFUL = 0.1  # of the vibration: a larger estimate of the truncation is no es
 NOT_SEARCHED = "not looked for further curves"
 FACTOR = "factor"  # unit of what scales a quantity of the problem
 SEARCH_STOPPED = "stopped after"  # of a search that did not look everywhere
+OF_POINT = (  # arrays of a curve that a point of it has a row of
+    "harmonics",
+    "contact_motion",
+    "share_stick",
+    "share_slip",
+    "share_open",
+    "dissipated",
+    "unknowns",
+)
 
 
 def in_words(parameter: str, unit: str) -> str:
@@ -224,30 +233,22 @@ class ForcedResponse(ArrayRecord):
         i = range(len(self))[index(i)]
         P = len(self.carrying)
         forces = self.contact_force[i] if self.contact_force.size else np.empty((P, 0, self.H + 1))
+        of_point: dict[str, Any] = {name: getattr(self, name)[i] for name in OF_POINT}
+        of_point |= {name: _of_point(vars(self)[name], i) for name in ("truncation", "multipliers")}
         return PeriodicSolution(
             frequency=float(self.frequency[i]),
             output_names=tuple(self.output_names.tolist()),
             held=tuple(self.held.tolist()),
-            harmonics=self.harmonics[i],
             reaction=self.reaction[i] if len(self.reaction) else np.empty((0, self.H + 1)),
             contact_force=forces,
-            contact_motion=self.contact_motion[i],
-            share_stick=self.share_stick[i],
-            share_slip=self.share_slip[i],
-            share_open=self.share_open[i],
-            dissipated=self.dissipated[i],
             converged=bool(self.converged[i]),
             iterations=int(self.iterations[i]),
-            unknowns=self.unknowns[i],
             force_orders=tuple(self.force_orders.tolist()),
-            force_residual=float(self.force_residual[i])
-            if self.force_residual.size
-            else float("nan"),
+            force_residual=float(self.force_residual[i] if self.force_residual.size else np.nan),
             periods=self.periods,
-            truncation=_of_point(self.truncation, i),
-            multipliers=_of_point(self.multipliers, i),
             stable=bool(self.stable[i]),
             unstable=bool(self.unstable[i]),
+            **of_point,
         )
 
     def __iter__(self) -> Iterator["PeriodicSolution"]:
@@ -359,10 +360,7 @@ class ForcedResponse(ArrayRecord):
 
     def column(self, name: str) -> int:
         """Column of an output; InputError where there is none of that name."""
-        names = self.output_names.tolist()
-        if name not in names:
-            raise InputError(f"output '{name}' is not in this response; {nearest(name, names)}")
-        return names.index(name)
+        return column_of(name, self.output_names, "response")
 
     def peak(
         self, name: str, kind: str = "half_peak_to_peak", order: int | None = None
@@ -376,7 +374,7 @@ class ForcedResponse(ArrayRecord):
         or whose largest amplitude lies beside a failed point, has no peak: (NaN, NaN), with a
         warning that gives `at_least` and the reason.
         """
-        a = self.amplitude(kind, order)[:, self.column(name)]
+        a = self._amplitudes(name, kind, order)
         reason = self._why_no_peak(a)
         if reason:
             warnings.warn(f"no peak of '{name}': {reason}", Doubt, stacklevel=2)
@@ -389,6 +387,10 @@ class ForcedResponse(ArrayRecord):
             return float(self.parameter[i]), float(a[i])
         return parabola_top(self.parameter[i - 1 : i + 2], a[i - 1 : i + 2])
 
+    def _amplitudes(self, name: str, kind: str, order: int | None) -> np.ndarray:
+        """(n,) of an output."""
+        return self.amplitude(kind, order)[:, self.column(name)]
+
     def why_unsolved(
         self, name: str, kind: str = "half_peak_to_peak", order: int | None = None
     ) -> str:
@@ -399,7 +401,7 @@ class ForcedResponse(ArrayRecord):
         kinds. The largest amplitude at the border of a frequency band is no resonance; over another
         parameter it is as good as any.
         """
-        a, j = self.amplitude(kind, order)[:, self.column(name)], self.column(name)
+        a, j = self._amplitudes(name, kind, order), self.column(name)
         if not self.peak_points.size or not np.nanmax(a, initial=0.0) > 0:
             return ""
         i = int(np.nanargmax(a))
@@ -442,7 +444,7 @@ class ForcedResponse(ArrayRecord):
         A lower bound of the peak, whether the curve has one or not; (NaN, NaN) where no point is
         solved.
         """
-        a = self.amplitude(kind, order)[:, self.column(name)]
+        a = self._amplitudes(name, kind, order)
         if not np.isfinite(a).any():
             return float("nan"), float("nan")
         i = int(np.nanargmax(a))
@@ -471,7 +473,7 @@ class ForcedResponse(ArrayRecord):
     ) -> bool:
         """Whether the largest amplitude of an output is that of an end of the curve: then `peak` is
         no resonance."""
-        a = self.amplitude(kind, order)[:, self.column(name)]
+        a = self._amplitudes(name, kind, order)
         good = np.flatnonzero(np.isfinite(a))
         return bool(len(good) and a[good].max() > 0 and a[good].argmax() in (0, len(good) - 1))
 
@@ -571,14 +573,11 @@ class ForcedResponse(ArrayRecord):
 
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
-        path = Path(path)
         tables_of = {
             "named_points": as_table(self.named_points, len(self.output_names)),
             "derivatives": influence.as_table(self.derivatives),
         }
-        arrays: dict[str, Any] = {**vars(self), **tables_of}
-        save_npz(path, **arrays)
-        return path
+        return save_npz(path, **vars(self) | tables_of)
 
     @classmethod
     def load(cls, path: str | Path) -> "ForcedResponse":

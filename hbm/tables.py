@@ -18,9 +18,7 @@ if TYPE_CHECKING:
 
     from tipdamp.hbm.fitting.result import DampingFit
     from tipdamp.hbm.following.result import Followed
-    from tipdamp.hbm.influence import Derivatives
     from tipdamp.hbm.modes.result import Backbone
-    from tipdamp.hbm.modes.synthesis import Synthesis
     from tipdamp.hbm.result import ForcedResponse
 
 
@@ -54,9 +52,7 @@ def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
     """All arrays by point, output, harmonic and contact: see `ForcedResponse.to_xarray`."""
     held = {
         "harmonics": (("point", "output", "harmonic"), "m"),
-        "share_stick": (("point", "contact"), "1"),
-        "share_slip": (("point", "contact"), "1"),
-        "share_open": (("point", "contact"), "1"),
+        **dict.fromkeys(("share_stick", "share_slip", "share_open"), (("point", "contact"), "1")),
         "dissipated": (("point", "contact"), "J"),
         "truncation": (("point", "output"), "m"),
         "multipliers": (("point", "multiplier"), "1"),
@@ -114,51 +110,10 @@ def notebook_table(caption: str, rows: Mapping[str, str]) -> str:
     return f"<table><caption><b>{escape(caption)}</b></caption>{body}</table>"
 
 
-def mode_as_frame(mode: Backbone, kind: str) -> pandas.DataFrame:
-    """A row for each place: see `Backbone.to_pandas`."""
-    columns: dict[str, Any] = {
-        "mode_amplitude": mode.amplitude,
-        "frequency": mode.frequency,
-        "damping_ratio": mode.damping_ratio,
-    }
-    columns |= {name: mode.amplitudes(name, kind) for name in mode.output_names.tolist()}
-    return frame(columns, "place")
-
-
-def synthesis_as_frame(made: Synthesis, kind: str) -> pandas.DataFrame:
-    """A row for each place: see `Synthesis.to_pandas`."""
-    names, amplitude = made.output_names.tolist(), made.amplitude(kind)
-    columns: dict[str, Any] = {"frequency": made.frequency}
-    return frame(columns | dict(zip(names, amplitude.T, strict=True)), "place")
-
-
 def fit_as_frame(fit: DampingFit) -> pandas.DataFrame:
     """A row for each unknown: see `DampingFit.to_pandas`."""
     columns: dict[str, Any] = {"unknown": list(fit.names)}
     columns |= {name: vars(fit)[name] for name in ("values", "low", "high", "start")}
-    return frame(columns, "row")
-
-
-def followed_as_frame(peaks: Followed) -> pandas.DataFrame:
-    """A row for each place: see `Followed.to_pandas`."""
-    columns: dict[str, Any] = {
-        peaks.over: peaks.parameter,
-        "frequency": peaks.frequency,
-        "height": peaks.height,
-        "peak_of": peaks.peak_of,
-        "jump": peaks.jumps,
-        "fitted": peaks.fitted,
-    }
-    return frame(columns, "place")
-
-
-def influence_as_frame(by: Derivatives) -> pandas.DataFrame:
-    """A row for each setting of each contact: see `Derivatives.to_pandas`."""
-    rows = [(name, c) for name, part in by.amplitude_by.items() for c in range(len(part))]
-    columns: dict[str, Any] = {"setting": [name for name, _ in rows]}
-    columns["contact"] = [c for _, c in rows]
-    columns["amplitude_percent"] = [by.amplitude_by[k][c] / by.amplitude for k, c in rows]
-    columns["frequency_percent"] = [by.frequency_by[k][c] / by.frequency for k, c in rows]
     return frame(columns, "row")
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -130,7 +130,15 @@ class Followed(ArrayRecord):
         """A row for each place: the parameter, frequency in Hz, height in m, whose peak it is,
         whether the way does not lead there, whether it is fitted. Raises InputError where pandas is
         not installed."""
-        return tables.followed_as_frame(self)
+        columns: dict[str, Any] = {
+            self.over: self.parameter,
+            "frequency": self.frequency,
+            "height": self.height,
+            "peak_of": self.peak_of,
+            "jump": self.jumps,
+            "fitted": self.fitted,
+        }
+        return tables.frame(columns, "place")
 
     def to_xarray(self) -> "xarray.Dataset":
         """The arrays of the branch by place, output, harmonic and contact, with their units. Raises
@@ -149,9 +157,7 @@ class Followed(ArrayRecord):
 
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
-        path = Path(path)
-        save_npz(path, **vars(self))
-        return path
+        return save_npz(path, **vars(self))
 
     @classmethod
     def load(cls, path: str | Path) -> "Followed":

@@ -24,8 +24,8 @@ def check_size(path: Path, others: float = 0.0) -> None:
         )
 
 
-def save_npz(path: str | Path, /, *, packed: bool = False, **arrays: ArrayLike) -> None:
-    """As np.savez without pickles; packed : compressed.
+def save_npz(path: str | Path, /, *, packed: bool = False, **arrays: ArrayLike) -> Path:
+    """As np.savez without pickles; packed : compressed. Returns the path.
 
     np.savez leaves a file whose disk is full to the garbage collector, which fails once more and
     prints a traceback beside the OSError that the caller sees."""
@@ -36,6 +36,7 @@ def save_npz(path: str | Path, /, *, packed: bool = False, **arrays: ArrayLike) 
         for name, values in arrays.items():
             with file.open(f"{name}.npy", "w", force_zip64=True) as member:
                 npy.write_array(member, np.asanyarray(values), allow_pickle=False)
+    return path
 
 
 def open_npz(path: str | Path, packed: bool = False) -> Any:
@@ -56,18 +57,23 @@ def open_npz(path: str | Path, packed: bool = False) -> Any:
         # encrypted, or packed in an unknown way
         except (RuntimeError, NotImplementedError) as error:
             raise ValueError(error) from None
-        there = available_bytes()
         if not packed and total > path.stat().st_size:
             raise InputError(
                 f"{path}: its arrays declare {total} bytes, the file has {path.stat().st_size}; "
                 "it was not written by this program"
             )
-        if 2 * total > there:  # what is made of them needs some too
-            raise InputError(
-                f"{path}: its arrays take {total / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are "
-                "available"
-            )
+        _check_memory(path, "arrays", total)
     return np.load(path, allow_pickle=False)
+
+
+def _check_memory(path: str | Path, what: str, need: int) -> None:
+    """InputError where what a file holds, so many bytes, does not fit into the memory."""
+    there = available_bytes()
+    if 2 * need > there:  # what is made of them needs some too
+        raise InputError(
+            f"{path}: its {what} take {need / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are "
+            "available"
+        )
 
 
 def _declared(path: Path, z: zipfile.ZipFile, member: zipfile.ZipInfo) -> int:
@@ -102,11 +108,5 @@ def open_matlab(path: str | Path) -> dict:
         known = scipy.io.whosmat(path)
     except NotImplementedError:
         raise InputError(f"{path}: MATLAB 7.3 files are not read; save it with -v7") from None
-    need = sum(8 * math.prod(shape) for _, shape, _ in known)
-    there = available_bytes()
-    if 2 * need > there:  # what is made of them needs some too
-        raise InputError(
-            f"{path}: its variables take {need / 1e9:.3g} GB of memory, {there / 1e9:.3g} GB are "
-            "available"
-        )
+    _check_memory(path, "variables", sum(8 * math.prod(shape) for _, shape, _ in known))
     return scipy.io.loadmat(path, chars_as_strings=True)

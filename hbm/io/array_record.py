@@ -8,7 +8,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_files import open_npz
 
 Record = TypeVar("Record", bound="ArrayRecord")
@@ -42,6 +42,15 @@ class ArrayRecord:
 def _equal(a: Any, b: Any) -> bool:
     a, b = np.asarray(a), np.asarray(b)
     return np.array_equal(a, b, equal_nan=a.dtype.kind in "fc" and b.dtype.kind in "fc")
+
+
+def column_of(name: str, names: np.ndarray, what: str) -> int:
+    """Place of an output among the names (m,) of those of a record; InputError where there is none
+    of that name; what : the record is, in the message."""
+    known = names.tolist()
+    if name not in known:
+        raise InputError(f"output '{name}' is not in this {what}; {nearest(name, known)}")
+    return known.index(name)
 
 
 def read_record(

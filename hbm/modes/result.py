@@ -2,16 +2,15 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tipdamp.hbm import tables
 from tipdamp.hbm.amplitude import amplitude
 from tipdamp.hbm.drawing import pictures
-from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_files import save_npz
-from tipdamp.hbm.io.array_record import ArrayRecord, read_record
+from tipdamp.hbm.io.array_record import ArrayRecord, column_of, read_record
 
 if TYPE_CHECKING:
     import pandas
@@ -79,10 +78,8 @@ class Backbone(ArrayRecord):
 
     def amplitudes(self, name: str, kind: str = "half_peak_to_peak") -> np.ndarray:
         """(n,) m of an output, of a kind as in `ForcedResponse.amplitude`."""
-        names = self.output_names.tolist()
-        if name not in names:
-            raise InputError(f"output '{name}' is not in this backbone; {nearest(name, names)}")
-        return amplitude(self.harmonics[:, names.index(name)], kind, [1])
+        j = column_of(name, self.output_names, "backbone")
+        return amplitude(self.harmonics[:, j], kind, [1])
 
     def largest(self) -> np.ndarray:
         """(n,) m, half of peak to peak, of the output that moves most at each place."""
@@ -104,7 +101,13 @@ class Backbone(ArrayRecord):
         """A row for each place: `mode_amplitude` in m (harmonic 1 of the first output), frequency
         in Hz, damping ratio, and the amplitude of each output in m, of a kind as in `amplitudes`.
         Raises InputError where pandas is not installed."""
-        return tables.mode_as_frame(self, kind)
+        columns: dict[str, Any] = {
+            "mode_amplitude": self.amplitude,
+            "frequency": self.frequency,
+            "damping_ratio": self.damping_ratio,
+        }
+        columns |= {name: self.amplitudes(name, kind) for name in self.output_names.tolist()}
+        return tables.frame(columns, "place")
 
     def to_xarray(self) -> "xarray.Dataset":
         """The arrays of the branch by place, output, harmonic and contact, with their units. Raises
@@ -125,9 +128,7 @@ class Backbone(ArrayRecord):
 
     def save(self, path: str | Path) -> Path:
         """One .npz of plain arrays."""
-        path = Path(path)
-        save_npz(path, **vars(self))
-        return path
+        return save_npz(path, **vars(self))
 
     @classmethod
     def load(cls, path: str | Path) -> "Backbone":

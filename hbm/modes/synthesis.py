@@ -27,8 +27,8 @@ from tipdamp.hbm.continuation.corrector import correct
 from tipdamp.hbm.continuation.point import Metric, Plane
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.drawing import pictures
-from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.io.array_record import ArrayRecord
+from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.io.array_record import ArrayRecord, column_of
 from tipdamp.hbm.modes.backbone import mode_equation
 from tipdamp.hbm.modes.free_motion import ModeEquation
 from tipdamp.hbm.modes.result import Backbone
@@ -104,7 +104,7 @@ class Synthesis(ArrayRecord):
     def peak(self, name: str, kind: str = "half_peak_to_peak") -> tuple[float, float]:
         """(Hz, m) of the peak of the mode: the maximum uphill from its phase resonance; NaN where
         the backbone does not reach it. Another one further away is that of a linear mode."""
-        j = self._column(name)
+        j = column_of(name, self.output_names, "synthesis")
         if not self.peak_reached:
             return float("nan"), float("nan")
         a = self.amplitude(kind)[:, j]
@@ -113,12 +113,6 @@ class Synthesis(ArrayRecord):
             while 0 <= i + step < len(a) and a[i + step] > a[i]:
                 i += step
         return float(self.frequency[i]), float(a[i])
-
-    def _column(self, name: str) -> int:
-        names = self.output_names.tolist()
-        if name not in names:
-            raise InputError(f"output '{name}' is not in this synthesis; {nearest(name, names)}")
-        return names.index(name)
 
     def plot(self, name: str | None = None, unit: str = "m", ax: "Axes | None" = None) -> "Axes":
         """Draw half of peak to peak of an output, as it stands among the curves of a forced
@@ -129,13 +123,16 @@ class Synthesis(ArrayRecord):
         Returns the axes. Raises InputError where matplotlib is not installed, and for an unknown
         output.
         """
-        a = self.amplitude()[:, 0 if name is None else self._column(name)]
-        return pictures.over_frequency(self.frequency, a, "synthesis", unit, ax)
+        j = 0 if name is None else column_of(name, self.output_names, "synthesis")
+        return pictures.over_frequency(
+            self.frequency, self.amplitude()[:, j], "synthesis", unit, ax
+        )
 
     def to_pandas(self, kind: str = "half_peak_to_peak") -> "pandas.DataFrame":
         """A row for each place: frequency in Hz and the amplitude of each output in m, of a kind as
         in `amplitude`. Raises InputError where pandas is not installed."""
-        return tables.synthesis_as_frame(self, kind)
+        outputs = zip(self.output_names.tolist(), self.amplitude(kind).T, strict=True)
+        return tables.frame({"frequency": self.frequency, **dict(outputs)}, "place")
 
     def to_xarray(self) -> "xarray.Dataset":
         """Harmonics, amplitudes and shares of other modes by place, output and harmonic, with their
@@ -192,41 +189,28 @@ def synthesis(
     if not F.any():
         raise InputError("forcing: is zero, so that nothing moves; give a force")
     line = _OverAmplitude.of(mode, problem)
-    s = line.places
-    above = line.reach(s, F) > 0
-    if not above[0]:
+    s, reached = line.up_to_the_peak(F)
+    if not len(s):
         raise InputError(
             f"forcing: excites mode {mode.mode} to less than {mode.amplitude[0]:g} m, where its "
             "backbone begins; begin it lower"
         )
-    reached = not above.all()
-    if reached:
-        last = int(above.argmin()) - 1
-        top = brentq(lambda t: line.reach(np.array([t]), F)[0], s[last], s[last + 1], xtol=1e-13)
-        s = np.r_[s[: last + 1], top - (top - s[last]) * NEARER, top]
-    way = np.r_[s, s[::-1][reached:]]
-    side = np.r_[np.full(len(s), -1.0), np.full(len(way) - len(s), 1.0)]
-    pull, w0, *zeta = line.excitation(way, F)
-    v = _excited_at(np.abs(pull) / w0**2, zeta, side)
-    top = int((v > 0)[: len(s) - 1].sum())
-    pull, w0, way, W, own = (part[v > 0] for part in (pull, w0, way, v * w0, zeta[0] * v + zeta[1]))
-    turn = pull / (w0**2 - W**2 + 2j * w0**2 * own)
-    turn = (turn / np.abs(turn))[:, None, None] ** np.arange(mode.H + 1)
+    way, W, turn, top = line.held_by(F, s, reached)
+    turn = turn[:, None, None] ** np.arange(mode.H + 1)
     X = line.harmonics(way) * turn
     Q = _other_modes(mode, equation.modes, F, W)
     beside = Q @ (mode.output_rows @ equation.modes.shapes).T
     X[..., 1] += beside
     others = np.abs(beside) / np.maximum(np.abs(X[..., 1]), 1e-300)
-    top = min(top, len(W) - 1)
-    moving = _others_in_motion(mode, equation, int(way[top].round()), F, W[top])
-    most = max(float(others[top].max()), moving)
-    said = [] if reached else [SHORT]
+    said = [SHORT]
     if reached:
         at = _around(np.exp(line.known["amplitude"](way)), top)
         balance = equation.balance.rebuilt(problem, {1: F})
         u = _at_contacts(mode, equation, way[at]) * turn[at]
         u[..., 1] += Q[at] @ equation.modes.at_contacts.T
         said = _off(mode, X[at], *_solved(balance, u, W[at], mode.output_rows))
+    moving = _others_in_motion(mode, equation, int(way[top].round()), F, W[top])
+    most = max(float(others[top].max()), moving)
     said += [f"other modes are {most:.0%} of an output at its resonance"] * (most > OVERLAP)
     contacts = float(line.known["contacts"](way)[top])
     said += [f"contacts damp by {contacts:.0%}"] * (contacts > MUCH)
@@ -271,6 +255,34 @@ class _OverAmplitude:
         """(k,) positive where the force holds the amplitude of a place at two frequencies."""
         pull, w0, *zeta = self.excitation(s, F)
         return (np.abs(pull) / w0**2) ** 2 - _least(*zeta)[1]
+
+    def up_to_the_peak(self, F: np.ndarray) -> tuple[np.ndarray, bool]:
+        """(places whose amplitude the force holds, from the first to phase resonance, whether that
+        is reached); no places where it does not hold the first."""
+        s = self.places
+        above = self.reach(s, F) > 0
+        if above.all():
+            return s, False
+        last = int(above.argmin()) - 1
+        if last < 0:
+            return s[:0], False
+        top = brentq(lambda t: self.reach(np.array([t]), F)[0], s[last], s[last + 1], xtol=1e-13)
+        return np.r_[s[: last + 1], top - (top - s[last]) * NEARER, top], True
+
+    def held_by(
+        self, F: np.ndarray, s: np.ndarray, reached: bool
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+        """(places (n,) up to the peak and back, W (n,) rad/s at which the force holds them, phase
+        exp(i theta) (n,), number of the place of phase resonance); s : up to the peak."""
+        way = np.r_[s, s[::-1][reached:]]
+        side = np.r_[np.full(len(s), -1.0), np.full(len(way) - len(s), 1.0)]
+        pull, w0, *zeta = self.excitation(way, F)
+        v = _excited_at(np.abs(pull) / w0**2, zeta, side)
+        top = int((v > 0)[: len(s) - 1].sum())
+        own = zeta[0] * v + zeta[1]
+        pull, w0, way, W, own = (part[v > 0] for part in (pull, w0, way, v * w0, own))
+        turn = pull / (w0**2 - W**2 + 2j * w0**2 * own)
+        return way, W, turn / np.abs(turn), min(top, len(W) - 1)
 
     def harmonics(self, s: np.ndarray) -> np.ndarray:
         """(k, m, H+1) of the outputs."""
