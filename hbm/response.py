@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, Unpack, get_args
@@ -35,6 +35,7 @@ from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.contact_doubts import contact_doubts
+from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.point import Point
@@ -63,8 +64,8 @@ from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.probes import probed
 from tipdamp.hbm.curve.starts import first_of, starts
-from tipdamp.hbm.curve.trace import record, slides, trace
-from tipdamp.hbm.curve.truncation import TruncationEstimate, peak_multipliers
+from tipdamp.hbm.curve.trace import of_contacts, record, slides, trace
+from tipdamp.hbm.curve.truncation import TruncationEstimate, peak_multipliers, with_estimates
 from tipdamp.hbm.curve.watched import Finishing, watched
 from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.hold.spring import Hold
@@ -277,32 +278,35 @@ def solve_at(
     points, equation = [point], Equation(balance, Frequency(), periods=chosen.periods)
     (residual,), (energy,), (bad,) = settle(equation, points, [w])
     found = points[0].converged and not bad
-    if not found and (why := slides(problem)):
-        warnings.warn(
-            f"solve_at: no solution was found at {hz:g} Hz; {why}give a `guess` that is near, or "
-            "less force",
-            Doubt,
-            stacklevel=2,
-        )
-    if found and (earlier := repeats(points[0], equation)):
-        warnings.warn(
-            f"solve_at: the solution found at {hz:g} Hz {earlier}; give a `guess` that is nearer "
-            "to one that lasts them all",
-            Doubt,
-            stacklevel=2,
-        )
-    if found and residual > DEFAULT.equilibrium:
-        warnings.warn(
-            f"solve_at: the forces balance to {residual:.0e} of their scale only, by the rounding "
-            "of static forces beside the excitation, or of the given matrices: more digits of "
-            "the vibration are not known",
-            Doubt,
-            stacklevel=2,
-        )
+    for sentence in _doubts(points[0], equation, hz, residual if found else None):
+        warnings.warn(f"solve_at: {sentence}", Doubt, stacklevel=2)
     solved = replace(points[0], converged=found)
     solution = as_solution(solved, balance, hz, case, float(residual))
     solution = replace(solution, periods=chosen.periods)
     return _with_stability(solution, balance, solved, case.rows) if asked and found else solution
+
+
+def _doubts(point: Point, equation: Equation, hz: float, residual: float | None) -> Iterator[str]:
+    """Sentences on a single solution; residual : over the force scale, None where none was
+    found."""
+    if residual is None:
+        if why := slides(equation.balance.problem):
+            yield (
+                f"no solution was found at {hz:g} Hz; {why}give a `guess` that is near, or less "
+                "force"
+            )
+        return
+    if earlier := repeats(point, equation):
+        yield (
+            f"the solution found at {hz:g} Hz {earlier}; give a `guess` that is nearer to one that "
+            "lasts them all"
+        )
+    if residual > DEFAULT.equilibrium:
+        yield (
+            f"the forces balance to {residual:.0e} of their scale only, by the rounding of static "
+            "forces beside the excitation, or of the given matrices: more digits of the vibration "
+            "are not known"
+        )
 
 
 def _with_stability(
@@ -363,28 +367,17 @@ def _branch(
     parameter = parameter.over(check_whole("periods", options.periods, 1))
     case = CheckedInput.checked(problem, forcing, options)
     at = check_values(options.at, argument, first, last, parameter.unit)
-    if not np.isnan(hz):
-        problem, case = at_hz(problem, case, hz, options.periods)
-    elif problem.varying is not None:
-        for end in (first, last):
-            problem.varying.check_frequency(end)
-    for value in (first, last):
-        there, forces = parameter.rebuild(problem, case.forces, value)
-        w = parameter.angular_frequency(2 * np.pi * hz / options.periods, parameter.scale * value)
-        check_carried(there, forces, w)
+    problem, case, w = _at_ends(problem, case, (parameter, hz), (first, last), options.periods)
     equation = Equation(case.balance(problem, options, w), parameter, hz, options.periods)
-    begin = None
+    begin, settings, scale = None, case.settings, parameter.scale
     if options.guess is not None:
         value, x = place_and_unknowns(options.guess, first, last)
-        begin = solved(equation, x, value, settings=case.settings)
-    settings = case.settings
-    scale, peak_points = parameter.scale, np.empty((0, 0), dtype=bool)
-    outputs = Outputs(case.rows)
+        begin = solved(equation, x, value, settings=settings)
     past = check_beyond(options.beyond, argument, (first, last), parameter.unit)
     past = None if past is None else scale * past
     check_names("derivatives", options.derivatives, case.names)
     everywhere = one_of("stability", options.stability, get_args(PointsOfInterest)) == "all"
-    estimate = None
+    outputs, estimate = Outputs(case.rows), None
     if options.truncation or everywhere:
         estimate = TruncationEstimate(equation, case.rows, Stability() if everywhere else None)
 
@@ -398,17 +391,7 @@ def _branch(
         branch = trace(equation, *along, settings, progress, note, past, begin)
         equation.balance.on_call = finishing = Finishing(progress, last)
         at_ends = band_ends(equation, branch, scale * last, past, settings)
-        for p in insert_crossings(
-            equation.evaluate, branch, scale * at, equation.weights, settings
-        ):
-            warnings.warn(
-                f"at = {parameter.named(p / scale)}: a crossing could not be solved",
-                Doubt,
-                stacklevel=3,
-            )
-        if len(branch.points) > 2:
-            peak_points = refine_largest(equation, branch, outputs, case.groups, settings)
-            peak_points = refine_drawn(equation, branch, outputs, peak_points, settings)
+        peak_points = _refined(equation, branch, outputs, case, scale * at)
         for point in branch.points:  # those that were put between have not been noted
             if point.converged:
                 note(point)
@@ -416,9 +399,7 @@ def _branch(
             if point.detail is not None:
                 point.detail.forget()
         change = stiffer_change(equation, branch, outputs, settings)
-        residuals, energies, bad = settle(
-            equation, branch.points, (scale * first, scale * last, *scale * at)
-        )
+        settled = settle(equation, branch.points, (*along, *scale * at))
         curve = record(
             branch,
             equation,
@@ -427,29 +408,62 @@ def _branch(
             (peak_points, change),
             time.perf_counter() - began,
         )
-        errors = multipliers = np.empty((0, 0))
-        if estimate and options.truncation:
-            errors = np.array([estimate.of(point) for point in branch.points])
-        if options.stability != "none":
-            multipliers = (
-                np.array([estimate.multipliers(point) for point in branch.points])
-                if estimate and everywhere
-                else peak_multipliers(equation, case.rows, branch.points, peak_points)
-            )
         curve = replace(
             curve,
-            truncation=errors,
-            multipliers=multipliers,
-            energy_error=energies,
             further=at_ends.further,
             end_confirmed=at_ends.confirmed,
             ended=f"{curve.ended}; {at_ends.further}" if at_ends.further else curve.ended,
         )
-        curve = with_residuals(curve, residuals, bad, equation, branch.points)
+        if estimate:
+            curve = with_estimates(curve, estimate, branch.points, options.truncation)
+        if options.stability == "peaks":
+            multipliers = peak_multipliers(equation, case.rows, branch.points, peak_points)
+            curve = replace(curve, multipliers=multipliers)
+        curve = with_residuals(curve, settled, equation, branch.points)
         if everywhere and curve.converged.any():
             named = named_points(curve, problem, parameter, on_call=finishing)
             curve = replace(curve, named_points=named)
     return with_derivatives(curve, problem, options.derivatives) if options.derivatives else curve
+
+
+def _at_ends(
+    problem: ContactProblem,
+    case: CheckedInput,
+    varied: tuple[Parameter, float],
+    ends: tuple[float, float],
+    periods: int,
+) -> tuple[ContactProblem, CheckedInput, float]:
+    """(problem, checked input, w in rad/s at the last end) at the frequency, where another
+    parameter varies; InputError where one cannot be at an end of the branch."""
+    parameter, hz = varied
+    if not np.isnan(hz):
+        problem, case = at_hz(problem, case, hz, periods)
+    elif problem.varying is not None:
+        for end in ends:
+            problem.varying.check_frequency(end)
+    for value in ends:
+        there, forces = parameter.rebuild(problem, case.forces, value)
+        w = parameter.angular_frequency(2 * np.pi * hz / periods, parameter.scale * value)
+        check_carried(there, forces, w)
+    return problem, case, w
+
+
+def _refined(
+    equation: Equation, branch: Branch, outputs: Outputs, case: CheckedInput, at: np.ndarray
+) -> np.ndarray:
+    """Insert the points that were asked for at values (k,) of the branch, the peaks, and what a
+    drawn curve needs; (n, m) bool, which of the points are peaks."""
+    parameter, settings = equation.parameter, case.settings
+    for p in insert_crossings(equation.evaluate, branch, at, equation.weights, settings):
+        warnings.warn(
+            f"at = {parameter.named(p / parameter.scale)}: a crossing could not be solved",
+            Doubt,
+            stacklevel=4,
+        )
+    if len(branch.points) <= 2:
+        return np.empty((0, 0), dtype=bool)
+    peak_points = refine_largest(equation, branch, outputs, case.groups, settings)
+    return refine_drawn(equation, branch, outputs, peak_points, settings)
 
 
 def _with_all_pairs(curve: ForcedResponse, kept: np.ndarray) -> ForcedResponse:
@@ -475,37 +489,24 @@ def as_solution(
     point: Point, balance: HarmonicBalance, hz: float, case: CheckedInput, residual: float
 ) -> PeriodicSolution:
     """The PeriodicSolution of a point; NaN where it did not converge."""
-    P, nd, orders = len(balance.problem.contacts), balance.nd, balance.H + 1
-    shapes = {
-        "harmonics": (len(case.rows), orders),
-        "reaction": (len(balance.problem.held), orders),
-        **dict.fromkeys(("contact_force", "contact_motion"), (P, nd, orders)),
-        **dict.fromkeys(("share_stick", "share_slip", "share_open", "dissipated"), (P,)),
-    }
-    found = {
-        name: np.full(shape, np.nan, dtype=float if shape == (P,) else complex)
-        for name, shape in shapes.items()
-    }
+    contacts = of_contacts([point], Equation(balance, Frequency()), True)
+    found: dict[str, Any] = {name: values[0] for name, values in contacts.items()}
+    motion = np.full_like(found["contact_force"], np.nan)
+    harmonics = np.full((len(case.rows), balance.H + 1), np.nan, dtype=complex)
     if point.converged:
-        u, forces = point.x.reshape(P, nd, balance.nh), point.detail.forces
-        found |= {
-            "harmonics": point.detail.outputs(case.rows),
-            "contact_force": point.detail.contact_force(balance.own.rest),
-            "reaction": point.detail.balance.reaction_rows @ point.detail.modal,
-            "contact_motion": fourier.to_complex(u),
-            "dissipated": fourier.work(forces.g, u),
-            **dict(zip(("share_stick", "share_slip", "share_open"), forces.shares.T, strict=True)),
-        }
+        motion = fourier.to_complex(point.x.reshape(len(motion), balance.nd, balance.nh))
+        harmonics = point.detail.outputs(case.rows)
     held = tuple(one.name for one in balance.problem.held)
-    columns: dict[str, Any] = found
     return PeriodicSolution(
         frequency=hz,
         output_names=tuple(case.names),
         held=held,
+        harmonics=harmonics,
+        contact_motion=motion,
         converged=point.converged,
         iterations=point.iterations,
         unknowns=point.x,
         force_orders=tuple(case.forces),
         force_residual=residual,
-        **columns,
+        **found,
     )

@@ -19,7 +19,8 @@ from tipdamp.hbm.balance.parameter import Frequency
 from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import damped
-from tipdamp.hbm.continuation.point import Plane, size
+from tipdamp.hbm.continuation.point import Plane, Point, size
+from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.checked_input import CheckedInput
 from tipdamp.hbm.curve.equilibrium import force_residuals
 from tipdamp.hbm.curve.guess import place_and_unknowns, with_orders
@@ -86,7 +87,7 @@ def limit_cycle(
         HarmonicBalance(one, {}, case.H, start, chosen.samples)
         for one in (problem, with_springs_taken_over(problem))
     )
-    settings, balances = case.settings, _energy_balances(plain, hz, size_of)
+    balances = _energy_balances(plain, hz, size_of)
     if chosen.guess is not None:
         x = with_orders(place_and_unknowns(chosen.guess, hz, hz)[1], balance)
         balances = [(2 * np.pi * hz, x)]
@@ -95,21 +96,18 @@ def limit_cycle(
         u = x.reshape(len(problem.contacts), balance.nd, balance.nh)
         check_derivatives(problem.law, problem.contacts, u, w)
     for w, x in balances:
-        orders = np.abs(fourier.to_complex(x.reshape(-1, balance.nh))[:, 1])
-        row = np.zeros_like(x)
-        row[int(orders.argmax()) * balance.nh + 2] = 1.0  # its sine: the phase
-        point = damped(balance.evaluate, Plane(x, w, row, 0.0), balance.weights, settings, CALLS)
-        moved = size(balance.weights * point.x) if point.converged else 0.0
-        if point.converged and point.parameter > 0 and moved > VANISHED * size(balance.weights * x):
-            residual = force_residuals(Equation(balance, Frequency()), [point])[0][0]
-            found = point.parameter / (2 * np.pi)
-            if abs(found / hz - 1) > FAR:
-                doubt = (
-                    f"limit_cycle: the motion found has {found:.6g} Hz, far from hz = {hz:g}: it "
-                    "may be another one than was meant"
-                )
-                warnings.warn(doubt, Doubt, stacklevel=3)
-            return as_solution(point, balance, found, case, float(residual))
+        point = _solved(balance, w, x, case.settings)
+        if point is None:
+            continue
+        residual = force_residuals(Equation(balance, Frequency()), [point])[0][0]
+        found = point.parameter / (2 * np.pi)
+        if abs(found / hz - 1) > FAR:
+            doubt = (
+                f"limit_cycle: the motion found has {found:.6g} Hz, far from hz = {hz:g}: it "
+                "may be another one than was meant"
+            )
+            warnings.warn(doubt, Doubt, stacklevel=3)
+        return as_solution(point, balance, found, case, float(residual))
     raise InputError(
         f"limit_cycle: none was found near {hz:g} Hz and between {LADDER[0] * amplitude:g} and "
         f"{LADDER[-1] * amplitude:g} m ({len(balances)} tried): no energy balance of one mode "
@@ -117,46 +115,78 @@ def limit_cycle(
     )
 
 
+def _solved(balance: HarmonicBalance, w: float, x: np.ndarray, settings: Settings) -> Point | None:
+    """The motion to which unknowns x (n,) and w rad/s lead; None where that is none, or at rest."""
+    orders = np.abs(fourier.to_complex(x.reshape(-1, balance.nh))[:, 1])
+    row = np.zeros_like(x)
+    row[int(orders.argmax()) * balance.nh + 2] = 1.0  # its sine: the phase
+    point = damped(balance.evaluate, Plane(x, w, row, 0.0), balance.weights, settings, CALLS)
+    if not point.converged or point.parameter <= 0:
+        return None
+    least = VANISHED * size(balance.weights * x)
+    return point if size(balance.weights * point.x) > least else None
+
+
 def _energy_balances(balance: HarmonicBalance, hz: float, amplitude: float) -> list:
     """(w, unknowns) where the nonlinear forces balance the damping in the mode nearest to hz; those
     into which disturbances grow first."""
-    problem = balance.problem
-    found = poles(balance.receptance)
-    swings = np.flatnonzero(found.s.imag > 0)
-    if not len(swings):
+    mode = _OneMode.nearest(balance, hz)
+    if mode is None:
         return []
-    away = np.abs(found.s.imag[swings] - 2 * np.pi * hz)
-    # two modes that flutter have one frequency: the one that grows
-    near = swings[away <= away.min() + ALIKE * 2 * np.pi * hz]
-    j = near[found.s.real[near].argmax()]
-    s, into = found.s[j], problem.B @ found.into[:, j]
-    shape = problem.B @ found.out[:, j]
-    unit = shape[np.abs(shape).argmax()]  # motion of the contact that moves most
-    shape = shape / unit
-
-    def motion(a: float) -> np.ndarray:
-        X = np.zeros((balance.n_components, balance.H + 1), dtype=complex)
-        X[:, 1] = a * shape
-        return fourier.to_real(X)
-
-    def exponent(a: float) -> complex:
-        """Growth and rad/s of the mode under the forces of the motion of the amplitude a."""
-        u = motion(a).reshape(len(problem.contacts), balance.nd, balance.nh)
-        rate = s
-        for _ in range(3):  # forces of the velocity depend on it
-            g = fourier.to_complex(balance.contact_forces(u, rate.imag).g).reshape(len(into), -1)
-            rate = s - (into @ g[:, 1]) * unit / (2 * a)
-        return rate
-
     sizes = amplitude * LADDER
-    rates = np.array([exponent(a) for a in sizes])
+    rates = np.array([mode.exponent(a) for a in sizes])
     growth = rates.real
     if (np.abs(growth) <= NEITHER * np.abs(rates.imag)).all():
         return []
     at = np.flatnonzero(np.sign(growth[:-1]) * np.sign(growth[1:]) < 0)
     at = np.array(sorted(at, key=lambda i: (growth[i] < 0, i)), dtype=int)
-    roots = [brentq(lambda a: exponent(a).real, sizes[i], sizes[i + 1], rtol=1e-6) for i in at]
-    return [(exponent(a).imag, motion(a).ravel()) for a in roots]
+    roots = [brentq(lambda a: mode.exponent(a).real, sizes[i], sizes[i + 1], rtol=1e-6) for i in at]
+    return [(mode.exponent(a).imag, mode.motion(a).ravel()) for a in roots]
+
+
+@dataclass(frozen=True)
+class _OneMode:
+    """A mode of the stuck system, alone.
+
+    s : its pole; shape (nc,) : motion of the contacts, 1 at the one that moves most, which it moves
+    by `unit`; into (nc,) : how contact forces drive it
+    """
+
+    balance: HarmonicBalance
+    s: complex
+    shape: np.ndarray
+    unit: complex
+    into: np.ndarray
+
+    @classmethod
+    def nearest(cls, balance: HarmonicBalance, hz: float) -> "_OneMode | None":
+        """To a frequency; None where nothing swings."""
+        found, B = poles(balance.receptance), balance.problem.B
+        swings = np.flatnonzero(found.s.imag > 0)
+        if not len(swings):
+            return None
+        away = np.abs(found.s.imag[swings] - 2 * np.pi * hz)
+        # two modes that flutter have one frequency: the one that grows
+        near = swings[away <= away.min() + ALIKE * 2 * np.pi * hz]
+        j = near[found.s.real[near].argmax()]
+        shape = B @ found.out[:, j]
+        unit = shape[np.abs(shape).argmax()]
+        return cls(balance, found.s[j], shape / unit, unit, B @ found.into[:, j])
+
+    def motion(self, a: float) -> np.ndarray:
+        """(nc, nh) of the contacts at an amplitude."""
+        X = np.zeros((self.balance.n_components, self.balance.H + 1), dtype=complex)
+        X[:, 1] = a * self.shape
+        return fourier.to_real(X)
+
+    def exponent(self, a: float) -> complex:
+        """Growth and rad/s under the forces of the motion of the amplitude a."""
+        hb, rate = self.balance, self.s
+        u = self.motion(a).reshape(len(hb.problem.contacts), hb.nd, hb.nh)
+        for _ in range(3):  # forces of the velocity depend on it
+            g = fourier.to_complex(hb.contact_forces(u, rate.imag).g).reshape(len(self.into), -1)
+            rate = self.s - (self.into @ g[:, 1]) * self.unit / (2 * a)
+        return rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,22 +202,9 @@ class SpringsTakenOver(ContactLaw):
     further: np.ndarray
 
     def __post_init__(self) -> None:
-        """Parameters are those of the law."""
-
-    @property
-    def components(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Of the law."""
-        return self.law.components
-
-    @property
-    def states(self) -> int:  # type: ignore[override]
-        """Of the law."""
-        return self.law.states
-
-    @property
-    def sliders(self) -> int:  # type: ignore[override]
-        """Of the law."""
-        return self.law.sliders
+        """Parameters are those of the law, and what it works with."""
+        for name in ("components", "states", "sliders"):
+            object.__setattr__(self, name, getattr(self.law, name))
 
     def step(
         self, motion: Motion, state: np.ndarray, contacts: Contacts

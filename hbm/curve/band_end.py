@@ -14,19 +14,16 @@ What is not found so stays unknown: a curve knows its own branch alone.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tipdamp.hbm.balance.equation import Equation
+from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.beyond import fold_ahead, return_ahead
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.point import Point, size
 from tipdamp.hbm.continuation.settings import Settings
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.balance.residual import HarmonicBalance
 
 
 @dataclass(frozen=True)
@@ -164,7 +161,7 @@ def _at_the_begin(value: str, fold: str | None, looked: str | None) -> str:
 def _from_linear_response(equation: Equation, last: float, settings: Settings) -> Point:
     """The solution to which Newton's method leads from there, as a point of the branch."""
 
-    def way(balance: "HarmonicBalance", w: float) -> Iterator[Point]:
+    def way(balance: HarmonicBalance, w: float) -> Iterator[Point]:
         linear = balance.linear(w)
         yield solve_fixed(balance.evaluate, linear, w, balance.weights, settings, SETTINGS.calls)
 

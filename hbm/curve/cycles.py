@@ -11,10 +11,11 @@ from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.curve.energy import EnergyBalance
 from tipdamp.hbm.curve.equilibrium import KeptPoints
-from tipdamp.hbm.curve.solutions import restored
+from tipdamp.hbm.curve.solutions import solved_point
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.records import Contacts, Motion
+from tipdamp.hbm.laws.uncoupled.law import Jenkins1D
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.validation import check_whole
 
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
-    from tipdamp.hbm.laws.uncoupled.law import Jenkins1D
 
 SAMPLES = 8192  # a period; the friction work of a slip segment converges with their square
 MAX_PERIODS = 50  # until the state of a law with memory repeats
@@ -173,18 +173,12 @@ def energy_balance(
 def _kept(
     curve: ForcedResponse, problem: AnyProblem, point: int, parameter: Parameter | None
 ) -> KeptPoints:
-    equation, points = restored(curve, problem, parameter)
-    if not 0 <= check_whole("point", point, 0) < len(points) or not points[point].converged:
-        raise InputError(f"point {point}: not a solved point of the curve, which has {len(points)}")
-    at = points[point]
+    equation, at = solved_point(curve, problem, point, parameter)
     return KeptPoints(equation, [replace(at, detail=equation.evaluate(at.x, at.parameter))])
 
 
 def _cycles(kept: KeptPoints, n: int) -> ContactCycles:
-    balance = kept.balance
-    law = kept.problem.law
-    w = kept.w[0]
-    contacts = kept.contacts[0]
+    balance, law, w, contacts = kept.balance, kept.problem.law, kept.w[0], kept.contacts[0]
     tau = 2 * np.pi * np.arange(n + 1) / n
     u = np.einsum("th,pdh->tpd", fourier.basis(tau, balance.H), kept.u[0])
     v = w * np.einsum("th,pdh->tpd", fourier.basis_rate(tau, balance.H), kept.u[0])
@@ -198,7 +192,7 @@ def _cycles(kept: KeptPoints, n: int) -> ContactCycles:
 
 
 def _periodic(
-    law: "Jenkins1D",
+    law: Jenkins1D,
     state: np.ndarray,
     contacts: Contacts,
     motion: tuple[np.ndarray, np.ndarray, float],

@@ -6,7 +6,6 @@ and the curve has a kink. There the new point is solved where the tangents of bo
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,11 +14,9 @@ from tipdamp.hbm.continuation.arc import lies_between, metric_at
 from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.corrector import between
 from tipdamp.hbm.continuation.crossings import may_fold
+from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.outputs import Outputs
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.continuation.point import Point
 
 SHARES = np.array([0.25, 0.5, 0.75])[:, None, None]  # of an interval, where its error is looked at
 
@@ -60,7 +57,7 @@ def refine_drawn(
     return np.array(kept)
 
 
-def _drawn(outputs: Outputs, points: "Sequence[Point]") -> tuple[np.ndarray, np.ndarray]:
+def _drawn(outputs: Outputs, points: Sequence[Point]) -> tuple[np.ndarray, np.ndarray]:
     """Half peak to peak at points, and its slopes by the parameter, (n, m) each; NaN where a point
     failed."""
     values, slopes = outputs.amplitudes(points)

@@ -19,7 +19,7 @@ to q: this is measured, with the full matrices, at the ends of a curve and at it
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -29,19 +29,27 @@ from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.balance.kernels import norms
 from tipdamp.hbm.balance.newton import real_times
 from tipdamp.hbm.balance.problem import ContactProblem
+from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.continuation.corrector import damped
 from tipdamp.hbm.continuation.point import Plane, Point, size
 from tipdamp.hbm.continuation.settings import DEFAULT as SETTINGS
 from tipdamp.hbm.curve.energy import EnergyBalance, energies, excitation
 from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.laws.records import ContactForces
 from tipdamp.hbm.result import ForcedResponse
 
-if TYPE_CHECKING:
-    from tipdamp.hbm.balance.residual import HarmonicBalance
-    from tipdamp.hbm.laws.records import ContactForces
-
 TINY = float(np.finfo(float).tiny)
+OF_SOLVED_POINTS = (
+    "harmonics",
+    "share_stick",
+    "share_slip",
+    "share_open",
+    "dissipated",
+    "contact_force",
+    "unknowns",
+    "reaction",
+)
 BLOCK = 20_000  # rows of a sparse matrix that are multiplied at once in extended precision
 
 
@@ -144,7 +152,7 @@ def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray
 
 
 def _alike(
-    points: Sequence[Point], chosen: Sequence[int], balance: "HarmonicBalance"
+    points: Sequence[Point], chosen: Sequence[int], balance: HarmonicBalance
 ) -> list[list[int]]:
     """Indices of points, in runs of one balance and no more of them than fit into memory at
     once."""
@@ -172,13 +180,14 @@ class KeptPoints:
 
     def __init__(self, equation: Equation, points: list[Point]) -> None:
         parameter, whole = equation.parameter, equation.balance
-        values = [point.parameter / parameter.scale for point in points]
-        there = [parameter.rebuild(whole.problem, whole.forces, value) for value in values]
-        self.balance, self.forces = points[0].detail.balance, [forces for _, forces in there]
-        self.problem, self.contacts = (
-            self.balance.problem,
-            [problem.contacts for problem, _ in there],
-        )
+        there = [
+            parameter.rebuild(whole.problem, whole.forces, point.parameter / parameter.scale)
+            for point in points
+        ]
+        self.forces = [forces for _, forces in there]
+        self.contacts = [problem.contacts for problem, _ in there]
+        self.balance = points[0].detail.balance
+        self.problem = self.balance.problem
         self.modal = np.array([point.detail.modal for point in points])
         self.g = np.array([point.detail.forces.g for point in points])
         self.sticks = np.array([point.detail.forces.shares[:, 0] == 1 for point in points])
@@ -197,44 +206,34 @@ class KeptPoints:
 
     def energies(self) -> list[EnergyBalance]:
         """Of a period of each point."""
-        made = {
-            key: excitation(self.balance, forces)
-            for key, forces in {id(one): one for one in self.forces}.items()
-        }
-        return energies(
-            self.balance,
-            [made[id(forces)] for forces in self.forces],
-            self.w,
-            self.modal,
-            self.of_law[1],
-        )
+        different = {id(forces): forces for forces in self.forces}
+        made = {key: excitation(self.balance, forces) for key, forces in different.items()}
+        excited = [made[id(forces)] for forces in self.forces]
+        return energies(self.balance, excited, self.w, self.modal, self.of_law[1])
 
     @cached_property
     def of_law(self) -> tuple[np.ndarray, np.ndarray]:
         """Forces of the law on the motion, (n, P, nd, nh) N as `g`, and (n, P) J their work: of all
         points at once, where the law does not depend on the frequency."""
-        first = self.balance.contact_forces(self.u[0], self.w[0], self.contacts[0])
+        forces_of = self.balance.contact_forces
+        first = forces_of(self.u[0], self.w[0], self.contacts[0])
         if first.by_omega is not None:
-            found = [
-                first,
-                *map(self.balance.contact_forces, self.u[1:], self.w[1:], self.contacts[1:]),
-            ]
+            found = [first, *map(forces_of, self.u[1:], self.w[1:], self.contacts[1:])]
             return np.array([one.g for one in found]), np.array(list(map(_work, found, self.u)))
-        g, work, n = first.g[None], _work(first, self.u[0])[None], len(self.w) - 1
-        if n:
-            own = self.problem.contacts
-            of = self.contacts[1:]
-            u = self.u[1:].reshape(-1, *self.u.shape[2:])
-            rest = [
-                self.balance.own.rest if contacts is own else self.problem.rest_force(contacts)
-                for contacts in of
-            ]
-            found = self.balance.own.repeated(of, rest).forces(u, self.w[0])
-            g, work = (
-                np.r_[g, found.g.reshape(n, *g.shape[1:])],
-                np.r_[work, _work(found, u).reshape(n, -1)],
-            )
-        return g, work
+        g, work = first.g[None], _work(first, self.u[0])[None]
+        if len(self.w) == 1:
+            return g, work
+        of, own = self.contacts[1:], self.balance.own
+        u = self.u[1:].reshape(-1, *self.u.shape[2:])
+        rest = [
+            own.rest if contacts is self.problem.contacts else self.problem.rest_force(contacts)
+            for contacts in of
+        ]
+        others = own.repeated(of, rest).forces(u, self.w[0])
+        return (
+            np.r_[g, others.g.reshape(len(of), *g.shape[1:])],
+            np.r_[work, _work(others, u).reshape(len(of), -1)],
+        )
 
     def response_error(self) -> np.ndarray:
         """(n, 2) size of the residual of the equation of motion under the forces of Newton's
@@ -265,14 +264,14 @@ class KeptPoints:
                 inner[:, :, 0] += reaction[:, None] * one.row
         return inner + self._at_dofs(self.h) - self.applied()
 
-    def rounding_forces(self) -> np.ndarray:
-        """(n, r, H+1) N, what K q and M q may be off by rounding alone, and orders k > 0 by that of
+    def rounding(self) -> np.ndarray:
+        """(n, 2) size of what K q and M q may be off by rounding alone, and orders k > 0 by that of
         the mean contact forces, with which a sampled cycle mixes them."""
         q = np.abs(self.motion())
-        terms = _times(abs(self.problem.stiffness), q) + _times(
-            abs(self.problem.M), q * self._orders() ** 2
-        )
-        return np.hypot(DEFAULT.terms * np.finfo(float).eps * terms, self.rounding_of_mean())
+        terms = _times(abs(self.problem.stiffness), q)
+        terms = terms + _times(abs(self.problem.M), q * self._orders() ** 2)
+        forces = np.hypot(DEFAULT.terms * np.finfo(float).eps * terms, self.rounding_of_mean())
+        return self._size(forces)
 
     def rounding_of_mean(self) -> np.ndarray:
         """(n, r, H+1) N, what orders k > 0 may be off by that of the mean contact forces."""
@@ -280,10 +279,6 @@ class KeptPoints:
         share = np.full(at.shape[2], 1 / np.sqrt(max(at.shape[2] - 1, 1)))
         share[0] = 0.0
         return DEFAULT.terms * np.finfo(float).eps * at[:, :, :1] * share
-
-    def rounding(self) -> np.ndarray:
-        """(n, 2) size of it."""
-        return self._size(self.rounding_forces())
 
     def rounding_of_springs(self) -> np.ndarray:
         """(n, 2) size of the contact forces that one rounding of the motion makes."""
@@ -321,14 +316,11 @@ class KeptPoints:
 
     def applied(self) -> np.ndarray:
         """(n, r, H+1) N, the forces on the dofs, constant ones included."""
-        made = {
-            id(forces): self._applied(forces)
-            for forces in {id(one): one for one in self.forces}.values()
-        }
+        different = {id(forces): forces for forces in self.forces}
+        made = {key: self._applied(forces) for key, forces in different.items()}
         if len(made) == 1:
-            return np.broadcast_to(
-                next(iter(made.values())), (*self.unit.shape, self.balance.H + 1)
-            )
+            (alone,) = made.values()
+            return np.broadcast_to(alone, (*self.unit.shape, self.balance.H + 1))
         return np.array([made[id(forces)] for forces in self.forces])
 
     def _applied(self, forces: dict[int, np.ndarray]) -> np.ndarray:
@@ -357,7 +349,7 @@ class KeptPoints:
         return force + _times(problem.stuck_stiffness, light)
 
 
-def _work(forces: "ContactForces", u: np.ndarray) -> np.ndarray:
+def _work(forces: ContactForces, u: np.ndarray) -> np.ndarray:
     """(P,) J of contact forces in a period, along the slip where the law tells it, else along the
     motion u."""
     return fourier.work(forces.g, u) if forces.work is None else forces.work
@@ -433,13 +425,13 @@ def _nearby(p: float, point: Point) -> bool:
 
 def with_residuals(
     curve: ForcedResponse,
-    residuals: np.ndarray,
-    bad: np.ndarray,
+    settled: tuple[np.ndarray, np.ndarray, np.ndarray],
     equation: Equation,
     points: list[Point],
 ) -> ForcedResponse:
-    """The curve with its residuals (n,); points that are out of balance, bad (n,), have failed: it
-    says where and why, and where rounding of the matrices stays above the limit."""
+    """The curve with what `settle` found; points that are out of balance have failed: it says where
+    and why, and where rounding of the matrices stays above the limit."""
+    residuals, energies, bad = settled
     rounded = residuals[~bad] > DEFAULT.equilibrium
     if rounded.any():
         worst = int(np.nanargmax(np.where(bad, -1.0, residuals)))
@@ -452,14 +444,11 @@ def with_residuals(
             ),
         )
     if not bad.any():
-        return replace(curve, force_residual=residuals)
+        return replace(curve, force_residual=residuals, energy_error=energies)
     worst = int(np.nanargmax(np.where(bad, residuals, 0.0)))
     at = KeptPoints(equation, [points[worst]])
-    problem = (
-        at.problem
-        if at.contacts[0] is at.problem.contacts
-        else at.problem.with_contacts(at.contacts[0])
-    )
+    problem, contacts = at.problem, at.contacts[0]
+    problem = problem if contacts is problem.contacts else problem.with_contacts(contacts)
     reason = _too_stiff(problem, at.forces[0], at.w[0], at.motion()[0], DEFAULT.equilibrium)
     ended = (
         f"{curve.ended}; {bad.sum()} point{'s' * int(bad.sum() > 1)} left out, as the forces do "
@@ -467,32 +456,24 @@ def with_residuals(
         f"{equation.parameter.named(curve.parameter[worst])}; "
         f"{reason or 'try other harmonics there'}"
     )
+    blank: dict[str, Any] = {name: _blank(vars(curve)[name], bad) for name in OF_SOLVED_POINTS}
     return replace(
         curve,
         force_residual=_blank(residuals, bad),
-        energy_error=_blank(curve.energy_error, bad),
+        energy_error=_blank(energies, bad),
         complete=False,
         ended=ended,
         converged=curve.converged & ~bad,
-        harmonics=_blank(curve.harmonics, bad),
-        share_stick=_blank(curve.share_stick, bad),
-        share_slip=_blank(curve.share_slip, bad),
-        share_open=_blank(curve.share_open, bad),
-        dissipated=_blank(curve.dissipated, bad),
-        contact_force=_blank(curve.contact_force, bad),
-        unknowns=_blank(curve.unknowns, bad),
-        reaction=_blank(curve.reaction, bad),
         peak_points=curve.peak_points & ~bad[: len(curve.peak_points), None],
+        **blank,
     )
 
 
 def _blank(column: np.ndarray, bad: np.ndarray) -> np.ndarray:
     """A column of a curve with NaN at points; as it is where it is empty."""
-    return (
-        np.where(bad.reshape(-1, *[1] * (column.ndim - 1)), np.nan, column)
-        if column.size
-        else column
-    )
+    if not column.size:
+        return column
+    return np.where(bad.reshape(-1, *[1] * (column.ndim - 1)), np.nan, column)
 
 
 def check_carried(problem: ContactProblem, forces: dict, w: float) -> None:

@@ -175,9 +175,9 @@ class _Along:
             named("fold", (turn, turn), multiplier=self._at_one(turn, (a, b), metric))
         for (kind, of), (side, (one, other)) in product(CONTACTS.items(), enumerate(sides)):
             begun, ended = (of(_shares(end)) > SHARE for end in (one, other))
-            for contact in np.flatnonzero(begun != ended):
-                near = self._of_contact(int(contact), of, one, other, metric)
-                named(kind, near, int(contact), side=side)
+            for contact in np.flatnonzero(begun != ended).tolist():
+                near = self._of_contact(contact, of, one, other, metric)
+                named(kind, near, contact, side=side)
                 opens += [near[1]] * (kind != "onset of slip")
         if turn is not None and not self._differ(a, b):
             self.silent.append(index)

@@ -27,26 +27,31 @@ NEEDED = {
 PointsOfInterest = Literal["none", "peaks", "all"]
 
 
-class CurveKeywords(TypedDict, total=False):
+class CommonKeywords(TypedDict, total=False):
+    """What may be asked of a curve and of a branch of peaks."""
+
+    outputs: Required[Mapping[str, ArrayLike]]
+    start: str | np.ndarray | None
+    samples: int | None
+    settings: Settings | None
+    progress: Callable[[float, float, int], None] | bool | None
+
+
+class CurveKeywords(CommonKeywords, total=False):
     """The fields of CurveOptions as keywords, which editors and type checkers know by name;
     `outputs` must be given."""
 
-    outputs: Required[Mapping[str, ArrayLike]]
     harmonics: Harmonics
     periods: int
     tolerance: float
     guess: Guess | None
-    start: str | np.ndarray | None
     at: tuple | list | np.ndarray
     beyond: float | None
-    samples: int | None
     contact: bool
     truncation: bool
     stability: PointsOfInterest
     peaks: Sequence[Sequence[str]] | None
     derivatives: Sequence[str]
-    progress: Callable[[float, float, int], None] | bool | None
-    settings: Settings | None
     journal: Journal | None
 
 

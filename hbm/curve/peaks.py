@@ -191,7 +191,7 @@ class Output:
             return np.inf
         metric = arc.metric_at(top, self.equation.weights)
         ends = [self._measured(points[i : i + 2], j, metric) for i in near]
-        bounds = [arc.bound(a, b, metric) for a, b in ends if a.slope > 0 >= b.slope]
+        bounds = [arc.bound(a, b, metric) for a, b in ends if _rises_and_falls(a, b)]
         return max(bounds, default=least)
 
     def _heights(self, j: int) -> np.ndarray:
@@ -222,33 +222,23 @@ class Output:
         def measure(point: Point) -> arc.MeasuredPoint:
             return measured([point])[0]
 
+        def solved_in(search: Callable, ends: Sequence[arc.MeasuredPoint]) -> arc.Maximum:
+            return self._enter(search(self.equation.evaluate, ends, measure, metric, self.settings))
+
         chains, resolved = self._chains(points, heights, high, measured, metric)
         chain = max(chains, key=lambda chain: max(end.value for end in chain))
         highest = best = max(chain, key=lambda end: end.value)
-        brackets = sorted(
-            (
-                (arc.bound(a, b, metric), a, b)
-                for chain in chains
-                for a, b in pairwise(chain)
-                if a.slope > 0 >= b.slope
-            ),
-            key=lambda bracket: -bracket[0],
-        )
+        rising = (ends for chain in chains for ends in pairwise(chain) if _rises_and_falls(*ends))
+        brackets = [(arc.bound(*ends, metric), ends) for ends in rising]
         solved = False
-        for bound, a, b in brackets:
+        for bound, ends in sorted(brackets, key=lambda bracket: -bracket[0]):
             if bound >= best.value:
-                found = self._enter(
-                    arc.maximum(self.equation.evaluate, (a, b), measure, metric, self.settings)
-                )
+                found = solved_in(arc.maximum, ends)
                 if found.best.value >= best.value:
                     best, solved = found.best, found.solved
         at = chain.index(highest)
         if best is highest and 0 < at < len(chain) - 1:
-            found = self._enter(
-                arc.maximum_by_value(
-                    self.equation.evaluate, chain[at - 1 : at + 2], measure, metric, self.settings
-                )
-            )
+            found = solved_in(arc.maximum_by_value, chain[at - 1 : at + 2])
             best, solved = found.best, found.solved
         return best, solved and resolved
 
@@ -272,10 +262,7 @@ class Output:
         if not self._sampled(highest):
             return chains, True
         try:
-            return [
-                self._resolved(chain, lambda point: measured([point])[0], metric)
-                for chain in chains
-            ], True
+            return [self._resolved(chain, measured, metric) for chain in chains], True
         except TooManyRipples as many:
             self.branch.calls += many.calls
             return chains, False
@@ -288,12 +275,15 @@ class Output:
         return found
 
     def _resolved(
-        self,
-        chain: list[arc.MeasuredPoint],
-        measure: Callable[[Point], arc.MeasuredPoint],
-        metric: Metric,
+        self, chain: list[arc.MeasuredPoint], measured: Callable, metric: Metric
     ) -> list[arc.MeasuredPoint]:
-        found, calls = resolve(self.equation.evaluate, chain, measure, metric, self.settings)
+        found, calls = resolve(
+            self.equation.evaluate,
+            chain,
+            lambda point: measured([point])[0],
+            metric,
+            self.settings,
+        )
         self._enter(arc.Maximum(found[0], False, [end.point for end in found], calls))
         return found
 
@@ -310,15 +300,17 @@ class Output:
     def _enter(self, found: arc.Maximum) -> arc.Maximum:
         """Put the solved points of a maximum into the branch, where its ends still stand there."""
         points = self.branch.points
-        places = [
-            i
-            for i, point in enumerate(points)
-            if point is found.points[0] or point is found.points[-1]
-        ]
+        ends = found.points[0], found.points[-1]
+        places = [i for i, point in enumerate(points) if any(point is end for end in ends)]
         if len(places) == 2:
             points[places[0] : places[1] + 1] = found.points
         self.branch.calls += found.calls
         return found
+
+
+def _rises_and_falls(a: arc.MeasuredPoint, b: arc.MeasuredPoint) -> bool:
+    """Whether a maximum lies between."""
+    return a.slope > 0 >= b.slope
 
 
 def _noise_of(

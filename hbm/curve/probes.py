@@ -13,6 +13,7 @@ from tipdamp.hbm.balance.equation import Equation
 from tipdamp.hbm.balance.parameter import Frequency, Parameter
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.checked_input import CheckedInput, Forcing, at_hz
 from tipdamp.hbm.curve.enough_harmonics import (
     SETTINGS,
@@ -68,7 +69,7 @@ def probed(
         warnings.simplefilter("ignore", Doubt)  # of its memory, as of a whole curve
         balance = case.balance(problem, options, w)
     equation = Equation(balance, parameter, hz, options.periods)
-    outputs, estimate = Outputs(case.rows), TruncationEstimate(equation, case.rows)
+    estimate = TruncationEstimate(equation, case.rows)
     found = []
     for value, unknowns in probes:
         x, p = with_orders(unknowns, balance), parameter.scale * value
@@ -77,9 +78,14 @@ def probed(
         if callable(options.progress):
             options.progress(value, 0.0, point.iterations)
         if point.converged:
-            size = fourier.rms(outputs.at(point.detail)).max()
-            change = np.max(estimate.of(point), initial=0.0)
-            with np.errstate(divide="ignore"):  # infinite where nothing moves
-                error = float(np.divide(change, size)) if change > 0 else 0.0
-            found.append(Probed(Probe(value, point.x), error))
+            found.append(Probed(Probe(value, point.x), _relative(estimate, point)))
     return found
+
+
+def _relative(estimate: TruncationEstimate, point: Point) -> float:
+    """The largest change of an output, of the largest vibration of one; infinite where nothing
+    moves."""
+    size = fourier.rms(Outputs(estimate.rows).at(point.detail)).max()
+    change = np.max(estimate.of(point), initial=0.0)
+    with np.errstate(divide="ignore"):
+        return float(np.divide(change, size)) if change > 0 else 0.0

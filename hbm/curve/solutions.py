@@ -8,7 +8,7 @@ import numpy as np
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.equation import BY_NAME, Equation, as_parameter
 from tipdamp.hbm.balance.parameter import Frequency, Parameter
-from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
+from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_problem_of
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.balance.varying import at_frequency
 from tipdamp.hbm.continuation.corrector import solve_fixed
@@ -90,11 +90,19 @@ def point_of(
     """(balance, a point of a curve solved there) by its number.
 
     Raises InputError where it was not solved, or the problem is not that of the curve."""
+    equation, there = solved_point(curve, problem, point, parameter)
+    balance, w = equation.balance_at(there.parameter)
+    return balance, solve_fixed(balance.evaluate, there.x, w, balance.weights)
+
+
+def solved_point(
+    curve: ForcedResponse, problem: AnyProblem, point: int, parameter: Parameter | None
+) -> tuple[Equation, Point]:
+    """(equation, a point of a curve) by its number; InputError where it was not solved."""
     equation, points = restored(curve, problem, parameter)
     if not 0 <= check_whole("point", point, 0) < len(points) or not points[point].converged:
         raise InputError(f"point {point}: not a solved point of the curve, which has {len(points)}")
-    balance, w = equation.balance_at(points[point].parameter)
-    return balance, solve_fixed(balance.evaluate, points[point].x, w, balance.weights)
+    return equation, points[point]
 
 
 def points_of(
@@ -152,28 +160,8 @@ def restored(
     with."""
     check_kind("curve", curve, ForcedResponse, "follow_band, or ForcedResponse.load")
     whole = contact_problem_of(problem)
-    known = {"frequency": Frequency(), **BY_NAME}
-    if parameter is not None:
-        parameter = as_parameter(parameter)
-    if parameter is None and curve.parameter_name not in known:
-        raise InputError(
-            f"the curve runs over {curve.parameter_name}: give the `parameter` that it was made "
-            "with"
-        )
-    parameter = known[curve.parameter_name] if parameter is None else parameter
-    parameter = parameter.over(curve.periods)
-    if parameter.name != curve.parameter_name:
-        raise InputError(
-            f"parameter: the curve runs over {curve.parameter_name}, not over {parameter.name}"
-        )
-    r, P, kept = whole.K.shape[0], len(whole.contacts), int(curve.carrying.sum())
-    if not curve.unknowns.size:
-        raise InputError("the curve holds no unknowns: it was measured, or made by another program")
-    if kept != P or curve.forces.shape[1] != r:
-        raise InputError(
-            f"the problem has {P} contacts and {r} dofs, that of the curve had {kept} and "
-            f"{curve.forces.shape[1]}"
-        )
+    parameter = _parameter_of(curve, parameter)
+    _check_fits(curve, whole)
     if parameter.name != "frequency":  # the forces of the curve are those at its frequency
         whole = at_frequency(whole, 2 * np.pi * float(curve.frequency[0]))
     start = curve.slider_start if curve.start == "given" else curve.start
@@ -194,6 +182,34 @@ def restored(
     equation = Equation(balance, parameter, float(curve.frequency[0]), curve.periods)
     _check_solves(equation, [point for point in points if point.converged])
     return equation, points
+
+
+def _parameter_of(curve: ForcedResponse, given: Parameter | None) -> Parameter:
+    """What a curve runs over; given : as it was to `follow_parameter`, where that was no name."""
+    known = {"frequency": Frequency(), **BY_NAME}
+    if given is None and curve.parameter_name not in known:
+        raise InputError(
+            f"the curve runs over {curve.parameter_name}: give the `parameter` that it was made "
+            "with"
+        )
+    parameter = known[curve.parameter_name] if given is None else as_parameter(given)
+    if parameter.name != curve.parameter_name:
+        raise InputError(
+            f"parameter: the curve runs over {curve.parameter_name}, not over {parameter.name}"
+        )
+    return parameter.over(curve.periods)
+
+
+def _check_fits(curve: ForcedResponse, whole: ContactProblem) -> None:
+    """InputError where a curve is of another number of contacts or dofs, or holds no unknowns."""
+    r, P, kept = whole.K.shape[0], len(whole.contacts), int(curve.carrying.sum())
+    if not curve.unknowns.size:
+        raise InputError("the curve holds no unknowns: it was measured, or made by another program")
+    if kept != P or curve.forces.shape[1] != r:
+        raise InputError(
+            f"the problem has {P} contacts and {r} dofs, that of the curve had {kept} and "
+            f"{curve.forces.shape[1]}"
+        )
 
 
 def _check_solves(equation: Equation, points: Sequence[Point]) -> None:

@@ -2,6 +2,7 @@
 curve."""
 
 from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -126,23 +127,22 @@ def _first_staying(
         if note and point.converged and point.tangent is not None:
             note(point)
 
-    given = None if begin is None else [begin]
-    for begin in given or _starts(equation, first, settings, True):
-        if not begin.converged or any(_same(begin, other, equation.weights) for other in known):
+    for start in [begin] if begin else _starts(equation, first, settings, True):
+        if not start.converged or any(_same(start, other, equation.weights) for other in known):
             continue
-        known.append(begin)
-        report(begin, 0.0)
+        known.append(start)
+        report(start, 0.0)
         if (
-            not any(np.any(F) for F in begin.detail.balance.forces.values())
+            not any(np.any(F) for F in start.detail.balance.forces.values())
             or np.isnan(equation.hz)
-            and not moves_contacts(begin.detail.balance)
+            and not moves_contacts(start.detail.balance)
         ):
-            found.append(follow_unmoved(equation, begin, last, settings, report))
+            found.append(follow_unmoved(equation, start, last, settings, report))
             return
         found.append(
             follow(
                 equation.evaluate,
-                begin,
+                start,
                 last,
                 equation.weights,
                 settings,
@@ -177,25 +177,7 @@ def record(
     forces;
     checked : peak_points, and what stiffer holds change: (held_change, held_reaction_change)."""
     balance, parameter, (names, outputs) = equation.balance, equation.parameter, named
-    n, P = len(branch.points), len(balance.problem.contacts)
-    shares, work = np.full((n, P, 3), np.nan), np.full((n, P), np.nan)
-    reaction = np.full((n, len(balance.problem.held), balance.H + 1), np.nan, dtype=complex)
-    force = np.full(
-        (n, P, balance.nd, balance.H + 1) if contact else (0, 0, 0, 0), np.nan, dtype=complex
-    )
-    for i, point in enumerate(branch.points):
-        if point.converged:
-            shares[i] = point.detail.forces.shares
-            reaction[i] = point.detail.balance.reaction_rows @ point.detail.modal
-            # of all components: springs take nothing, and which of them rub is the law's affair
-            work[i] = fourier.work(
-                point.detail.forces.g, point.x.reshape(-1, balance.nd, balance.nh)
-            )
-            if contact:
-                there, _ = parameter.rebuild(
-                    balance.problem, balance.forces, point.parameter / parameter.scale
-                )
-                force[i] = point.detail.contact_force(there.rest_force(there.contacts))
+    found: dict[str, Any] = of_contacts(branch.points, equation, contact)
     values = np.array([p.parameter for p in branch.points]) / parameter.scale
     start = balance.given_start
     return ForcedResponse(
@@ -205,10 +187,6 @@ def record(
         parameter_name=parameter.name,
         parameter_unit=parameter.measured_in(balance.forces),
         parameter=values,
-        share_stick=shares[..., 0],
-        share_slip=shares[..., 1],
-        share_open=shares[..., 2],
-        dissipated=work,
         converged=np.array([p.converged for p in branch.points]),
         iterations=np.array([p.iterations for p in branch.points]),
         ended=_ended(branch, equation),
@@ -219,14 +197,12 @@ def record(
         seconds=seconds,
         residual_calls=branch.calls,
         restarts=np.reshape(branch.restarts, (-1, 2)) / parameter.scale,
-        contact_force=force,
         peak_points=checked[0],
         held_change=checked[1][0],
         held_reaction_change=checked[1][1],
         held=np.array([one.name for one in balance.problem.held], dtype=str),
-        reaction=reaction,
         unknowns=np.array([p.x for p in branch.points]),
-        carrying=np.ones(P, dtype=bool),
+        carrying=np.ones(len(balance.problem.contacts), dtype=bool),
         force_orders=np.array(list(balance.forces), dtype=int),
         output_rows=outputs.rows,
         forces=np.array(list(balance.forces.values()), dtype=complex).reshape(
@@ -238,7 +214,41 @@ def record(
         samples=balance.grid.samples,
         periods=equation.periods,
         reached_end=bool(branch.complete),
+        **found,
     )
+
+
+def of_contacts(
+    points: Sequence[Point], equation: Equation, contact: bool
+) -> dict[str, np.ndarray]:
+    """{field of the curve: values at the points} of contacts and holds, NaN where a point failed;
+    contact : whether with the contact forces."""
+    balance, parameter = equation.balance, equation.parameter
+    n, P = len(points), len(balance.problem.contacts)
+    shares, work = np.full((n, P, 3), np.nan), np.full((n, P), np.nan)
+    reaction = np.full((n, len(balance.problem.held), balance.H + 1), np.nan, dtype=complex)
+    of_force = (n, P, balance.nd, balance.H + 1) if contact else (0, 0, 0, 0)
+    force = np.full(of_force, np.nan, dtype=complex)
+    for i, point in enumerate(points):
+        if not point.converged:
+            continue
+        detail = point.detail
+        shares[i] = detail.forces.shares
+        reaction[i] = detail.balance.reaction_rows @ detail.modal
+        # of all components: springs take nothing, and which of them rub is the law's affair
+        work[i] = fourier.work(detail.forces.g, point.x.reshape(-1, balance.nd, balance.nh))
+        if contact:
+            value = point.parameter / parameter.scale
+            there, _ = parameter.rebuild(balance.problem, balance.forces, value)
+            force[i] = detail.contact_force(there.rest_force(there.contacts))
+    return {
+        "share_stick": shares[..., 0],
+        "share_slip": shares[..., 1],
+        "share_open": shares[..., 2],
+        "dissipated": work,
+        "contact_force": force,
+        "reaction": reaction,
+    }
 
 
 def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter) -> str:

@@ -11,6 +11,7 @@ truncation; the correction is a step of Newton's method with more orders, by par
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ from tipdamp.hbm.balance.series import real_times
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.outputs import ModalRows
 from tipdamp.hbm.laws.records import ContactForces
+from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.stability.multipliers import SETTINGS, Stability
 from tipdamp.hbm.validation import MOST_SAMPLES
 
@@ -131,6 +133,22 @@ class TruncationEstimate:
         )
         reach = own.cover[0] * wide.H / max(own.H, 1)
         return wide.covering(np.r_[reach, own.cover[1:]]), forces
+
+
+def with_estimates(
+    curve: ForcedResponse,
+    estimate: TruncationEstimate,
+    points: Sequence[Point],
+    truncation: bool = True,
+) -> ForcedResponse:
+    """A curve with the estimated error of its points, and the multipliers where the estimate tells
+    stability; truncation : whether with the error."""
+    if truncation:
+        curve = replace(curve, truncation=np.array([estimate.of(point) for point in points]))
+    if estimate.stability:
+        found = np.array([estimate.multipliers(point) for point in points])
+        curve = replace(curve, multipliers=found)
+    return curve
 
 
 def peak_multipliers(

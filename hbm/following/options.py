@@ -2,26 +2,21 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Required, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.continuation.settings import Settings
+from tipdamp.hbm.curve.options import CommonKeywords
 
 
-class FollowKeywords(TypedDict, total=False):
+class FollowKeywords(CommonKeywords, total=False):
     """The fields of FollowOptions as keywords; `outputs`, and `band` or `omega`, must be given."""
 
-    outputs: Required[Mapping[str, ArrayLike]]
     band: Sequence[float] | None
     omega: Sequence[float] | None
     harmonics: int
     at: "ArrayLike"
-    start: str | np.ndarray | None
-    samples: int | None
-    settings: Settings | None
-    progress: Callable[[float, float, int], None] | bool | None
 
 
 @dataclass(frozen=True)

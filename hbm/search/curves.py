@@ -25,7 +25,7 @@ from tipdamp.hbm.curve.outputs import Outputs
 from tipdamp.hbm.curve.peaks import refine_largest
 from tipdamp.hbm.curve.solutions import restored
 from tipdamp.hbm.curve.trace import record
-from tipdamp.hbm.curve.truncation import TruncationEstimate
+from tipdamp.hbm.curve.truncation import TruncationEstimate, with_estimates
 from tipdamp.hbm.curve.watched import Progress, watched
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, library
@@ -318,15 +318,10 @@ def as_curve(
         marks = refine_largest(equation, branch, taken, [[j] for j in range(len(rows))], DEFAULT)
         marks = refine_drawn(equation, branch, taken, marks, DEFAULT)
     ends = branch.points[0].parameter, branch.points[-1].parameter
-    residuals, energies, bad = settle(equation, branch.points, ends)
+    settled = settle(equation, branch.points, ends)
     held = marks, (0.0, 0.0)
     curve = record(branch, equation, (names, taken), False, held, 0.0)
     estimate = TruncationEstimate(equation, rows, Stability())
-    curve = replace(
-        curve,
-        energy_error=energies,
-        truncation=np.array([estimate.of(point) for point in branch.points]),
-        multipliers=np.array([estimate.multipliers(point) for point in branch.points]),
-    )
-    curve = with_residuals(curve, residuals, bad, equation, branch.points)
+    curve = with_estimates(curve, estimate, branch.points)
+    curve = with_residuals(curve, settled, equation, branch.points)
     return replace(curve, named_points=named_points(curve, *of))
