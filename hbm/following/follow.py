@@ -5,21 +5,22 @@ peaks = follow_peak(problem, F, "level", (1, 300), outputs={"tip": row}, band=(9
 
 import time
 from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.amplitude import KINDS, amplitude
 from tipdamp.hbm.balance.equation import as_parameter
+from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem, contact_problem_of
+from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.checked_input import Forcing, forcing_of
 from tipdamp.hbm.curve.options import given_options, options_named
 from tipdamp.hbm.curve.trace import NO_PERIOD, slides
-from tipdamp.hbm.curve.watched import Progress, watched
+from tipdamp.hbm.curve.watched import watched
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.highest import highest
@@ -38,10 +39,6 @@ from tipdamp.hbm.validation import (
     interval,
     one_of,
 )
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.balance.newton import Linearisation
-    from tipdamp.hbm.continuation.point import Point
 
 
 @options_named(FollowOptions)
@@ -85,7 +82,8 @@ def follow_peak(
     began = time.perf_counter()
     case, given, ends = _checked("peak", problem, forcing, parameter, between, options)
     columns, kind = _columns(output, case.names), one_of("kind", kind, KINDS)
-    with _watched(given, between, case) as progress:
+    unit, shown = case.parameter.unit, interval("between", between)
+    with watched(given.progress, *shown, unit, by_factors=True) as progress:
         case = replace(case, columns=columns, kind=kind, progress=progress)
         path = highest(case, _first(case, ends[0], None), ends)
     return _record(path, _wanted(case, given, between), began)
@@ -117,7 +115,8 @@ def follow_fold(
     """
     began = time.perf_counter()
     case, given, ends = _checked("fold", problem, forcing, parameter, between, options)
-    with _watched(given, between, case) as progress:
+    unit, shown = case.parameter.unit, interval("between", between)
+    with watched(given.progress, *shown, unit, by_factors=True) as progress:
         case = replace(case, progress=progress)
         run = run_from(case, _first(case, ends[0], near), ends)
     if run is None:
@@ -167,13 +166,6 @@ def _checked(
     return case, given, (parameter.scale * first, parameter.scale * last)
 
 
-def _watched(
-    given: FollowOptions, between: Sequence[float], case: Case
-) -> AbstractContextManager[Progress | None]:
-    first, last = interval("between", between)
-    return watched(given.progress, first, last, case.parameter.unit, by_factors=True)
-
-
 def _columns(output: Sequence[str] | None, names: list[str]) -> tuple[int, ...]:
     """Columns of the outputs whose largest peak is followed."""
     chosen = [output or names[0]] if output is None or isinstance(output, str) else list(output)
@@ -201,27 +193,27 @@ def _first(case: Case, p: float, near: float | None) -> Extreme:
 
 
 def _record(path: Path, at: np.ndarray, began: float) -> Followed:
-    case, runs = path.case, path.runs
+    case = path.case
     for value in at:
         solve_at(path, value)
-    points = [p for run in runs for p in run.points]
-    found = [p.detail.found for p in points]
-    columns = np.array([run.column for run in runs for _ in run.points])
+    placed = [(run, point) for run in path.runs for point in run.points]
+    points = [point for _, point in placed]
+    found = [point.detail.found for point in points]
+    columns = np.array([run.column for run, _ in placed])
+    fitted = np.array([run.fitted for run, _ in placed])
     X = np.array([one.outputs(case.rows) for one in found])
     shares = np.array([one.forces.shares for one in found])
-    names, scale = np.array(case.names, dtype=str), case.parameter.scale
-    fitted = np.array([run.fitted for run in runs for _ in run.points])
-    curvature = np.array([p.detail.curvature for p in points])
-    own = X[np.arange(len(X)), columns]
+    names = np.array(case.names, dtype=str)
+    curvature = np.array([point.detail.curvature for point in points])
     return Followed(
         what=case.what,
         output=", ".join(case.names[j] for j in case.columns),
         kind=case.kind,
         parameter_name=case.parameter.name,
         parameter_unit=case.parameter.measured_in(case.forces),
-        parameter=np.array([p.parameter for p in points]) / scale,
+        parameter=np.array([point.parameter for point in points]) / case.parameter.scale,
         frequency=np.array([one.w for one in found]) / (2 * np.pi),
-        height=amplitude(own, case.kind, case.orders),
+        height=amplitude(X[np.arange(len(X)), columns], case.kind, case.orders),
         peak_of=names[columns],
         output_names=names,
         harmonics=X,
@@ -230,20 +222,18 @@ def _record(path: Path, at: np.ndarray, began: float) -> Followed:
         share_open=shares[..., 2],
         friction_W=np.array([_power(one) for one in found]),
         curvature=np.where(fitted, np.nan, curvature),
-        jumps=_jumps(runs),
+        jumps=_jumps(path.runs),
         fitted=fitted,
-        ended="; ".join(filter(None, path.said))
-        + _unsolved(case, points, at)
-        + _slides(case, path),
+        ended=_ended(path, points, at),
         complete=path.complete,
         H=case.H,
         unknowns=np.array([one.x for one in found]),
-        calls=sum(run.calls for run in runs),
+        calls=sum(run.calls for run in path.runs),
         seconds=time.perf_counter() - began,
     )
 
 
-def _power(found: "Linearisation") -> np.ndarray:
+def _power(found: Linearisation) -> np.ndarray:
     """(P,) W that the contacts take."""
     u = found.x.reshape(found.forces.g.shape)
     return fourier.work(found.forces.g, u) * found.w / (2 * np.pi)
@@ -258,16 +248,18 @@ def _jumps(runs: Sequence[Run]) -> np.ndarray:
     return np.concatenate(jumps)
 
 
-def _slides(case: Case, path: Path) -> str:
-    """What nothing but friction restrains, once, where a run ended early and did not say it."""
+def _ended(path: Path, points: Sequence[Point], at: np.ndarray) -> str:
+    """What is said along the path, and which of the wanted values are not solved."""
+    ended = "; ".join(filter(None, path.said)) + _unsolved(path.case, points, at)
     early = not path.complete and any(run.why and not run.enough for run in path.runs)
-    if not early or any(NO_PERIOD in said for said in path.said):
-        return ""
-    said = slides(case.problem).removesuffix(" Where they are not to slide: ")
-    return f"; {said}" if said else ""
+    if not early or NO_PERIOD in ended:
+        return ended
+    # what nothing but friction restrains, where a run ended early and did not say it
+    said = slides(path.case.problem).removesuffix(" Where they are not to slide: ")
+    return f"{ended}; {said}" if said else ended
 
 
-def _unsolved(case: Case, points: "Sequence[Point]", at: np.ndarray) -> str:
+def _unsolved(case: Case, points: Sequence[Point], at: np.ndarray) -> str:
     """Which of the wanted values the branch passes without a solved point, in words."""
     found = np.array([p.parameter for p in points])
     passed = (found.min() <= at) & (at <= found.max()) & ~np.isin(at, found)

@@ -4,7 +4,6 @@ extremum of the other kind, or is lost."""
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import nnls
@@ -16,15 +15,12 @@ from tipdamp.hbm.continuation.corrector import reverse, solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.follow import Budget, BudgetExceeded, follow
 from tipdamp.hbm.continuation.point import Metric, Point, size
+from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.trace import unrestrained
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.following.case import Case, Extreme
 from tipdamp.hbm.following.extremum import NEAR as NEAR_DERIVATIVES
 from tipdamp.hbm.following.extremum import Extremum, ExtremumLinearisation, metric_at
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.continuation.settings import Settings
-
 
 NEAR = 0.1  # arc length up to which a place belongs to the branch before
 # of a chord: what two tangents at its ends do not explain, with a kink between them; more is a jump
@@ -166,10 +162,17 @@ def run_from(
     cut = len(branch.points) < whole or watch.short == CRAWLS
     enough = not (met or cut or left or branch.complete) and len(branch.points) > 1 and found(last)
     run = Run(equation, branch.points, top.column, branch.calls)
-    place = case.named(branch.points[-1].parameter)
     if enough:
         why = f"at {case.named(last.parameter)} another output has the larger peak"
         return replace(run, why=why, enough=True, refused=bool(watch.refused))
+    return _ended(run, branch, watch, (left, met, cut))
+
+
+def _ended(run: Run, branch: Branch, watch: "_Watch", how: tuple[bool, bool, bool]) -> Run:
+    """With the words on why it ends short of the value; how : it left the band, met an extremum of
+    the other kind, was cut where it jumps or crawls."""
+    case, (left, met, cut) = watch.case, how
+    place = case.named(branch.points[-1].parameter)
     if left:
         return replace(run, why=f"at {place} the peak leaves the band")
     if watch.refused:
@@ -199,7 +202,7 @@ class _Watch:
         equation: Extremum,
         begin: Point,
         found: Callable[[Point], bool],
-        settings: "Settings",
+        settings: Settings,
     ) -> None:
         self.case, self.equation, self.found = case, equation, found
         first = begin.parameter / case.parameter.scale
@@ -268,7 +271,7 @@ def near(found: Linearisation, x: np.ndarray, w: float) -> bool:
     return metric.norm(found.x - x, found.w - w) < NEAR
 
 
-def _to_the_meeting(equation: Extremum, branch: Branch, sense: float, settings: "Settings") -> None:
+def _to_the_meeting(equation: Extremum, branch: Branch, sense: float, settings: Settings) -> None:
     """End the branch where the parameter turns back: there maximum and minimum are one."""
     a, b = branch.points[-2:]
     equation.near, equation.recent = 0.0, None

@@ -3,7 +3,6 @@ high, and taken up there."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -11,10 +10,8 @@ from scipy.optimize import brentq
 
 from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.following.case import Case, Extreme
+from tipdamp.hbm.following.extremum import Extremum
 from tipdamp.hbm.following.run import Run, begin_at, equation_of, height_of, near, run_from
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.following.extremum import Extremum
 
 MOST_TAKEN_UP = 100  # times that a peak is taken up, and found again on its way back
 TOLD = 0.2  # of the parameter: a peak is followed past kinks so far without a whole curve
@@ -89,6 +86,19 @@ def stretch(
         if run is not None and (not run.why or len(run.points) > 1):
             return run
         equation = equation_of(case, top)
+    return _past_a_kink(path, equation, top, ends, found)
+
+
+def _past_a_kink(
+    path: Path,
+    equation: Extremum,
+    top: Extreme,
+    ends: tuple[float, float],
+    found: Callable[[Point], bool],
+) -> Run:
+    """The run of fitted places of `stretch`, up to the first beside which the equation is solved
+    again."""
+    case, (value, end), column = path.case, ends, top.column
     points = [_fitted(equation, top, value)]
     way = np.sign(end - value)
     while value != end and not found(points[-1]):
@@ -157,7 +167,7 @@ def solve_at(path: Path, value: float) -> None:
             run.points.insert(place, _fitted(run.equation, top, value))
 
 
-def _fitted(equation: "Extremum", top: Extreme, value: float) -> Point:
+def _fitted(equation: Extremum, top: Extreme, value: float) -> Point:
     y = equation.unknowns(top.x, top.w)
     return Point(y, value, True, 1, equation.evaluate(y, value))
 
@@ -175,6 +185,24 @@ def take_up(path: Path, top: Extreme, value: float) -> Run:
     back, known = _back(path, top, value)
     crosses = _as_high(path, back[0])
     at = _on_the_curve(path, back[0], crosses)
+    _end_at(path, at)
+    beyond = [p for p in back[0].points if not path.passes(at, p.parameter)]
+    path.runs.append(replace(back[0], points=beyond))
+    whole = not path.passes(end, at)
+    said = f"{why}; another peak was taken up" if whole and why else _said(path, at)
+    path.said.append(said + _apart(path, crosses, at) + _doubt(path, known))
+    for run in back[1:]:
+        _add(path, run)
+    last = path.runs[-1]
+    if not last.fitted:  # what ended it on the way back is said
+        last = path.runs[-1] = replace(last, why="")
+    elif len(back) > 1:  # it says at its end that it is fitted
+        path.said[-1] = ""
+    return last
+
+
+def _end_at(path: Path, at: float) -> None:
+    """Leave out the places of the runs beyond a value, and what is said there."""
     while path.runs and path.passes(path.runs[-1].values[0], at):
         path.runs.pop()
         path.said[len(path.runs) - 1 :] = []
@@ -182,26 +210,19 @@ def take_up(path: Path, top: Extreme, value: float) -> Run:
         run = path.runs[-1]
         before = [p for p in run.points if not path.passes(p.parameter, at)]
         path.runs[-1] = replace(run, points=before)
-    back[0] = replace(
-        back[0], points=[p for p in back[0].points if not path.passes(at, p.parameter)]
-    )
-    whole = not path.passes(end, at)
-    path.runs.append(back[0])
-    said = f"{why}; another peak was taken up" if whole and why else _said(path, at)
-    path.said.append(said + _apart(path, crosses, at) + _doubt(path, known))
-    for run in back[1:]:
-        before, begin = (r.points[i].detail.found for r, i in ((path.runs[-1], -1), (run, 0)))
-        again = near(before, begin.x, begin.w)
-        path.runs.append(run)
-        if not run.fitted:
-            said = f"{run.why}; it was found again beyond" if again else _said(path, run.values[0])
-        else:  # the last run says at its end that it is fitted
-            said = "" if run is back[-1] else run.why
-        path.said.append(said)
-    last = path.runs[-1]
-    if not last.fitted:  # what ended it on the way back is said
-        last = path.runs[-1] = replace(last, why="")
-    return last
+
+
+def _add(path: Path, run: Run) -> None:
+    """A run that goes on from the last one, and what is said between."""
+    before, begin = (r.points[i].detail.found for r, i in ((path.runs[-1], -1), (run, 0)))
+    again = near(before, begin.x, begin.w)
+    path.runs.append(run)
+    if run.fitted:
+        path.said.append(run.why)
+    elif again:
+        path.said.append(f"{run.why}; it was found again beyond")
+    else:
+        path.said.append(_said(path, run.values[0]))
 
 
 def _back(path: Path, top: Extreme, value: float) -> tuple[list[Run], bool]:
@@ -306,32 +327,10 @@ def _as_high(path: Path, back: Run) -> float:
     between two places of both."""
     case, sense = path.case, path.sense
     for _ in range(SECANTS):
-        over = _line(back, case, sense) if len(back.points) > 1 else None
-        below = [
-            p.parameter
-            for p, h in zip(back.points, back.heights(case), strict=True)
-            if (known := path.height(p.parameter)) is not None and h < known
-        ]
-        if not below or over is None:
-            return back.points[0].parameter
-        low = below[-1]
-        high = next((p for p in back.values if path.passes(p, low)), None)
-        if high is None:
-            return float(low)
-        run = next(
-            (
-                r
-                for r in path.runs
-                if not path.passes(r.values[0], low)
-                and len(r.points) > 1
-                and path.passes(r.values[-1], low)
-            ),
-            None,
-        )
+        low, high, run = _enclosed(path, back)
         if run is None:
             return float(high)
-        high = high if not path.passes(high, run.values[-1]) else float(run.values[-1])
-        under = _line(run, case, sense)
+        over, under = (_line(one, case, sense) for one in (back, run))
 
         def apart(s: float, over: Callable = over, under: Callable = under) -> float:
             return float(over(s) - under(s))
@@ -346,6 +345,28 @@ def _as_high(path: Path, back: Run) -> float:
         if abs(heights[1] - heights[0]) <= EQUAL * heights[0]:
             return float(at)
     return float(at)
+
+
+def _enclosed(path: Path, back: Run) -> tuple[float, float, Run | None]:
+    """(low, high, run of the path) between which values a run becomes higher than that one; None
+    where no run leads on from the last value at which it is lower: it is higher from `high` on."""
+    below = [
+        p.parameter
+        for p, h in zip(back.points, back.heights(path.case), strict=True)
+        if (known := path.height(p.parameter)) is not None and h < known
+    ]
+    if not below or len(back.points) < 2:
+        return back.points[0].parameter, back.points[0].parameter, None
+    low = below[-1]
+    high = next((p for p in back.values if path.passes(p, low)), None)
+    if high is None:
+        return low, low, None
+    for run in path.runs:
+        begun = not path.passes(run.values[0], low) and len(run.points) > 1
+        if begun and path.passes(run.values[-1], low):
+            end = run.values[-1]
+            return low, end if path.passes(high, end) else high, run
+    return low, high, None
 
 
 def _line(run: Run, case: Case, sense: float) -> PchipInterpolator:
