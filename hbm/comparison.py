@@ -1,7 +1,7 @@
 """A solution of a curve compared with time integration that starts on its orbit."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from tipdamp.hbm.balance.parameter import Parameter
 from tipdamp.hbm.balance.problem import AnyProblem
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.continuation.corrector import solve_fixed
+from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.curve.solutions import point_of, points_at
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError
@@ -24,8 +25,6 @@ from tipdamp.hbm.validation import MOST_SAMPLES
 if TYPE_CHECKING:
     import pandas
     from matplotlib.axes import Axes
-
-    from tipdamp.hbm.continuation.point import Point
 
 
 @dataclass(frozen=True)
@@ -169,7 +168,7 @@ def compare(
 
 def compare_point(
     balance: HarmonicBalance,
-    point: "Point",
+    point: Point,
     rows: np.ndarray,
     settings: IntegrationSettings | None = None,
 ) -> Comparison:
@@ -188,40 +187,19 @@ def compare_point(
 
 
 def _compared(
-    balance: HarmonicBalance, point: "Point", rows: np.ndarray, settings: IntegrationSettings
+    balance: HarmonicBalance, point: Point, rows: np.ndarray, settings: IntegrationSettings
 ) -> Comparison:
     integrator = integrator_of(balance, point.parameter, settings)
     begin = integrator.on_orbit(point)
-
-    def judged(steady: shooting.Steady) -> tuple[shooting.Steady, float, bool]:
-        """(steady, its difference, whether it is on another orbit)."""
-        difference = _difference(point, rows, steady)
-        return (
-            steady,
-            difference,
-            steady.periodic and left_orbit(balance, point, steady.motion, difference, settings),
-        )
-
-    found = near = judged(
-        shooting.integrate(integrator, begin, rows, min(settings.patience, settings.max_periods))
-    )
-    if found[0].finished and not _on_orbit(found):
-        near = judged(shooting.shoot(integrator, begin, rows))
-        if not found[0].periodic and settings.max_periods > settings.patience:
-            more = settings.max_periods - found[0].periods
-            found = (
-                near
-                if _on_orbit(near)
-                else judged(shooting.integrate(integrator, begin, rows, more))
-            )
-    steady, difference, left = found
+    found, near = _integrated(balance, integrator, (point, begin), rows)
+    steady, difference, left = found.steady, found.difference, found.left
     multiplier, _ = period_map.largest_multiplier(
-        integrator, near[0].state if _on_orbit(near) else begin
+        integrator, near.steady.state if near.on_orbit else begin
     )
     stable = None if np.isnan(multiplier) else multiplier <= 1 + settings.marginal
-    said = _said(steady, left, difference, (multiplier, stable), settings)
-    if steady.periodic and not left and difference > settings.small:
-        said += _advice(balance, point, rows, steady, difference, settings)
+    said = _said(found, multiplier, stable)
+    if found.on_orbit and difference > settings.small:
+        said += _advice(balance, point, rows, found, settings)
     if steady.method == "sampled":
         said += (
             f"; integrated with {settings.samples} steps per period, as law "
@@ -243,9 +221,43 @@ def _compared(
     )
 
 
-def _on_orbit(judged: tuple[shooting.Steady, float, bool]) -> bool:
-    steady, _, left = judged
-    return steady.periodic and not left
+@dataclass(frozen=True)
+class _Judged:
+    """steady : state of an integration; difference, left : as of the Comparison."""
+
+    steady: shooting.Steady
+    difference: float
+    left: bool
+
+    @property
+    def on_orbit(self) -> bool:
+        """Whether it is that of the solution."""
+        return self.steady.periodic and not self.left
+
+
+def _integrated(
+    balance: HarmonicBalance, integrator: Integrator, on: tuple[Point, Any], rows: np.ndarray
+) -> tuple[_Judged, _Judged]:
+    """(where the integration leads, what lies nearest to the orbit: the same, or what Newton's
+    method finds on the period map); on : the orbit, its point and its state at t = 0."""
+    settings, (point, begin) = integrator.settings, on
+
+    def judged(steady: shooting.Steady) -> _Judged:
+        difference = _difference(point, rows, steady)
+        left = steady.periodic and left_orbit(balance, point, steady.motion, difference, settings)
+        return _Judged(steady, difference, left)
+
+    few = min(settings.patience, settings.max_periods)
+    found = judged(shooting.integrate(integrator, begin, rows, few))
+    if not found.steady.finished or found.on_orbit:
+        return found, found
+    near = judged(shooting.shoot(integrator, begin, rows))
+    if found.steady.periodic or settings.max_periods <= settings.patience:
+        return found, near
+    if near.on_orbit:
+        return near, near
+    more = settings.max_periods - found.steady.periods
+    return judged(shooting.integrate(integrator, begin, rows, more)), near
 
 
 def integrator_of(
@@ -257,7 +269,7 @@ def integrator_of(
     return (SampledIntegrator if piecewise is None else ExactIntegrator)(balance, w, settings)
 
 
-def _difference(point: "Point", rows: np.ndarray, steady: shooting.Steady) -> float:
+def _difference(point: Point, rows: np.ndarray, steady: shooting.Steady) -> float:
     X, Y = np.abs(point.detail.outputs(np.asarray(rows))), np.abs(steady.harmonics)
     k = 1 + int(X[:, 1:].max(axis=0).argmax())  # of a subharmonic motion not the first
     return float(np.abs(Y[:, k] - X[:, k]).max() / X[:, k].max())
@@ -265,7 +277,7 @@ def _difference(point: "Point", rows: np.ndarray, steady: shooting.Steady) -> fl
 
 def left_orbit(
     balance: HarmonicBalance,
-    point: "Point",
+    point: Point,
     motion: np.ndarray,
     difference: float,
     settings: IntegrationSettings,
@@ -305,14 +317,8 @@ def _finer(balance: HarmonicBalance) -> HarmonicBalance:
     return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
 
 
-def _said(
-    steady: shooting.Steady,
-    left: bool,
-    difference: float,
-    stability: tuple[float, bool | None],
-    settings: IntegrationSettings,
-) -> str:
-    multiplier, stable = stability
+def _said(found: _Judged, multiplier: float, stable: bool | None) -> str:
+    steady, difference, left = found.steady, found.difference, found.left
     verdict = f"{'stable' if stable else 'unstable'} (Floquet multiplier {multiplier:.4f})"
     if not steady.finished:
         said = "the integration did not finish a period: events follow each other faster and faster"
@@ -340,20 +346,20 @@ def _said(
 
 def _advice(
     balance: HarmonicBalance,
-    point: "Point",
+    point: Point,
     rows: np.ndarray,
-    steady: shooting.Steady,
-    difference: float,
+    found: _Judged,
     settings: IntegrationSettings,
 ) -> str:
     """Whether samples or harmonics lack: twice the samples, where they matter, take most of the
     difference away."""
     samples = balance.grid.samples
-    if steady.method == "sampled" and 2 * samples <= MOST_SAMPLES:
+    if found.steady.method == "sampled" and 2 * samples <= MOST_SAMPLES:
         finer = HarmonicBalance(
             balance.problem, balance.forces, balance.H, balance.given_start, 2 * samples
         )
         again = solve_fixed(finer.evaluate, point.x, point.parameter, finer.weights)
-        if again.converged and _difference(again, rows, steady) < settings.fewer * difference:
+        enough = settings.fewer * found.difference
+        if again.converged and _difference(again, rows, found.steady) < enough:
             return f"; more samples than {samples} bring it closer"
     return f"; more harmonics than H = {balance.H} bring it closer"

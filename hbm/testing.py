@@ -17,6 +17,7 @@ from tipdamp.hbm.balance.differences import (
     worst_entry,
 )
 from tipdamp.hbm.laws.base import ContactLaw
+from tipdamp.hbm.laws.piecewise import PiecewiseLinear
 from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion
 from tipdamp.hbm.laws.sampled import projector
 
@@ -52,18 +53,7 @@ def check_law(
     >>> check_law(Jenkins1D())  # silent: it keeps the contract
     """
     contacts, x = _tried(law, contacts, amplitude)
-    for check in (
-        _no_contacts,
-        _tangents,
-        _selection,
-        _mirror,
-        _cycle,
-        _shift,
-        _samples,
-        _derivatives,
-        _sums_of_derivatives,
-        _sticking,
-    ):
+    for check in (*_STEPS, _mirror, *_CYCLES, _sticking):
         check(law, contacts, x, omega)
 
 
@@ -79,17 +69,7 @@ def check_force(
     >>> check_force(CubicSpring(1.0))  # silent: it keeps the contract
     """
     contacts, x = _tried(law, contacts, amplitude)
-    for check in (
-        _present_motion,
-        _no_contacts,
-        _tangents,
-        _selection,
-        _cycle,
-        _shift,
-        _samples,
-        _derivatives,
-        _sums_of_derivatives,
-    ):
+    for check in (_present_motion, *_STEPS, *_CYCLES):
         check(law, contacts, x, omega)
 
 
@@ -392,24 +372,29 @@ def _samples(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -
     )
     u, v = samples_of(x, n)
     memory = states[0][:, : table.follows.shape[1]]
-    state = table.initial
-    at = np.arange(len(contacts))
-    found = np.empty(force.shape)
-    for i in [*range(1, n), 0]:
-        state, memory = table.settled(u[i], omega * v[i], state, memory)
+    _agree(
+        law,
+        "the piecewise-linear table gives another force than step, at [sample, contact, component]",
+        _by_table(table, u, omega * v, memory),
+        force,
+        2e-2,
+        size,
+    )
+
+
+def _by_table(
+    table: PiecewiseLinear, u: np.ndarray, v: np.ndarray, memory: np.ndarray
+) -> np.ndarray:
+    """(n, P, nd) N, the forces of a table over a period of a motion u, v (n, P, nd)."""
+    state, at, found = table.initial, np.arange(u.shape[1]), np.empty(u.shape)
+    for i in [*range(1, len(u)), 0]:
+        state, memory = table.settled(u[i], v[i], state, memory)
         found[i] = (
             np.einsum("pij,pj->pi", table.stiffness[at, state], u[i])
             + table.offset[at, state]
             + np.einsum("pim,pm->pi", table.by_memory[at, state], memory)
         )
-    _agree(
-        law,
-        "the piecewise-linear table gives another force than step, at [sample, contact, component]",
-        found,
-        force,
-        2e-2,
-        size,
-    )
+    return found
 
 
 def _derivatives(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
@@ -447,30 +432,27 @@ def _varied(
         f = _side_by_side(law, contacts, motions, omega, start=start)
         return f.g.reshape(motions.shape)
 
+    def each(changed: Callable[[float], dict]) -> Callable:
+        """g at shares of a change; changed(share) : what is then given."""
+        return lambda shares: np.array([at(**changed(s)).g for s in shares])
+
     yield "the motion", along, moved, 5e-7 * max(steep, 1e-3 * size)
     by = np.zeros(x.shape) if f.by_omega is None else omega * f.by_omega
     allowed = 1e-6 * max(np.abs(by).max(initial=0.0), 1e-3 * size)
-
-    def faster(shares: np.ndarray) -> np.ndarray:
-        return np.array([at(omega=(1 + s) * omega).g for s in shares])
-
-    yield "omega", by, faster, allowed
+    yield "omega", by, each(lambda s: {"omega": (1 + s) * omega}), allowed
     if f.by_preload is not None:
-        preload, by = contacts.preload, size * f.by_preload
 
-        def loaded(shares: np.ndarray) -> np.ndarray:
-            there = [replace(contacts, preload=preload + s * size) for s in shares]
-            return np.array([at(contacts=one).g for one in there])
+        def loaded(s: float) -> dict:
+            return {"contacts": replace(contacts, preload=contacts.preload + s * size)}
 
-        yield "the preload", by, loaded, 1e-6 * size
+        yield "the preload", size * f.by_preload, each(loaded), 1e-6 * size
     by_mu = law.by_friction(contacts, x, f)
     if by_mu is not None:
 
-        def rougher(shares: np.ndarray) -> np.ndarray:
-            there = [replace(contacts, mu=(1 + s) * contacts.mu) for s in shares]
-            return np.array([at(contacts=one).g for one in there])
+        def rougher(s: float) -> dict:
+            return {"contacts": replace(contacts, mu=(1 + s) * contacts.mu)}
 
-        yield "mu", by_mu, rougher, 1e-6 * size
+        yield "mu", by_mu, each(rougher), 1e-6 * size
 
 
 def _sums_of_derivatives(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) -> None:
@@ -525,3 +507,7 @@ def _sticking(law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float) 
             f"a contact that sticks_surely does not stick: contact {slips[:1]} within "
             f"{amplitude[slips[:1]]} m",
         )
+
+
+_STEPS = (_no_contacts, _tangents, _selection)
+_CYCLES = (_cycle, _shift, _samples, _derivatives, _sums_of_derivatives)

@@ -1,15 +1,13 @@
 """What an integrator offers to `shooting` and `comparison`, and what it gives back."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
+from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.time.stuck_system import StuckSystem
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.continuation.point import Point
 
 
 @dataclass(frozen=True)
@@ -49,7 +47,7 @@ class Integrator(Protocol):
         """State at t = 0 on the steady stuck motion, the sliders where the start of the balance
         puts them."""
 
-    def on_orbit(self, point: "Point") -> Any:
+    def on_orbit(self, point: Point) -> Any:
         """State at t = 0 of a solution of the harmonic balance."""
 
     def periods(self, state: Any, n: int = 1) -> IntegratedCycle:

@@ -46,6 +46,43 @@ def add_product(blocks: np.ndarray, x: np.ndarray, into: np.ndarray) -> None:
 
 
 @njit(cache=True)
+def on_line(
+    value: np.ndarray,
+    slopes: tuple[np.ndarray, np.ndarray, np.ndarray],
+    du: np.ndarray,
+    dv: np.ndarray,
+    moved: np.ndarray,
+) -> np.ndarray:
+    """(n, 1) value (n,) of a line at motion, velocity (nc,) and memory (P ns, 1) beside its trial;
+    slopes : (P, ., .) by each."""
+    found = value.copy().reshape(-1, 1)
+    add_product(slopes[0], du.reshape(-1, 1), found)
+    add_product(slopes[1], dv.reshape(-1, 1), found)
+    add_product(slopes[2], moved, found)
+    return found
+
+
+@njit(cache=True)
+def rate_of_force(
+    system: System,
+    known: np.ndarray,
+    g_u: np.ndarray,
+    g_v: np.ndarray,
+    z: np.ndarray,
+    g: np.ndarray,
+) -> np.ndarray:
+    """g' (nc,) at the poles z under the force g; known : (3, nc) at that instant."""
+    z_rate = times(system.s, z) - np.dot(system.into, g)
+    v = known[1] + np.dot(system.out, z_rate)  # less static g'
+    a = known[2] + np.dot(system.out, times(system.s, z_rate))
+    turning, matrix = np.zeros((len(g), 1)), np.eye(len(g))
+    add_product(g_u, v.reshape(-1, 1), turning)
+    add_product(g_v, a.reshape(-1, 1), turning)
+    add_product(g_u, system.static, matrix)
+    return np.linalg.solve(matrix, turning).ravel()
+
+
+@njit(cache=True)
 def follow_lines(
     system: System,
     steps: EqualSteps,
@@ -60,7 +97,7 @@ def follow_lines(
     known : of `StuckSystem.known` at all samples; begin : z (2n,), g, g' (nc,) and memory (P ns,)
     """
     z, g, rate, memory = begin
-    W, nc = steps.W, len(g)
+    W = steps.W
     for k in range(len(path.u)):
         free = (
             times(W[0], z)
@@ -70,34 +107,36 @@ def follow_lines(
         u0 = known[0, first + k] + np.dot(system.out, free)
         v0 = known[1, first + k] + np.dot(system.out, times(system.s, free))
         v0 += np.dot(system.static, steps.slope * g + rate)
-        right, moved = lines.g[k].copy().reshape(-1, 1), (memory - lines.memory[k]).reshape(-1, 1)
-        add_product(lines.g_u[k], (u0 - lines.u[k]).reshape(-1, 1), right)
-        add_product(lines.g_v[k], (v0 - lines.v[k]).reshape(-1, 1), right)
-        add_product(lines.g_memory[k], moved, right)
+        moved = (memory - lines.memory[k]).reshape(-1, 1)
+        right = on_line(
+            lines.g[k],
+            (lines.g_u[k], lines.g_v[k], lines.g_memory[k]),
+            u0 - lines.u[k],
+            v0 - lines.v[k],
+            moved,
+        )
         if not np.isfinite(right).all():
             return z * np.nan, rate
-        matrix = np.eye(nc)
+        matrix = np.eye(len(g))
         add_product(lines.g_u[k], steps.D, matrix)
         add_product(lines.g_v[k], steps.Dv, matrix)
         end = np.linalg.solve(matrix, right).ravel()
         path.u[k], path.v[k] = u0 - np.dot(steps.D, end), v0 - np.dot(steps.Dv, end)
-        new = lines.state[k].copy().reshape(-1, 1)
-        add_product(lines.state_u[k], (path.u[k] - lines.u[k]).reshape(-1, 1), new)
-        add_product(lines.state_v[k], (path.v[k] - lines.v[k]).reshape(-1, 1), new)
-        add_product(lines.state_memory[k], moved, new)
+        memory = on_line(
+            lines.state[k],
+            (lines.state_u[k], lines.state_v[k], lines.state_memory[k]),
+            path.u[k] - lines.u[k],
+            path.v[k] - lines.v[k],
+            moved,
+        ).ravel()
         z = free - times(W[3], np.dot(system.into, end))
         if steps.smooth:
-            z_rate = times(system.s, z) - np.dot(system.into, end)
-            v = known[1, first + k] + np.dot(system.out, z_rate)  # less static g'
-            a = known[2, first + k] + np.dot(system.out, times(system.s, z_rate))
-            turning, matrix = np.zeros((nc, 1)), np.eye(nc)
-            add_product(lines.g_u[k], v.reshape(-1, 1), turning)
-            add_product(lines.g_v[k], a.reshape(-1, 1), turning)
-            add_product(lines.g_u[k], system.static, matrix)
-            end_rate = np.linalg.solve(matrix, turning).ravel()
+            end_rate = rate_of_force(
+                system, known[:, first + k], lines.g_u[k], lines.g_v[k], z, end
+            )
             defect = end_rate - (2 / steps.h * (end - g) - rate)
             z = z - times(W[4], np.dot(system.into, defect))
             rate = end_rate
-        g, memory = end, new.ravel()
+        g = end
         path.g[k], path.memory[k] = g, memory
     return z, rate

@@ -7,21 +7,18 @@ the kernels are in `events`.
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.piecewise import PiecewiseLinear
 from tipdamp.hbm.time import events, guards
 from tipdamp.hbm.time.base import IntegratedCycle
 from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.time.stuck_system import OnStuckSystem, stuck_system
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.continuation.point import Point
 
 
 @dataclass(frozen=True)
@@ -80,7 +77,7 @@ class ExactIntegrator(OnStuckSystem):
         known = self.stuck.known(np.zeros(1))[0].reshape(self.stuck.shape)
         return self._settled(self.stuck.resting(), self._memory(known))
 
-    def on_orbit(self, point: "Point") -> ExactState:
+    def on_orbit(self, point: Point) -> ExactState:
         """As in `Integrator`."""
         b, w, shape = self.stuck.balance, self.stuck.w, self.stuck.shape
         tau = np.linspace(0, 4 * np.pi, 2 * self.settings.orbit_samples + 1)
@@ -176,27 +173,23 @@ def _for_kernels(
 ) -> guards.Table:
     """The table of the nonlinear force g = f - K_c u - f_rest, its guards in the order of their
     states."""
-    t = piecewise.resolved()
+    t, rows = piecewise.resolved(), np.ascontiguousarray
     gamma, diagonal = t.stiffness.copy(), np.arange(t.stiffness.shape[2])
     gamma[:, :, diagonal, diagonal] -= stiffness[:, None]
     order = np.argsort(t.state, kind="stable")
     return guards.Table(
         gamma,
         t.offset - rest[:, None],
-        _rows(t.by_memory),
+        rows(t.by_memory),
         t.follows,
-        _rows(t.follow_u),
-        _rows(t.follow_0),
+        rows(t.follow_u),
+        rows(t.follow_0),
         np.searchsorted(t.state[order], np.arange(len(t.follows) + 1)),
         t.next_state[order],
         t.of_rate[order],
         t.entry[order],
-        _rows(t.guard_u[:, order]),
-        _rows(t.guard_memory[:, order]),
-        _rows(t.guard_0[:, order]),
-        _rows(t.watched[:, order]),
+        rows(t.guard_u[:, order]),
+        rows(t.guard_memory[:, order]),
+        rows(t.guard_0[:, order]),
+        rows(t.watched[:, order]),
     )
-
-
-def _rows(a: np.ndarray) -> np.ndarray:
-    return np.ascontiguousarray(a)

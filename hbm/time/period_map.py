@@ -12,17 +12,13 @@ other, no instability, and is not counted.
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from tipdamp.hbm.time.base import Integrator
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.time.settings import IntegrationSettings
-
-    pass
+from tipdamp.hbm.time.settings import IntegrationSettings
 
 
 def largest_multiplier(integrator: Integrator, state: Any) -> tuple[float, int]:
@@ -81,7 +77,7 @@ def _by_columns(derivative: Callable, counted: np.ndarray, n: int) -> np.ndarray
 
 
 def _by_arnoldi(
-    derivative: Callable, counted: np.ndarray, n: int, settings: "IntegrationSettings"
+    derivative: Callable, counted: np.ndarray, n: int, settings: IntegrationSettings
 ) -> np.ndarray:
     """Moduli of the leading multipliers; of all where Arnoldi's method does not converge."""
 

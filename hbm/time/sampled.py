@@ -10,21 +10,18 @@ and what follows between two calls is compiled (`equal_steps`). Where it does no
 fewer, down to one by one."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.laws.records import Motion
 from tipdamp.hbm.time import events
 from tipdamp.hbm.time.base import IntegratedCycle
 from tipdamp.hbm.time.equal_steps import EqualSteps, Lines, Path, follow_lines
 from tipdamp.hbm.time.settings import IntegrationSettings
 from tipdamp.hbm.time.stuck_system import OnStuckSystem, stuck_system
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.continuation.point import Point
 
 
 @dataclass(frozen=True)
@@ -95,7 +92,7 @@ class SampledIntegrator(OnStuckSystem):
         memory = stuck.law.initial_state(u, stuck.balance.start, stuck.contacts)
         return self._begin(stuck.resting(), memory)
 
-    def on_orbit(self, point: "Point") -> SampledState:
+    def on_orbit(self, point: Point) -> SampledState:
         """The state of the law settles on the motion of the point over some periods."""
         b = self.stuck.balance
         n = self.settings.samples

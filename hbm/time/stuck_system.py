@@ -6,19 +6,17 @@ what the nonlinear force g adds to it through the poles (see `poles`): u = known
 """
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.balance.residual import HarmonicBalance
+from tipdamp.hbm.continuation.point import Point
 from tipdamp.hbm.laws.base import ContactLaw, Contacts
 from tipdamp.hbm.time.events import System, times
 from tipdamp.hbm.time.poles import split
 from tipdamp.hbm.time.settings import IntegrationSettings
-
-if TYPE_CHECKING:
-    from tipdamp.hbm.continuation.point import Point
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,7 @@ class StuckSystem:
         """(2n,) poles where no nonlinear force has acted."""
         return np.zeros(2 * len(self.system.s))
 
-    def on_orbit(self, point: "Point") -> np.ndarray:
+    def on_orbit(self, point: Point) -> np.ndarray:
         """z (2n,) of a solution of the harmonic balance at t = 0."""
         s, n = self.system.s, len(self.system.s)
         into = self.system.into[:n] + 1j * self.system.into[n:]

@@ -238,12 +238,7 @@ def test_samples_or_harmonics_advised(H, samples, lacking):
     X, x = true.detail.outputs(row), point.detail.outputs(row)
     difference = abs(abs(x[0, 1]) / abs(X[0, 1]) - 1)
     assert difference > 1e-3 and point.detail.forces.shares[0, 1] > 0.1
-    said = comparison._advice(
-        balance,
-        point,
-        row,
-        SimpleNamespace(method="sampled", harmonics=X),
-        difference,
-        IntegrationSettings(),
-    )
+    steady = SimpleNamespace(method="sampled", harmonics=X)
+    judged = comparison._Judged(steady, difference, False)
+    said = comparison._advice(balance, point, row, judged, IntegrationSettings())
     assert said == f"; more {lacking} bring it closer"
