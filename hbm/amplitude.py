@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from tipdamp.hbm import fourier
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.validation import brief
+from tipdamp.hbm.validation import brief, is_whole
 
 KINDS = ("half_peak_to_peak", "harmonic", "rms")
 RIPPLE = 1e-3  # a local maximum that stands out less, relative to its height, is none
@@ -20,7 +20,7 @@ def orders_of(kind: str, order: int | None, H: int, force_orders: ArrayLike) -> 
         return sorted(set(np.asarray(force_orders, dtype=int).tolist())) or [1]
     if kind != "harmonic":
         raise InputError(f"order = {order}: belongs to the kind 'harmonic', not to '{kind}'")
-    if isinstance(order, bool) or not isinstance(order, int | np.integer) or not 1 <= order <= H:
+    if not is_whole(order) or not 1 <= order <= H:
         raise InputError(
             f"order = {brief(order)}: must be a whole number from 1 to harmonics = {H}"
         )

@@ -20,6 +20,7 @@ from tipdamp.hbm import tables
 from tipdamp.hbm.drawing import pictures
 from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.hbm.io.csv_table import read_table
+from tipdamp.hbm.points import placing
 from tipdamp.hbm.validation import brief
 
 if TYPE_CHECKING:
@@ -114,9 +115,11 @@ class ContactTable:
                 raise InputError(
                     f"contact table: {name} has {len(column)} rows, side has {len(self)}"
                 )
-        self._check_values()
+        self._check_texts()
+        self._check_numbers()
+        self._check_frames()
 
-    def _check_values(self) -> None:
+    def _check_texts(self) -> None:
         for name in _TEXT:
             for text in dict.fromkeys(vars(self)[name].tolist()):
                 if text[:1] in _FORMULA or not text.isprintable():
@@ -130,16 +133,11 @@ class ContactTable:
                         f"contact table: {name} '{shown(text)}': has blanks at an end, which a "
                         "file does not keep"
                     )
-        for name, low, high in (
-            ("kn", 0, np.inf),
-            ("kt", 0, np.inf),
-            ("mu", 0, np.inf),
-            ("weight", 0, 1),
-            ("area", 0, np.inf),
-            ("gap", -np.inf, np.inf),
-            ("preload", -np.inf, np.inf),
-        ):
-            values = vars(self)[name]
+
+    def _check_numbers(self) -> None:
+        for name in ("kn", "kt", "mu", "weight", "area", "gap", "preload"):
+            values, low = vars(self)[name], -np.inf if name in ("gap", "preload") else 0
+            high = 1 if name == "weight" else np.inf
             # contact without a spring, in statics alone
             hard = (name in ("kn", "kt")) & np.isposinf(values)
             bad = ~(np.isfinite(values) | hard) | (values < low) | (values > high)
@@ -149,6 +147,8 @@ class ContactTable:
                 raise InputError(
                     f"contact table, pair {i + 1}: {name} = {values[i]:g}, must be {allowed}"
                 )
+
+    def _check_frames(self) -> None:
         off = np.abs(self.frame @ self.frame.transpose(0, 2, 1) - np.eye(3)).max(
             axis=(1, 2), initial=0.0
         )
@@ -202,9 +202,8 @@ class ContactTable:
             f"{self.preload[self.side == side].sum():.4g} N"
             for side in self.sides
         }
-        return tables.notebook_table(
-            f"{len(self)} contact pairs, {int(self.carrying.sum())} carry", rows
-        )
+        caption = f"{len(self)} contact pairs, {int(self.carrying.sum())} carry"
+        return tables.notebook_table(caption, rows)
 
     @property
     def normal(self) -> np.ndarray:
@@ -334,11 +333,7 @@ def relative_motion(model: Moves, pairs: ContactTable) -> sp.csr_matrix:
     ):
         for body in np.unique(bodies[bodies != GROUND]):
             mine = np.flatnonzero(bodies == body)
-            rows = (3 * mine[:, None] + np.arange(3)).ravel()
-            place = sp.csr_matrix(
-                (np.full(len(rows), sign), (rows, np.arange(len(rows)))), shape=(3 * P, len(rows))
-            )
-            apart = apart + place @ model.motion_of(body, numbers[mine])
+            apart = apart + placing(mine, P, sign) @ model.motion_of(body, numbers[mine])
     turn = sp.bsr_matrix(
         (pairs.frame, np.arange(P), np.arange(P + 1)), shape=(3 * P, 3 * P)
     ).tocsr()

@@ -148,13 +148,20 @@ def reduce_interface(
         return None
     errors = estimated(space, np.hstack([space.force, system.force(columns)]), top, settings)
     V = system.motion(basis)
+    there = _held_in_shapes(held, V, K, loads)
+    return InterfaceReduction(_in_shapes(model, pairs, V), V, there, followed, *errors)
+
+
+def _held_in_shapes(
+    held: Sequence[HeldMotion], V: np.ndarray, K: np.ndarray, loads: np.ndarray
+) -> tuple[HeldMotion, ...]:
+    """What is held, on the shapes V (r, m); K : stuck; loads : (r, n)."""
     # of forces, on the dofs and on the new ones
     size = float(np.linalg.norm(loads) / np.linalg.norm(V.T @ loads))
-    there = tuple(
+    return tuple(
         replace(one, row=one.row @ V, motion=V.T @ (K @ one.motion), extent=size * one.extent)
         for one in held
     )
-    return InterfaceReduction(_in_shapes(model, pairs, V), V, there, followed, *errors)
 
 
 def _in_shapes(model: ReducedModel, pairs: ContactTable, V: np.ndarray) -> ReducedModel:
@@ -197,31 +204,28 @@ def nearest_to_slip(
 ) -> np.ndarray:
     """(P,) bool: the pairs that stick up to the smallest multiple of the stuck response to the
     loads (r, n)."""
-    receptance = space.receptance()
-    own = receptance.frequencies
-    hz = np.r_[
-        np.linspace(band.min(), band.max(), settings.grid),
-        own[(own > band.min()) & (own < band.max())],
-    ]
-    factors = receptance.factors(2 * np.pi * hz)[0]
-    shapes, push = B @ receptance.shapes, receptance.shapes.T @ loads
-    amplitude = sum(np.abs(shapes @ (factors * one[:, None])).max(axis=1) for one in push.T)
-    amplitude = amplitude.reshape(len(contacts), -1)
-    sticks = np.sum(
-        [
-            law.sticks_surely(contacts, factor * amplitude)
-            for factor in np.logspace(-4, 4, settings.steps)
-        ],
-        axis=0,
-    )
-    order = (
-        np.argsort(sticks, kind="stable")
-        if sticks.any()
-        else by_force(law, contacts, amplitude, np.pi * band.sum(), settings)
-    )
+    amplitude = _largest_motion(space, B, loads, band, settings).reshape(len(contacts), -1)
+    factors = np.logspace(-4, 4, settings.steps)
+    sticks = np.sum([law.sticks_surely(contacts, one * amplitude) for one in factors], axis=0)
+    if sticks.any():
+        order = np.argsort(sticks, kind="stable")
+    else:
+        order = by_force(law, contacts, amplitude, np.pi * band.sum(), settings)
     found = np.zeros(len(contacts), dtype=bool)
     found[order[: settings.followed]] = True
     return found
+
+
+def _largest_motion(
+    space: Space, B: np.ndarray, loads: np.ndarray, band: np.ndarray, settings: InterfaceSettings
+) -> np.ndarray:
+    """(P nd,) m, of the stuck response over the band, of all loads together."""
+    receptance = space.receptance()
+    own, low, high = receptance.frequencies, band.min(), band.max()
+    hz = np.r_[np.linspace(low, high, settings.grid), own[(own > low) & (own < high)]]
+    factors = receptance.factors(2 * np.pi * hz)[0]
+    shapes, push = B @ receptance.shapes, receptance.shapes.T @ loads
+    return sum(np.abs(shapes @ (factors * one[:, None])).max(axis=1) for one in push.T)
 
 
 def by_force(
@@ -241,12 +245,10 @@ def by_force(
     def off(factor: np.ndarray) -> np.ndarray:
         x = np.zeros((*amplitude.shape, 3))
         x[:, :, 1] = factor[:, None] * amplitude
-        return np.linalg.norm(
-            law.harmonics(contacts, x, start, grid, omega).g[:, :, 1:], axis=(1, 2)
-        )
+        g = law.harmonics(contacts, x, start, grid, omega).g
+        return np.linalg.norm(g[:, :, 1:], axis=(1, 2))
 
-    low: np.ndarray = np.full(len(contacts), -2.0)
-    high: np.ndarray = np.full(len(contacts), 2.0)
+    low, high = np.full(len(contacts), -2.0), np.full(len(contacts), 2.0)
     for _ in range(settings.halvings):
         middle = (low + high) / 2
         sticks = off(10**middle) <= settings.sticks * 10**middle * springs
@@ -273,10 +275,8 @@ def estimated(
             1 - w**2 * period2 + 2j * space.system.ratio * w * np.sqrt(np.maximum(period2, 0))
         )
         y = gain[:, None] * push
-        response = max(
-            response,
-            float((w**2 * np.linalg.norm(left @ y, axis=0) / np.linalg.norm(y, axis=0)).max()),
-        )
+        error = w**2 * np.linalg.norm(left @ y, axis=0) / np.linalg.norm(y, axis=0)
+        response = max(response, float(error.max()))
     low = period2 > 1 / top**2
     frequency = np.linalg.norm(left[:, low], axis=0) / (2 * period2[low])
     return response, float(frequency.max(initial=0.0))
@@ -299,15 +299,6 @@ def _projected(V: np.ndarray, matrix: np.ndarray | None) -> np.ndarray | None:
 
 def _points(model: ReducedModel, pairs: ContactTable, body: str, V: np.ndarray) -> ContactPoints:
     """Every node of the pairs on a body as a contact point on the new dofs."""
-    numbers = np.unique(
-        np.concatenate(
-            [
-                node[bodies == body]
-                for bodies, node in (
-                    (pairs.blade_body, pairs.blade_node),
-                    (pairs.damper_body, pairs.damper_node),
-                )
-            ]
-        )
-    )
+    bodies = np.r_[pairs.blade_body, pairs.damper_body]
+    numbers = np.unique(np.r_[pairs.blade_node, pairs.damper_node][bodies == body])
     return ContactPoints(numbers, np.zeros((len(numbers), 3)), model.motion_of(body, numbers) @ V)

@@ -77,10 +77,14 @@ class ReducedModel:
     points: dict[str, ContactPoints] = field(default_factory=dict)
     rigid: dict[str, np.ndarray] = field(default_factory=dict)
 
+    @property
+    def _dofs_of_bodies(self) -> dict[str, int]:
+        """{body: number of its dofs}, in the order of the model."""
+        bodies = dict.fromkeys(self.body.tolist())
+        return {body: int((self.body == body).sum()) for body in bodies}
+
     def __repr__(self) -> str:
-        bodies = ", ".join(
-            f"{body} {int((self.body == body).sum())}" for body in dict.fromkeys(self.body.tolist())
-        )
+        bodies = ", ".join(f"{body} {count}" for body, count in self._dofs_of_bodies.items())
         return (
             f"<ReducedModel: {self.size} dofs ({bodies}), {int((self.direction == 'mode').sum())} "
             f"of them modes; C {'given' if self.C is not None else 'none'}, groups "
@@ -88,10 +92,7 @@ class ReducedModel:
         )
 
     def _repr_html_(self) -> str:
-        rows = {
-            f"body '{body}'": f"{int((self.body == body).sum())} dofs"
-            for body in dict.fromkeys(self.body.tolist())
-        }
+        rows = {f"body '{body}'": f"{count} dofs" for body, count in self._dofs_of_bodies.items()}
         rows |= {"damping": "C" if self.C is not None else "none"}
         rows |= {"groups": ", ".join(self.groups), "loads": ", ".join(self.loads)}
         return tables.notebook_table(f"Model of {self.size} dofs", rows)
@@ -142,7 +143,10 @@ class ReducedModel:
         )
         _check_rigid(model)
         _check_swapped(M, K)
-        _check_definite(model)
+        _check_mass(model)
+        if C is not None:
+            check_damping(C, lambda i: _dof(model, i))
+        _warn_of_negative_stiffness(model)
         _check_table(model)
         for name, mine in points.items():
             check_points(f"body '{shown(name)}'", mine, r, node[(owner == name) & model.moves])
@@ -169,10 +173,9 @@ class ReducedModel:
         the model."""
         rows = self._rows.get((str(body), int(node)))
         if rows is None and body not in self.body:
-            bodies = list(dict.fromkeys(self.body.tolist()))
             raise InputError(
                 f"the model has no body '{shown(str(body))}' (node {node}); "
-                f"{nearest(str(body), bodies)}"
+                f"{nearest(str(body), self._dofs_of_bodies)}"
             )
         if rows is None:
             raise InputError(
@@ -220,28 +223,24 @@ class ReducedModel:
         for name in bodies:
             if name not in self.body:
                 raise InputError(
-                    f"the model has no body '{name}'; "
-                    f"{nearest(name, dict.fromkeys(self.body.tolist()))}"
+                    f"the model has no body '{name}'; {nearest(name, self._dofs_of_bodies)}"
                 )
         rows = np.flatnonzero(np.isin(self.body, bodies))
         block = np.ix_(rows, rows)
-        return ReducedModel(
-            self.M[block],
-            self.K[block],
-            None if self.C is None else self.C[block],
-            self.body[rows],
-            self.node[rows],
-            self.direction[rows],
-            self.position[rows],
-            {k: v for k, v in self.groups.items() if k.split("/")[0] in bodies},
-            {k: v[rows] for k, v in self.loads.items()},
-            self.provenance,
-            {
-                k: v.onto(sp.eye(self.size, format="csr")[:, rows])
-                for k, v in self.points.items()
-                if k in bodies
-            },
-            {k: v for k, v in self.rigid.items() if k in bodies},
+        own = sp.eye(self.size, format="csr")[:, rows]
+        return replace(
+            self,
+            M=self.M[block],
+            K=self.K[block],
+            C=None if self.C is None else self.C[block],
+            body=self.body[rows],
+            node=self.node[rows],
+            direction=self.direction[rows],
+            position=self.position[rows],
+            groups={k: v for k, v in self.groups.items() if k.split("/")[0] in bodies},
+            loads={k: v[rows] for k, v in self.loads.items()},
+            points={k: v.onto(own) for k, v in self.points.items() if k in bodies},
+            rigid={k: v for k, v in self.rigid.items() if k in bodies},
         )
 
     def with_stiffness(self, K: np.ndarray) -> "ReducedModel":
@@ -251,17 +250,8 @@ class ReducedModel:
 
     def save(self, path: str | Path) -> Path:
         """Write one .npz without pickled objects."""
-        path = Path(path)
-        arrays: dict[str, Any] = dict(
-            M=self.M,
-            K=self.K,
-            body=self.body,
-            node=self.node,
-            direction=self.direction,
-            position=self.position,
-        )
-        if self.C is not None:
-            arrays["C"] = self.C
+        given = ("M", "K", "body", "node", "direction", "position", "C")
+        arrays: dict[str, Any] = {k: vars(self)[k] for k in given if vars(self)[k] is not None}
         arrays["groups"] = np.array(json.dumps({k: v.tolist() for k, v in self.groups.items()}))
         arrays.update({f"load/{k}": v for k, v in self.loads.items()})
         arrays.update({f"rigid/{k}": v for k, v in self.rigid.items()})
@@ -273,8 +263,7 @@ class ReducedModel:
                 for k, v in points.arrays().items()
             }
         )
-        save_npz(path, **arrays)
-        return path
+        return save_npz(path, **arrays)
 
     @classmethod
     def load(cls, path: str | Path) -> "ReducedModel":
@@ -291,25 +280,24 @@ def _columns(
     position: np.ndarray | None = None,
 ) -> tuple:
     """Columns body, node, direction, position of the dof table, as arrays with r rows."""
-    body = np.full(r, body) if isinstance(body, str) else np.asarray(body, dtype=str)
-    node = np.arange(1, r + 1) if node is None else np.asarray(node, dtype=np.int64)
-    direction = np.full(r, "mode") if direction is None else np.asarray(direction, dtype=str)
-    position = np.full((r, 3), np.nan) if position is None else np.asarray(position, dtype=float)
-    for name, column in (
-        ("body", body),
-        ("node", node),
-        ("direction", direction),
-        ("position", position),
-    ):
+    columns = {
+        "body": np.full(r, body) if isinstance(body, str) else np.asarray(body, dtype=str),
+        "node": np.asarray(range(1, r + 1) if node is None else node, dtype=np.int64),
+        "direction": np.asarray(["mode"] * r if direction is None else direction, dtype=str),
+        "position": np.full((r, 3), np.nan)
+        if position is None
+        else np.asarray(position, dtype=float),
+    }
+    for name, column in columns.items():
         if len(column) != r:
             raise InputError(f"dof table: {name} has {len(column)} rows, M and K are {(r, r)}")
     known = (*DIRECTIONS, *ROTATIONS, "mode")
-    unknown = sorted(set(direction.tolist()) - set(known))
+    unknown = sorted(set(columns["direction"].tolist()) - set(known))
     if unknown:
         raise InputError(
             f"dof table: direction '{unknown[0]}' is unknown; {nearest(unknown[0], known)}"
         )
-    return body, node, direction, position
+    return tuple(columns.values())
 
 
 def square(name: str, matrix: np.ndarray | sp.spmatrix) -> np.ndarray:
@@ -378,8 +366,8 @@ def _dof(model: ReducedModel, i: int) -> str:
     return f"dof {i} ({model.body[i]}, node {model.node[i]}, {model.direction[i]})"
 
 
-def _check_definite(model: ReducedModel) -> None:
-    """Every motion has mass, and none is driven by its damping."""
+def _check_mass(model: ReducedModel) -> None:
+    """InputError where a motion has no mass."""
     diagonal = model.M.diagonal()
     if (diagonal <= 0).any():
         i = int((diagonal <= 0).argmax())
@@ -392,8 +380,9 @@ def _check_definite(model: ReducedModel) -> None:
             f"M is not positive definite: a motion mostly of {_dof(model, i)} has the mass "
             f"{values[0]:.1e} of its diagonal"
         )
-    if model.C is not None:
-        check_damping(model.C, lambda i: _dof(model, i))
+
+
+def _warn_of_negative_stiffness(model: ReducedModel) -> None:
     stiff = np.abs(model.K.diagonal())
     rounding = np.where(model.moves, ROUNDING * stiff.max(initial=0.0, where=model.moves), 0.0)
     size = np.sqrt(np.maximum(np.maximum(stiff, rounding), 1e-30 * np.abs(model.K).max()))

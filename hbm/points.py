@@ -112,13 +112,7 @@ def motion_of(
     dofs : node number to (3,) int, -1 where clamped; it raises where there is no such node
     """
     numbers = np.asarray(numbers, dtype=np.int64)
-    found: np.ndarray = np.full(len(numbers), -1)
-    if points is not None and len(points.number):
-        order = np.argsort(points.number)
-        place = order[
-            np.minimum(np.searchsorted(points.number, numbers, sorter=order), len(order) - 1)
-        ]
-        found = np.where(points.number[place] == numbers, place, -1)
+    found = _places(points, numbers)
     column = np.array(
         [dofs(int(n)) if p < 0 else (-1, -1, -1) for n, p in zip(numbers, found, strict=True)],
         dtype=np.int64,
@@ -128,8 +122,26 @@ def motion_of(
     if points is None or (found < 0).all():
         return unit
     mine = np.flatnonzero(found >= 0)
-    rows = (3 * mine[:, None] + np.arange(3)).ravel()
-    place = sp.csr_matrix(
-        (np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(len(column), len(rows))
-    )
-    return (unit + place @ points.motion[(3 * found[mine][:, None] + np.arange(3)).ravel()]).tocsr()
+    place = placing(mine, len(numbers))
+    return (unit + place @ points.motion[xyz_rows(found[mine])]).tocsr()
+
+
+def _places(points: ContactPoints | None, numbers: np.ndarray) -> np.ndarray:
+    """(n,) of numbers among the contact points; -1 of others."""
+    if points is None or not len(points.number):
+        return np.full(len(numbers), -1)
+    order = np.argsort(points.number)
+    place = order[np.searchsorted(points.number, numbers, sorter=order).clip(max=len(order) - 1)]
+    return np.where(points.number[place] == numbers, place, -1)
+
+
+def xyz_rows(places: np.ndarray) -> np.ndarray:
+    """(3n,) rows of x, y, z of each place (n,) in turn."""
+    return (3 * places[:, None] + np.arange(3)).ravel()
+
+
+def placing(places: np.ndarray, count: int, factor: float = 1.0) -> sp.csr_matrix:
+    """(3 count, 3n) that puts x, y, z of n vectors, times a factor, at their places (n,)."""
+    rows = xyz_rows(places)
+    entries = np.full(len(rows), factor), (rows, np.arange(len(rows)))
+    return sp.csr_matrix(entries, shape=(3 * count, len(rows)))

@@ -258,28 +258,20 @@ class Problem(AnyProblem):
         """The same as matrices, contacts and one law; without a law with a spring of no force."""
         if not self.attached:
             return self.add(CubicSpring(0.0), 0).contact_problem
-        laws, of_contact = _kinds([one.law for one in self.attached])
+        law, B = self._law_and_motion()
         names = ("kn", "kt", "mu", "preload")
         settings = Contacts(
             *(np.concatenate([vars(one.settings)[name] for one in self.attached]) for name in names)
         )
-        if len(laws) == 1:
-            law, B = laws[0], np.vstack([one.rows for one in self.attached])
-        else:
-            law = MixedLaw(laws, of_contact)
-            B = np.vstack([_all_components(one, law.components) for one in self.attached])
-        static = (
-            None if self.static is None else numbers("static", self.static, "must be numbers in N")
-        )
-        K = cast(np.ndarray, self.K)
+        static = self.static
         found = ContactProblem(
             cast(np.ndarray, self.M),
             cast(Any, self.C),
-            K,
+            cast(np.ndarray, self.K),
             B,
             law,
             settings,
-            static,
+            None if static is None else numbers("static", static, "must be numbers in N"),
             self.preloaded,
             self.damping_ratio,
             general=self.general,
@@ -295,6 +287,15 @@ class Problem(AnyProblem):
             )
             warnings.warn(doubt, Doubt, stacklevel=3)
         return found
+
+    def _law_and_motion(self) -> tuple[ContactLaw, np.ndarray]:
+        """(one law of all contacts, (P nd, r) that takes the components of their motion out of
+        q)."""
+        laws, of_contact = _kinds([one.law for one in self.attached])
+        if len(laws) == 1:
+            return laws[0], np.vstack([one.rows for one in self.attached])
+        law = MixedLaw(laws, of_contact)
+        return law, np.vstack([_all_components(one, law.components) for one in self.attached])
 
     @with_options_named
     def follow_band(

@@ -39,13 +39,13 @@ def first_largest(values: ArrayLike, same: float = SAME) -> int:
     return int((values >= np.nanmax(values, initial=-np.inf) - same * finite).argmax())
 
 
-def levels(values: ArrayLike, same: float = SAME) -> np.ndarray:
-    """(n,) 0, 1, ... ascending with the values (n,): those that follow each other within `same` of
+def levels(values: ArrayLike) -> np.ndarray:
+    """(n,) 0, 1, ... ascending with the values (n,): those that follow each other within SAME of
     the largest magnitude share a level."""
     values = np.asarray(values, dtype=float)
     order = np.argsort(values)
     found = np.empty(len(values), dtype=np.int64)
-    gap = same * np.abs(values[np.isfinite(values)]).max(initial=0.0)
+    gap = SAME * np.abs(values[np.isfinite(values)]).max(initial=0.0)
     ahead, behind = values[order[1:]], values[order[:-1]]
     found[order] = np.cumsum(
         np.r_[False, (ahead != behind) & ~(ahead <= behind + gap)][: len(values)]

@@ -22,7 +22,7 @@ MAY_BE_ZERO = ("outside", "max_restarts", "max_gaps")  # of the settings
 
 def check_harmonics(H: Any) -> int:
     """The highest harmonic; InputError where it is no whole number, or too large."""
-    if isinstance(H, bool) or not isinstance(H, int | np.integer) or not 0 <= H <= MOST_HARMONICS:
+    if not is_whole(H) or not 0 <= H <= MOST_HARMONICS:
         raise InputError(
             f"harmonics = {H!r}: must be a whole number between 0 and {MOST_HARMONICS}, or 'auto' "
             "for a curve"
@@ -66,15 +66,12 @@ def interval(name: str, ends: Any, unit: str = "") -> tuple[float, float]:
     except (TypeError, ValueError):
         what = f"frequencies in{unit}" if unit else "values"
         raise InputError(f"{name} = {ends!r}: must be two {what}, (from, to)") from None
-    if not (np.isfinite(first) and np.isfinite(last) and first > 0 and last > 0) or first == last:
+    low, high = min(first, last), max(first, last)
+    if not (np.isfinite([first, last]).all() and low > 0) or first == last:
         raise InputError(
             f"{name} = ({first:g}, {last:g}){unit}: both must be positive, and different"
         )
-    if (
-        min(first, last) < LEAST
-        or max(first, last) > MOST
-        or abs(last - first) < CLOSEST * max(first, last)
-    ):
+    if low < LEAST or high > MOST or high - low < CLOSEST * high:
         raise InputError(
             f"{name} = ({first!r}, {last!r}){unit}: both must lie between {LEAST:g} and {MOST:g} "
             f"and differ by {CLOSEST:g} of their size, which double precision can carry"
@@ -100,8 +97,7 @@ def check_beyond(beyond: Any, name: str, ends: tuple[float, float], unit: str = 
 def check_samples(samples: Any, H: int) -> int | None:
     """None stays None: the law's own number."""
     least = max(8, 4 * H)
-    whole = isinstance(samples, int | np.integer) and not isinstance(samples, bool)
-    if samples is not None and not (whole and least <= samples <= MOST_SAMPLES):
+    if samples is not None and not (is_whole(samples) and least <= samples <= MOST_SAMPLES):
         raise InputError(
             f"samples = {samples!r}: must be a whole number, at least {least} for harmonics = "
             f"{H}, and at most {MOST_SAMPLES}"
@@ -130,7 +126,7 @@ def check_forcing(forcing: Any, r: int, H: int) -> dict[int, np.ndarray]:
         F = numbers(
             f"forcing of harmonic {k!r}", F, f"must be {r} numbers in N, real or complex", complex
         )
-        if isinstance(k, bool) or not isinstance(k, int | np.integer) or not 0 < k:
+        if not is_whole(k) or not 0 < k:
             raise InputError(
                 f"forcing of harmonic {k!r}: harmonics count from 1; constant loads go into "
                 "`static`"
@@ -176,14 +172,15 @@ def check_outputs(outputs: Any, r: int) -> tuple[list[str], np.ndarray]:
 def row_of_dofs(where: Any, unit: Callable[[int], np.ndarray]) -> np.ndarray | None:
     """(r,) row of a dof, or of two dofs (a, b): a less b; None of anything else; unit : gives the
     row of a dof."""
-    if _is_dof(where):
+    if is_whole(where):
         return unit(int(where))
-    if isinstance(where, tuple) and len(where) == 2 and all(map(_is_dof, where)):
+    if isinstance(where, tuple) and len(where) == 2 and all(map(is_whole, where)):
         return unit(int(where[0])) - unit(int(where[1]))
     return None
 
 
-def _is_dof(value: Any) -> bool:
+def is_whole(value: Any) -> bool:
+    """Whether a value is a whole number, and no truth value."""
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
@@ -201,11 +198,7 @@ def check_groups(groups: Any, names: list[str]) -> list[list[int]]:
     None."""
     if groups is None:
         return [[j] for j in range(len(names))]
-    if (
-        isinstance(groups, str)
-        or not isinstance(groups, Iterable)
-        or any(isinstance(g, str) for g in groups)
-    ):
+    if _is_no_list(groups) or any(isinstance(g, str) for g in groups):
         raise InputError(
             f"peaks = {brief(groups)}: must be groups of names of outputs, [[name, name, ...], ...]"
         )
@@ -215,13 +208,17 @@ def check_groups(groups: Any, names: list[str]) -> list[list[int]]:
 
 def check_names(argument: str, chosen: Any, names: list[str]) -> None:
     """InputError where what is chosen are no names of outputs."""
-    if isinstance(chosen, str) or not isinstance(chosen, Iterable):
+    if _is_no_list(chosen):
         raise InputError(
             f"{argument} = {brief(chosen)}: must be names of outputs, [name, name, ...]"
         )
     for name in chosen:
         if name not in names:
             raise InputError(f"{argument}: output '{name}' is unknown; {nearest(str(name), names)}")
+
+
+def _is_no_list(value: Any) -> bool:
+    return isinstance(value, str) or not isinstance(value, Iterable)
 
 
 def one_of(name: str, value: Any, allowed: tuple[str, ...]) -> Any:
@@ -300,12 +297,8 @@ def numbers(name: str, value: Any, allowed: str, kind: type = float) -> np.ndarr
     """The value as an array of real (float) or complex numbers; InputError where it is none."""
     try:
         array = np.asarray(value.toarray() if sp.issparse(value) else value)
-        if (
-            array.dtype.kind not in "iufc"
-            or kind is float
-            and np.iscomplexobj(array)
-            and array.imag.any()
-        ):
+        is_complex = np.iscomplexobj(array) and array.imag.any()
+        if array.dtype.kind not in "iufc" or kind is float and is_complex:
             raise TypeError
     except (TypeError, ValueError):
         raise InputError(f"{name} = {brief(value)}: {allowed}") from None

@@ -55,13 +55,7 @@ def draw_panel(axes: Any, panel: Panel, handles: dict[str, Any]) -> None:
     if panel.title:
         axes.set_title(plain_text(panel.title))
     axes.set_axisbelow(True)
-    if panel.log_y:
-        axes.set_yscale("log")
-    if panel.log_x:
-        axes.set_xscale("log")
-        _fine_ticks(axes.xaxis, panel.x_range)
-        if panel.log_y:
-            _fine_ticks(axes.yaxis, panel.y_range)
+    _set_scales(axes, panel)
     for item in panel.items:
         if isinstance(item, Line):
             _line(axes, item)
@@ -84,6 +78,17 @@ def draw_panel(axes: Any, panel: Panel, handles: dict[str, Any]) -> None:
         axes.set_ylim(*panel.y_range)
     elif not panel.log_y:
         _room_above_labels(axes, panel)
+
+
+def _set_scales(axes: Any, panel: Panel) -> None:
+    """Logarithmic where the panel has it so."""
+    if panel.log_y:
+        axes.set_yscale("log")
+    if panel.log_x:
+        axes.set_xscale("log")
+        _fine_ticks(axes.xaxis, panel.x_range)
+        if panel.log_y:
+            _fine_ticks(axes.yaxis, panel.y_range)
 
 
 def _fine_ticks(axis: Any, limits: tuple[float, float] | None) -> None:
@@ -147,36 +152,26 @@ def _line(axes: "Axes", item: Line) -> None:
     draw_line(item.value, color=item.color, linestyle=DASH[item.dash], linewidth=0.9)
     if not item.label:
         return
-    along = 0.98 if item.end == "high" else 0.02
-    side = "right" if item.left else "left"
-    across = (0.02, "left") if item.left else (0.98, "right")
-    place = {
-        "x": (
-            (item.value, along),
-            axes.get_xaxis_transform(),
-            side,
-            "top" if item.end == "high" else "bottom",
-        ),
-        "y": (
-            (across[0], item.value),
-            axes.get_yaxis_transform(),
-            across[1],
-            "bottom" if item.end == "high" else "top",
-        ),
-    }
-    xy, transform, ha, va = place[item.axis]
+    high = item.end == "high"
+    place: dict[str, Any]
+    if item.axis == "x":
+        place = {
+            "xy": (item.value, 0.98 if high else 0.02),
+            "xycoords": axes.get_xaxis_transform(),
+            "ha": "right" if item.left else "left",
+            "va": "top" if high else "bottom",
+            "xytext": (-2 if item.left else 2, 0),
+        }
+    else:
+        place = {
+            "xy": (0.02 if item.left else 0.98, item.value),
+            "xycoords": axes.get_yaxis_transform(),
+            "ha": "left" if item.left else "right",
+            "va": "bottom" if high else "top",
+            "xytext": (0, 2 if high else -2),
+        }
     axes.annotate(
-        plain_text(item.label),
-        xy,
-        xycoords=transform,
-        ha=ha,
-        va=va,
-        color=item.color,
-        fontsize=8,
-        xytext=(-2 if item.left else 2, 0)
-        if item.axis == "x"
-        else (0, 2 if item.end == "high" else -2),
-        textcoords="offset points",
+        plain_text(item.label), color=item.color, fontsize=8, textcoords="offset points", **place
     )
 
 

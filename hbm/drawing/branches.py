@@ -66,19 +66,26 @@ def branch_lines(
     to the named points at which stability changes, or to the points beside it where none is known;
     a gap where the branch does not lead on, and a dot for a point by itself."""
     gaps, turns = np.flatnonzero(curve.jumps), _changes(curve)
-    at = np.r_[gaps, [curve.named_points[k].index + 1 for k in turns]].astype(int)
-    turning = [curve.named_points[k].parameter for k in turns]
-    x = np.insert(curve.parameter, at, np.r_[curve.parameter[gaps], turning])
+    turning = [curve.named_points[k] for k in turns]
+    at = np.r_[gaps, [one.index + 1 for one in turning]].astype(int)
+    x = np.insert(
+        curve.parameter, at, np.r_[curve.parameter[gaps], [one.parameter for one in turning]]
+    )
     drawn = np.insert(amplitude, at, np.r_[np.full(len(gaps), np.nan), named[turns]])
     unstable = np.insert(curve.unstable, at, False)
     yield Curve(x, np.where(unstable, np.nan, drawn), name, color, width=width)
     if unstable.any():
-        beside = unstable | np.r_[False, unstable[:-1]] | np.r_[unstable[1:], False]
-        yield Curve(x, np.where(beside, drawn, np.nan), "unstable", color, "dash", width)
+        dashed = np.where(unstable | _next_to(unstable), drawn, np.nan)
+        yield Curve(x, dashed, "unstable", color, "dash", width)
     known = np.isfinite(drawn)
-    alone = known & ~np.r_[False, known[:-1]] & ~np.r_[known[1:], False]
+    alone = known & ~_next_to(known)
     if alone.any():
         yield Marks(x[alone], drawn[alone], "", color, size=2 * width)
+
+
+def _next_to(points: np.ndarray) -> np.ndarray:
+    """(n,) bool, before or after one of the points (n,) bool."""
+    return np.r_[False, points[:-1]] | np.r_[points[1:], False]
 
 
 def _changes(curve: ForcedResponse) -> list[int]:

@@ -123,17 +123,21 @@ def _amplitude_items(
         band = error_band(curve, a, error, color)
         seen = 2 * np.nanmax(error, initial=0.0) > LINE * np.nanmax(a, initial=0.0)
         yield band if seen else replace(band, name="")
-    places = [
-        Place(one.kind, one.parameter, height)
-        for one, height in zip(curve.named_points, named, strict=True)
-    ]
-    yield from named_marks(places, BIFURCATIONS, color)
-    yield from named_marks(outermost(places), CONTACTS, color)
-    if kind == "half_peak_to_peak" and curve.peak_points.size and np.isfinite(a).any():
+    yield from _named_marks(curve, named, color)
+    if solved and curve.peak_points.size and np.isfinite(a).any():
         top = int(np.nanargmax(a))
         if curve.peak_points[top, j]:
             yield peak_mark(float(curve.parameter[top]), float(a[top]), color)
     yield from failures(curve, a, curve.complete)
+
+
+def _named_marks(curve: ForcedResponse, heights: np.ndarray, color: str) -> Iterator[Item]:
+    places = [
+        Place(one.kind, one.parameter, height)
+        for one, height in zip(curve.named_points, heights, strict=True)
+    ]
+    yield from named_marks(places, BIFURCATIONS, color)
+    yield from named_marks(outermost(places), CONTACTS, color)
 
 
 def period(
@@ -228,14 +232,7 @@ def preload_map(pairs: ContactTable, side: str, ax: Any) -> Any:
     several sides can share axes."""
     rows = {name: 1 + int(pairs.row[pairs.side == name].max()) for name in pairs.sides}
     before = sum(rows[name] for name in pairs.sides[: pairs.sides.index(side)])
-    mine = pairs.select(pairs.side == side)
-    places = (
-        pairs.position[(pairs.side == name) & (pairs.row == row)]
-        for name in pairs.sides
-        for row in range(rows[name])
-    )
-    spans = [np.ptp(place, axis=0) for place in places if len(place) > 1]
-    along = int(np.sum([*spans, 1e-9 * np.ptp(pairs.position, axis=0)], axis=0).argmax())
+    mine, along = pairs.select(pairs.side == side), _along_rows(pairs, rows)
     low = lowest_shown(pairs.preload)
     items: list[Item] = [Line("y", 0.0, color=GREY, dash="solid")]
     for row in np.unique(mine.row):
@@ -245,6 +242,17 @@ def preload_map(pairs: ContactTable, side: str, ax: Any) -> Any:
         items += row_items(place, mine.preload[of_row], name, int(row), low, before)
     at = f"{'xyz'[along]} (mm)"
     return on_axes(Panel(f"side '{side}'", at, "normal preload (N)", tuple(items)), ax)
+
+
+def _along_rows(pairs: ContactTable, rows: Mapping[str, int]) -> int:
+    """Number of the coordinate that the rows of all sides, so many of each, follow most."""
+    places = (
+        pairs.position[(pairs.side == name) & (pairs.row == row)]
+        for name, count in rows.items()
+        for row in range(count)
+    )
+    spans = [np.ptp(place, axis=0) for place in places if len(place) > 1]
+    return int(np.sum([*spans, 1e-9 * np.ptp(pairs.position, axis=0)], axis=0).argmax())
 
 
 def sets_tried(

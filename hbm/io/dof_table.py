@@ -38,35 +38,28 @@ def read_dofs(path: str | Path, body: str = "body") -> dict:
                 f"{path}: column '{column}' is missing; needed: node, direction; may be: body, x, "
                 "y, z"
             )
-    none = [float("nan")] * len(table.rows)
-    position = [
-        table.numbers(k, empty=float("nan")) if k in table.header else none for k in DIRECTIONS
-    ]
+    none = [np.nan] * len(table.rows)
+    position = [table.numbers(k, empty=np.nan) if k in table.header else none for k in DIRECTIONS]
     node = table.numbers("node", int)
     bodies = table.texts("body") if "body" in table.header else [body] * len(table.rows)
+    groups = {}
+    for name, key in _named(table.header, "group "):
+        marked = (n for n, mark in zip(node, table.texts(key), strict=True) if mark)
+        groups[name] = list(dict.fromkeys(marked))
     return dict(
         body=np.array([name or body for name in bodies]),
         node=node,
         position=np.transpose(position).tolist(),
         direction=[text.lower() for text in table.texts("direction")],
         loads={name: table.numbers(key, empty=0.0) for name, key in _named(table.header, "load ")},
-        groups={
-            name: list(
-                dict.fromkeys(n for n, mark in zip(node, table.texts(key), strict=True) if mark)
-            )
-            for name, key in _named(table.header, "group ")
-        },
+        groups=groups,
     )
 
 
 def _kind(column: str) -> type:
-    return (
-        int
-        if column == "node"
-        else float
-        if column in DIRECTIONS or column.startswith("load ")
-        else str
-    )
+    if column == "node":
+        return int
+    return float if column in DIRECTIONS or column.startswith("load ") else str
 
 
 def read_npz(path: str | Path) -> dict:
@@ -78,26 +71,14 @@ def read_npz(path: str | Path) -> dict:
     path = Path(path)
     if not path.is_file():
         raise InputError(f"reduced model not found: {path}")
+    found = _arrays(path)
     try:
-        content = open_npz(path, packed=True)
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path}: is not an .npz of plain arrays ({error})") from None
-    if isinstance(content, np.ndarray):
-        raise InputError(f"{path}: is a single array, an .npz with M and K is needed")
-    with content as z:
-        for key in ("M", "K"):
-            if key not in z.files:
-                raise InputError(f"{path}: holds no matrix '{key}', only {', '.join(z.files)}")
-        try:
-            found = {k: z[k] for k in z.files}
-            groups = json.loads(str(found.get("groups", "{}")))
-            provenance = (
-                json.loads(str(found["provenance"]))
-                if "provenance" in found
-                else {"file": path.name}
-            )
-        except (ValueError, OSError, EOFError, zlib.error, zipfile.BadZipFile) as error:
-            raise InputError(f"{path}: is damaged ({error})") from None
+        groups, provenance = (
+            json.loads(str(found.get(name, absent)))
+            for name, absent in (("groups", "{}"), ("provenance", json.dumps({"file": path.name})))
+        )
+    except ValueError as error:
+        raise InputError(f"{path}: is damaged ({error})") from None
     loads, rigid = (
         {k.removeprefix(start): v for k, v in found.items() if k.startswith(start)}
         for start in ("load/", "rigid/")
@@ -110,6 +91,24 @@ def read_npz(path: str | Path) -> dict:
         "points": _points(path, found),
         "rigid": rigid,
     }
+
+
+def _arrays(path: Path) -> dict[str, np.ndarray]:
+    """All of an .npz with M and K."""
+    try:
+        content = open_npz(path, packed=True)
+    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(f"{path}: is not an .npz of plain arrays ({error})") from None
+    if isinstance(content, np.ndarray):
+        raise InputError(f"{path}: is a single array, an .npz with M and K is needed")
+    with content as z:
+        for key in ("M", "K"):
+            if key not in z.files:
+                raise InputError(f"{path}: holds no matrix '{key}', only {', '.join(z.files)}")
+        try:
+            return {k: z[k] for k in z.files}
+        except (ValueError, OSError, EOFError, zlib.error, zipfile.BadZipFile) as error:
+            raise InputError(f"{path}: is damaged ({error})") from None
 
 
 def _points(path: Path, found: dict[str, np.ndarray]) -> dict[str, ContactPoints]:
@@ -157,17 +156,19 @@ def check_labels(labels: Sequence[tuple[int, int]], table: dict, dofs: object, M
 def saved_table(path: str | Path) -> dict:
     """Columns, groups and loads in an .npz of ReducedModel.save or a .mat of `matrices_out`; empty
     for other files."""
-    if Path(path).suffix.lower() == ".npz":
+    kind = Path(path).suffix.lower()
+    if kind == ".npz":
         with open_npz(path, packed=True) as z:
             if not {"M", "K", "node", "direction"} <= set(z.files):
                 return {}
         found = read_npz(path)
         return {name: found[name] for name in (*TABLE, "groups", "loads") if name in found}
-    if Path(path).suffix.lower() != ".mat":
-        return {}
-    content = open_matlab(path)
-    if not {*TABLE} <= set(content):
-        return {}
+    content = open_matlab(path) if kind == ".mat" else {}
+    return _matlab_table(content) if {*TABLE} <= set(content) else {}
+
+
+def _matlab_table(content: dict[str, Any]) -> dict:
+    """Of the variables that `matrices_out` writes."""
     names = {
         key: ["".join(np.ravel(cell).tolist()) for cell in np.ravel(content.get(key, []))]
         for key in ("body", "direction", "group_names", "load_names")

@@ -15,6 +15,7 @@ M and K from such a file, `dofs` may be left out.
 
 import math
 import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -52,10 +53,7 @@ def read_model(
     labels = None
     matrices: dict = {}
     for name, path in (("M", M), ("K", K), ("C", C)):
-        if path is None:
-            matrices[name] = None
-            continue
-        matrices[name], found = read_matrix(path, name)
+        matrices[name], found = (None, None) if path is None else read_matrix(path, name)
         if found is not None and labels is not None and found != labels:
             raise InputError(f"{path}: its nodes and dofs are not those of {M}")
         labels = labels or found
@@ -153,29 +151,48 @@ def harwell_boeing(path: str | Path) -> sp.csc_matrix:
     for layout, count, number in zip(
         formats, counts[1:4], (columns + 1, entries, entries), strict=True
     ):
-        field = re.search(r"[IDEFG](\d+)", layout.upper())
-        if field is None:
-            raise ValueError(f"format {layout} is unknown")
-        width = int(field[1])
-        text = [
-            line[k : k + width]
-            for line in lines[at : at + count]
-            for k in range(0, len(line.rstrip()), width)
-        ]
-        parts.append([t for t in text if t.strip()][:number])
+        parts.append(_fields(lines[at : at + count], layout)[:number])
         if len(parts[-1]) != number:
             raise InputError(
                 f"{path}: is cut off, {number} numbers expected where {len(parts[-1])} stand"
             )
         at += count
     pointer, index = (np.array(p, dtype=np.int64) - 1 for p in parts[:2])
-    values = np.array([v.upper().replace("D", "E") for v in parts[2]], dtype=float)
+    values = _floats(parts[2])
     return sp.csc_matrix((values, index, pointer), shape=(rows, columns))
+
+
+def _fields(lines: Sequence[str], layout: str) -> list[str]:
+    """Texts of the numbers in lines of a Fortran format, as (4E20.12)."""
+    field = re.search(r"[IDEFG](\d+)", layout.upper())
+    if field is None:
+        raise ValueError(f"format {layout} is unknown")
+    width = int(field[1])
+    texts = [line[k : k + width] for line in lines for k in range(0, len(line.rstrip()), width)]
+    return [text for text in texts if text.strip()]
+
+
+def _floats(texts: Iterable[str]) -> np.ndarray:
+    """Of Fortran, whose exponents may begin with D."""
+    return np.array([text.upper().replace("D", "E") for text in texts], dtype=float)
 
 
 def abaqus_text(path: str | Path) -> tuple[Any, Any]:
     """(matrix, labels) of Abaqus' matrix text: 'node, dof, node, dof, value' or 'row, column,
     value' lines."""
+    rows = _entries(path)
+    values = _floats(row[-1] for row in rows)
+    if len(rows[0]) == 3:
+        ij = np.array([r[:2] for r in rows], dtype=np.int64) - 1
+        return sp.coo_matrix((values, ij.T), shape=(ij.max() + 1,) * 2), None
+    pairs = np.array([r[:4] for r in rows], dtype=np.int64)
+    labels, place = np.unique(np.vstack([pairs[:, :2], pairs[:, 2:]]), axis=0, return_inverse=True)
+    K = sp.coo_matrix((values, place.reshape(2, -1)), shape=(len(labels),) * 2)
+    return K.tocsr(), tuple((int(a), int(b)) for a, b in labels)
+
+
+def _entries(path: str | Path) -> list[list[str]]:
+    """Fields of each line, three or five of all; comments are left out."""
     rows: list[list[str]] = []
     for number, line in enumerate(Path(path).read_text().splitlines(), 1):
         line = line.strip()
@@ -190,19 +207,10 @@ def abaqus_text(path: str | Path) -> tuple[Any, Any]:
         rows.append(fields)
     if not rows:
         raise InputError(f"{path}: holds no entries")
-    values = np.array([r[-1].upper().replace("D", "E") for r in rows], dtype=float)
-    if len(rows[0]) == 3:
-        ij = np.array([r[:2] for r in rows], dtype=np.int64) - 1
-        return sp.coo_matrix((values, ij.T), shape=(ij.max() + 1,) * 2), None
-    pairs = np.array([r[:4] for r in rows], dtype=np.int64)
-    labels, place = np.unique(np.vstack([pairs[:, :2], pairs[:, 2:]]), axis=0, return_inverse=True)
-    K = sp.coo_matrix((values, place.reshape(2, -1)), shape=(len(labels),) * 2)
-    return K.tocsr(), tuple((int(a), int(b)) for a, b in labels)
+    return rows
 
 
-def _ansys(
-    path: Path,
-) -> tuple[sp.spmatrix, tuple[tuple, ...] | None]:
+def _ansys(path: Path) -> tuple[sp.spmatrix, tuple[tuple, ...] | None]:
     """(matrix, None) of Harwell-Boeing in the fixed columns of Ansys, or as loosely as scipy writes
     and reads it; under the same ending also Abaqus' text, with its labels."""
     text = path.read_text(errors="replace")

@@ -55,13 +55,8 @@ def write_op4(path: str | Path, matrices: Mapping[str, Any]) -> None:
             raise InputError(f"OUTPUT4: name '{name}': must be 1 to 8 letters and digits")
         matrix = np.asarray(given.toarray() if sp.issparse(given) else given, dtype=float)
         rows, columns = matrix.shape
-        form = (
-            RECTANGULAR
-            if rows != columns
-            else SYMMETRIC
-            if np.array_equal(matrix, matrix.T)
-            else SQUARE
-        )
+        square = SYMMETRIC if np.array_equal(matrix, matrix.T) else SQUARE
+        form = square if rows == columns else RECTANGULAR
         lines.append(
             f"{columns:8d}{rows:8d}{form:8d}{2:8d}{name.upper():8s}1P,{PER_LINE}E{WIDTH}.16"
         )

@@ -27,30 +27,46 @@ def read_punch(path: str | Path) -> tuple[dict[str, sp.csr_matrix], tuple[Label,
 
     Other entries are left out. Raises InputError with the line that is none.
     """
-    forms: dict[str, int] = {}
-    entries: dict[str, list] = {}
-    name, column = "", (0, 0)
+    found = _Entries()
     for number, line in enumerate(Path(path).read_text(errors="replace").splitlines(), 1):
         try:
-            if line.startswith("DMIG*"):
-                name, column = line[8:24].strip(), _label(line[24:56])
-            elif line.startswith("DMIG ") and line[16:24].strip() == "0":
-                forms[line[8:16].strip()] = int(line[24:32])
-                entries[line[8:16].strip()] = []
-            elif line.startswith("*") and name:
-                entries[name].append((_label(line[8:40]), column, _number(line[40:56])))
-            elif line.startswith("DMIG"):
-                raise ValueError("a header, or an entry DMIG* in fields of 16, expected")
-            elif not line.startswith("$"):
-                name = ""  # continues another entry
+            found.read(line)
         except (ValueError, KeyError) as error:
             raise InputError(f"{path}, line {number}: no DMIG as it is punched ({error})") from None
-    square = {name: entries[name] for name, form in forms.items() if form in SQUARE_FORMS}
+    forms = found.forms
+    square = {name: found.entries[name] for name, form in forms.items() if form in SQUARE_FORMS}
     labels = tuple(sorted({end for rows in square.values() for row in rows for end in row[:2]}))
     place = {label: k for k, label in enumerate(labels)}
     return {
         name: _matrix(rows, place, forms[name] == SYMMETRIC) for name, rows in square.items()
     }, labels
+
+
+class _Entries:
+    """What the lines of a file hold, one after the other.
+
+    forms : {name: form of the matrix}; entries : {name: [(label of the row, of the column, value)]}
+    """
+
+    def __init__(self) -> None:
+        self.forms: dict[str, int] = {}
+        self.entries: dict[str, list] = {}
+        self.name, self.column = "", (0, 0)  # to which a line with a star belongs
+
+    def read(self, line: str) -> None:
+        """The next line; ValueError or KeyError where it is none."""
+        if line.startswith("DMIG*"):
+            self.name, self.column = line[8:24].strip(), _label(line[24:56])
+        elif line.startswith("DMIG ") and line[16:24].strip() == "0":
+            self.forms[line[8:16].strip()] = int(line[24:32])
+            self.entries[line[8:16].strip()] = []
+        elif line.startswith("*") and self.name:
+            entry = _label(line[8:40]), self.column, _number(line[40:56])
+            self.entries[self.name].append(entry)
+        elif line.startswith("DMIG"):
+            raise ValueError("a header, or an entry DMIG* in fields of 16, expected")
+        elif not line.startswith("$"):
+            self.name = ""  # continues another entry
 
 
 def write_punch(path: str | Path, matrices: Mapping[str, Any], labels: Sequence[Label]) -> None:

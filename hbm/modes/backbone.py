@@ -88,8 +88,7 @@ def backbone(
     >>> print(f"{mode.damping_ratio[0]:.1%} stuck, {mode.damping_ratio.max():.1%} at most")
     0.0% stuck, 6.5% at most
     """
-    began = time.perf_counter()
-    at = _check_amplitudes(amplitudes)
+    began, at = time.perf_counter(), _check_amplitudes(amplitudes)
     equation, rows, names = mode_equation(
         problem, mode, outputs, check_harmonics(harmonics), samples
     )
@@ -103,14 +102,7 @@ def backbone(
         )
     with watched(progress, at[0], at[-1], " m", by_factors=True) as told:
         budget = Budget(settings, told, at[0], len(equation.weights))
-
-        def report(point: Point, step: float) -> None:
-            budget.point(point.parameter, step, point.iterations)
-
-        equation.balance.on_call = budget.call
-        branch = follow(equation.evaluate, begin, at[-1], equation.weights, settings, report)
-        equation.balance.on_call = None
-    _cut(branch)
+        branch = _followed(equation, begin, at[-1], settings, budget)
     missed = insert_crossings(equation.evaluate, branch, at[1:-1], equation.weights, settings)
     _end_of_sticking(equation, branch, settings)
     return _record(equation, branch, (names, rows), missed, (mode, time.perf_counter() - began))
@@ -177,13 +169,23 @@ def _first(equation: ModeEquation, a: float, settings: Settings) -> Point:
     return failed(len(equation.weights), a)
 
 
-def _cut(branch: Branch) -> None:
-    """End the branch where the frequency falls to zero: beyond it runs back, with the time
-    reversed."""
+def _followed(
+    equation: ModeEquation, begin: Point, last: float, settings: Settings, budget: Budget
+) -> Branch:
+    """The branch to the last amplitude; it ends where the frequency falls to zero: beyond it runs
+    back, with the time reversed."""
+
+    def report(point: Point, step: float) -> None:
+        budget.point(point.parameter, step, point.iterations)
+
+    equation.balance.on_call = budget.call
+    branch = follow(equation.evaluate, begin, last, equation.weights, settings, report)
+    equation.balance.on_call = None
     slow = [i for i, p in enumerate(branch.points) if p.converged and p.x[-2] < SLOWEST]
     if slow:
         branch.points = branch.points[: slow[0]]
         branch.finish("no point", branch.points[-1].parameter)
+    return branch
 
 
 def _end_of_sticking(equation: ModeEquation, branch: Branch, settings: Settings) -> None:

@@ -152,12 +152,7 @@ def stuck_frequency_derivatives(
     """
     problem = contact_problem_of(problem)
     problem.check_plain("stuck_frequency_derivatives")
-    mass, shapes = la.eigh(problem.M, problem.stuck_stiffness)
-    mass, shapes = mass[::-1], shapes[:, ::-1]
-    most = int((mass > 1e-12 * mass[0]).sum())
-    if check_whole("mode", mode, 1) > most:
-        raise InputError(f"mode = {mode}: the stuck system has {most}, the lowest is 1")
-    period2, shape = mass[mode - 1], shapes[:, mode - 1]
+    period2, shape = _stuck_mode(problem, mode)
     hz = float(1 / (2 * np.pi * np.sqrt(period2)))
     at = np.asarray(problem.B @ shape).reshape(len(problem.contacts), -1)
     settings = _settings(problem)
@@ -168,6 +163,16 @@ def stuck_frequency_derivatives(
         by[name] = np.array([0.5 * hz * (shape @ (rate.K - rate.M / period2) @ shape)])
     none = {name: np.full_like(one, np.nan) for name, one in by.items()}
     return Derivatives(hz, np.nan, none, by)
+
+
+def _stuck_mode(problem: ContactProblem, mode: int) -> tuple[float, np.ndarray]:
+    """(1 / w^2, shape (r,) of stiffness 1) of a mode, 1 for the lowest."""
+    mass, shapes = la.eigh(problem.M, problem.stuck_stiffness)
+    mass, shapes = mass[::-1], shapes[:, ::-1]
+    most = int((mass > 1e-12 * mass[0]).sum())
+    if check_whole("mode", mode, 1) > most:
+        raise InputError(f"mode = {mode}: the stuck system has {most}, the lowest is 1")
+    return mass[mode - 1], shapes[:, mode - 1]
 
 
 def _settings(problem: ContactProblem) -> list[str]:

@@ -309,12 +309,20 @@ class ModeLinearisation(Bordered):
         matrix[:2, 2] -= self.residual[-2:] / a
         matrix[2] = row[:-2] @ columns + np.r_[row[-2:], corner]
         right = np.r_[-R[-2:] - self.scale * np.array([mode.real, mode.imag]), value - row[:-2] @ y]
-        sizes = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
-        wide = np.maximum(np.abs(matrix / sizes[:, None]).max(axis=0), 1e-300)
-        scaled = matrix / sizes[:, None] / wide
-        way = np.sign(np.linalg.det(scaled))
+        d, way = _solved(matrix, right)
         if not way:  # under full slip no frequency is determined
             return np.full_like(R, np.nan), np.nan, 0.0
-        d = np.linalg.solve(scaled, right / sizes) / wide
         dx = np.r_[y + columns @ d, d[:2]]
         return dx, float(d[2]), sign * way
+
+
+def _solved(matrix: np.ndarray, right: np.ndarray) -> tuple[np.ndarray, float]:
+    """(x of matrix x = right, sign of its determinant), rows and columns in units of their largest
+    entries; 0 and no solution where it is singular."""
+    sizes = np.maximum(np.abs(matrix).max(axis=1), 1e-300)
+    wide = np.maximum(np.abs(matrix / sizes[:, None]).max(axis=0), 1e-300)
+    scaled = matrix / sizes[:, None] / wide
+    way = np.sign(np.linalg.det(scaled))
+    if not way:
+        return right, way
+    return np.linalg.solve(scaled, right / sizes) / wide, way

@@ -100,7 +100,7 @@ def stuck_modes(problem: ContactProblem) -> StuckModalSystem:
         moves[1, m + e :] = False
         return StuckModalSystem(
             known.shapes,
-            _dense(problem.B @ known.shapes),
+            np.ascontiguousarray(problem.B @ known.shapes),
             np.r_[known.stiffness, np.zeros(e), -np.ones(held)],
             np.r_[known.mass, known.free_mass, np.zeros(held)],
             np.r_[known.damping, known.free_damping, np.zeros(held)],
@@ -114,7 +114,7 @@ def stuck_modes(problem: ContactProblem) -> StuckModalSystem:
     shapes, mass = modes_beside(problem.M, problem.stuck_stiffness, np.zeros((len(problem.K), 0)))
     return StuckModalSystem(
         shapes,
-        _dense(problem.B @ shapes),
+        np.ascontiguousarray(problem.B @ shapes),
         np.ones(len(mass)),
         np.maximum(mass, 0.0),
         shapes.T @ problem.C @ shapes,
@@ -138,7 +138,3 @@ def seen_alone(modes: StuckModalSystem, index: int, row: np.ndarray) -> StuckMod
     shapes[:, alike] = shapes[:, alike] @ turn
     at_contacts[:, alike] = at_contacts[:, alike] @ turn
     return replace(modes, shapes=shapes, at_contacts=at_contacts)
-
-
-def _dense(A: np.ndarray) -> np.ndarray:
-    return np.ascontiguousarray(A)
