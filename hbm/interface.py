@@ -133,9 +133,8 @@ def reduce_interface(
         return None
     system = StuckMatrices(model.M, K, None, settings.ratio, *factor)
     top = 2 * np.pi * max(excitation.band)
-    loads = np.column_stack(
-        [part for f in excitation.forces for part in (np.real(f), np.imag(f)) if np.any(part)]
-    )
+    parts = [part for f in excitation.forces for part in (np.real(f), np.imag(f))]
+    loads = np.column_stack([part for part in parts if np.any(part)])
     space = Space(system, system.force(loads / np.linalg.norm(loads, axis=0)))
     grow(space, space.force, top, settings)
     followed = nearest_to_slip(space, law, contacts, B, loads, np.array(excitation.band), settings)

@@ -39,6 +39,7 @@ from tipdamp.hbm.continuation.branch import Branch
 from tipdamp.hbm.continuation.corrector import solve_fixed
 from tipdamp.hbm.continuation.crossings import insert_crossings
 from tipdamp.hbm.continuation.point import Point
+from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.band_end import band_ends
 from tipdamp.hbm.curve.checked_input import CheckedInput, Forcing, at_hz, forcing_of
 from tipdamp.hbm.curve.drawn import refine_drawn
@@ -46,6 +47,7 @@ from tipdamp.hbm.curve.enough_harmonics import AUTO, enough_harmonics
 from tipdamp.hbm.curve.equilibrium import check_carried, settle, with_residuals
 from tipdamp.hbm.curve.folds_and_transitions import named_points
 from tipdamp.hbm.curve.guess import (
+    Guess,
     orders_of_guess,
     place_and_unknowns,
     repeats,
@@ -270,11 +272,7 @@ def solve_at(
     w = 2 * np.pi * hz / chosen.periods
     check_carried(problem, case.forces, w)
     balance, settings = case.balance(problem, chosen, w), case.settings
-    if chosen.guess is None:
-        point = first_of(starts(balance, w, settings))
-    else:
-        x = with_orders(place_and_unknowns(chosen.guess, hz, hz)[1], balance)
-        point = solve_fixed(balance.evaluate, x, w, balance.weights, settings)
+    point = _near(balance, chosen.guess, hz, w, settings)
     points, equation = [point], Equation(balance, Frequency(), periods=chosen.periods)
     (residual,), (energy,), (bad,) = settle(equation, points, [w])
     found = points[0].converged and not bad
@@ -284,6 +282,16 @@ def solve_at(
     solution = as_solution(solved, balance, hz, case, float(residual))
     solution = replace(solution, periods=chosen.periods)
     return _with_stability(solution, balance, solved, case.rows) if asked and found else solution
+
+
+def _near(
+    balance: HarmonicBalance, guess: Guess | None, hz: float, w: float, settings: Settings
+) -> Point:
+    """The solution at w rad/s, hz of the excitation, near a guess; without one as curves begin."""
+    if guess is None:
+        return first_of(starts(balance, w, settings))
+    x = with_orders(place_and_unknowns(guess, hz, hz)[1], balance)
+    return solve_fixed(balance.evaluate, x, w, balance.weights, settings)
 
 
 def _doubts(point: Point, equation: Equation, hz: float, residual: float | None) -> Iterator[str]:
@@ -334,8 +342,9 @@ def _curve(
     options: CurveOptions,
 ) -> ForcedResponse:
     """With the given number of harmonics, or as many as the tolerance needs."""
+    branch = partial(_branch, problem, forcing, varied, between)
     if options.harmonics != AUTO:
-        return _branch(problem, forcing, varied, between, options)
+        return branch(options)
     tolerance = positive("tolerance", options.tolerance)
     if options.journal is not None:
         raise InputError(
@@ -344,9 +353,7 @@ def _curve(
     orders = check_forcing(forcing, problem.K.shape[0], MOST_HARMONICS)
     of_guess = orders_of_guess(options.guess, problem.B.shape[0])
     return enough_harmonics(
-        lambda H: _branch(
-            problem, forcing, varied, between, replace(options, harmonics=H, truncation=True)
-        ),
+        lambda H: branch(replace(options, harmonics=H, truncation=True)),
         partial(probed, problem, forcing, varied, options),
         tolerance,
         max(check_whole("periods", options.periods, 1) * max(orders, default=1), of_guess),

@@ -24,7 +24,7 @@ from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.checked_input import CheckedInput
 from tipdamp.hbm.curve.equilibrium import force_residuals
 from tipdamp.hbm.curve.guess import place_and_unknowns, with_orders
-from tipdamp.hbm.curve.options import CurveKeywords, curve_options, with_options_named
+from tipdamp.hbm.curve.options import CurveKeywords, CurveOptions, curve_options, with_options_named
 from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import ContactForces, Contacts, Motion, SampleGrid, SliderStart
@@ -67,20 +67,7 @@ def limit_cycle(
     2.00, period 6.3807
     """
     chosen, hz = curve_options(options), positive("hz", in_hz("hz", hz, omega), " Hz")
-    if chosen.stability != "none":
-        raise InputError(
-            f"limit_cycle: stability = {brief(chosen.stability)}: multipliers are those of forced "
-            "motions, and are not computed of self-excited ones; leave it out"
-        )
-    problem = contact_problem_of(problem)
-    if problem.structural is not None or problem.varying is not None:
-        raise InputError(
-            "limit_cycle: needs damping and matrices that do not depend on the frequency; give C, "
-            "and the matrices at one speed"
-        )
-    case = CheckedInput.checked(problem, {}, chosen)
-    if case.H < 1:
-        raise InputError("harmonics = 0: a limit cycle vibrates, at least 1")
+    problem, case = _checked(problem, chosen)
     size_of = positive("amplitude", amplitude, " m")
     start = "zero_slider" if chosen.start is None else chosen.start
     plain, balance = (
@@ -113,6 +100,25 @@ def limit_cycle(
         f"{LADDER[-1] * amplitude:g} m ({len(balances)} tried): no energy balance of one mode "
         "leads there; give hz of another mode, or a guess"
     )
+
+
+def _checked(problem: AnyProblem, chosen: CurveOptions) -> tuple[ContactProblem, CheckedInput]:
+    """InputError for what no self-excited motion has."""
+    if chosen.stability != "none":
+        raise InputError(
+            f"limit_cycle: stability = {brief(chosen.stability)}: multipliers are those of forced "
+            "motions, and are not computed of self-excited ones; leave it out"
+        )
+    problem = contact_problem_of(problem)
+    if problem.structural is not None or problem.varying is not None:
+        raise InputError(
+            "limit_cycle: needs damping and matrices that do not depend on the frequency; give C, "
+            "and the matrices at one speed"
+        )
+    case = CheckedInput.checked(problem, {}, chosen)
+    if case.H < 1:
+        raise InputError("harmonics = 0: a limit cycle vibrates, at least 1")
+    return problem, case
 
 
 def _solved(balance: HarmonicBalance, w: float, x: np.ndarray, settings: Settings) -> Point | None:

@@ -96,12 +96,12 @@ class CheckedInput:
         return made
 
 
-def _too_few_harmonics(H: int, periods: int, order: int | None) -> str:
+def _too_few_harmonics(H: int, periods: int, order: int) -> str:
     if periods == 1:
         return f"forcing of harmonic {order}: harmonics = {H} keeps orders 0..{H} only"
     return (
         f"harmonics = {H}: are counted in the frequency of a motion of {periods} periods, in which "
-        f"the excitation of order {order} stands at {periods * (order or 0)}: at least that many"
+        f"the excitation of order {order} stands at {periods * order}: at least that many"
     )
 
 

@@ -432,29 +432,23 @@ def with_residuals(
     """The curve with what `settle` found; points that are out of balance have failed: it says where
     and why, and where rounding of the matrices stays above the limit."""
     residuals, energies, bad = settled
+    ended = curve.ended
     rounded = residuals[~bad] > DEFAULT.equilibrium
     if rounded.any():
         worst = int(np.nanargmax(np.where(bad, -1.0, residuals)))
-        curve = replace(
-            curve,
-            ended=(
-                f"{curve.ended}; at {rounded.sum()} points the forces balance to "
-                f"{residuals[worst]:.0e} of their scale, rounding of the given matrices or of "
-                f"stiff contacts: the vibration is known to {doubt(equation, points[worst]):.0e}"
-            ),
+        ended += (
+            f"; at {rounded.sum()} points the forces balance to {residuals[worst]:.0e} of their "
+            "scale, rounding of the given matrices or of stiff contacts: the vibration is known "
+            f"to {doubt(equation, points[worst]):.0e}"
         )
     if not bad.any():
-        return replace(curve, force_residual=residuals, energy_error=energies)
+        return replace(curve, ended=ended, force_residual=residuals, energy_error=energies)
     worst = int(np.nanargmax(np.where(bad, residuals, 0.0)))
-    at = KeptPoints(equation, [points[worst]])
-    problem, contacts = at.problem, at.contacts[0]
-    problem = problem if contacts is problem.contacts else problem.with_contacts(contacts)
-    reason = _too_stiff(problem, at.forces[0], at.w[0], at.motion()[0], DEFAULT.equilibrium)
-    ended = (
-        f"{curve.ended}; {bad.sum()} point{'s' * int(bad.sum() > 1)} left out, as the forces do "
-        f"not balance to {DEFAULT.equilibrium:g} of their scale: worst {residuals[worst]:.1e}, at "
+    ended += (
+        f"; {bad.sum()} point{'s' * int(bad.sum() > 1)} left out, as the forces do not balance to "
+        f"{DEFAULT.equilibrium:g} of their scale: worst {residuals[worst]:.1e}, at "
         f"{equation.parameter.named(curve.parameter[worst])}; "
-        f"{reason or 'try other harmonics there'}"
+        f"{_why_unbalanced(equation, points[worst])}"
     )
     blank: dict[str, Any] = {name: _blank(vars(curve)[name], bad) for name in OF_SOLVED_POINTS}
     return replace(
@@ -467,6 +461,14 @@ def with_residuals(
         peak_points=curve.peak_points & ~bad[: len(curve.peak_points), None],
         **blank,
     )
+
+
+def _why_unbalanced(equation: Equation, point: Point) -> str:
+    at = KeptPoints(equation, [point])
+    problem, contacts = at.problem, at.contacts[0]
+    problem = problem if contacts is problem.contacts else problem.with_contacts(contacts)
+    reason = _too_stiff(problem, at.forces[0], at.w[0], at.motion()[0], DEFAULT.equilibrium)
+    return reason or "try other harmonics there"
 
 
 def _blank(column: np.ndarray, bad: np.ndarray) -> np.ndarray:

@@ -45,12 +45,11 @@ def stiffer_change(
     heights = outputs.amplitudes(solved)[0]
     i, j = np.unravel_index(heights.argmax(), heights.shape)
     flanks = [solved[k] for k in _flanks(heights[:, j], int(i))]
-    for steps in HOLD.stiffer_steps:
-        stiffer, again = _followed(equation, flanks, steps, settings)
-        if all(point.converged for point in again):
-            break
-    else:
+    ways = (_followed(equation, flanks, steps, settings) for steps in HOLD.stiffer_steps)
+    found = next((way for way in ways if all(point.converged for point in way[1])), None)
+    if found is None:
         return Stiffer(np.nan, np.nan)
+    stiffer, again = found
     output = Output(stiffer, Branch(again), Outputs(outputs.rows[[j]]), settings)
     after = output.outputs.amplitudes(again)[0][:, 0]
     top, height = again[int(after.argmax())], after.max()

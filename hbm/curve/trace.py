@@ -251,7 +251,7 @@ def of_contacts(
     }
 
 
-def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter) -> str:
+def explain(branch: Branch, parameter: Parameter) -> str:
     """Why the curve ends, and where points failed or the branch was left."""
     scale = parameter.scale
 
@@ -263,7 +263,7 @@ def explain(branch: Branch, problem: ContactProblem | None, parameter: Parameter
         [p for p in branch.points if p.converged == wanted] for wanted in (True, False)
     )
     if not good:
-        return ended if problem is None else slides(problem) + ended
+        return ended
     if branch.outside is not None and branch.complete:
         ended += (
             "; it left the band where it starts and was followed outside, to "
@@ -304,8 +304,10 @@ def _ended(branch: Branch, equation: Equation) -> str:
     good = [point for point in branch.points if point.converged]
     if branch.end == "drift" and not _of_the_mean(good, equation.balance.nh):
         branch.end = "upright"
-    ended = explain(branch, problem, parameter)
-    if branch.complete or not good:
+    ended = explain(branch, parameter)
+    if not good:
+        return slides(problem) + ended
+    if branch.complete:
         return ended
     drift = unrestrained(good[-1], problem)
     if not drift or not (H := goes_on(equation, good)):
@@ -354,17 +356,17 @@ def _of_the_mean(points: list[Point], nh: int) -> bool:
     return bool(np.linalg.norm(change[:, 0]) > MOSTLY * np.linalg.norm(change))
 
 
-def unrestrained(last: Point, problem: ContactProblem | None) -> str:
+def unrestrained(last: Point, problem: ContactProblem) -> str:
     """The mean motion in which the Jacobian is singular at the last point, in words; empty where
     there is none."""
     value, q = last.detail.smallest_motion()
     if q is None or value >= 1e-4 or np.abs(q[:, 0]).max() <= 0.9 * np.abs(q).max():
         return ""
     motion = q[:, 0].real
-    named = problem.describe(motion) if problem and problem.describe else mostly(motion)
+    named = problem.describe(motion) if problem.describe else mostly(motion)
     verb = ROLLS if named.turns else "nothing restrains a mean motion"
-    let_go = problem is not None and _faces(problem, motion)
-    said = " (contact normals hold it only while enough of them are closed)" * let_go
+    held = " (contact normals hold it only while enough of them are closed)"
+    said = held if _faces(problem, motion) else ""
     return f"; {verb} ({named}): {NO_PERIOD}; {named.remedy}{said}"
 
 

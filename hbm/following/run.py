@@ -171,15 +171,16 @@ def run_from(
 def _ended(run: Run, branch: Branch, watch: "_Watch", how: tuple[bool, bool, bool]) -> Run:
     """With the words on why it ends short of the value; how : it left the band, met an extremum of
     the other kind, was cut where it jumps or crawls."""
-    case, (left, met, cut) = watch.case, how
-    place = case.named(branch.points[-1].parameter)
+    case, last, (left, met, cut) = watch.case, branch.points[-1], how
+    place = case.named(last.parameter)
     if left:
         return replace(run, why=f"at {place} the peak leaves the band")
     if watch.refused:
         return replace(run, why=f"stopped at {place}: {watch.refused}", refused=True)
     if branch.complete and not cut:
         return run
-    if drift := _drift(case, branch):
+    drift = unrestrained(replace(last, detail=last.detail.found), case.problem)
+    if drift:
         return replace(run, why=f"stopped at {place}{drift}", drift=drift)
     if met:
         return replace(run, why=f"at {place} {MET[case.what]}")
@@ -335,10 +336,3 @@ def _vector(metric: Metric, dx: np.ndarray, dp: float) -> np.ndarray:
 
 def _unit(v: np.ndarray) -> np.ndarray:
     return v / max(np.linalg.norm(v), 1e-300)
-
-
-def _drift(case: Case, branch: Branch) -> str:
-    """The mean motion that nothing restrains at the end of a branch, in words; empty where there is
-    none."""
-    last = branch.points[-1]
-    return unrestrained(replace(last, detail=last.detail.found), case.problem)

@@ -15,7 +15,7 @@ M and K from such a file, `dofs` may be left out.
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ import scipy.sparse as sp
 from tipdamp.hbm.errors import InputError, library, nearest
 from tipdamp.hbm.io.array_files import check_size, open_matlab, open_npz
 from tipdamp.hbm.io.dof_table import check_labels, read_dofs, saved_table, table_of_labels
-from tipdamp.hbm.io.op4 import read_op4
+from tipdamp.hbm.io.op4 import fortran_floats, read_op4
 from tipdamp.hbm.io.punch import read_punch
 from tipdamp.hbm.memory import available_bytes
 
@@ -158,7 +158,7 @@ def harwell_boeing(path: str | Path) -> sp.csc_matrix:
             )
         at += count
     pointer, index = (np.array(p, dtype=np.int64) - 1 for p in parts[:2])
-    values = _floats(parts[2])
+    values = fortran_floats(parts[2])
     return sp.csc_matrix((values, index, pointer), shape=(rows, columns))
 
 
@@ -172,16 +172,11 @@ def _fields(lines: Sequence[str], layout: str) -> list[str]:
     return [text for text in texts if text.strip()]
 
 
-def _floats(texts: Iterable[str]) -> np.ndarray:
-    """Of Fortran, whose exponents may begin with D."""
-    return np.array([text.upper().replace("D", "E") for text in texts], dtype=float)
-
-
 def abaqus_text(path: str | Path) -> tuple[Any, Any]:
     """(matrix, labels) of Abaqus' matrix text: 'node, dof, node, dof, value' or 'row, column,
     value' lines."""
     rows = _entries(path)
-    values = _floats(row[-1] for row in rows)
+    values = fortran_floats(row[-1] for row in rows)
     if len(rows[0]) == 3:
         ij = np.array([r[:2] for r in rows], dtype=np.int64) - 1
         return sp.coo_matrix((values, ij.T), shape=(ij.max() + 1,) * 2), None

@@ -106,6 +106,16 @@ def _matrix(reader: "_Text", shape: tuple[int, int], kind: int) -> sp.spmatrix:
     return sp.csc_matrix((np.concatenate(values), places), shape=(abs(rows), columns))
 
 
+def fortran_floats(texts: Iterable[str]) -> np.ndarray:
+    """(n,) of texts whose exponents may begin with D."""
+    return np.array([text.upper().replace("D", "E") for text in texts], dtype=float)
+
+
+def _counts(line: str, number: int) -> list[int]:
+    """So many whole numbers, of 8 columns each."""
+    return [int(line[8 * k : 8 * k + 8]) for k in range(number)]
+
+
 class _Text:
     """A text file, read on line by line; numbers in fixed columns."""
 
@@ -117,7 +127,7 @@ class _Text:
 
     def header(self) -> tuple[str, tuple[int, int], int]:
         line = self.lines[self.at]
-        columns, rows, _, kind = (int(line[8 * k : 8 * k + 8]) for k in range(4))
+        columns, rows, _, kind = _counts(line, 4)
         per_line, _, digits = line[40:].upper().partition(",")[2].partition("E")
         self.per_line, self.width = int(per_line), int(digits.partition(".")[0])
         self.at += 1
@@ -127,7 +137,7 @@ class _Text:
         """Number, first row (0: strings), words; a dense column counts numbers."""
         line = self.lines[self.at]
         self.at += 1
-        number, row, count = (int(line[8 * k : 8 * k + 8]) for k in range(3))
+        number, row, count = _counts(line, 3)
         return number, row, count * words if row else count
 
     def end(self) -> None:
@@ -149,7 +159,7 @@ class _Text:
         self.at = end
         if len(texts) != count or any(len(text) != self.width for text in texts):
             raise ValueError(f"line {end}: {count} numbers expected")
-        return np.array([text.upper().replace("D", "E") for text in texts], dtype=float)
+        return fortran_floats(texts)
 
 
 class _Binary:

@@ -27,35 +27,47 @@ def largest_multiplier(integrator: Integrator, state: Any) -> tuple[float, int]:
 
     Of the motion and of the sliders that move in the period. NaN where a period of the integration
     does not finish."""
-    v, settings = integrator.vector(state), integrator.settings
-    h = settings.disturbance * integrator.size
-    used, failed = 0, False
-
-    def ends(p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The unknowns at the begin and at the end of a period that is disturbed by h p."""
-        nonlocal used, failed
-        used += 1
-        begin = integrator.from_vector(v + h * p)
-        cycle = integrator.periods(begin)
-        end = integrator.vector(cycle.state)
-        failed = failed or not cycle.finished or not np.isfinite(end).all()
-        return integrator.vector(begin), end
-
-    def derivative(p: np.ndarray) -> np.ndarray:
-        scale = np.abs(p).max()
-        if failed or scale == 0:
-            return 0 * p
-        found = (ends(p / scale)[1] - ends(-p / scale)[1]) * (scale / (2 * h))
-        return 0 * p if failed else found
-
-    counted = _counted(ends, len(integrator.stuck.weight), len(v), settings.resting * h)
+    disturbed, settings = _Disturbed(integrator, state), integrator.settings
+    n, closeness = len(disturbed.v), settings.resting * disturbed.h
+    counted = _counted(disturbed.ends, len(integrator.stuck.weight), n, closeness)
     if not len(counted):
         moduli = np.zeros(0)
     elif len(counted) <= max(settings.max_columns, settings.multipliers + 2):
-        moduli = _by_columns(derivative, counted, len(v))
+        moduli = _by_columns(disturbed.derivative, counted, n)
     else:
-        moduli = _by_arnoldi(derivative, counted, len(v), settings)
-    return (np.nan if failed else float(moduli.max(initial=0.0))), used
+        moduli = _by_arnoldi(disturbed.derivative, counted, n, settings)
+    largest = np.nan if disturbed.failed else float(moduli.max(initial=0.0))
+    return largest, disturbed.used
+
+
+class _Disturbed:
+    """Periods beside a state.
+
+    v (n,), h : unknowns of the state, size of a disturbance; used : periods integrated; failed :
+    whether one of them did not finish
+    """
+
+    def __init__(self, integrator: Integrator, state: Any) -> None:
+        self.integrator, self.v = integrator, integrator.vector(state)
+        self.h = integrator.settings.disturbance * integrator.size
+        self.used, self.failed = 0, False
+
+    def ends(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The unknowns at the begin and at the end of a period that is disturbed by h p."""
+        self.used += 1
+        begin = self.integrator.from_vector(self.v + self.h * p)
+        cycle = self.integrator.periods(begin)
+        end = self.integrator.vector(cycle.state)
+        self.failed = self.failed or not cycle.finished or not np.isfinite(end).all()
+        return self.integrator.vector(begin), end
+
+    def derivative(self, p: np.ndarray) -> np.ndarray:
+        """(n,) of the period map along p; zeros once a period has failed."""
+        scale = np.abs(p).max()
+        if self.failed or scale == 0:
+            return 0 * p
+        found = (self.ends(p / scale)[1] - self.ends(-p / scale)[1]) * (scale / (2 * self.h))
+        return 0 * p if self.failed else found
 
 
 def _counted(ends: Callable, motion: int, n: int, closeness: float) -> np.ndarray:

@@ -64,12 +64,7 @@ class SampledIntegrator(OnStuckSystem):
         n = settings.samples
         self.size, self.smooth, self.h = self.stuck.motion, law.states == 0, 2 * np.pi / (w * n)
         self.stiffness, self.constant = self.stuck.balance.springs, self.stuck.balance.own.rest
-        self.W = np.empty((5, len(system.s)), complex)
-        events.fill_weights(system.s, self.h, self.W)
-        if not self.smooth:  # the force is straight over a step
-            self.W[1] -= self.W[2] / self.h
-            self.W[3] += self.W[2] / self.h
-            self.W[2] = self.W[4] = 0.0
+        self.W = _weights(system.s, self.h, self.smooth)
         # massless modes feel the rate of the force at the end of the step: slope g - (slope g +
         # rate at its begin)
         self.slope = (2 if self.smooth else 1) / self.h
@@ -94,10 +89,8 @@ class SampledIntegrator(OnStuckSystem):
 
     def on_orbit(self, point: Point) -> SampledState:
         """The state of the law settles on the motion of the point over some periods."""
-        b = self.stuck.balance
-        n = self.settings.samples
-        law = self.stuck.law
-        contacts = self.stuck.contacts
+        b, n = self.stuck.balance, self.settings.samples
+        law, contacts = self.stuck.law, self.stuck.contacts
         tau = np.linspace(0, 2 * np.pi, n + 1)
         x = point.x.reshape(*self.stuck.shape, -1)
         u = x @ fourier.basis(tau, b.H).T
@@ -285,6 +278,18 @@ class SampledIntegrator(OnStuckSystem):
         a = self.known[2, i] + system.out @ events.times(system.s, z_rate)
         matrix = np.eye(len(g)) + _product(by_u, system.static)
         return np.linalg.solve(matrix, _product(by_u, v) + _product(by_v, a))
+
+
+def _weights(s: np.ndarray, h: float, smooth: bool) -> np.ndarray:
+    """(5, n) as of `events.fill_weights`; the force is straight over a step where it is not
+    smooth."""
+    W = np.empty((5, len(s)), complex)
+    events.fill_weights(s, h, W)
+    if not smooth:
+        W[1] -= W[2] / h
+        W[3] += W[2] / h
+        W[2] = W[4] = 0.0
+    return W
 
 
 def _product(blocks: np.ndarray, x: np.ndarray) -> np.ndarray:

@@ -383,7 +383,7 @@ def test_the_widest_gap_where_a_branch_was_left():
         True,
         restarts=[tuple(2 * np.pi * np.array(x)) for x in restarts],
     )
-    said = explain(branch, None, Frequency())
+    said = explain(branch, Frequency())
     assert "2 Hz to 6 Hz, 9.5 Hz to 9 Hz; solved points there are up to 3 Hz apart" in said
     none = np.empty((8, 0))
     curve = ForcedResponse(
