@@ -277,7 +277,7 @@ def solve_at(
     (residual,), (energy,), (bad,) = settle(equation, points, [w])
     found = points[0].converged and not bad
     for sentence in _doubts(points[0], equation, hz, residual if found else None):
-        warnings.warn(f"solve_at: {sentence}", Doubt, stacklevel=2)
+        warnings.warn(sentence, Doubt, stacklevel=2)
     solved = replace(points[0], converged=found)
     solution = as_solution(solved, balance, hz, case, float(residual))
     solution = replace(solution, periods=chosen.periods)
@@ -300,20 +300,20 @@ def _doubts(point: Point, equation: Equation, hz: float, residual: float | None)
     if residual is None:
         if why := slides(equation.balance.problem):
             yield (
-                f"no solution was found at {hz:g} Hz; {why}give a `guess` that is near, or less "
-                "force"
+                f"solve_at: no solution was found at {hz:g} Hz; {why}give a `guess` that is near, "
+                "or less force"
             )
         return
     if earlier := repeats(point, equation):
         yield (
-            f"the solution found at {hz:g} Hz {earlier}; give a `guess` that is nearer to one that "
-            "lasts them all"
+            f"solve_at: the solution found at {hz:g} Hz {earlier}; give a `guess` that is nearer "
+            "to one that lasts them all"
         )
     if residual > DEFAULT.equilibrium:
         yield (
-            f"the forces balance to {residual:.0e} of their scale only, by the rounding of static "
-            "forces beside the excitation, or of the given matrices: more digits of the vibration "
-            "are not known"
+            f"solve_at: the forces balance to {residual:.0e} of their scale only, by the rounding "
+            "of static forces beside the excitation, or of the given matrices: more digits of "
+            "the vibration are not known"
         )
 
 
