@@ -121,19 +121,20 @@ def with_tangent(evaluate: Evaluate, points: Sequence[Point], k: int, metric: Me
     """Point k of a branch with its tangent, found anew from its orientation where it is not
     known.
 
-    At an end on another branch the determinant is rounding: there the chord tells the way.
+    At an end on another branch the determinant is rounding: there the chord tells the way. A point
+    with neither of its neighbours has no chord.
     """
     point = points[k]
     if point.tangent is not None:
         return point
     a, b = points[max(k - 1, 0)], points[min(k + 1, len(points) - 1)]
     a, b = (q if q.converged else point for q in (a, b))
-    chord = b.x - a.x, b.parameter - a.parameter
+    chord = b.x - a.x, b.parameter - a.parameter if a is not b else 1.0
     row, corner = metric.border(*chord)
     found = oriented(
         replace(point, detail=evaluate(point.x, point.parameter)), point.orientation, row, corner
     )
-    (tx, tp), at_end = found.tangent, a is point or b is point
+    (tx, tp), at_end = found.tangent, (a is point) != (b is point)
     if at_end and metric.inner(tx, tp, *chord) < 0:
         return replace(found, tangent=(-tx, -tp))
     return found
