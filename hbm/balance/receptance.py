@@ -20,7 +20,7 @@ that of harmonic motions, the modes hold for w > 0 and further shapes for the me
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -51,6 +51,10 @@ from tipdamp.hbm.validation import brief, check_forcing, check_outputs, in_hz
 ZOOMS = 8
 
 
+def _none(*shape: int, dtype: type = float) -> Any:
+    return field(default_factory=partial(np.empty, shape, dtype))
+
+
 @dataclass(frozen=True)
 class Receptance:
     """q = shapes diag(d(w)) into.T f.
@@ -68,14 +72,14 @@ class Receptance:
     """
 
     shapes: np.ndarray
-    stiffness: np.ndarray = field(default_factory=lambda: np.empty(0))
-    mass: np.ndarray = field(default_factory=lambda: np.empty(0))
-    ratio: np.ndarray = field(default_factory=lambda: np.empty(0))
-    poles: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=complex))
-    free_mass: np.ndarray = field(default_factory=lambda: np.empty(0))
-    free_damping: np.ndarray = field(default_factory=lambda: np.empty(0))
-    constraint_forces: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
-    left: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    stiffness: np.ndarray = _none(0)
+    mass: np.ndarray = _none(0)
+    ratio: np.ndarray = _none(0)
+    poles: np.ndarray = _none(0, dtype=complex)
+    free_mass: np.ndarray = _none(0)
+    free_damping: np.ndarray = _none(0)
+    constraint_forces: np.ndarray = _none(0, 0)
+    left: np.ndarray = _none(0, 0)
     still: int = 0
 
     @property
@@ -383,16 +387,22 @@ def linear_response_with_peaks(
 
     own = natural_frequencies(model, pairs)
     hz = np.union1d(hz, own[(hz.min() < own) & (own < hz.max())])
+    hz = np.union1d(hz, _tops(amplitude, hz))
+    return hz, receptance.respond(rows, force, 2 * np.pi * hz)
+
+
+def _tops(amplitude: Callable[[np.ndarray], np.ndarray], hz: np.ndarray) -> np.ndarray:
+    """(m,) Hz at which each of m amplitudes (n, m) of frequencies (n,) is largest, beside its
+    largest at some of them."""
     top = amplitude(hz).argmax(axis=0)
     low, high = hz[np.maximum(top - 1, 0)], hz[np.minimum(top + 1, len(hz) - 1)]
-    each = np.arange(len(rows))
+    each = np.arange(len(top))
     for _ in range(ZOOMS):
         at = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, 9)
-        mine = amplitude(at).reshape(*at.shape, len(rows))[each, :, each]
+        mine = amplitude(at).reshape(*at.shape, len(top))[each, :, each]
         best = mine.argmax(axis=1)
         low, high = at[each, np.maximum(best - 1, 0)], at[each, np.minimum(best + 1, 8)]
-    hz = np.union1d(hz, at[each, best])
-    return hz, receptance.respond(rows, force, 2 * np.pi * hz)
+    return at[each, best]
 
 
 def _linear_receptance(
