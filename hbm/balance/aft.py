@@ -12,7 +12,7 @@ from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import ContactForces, Contacts, SampleGrid, SliderStart
-from tipdamp.hbm.validation import brief
+from tipdamp.hbm.validation import numbers
 
 EPS = np.finfo(float).eps
 
@@ -28,20 +28,13 @@ def sample_grid(H: int, samples: int) -> SampleGrid:
 def slider_start(start: np.ndarray | str, P: int, sliders: int) -> SliderStart:
     """'zero_force', 'zero_slider' or positions (P, sliders) in m; InputError where it is none of
     these."""
-    if isinstance(start, str):
-        if start not in STARTS:
-            raise InputError(
-                f"start = '{start}': must be 'zero_force', 'zero_slider' or slider positions "
-                f"({P}, {sliders}) in m"
-            )
+    if isinstance(start, str) and start in STARTS:
         return SliderStart(np.zeros((P, sliders)), start == "zero_force")
-    try:
-        w = np.asarray(start, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(
-            f"start = {brief(start)}: must be 'zero_force', 'zero_slider' or slider positions "
-            f"({P}, {sliders}) in m"
-        ) from None
+    w = numbers(
+        "start",
+        start,
+        f"must be 'zero_force', 'zero_slider' or slider positions ({P}, {sliders}) in m",
+    )
     if w.shape != (P, sliders) or not np.isfinite(w).all():
         raise InputError(
             f"start: slider positions must be finite with shape ({P}, {sliders}), got {w.shape}"
@@ -70,11 +63,6 @@ class Cycle:
         return self.law.stuck_force(self.contacts) - self.rest
 
     @cached_property
-    def counts_from_zero(self) -> bool:
-        """Whether the stuck springs carry nothing else at rest."""
-        return not self.beyond_rest.any()
-
-    @cached_property
     def further_springs(self) -> np.ndarray | None:
         """(P, nd) N/m: what the settings have beyond the springs of the linear system; None where
         they are these."""
@@ -88,7 +76,7 @@ class Cycle:
         from the force at rest and the springs; known : those with fewer orders, where those that u
         has beyond are zero."""
         forces = evaluate(self.law, self.contacts, u, self.start, self.grid, omega, known)
-        if not self.counts_from_zero:
+        if self.beyond_rest.any():
             forces.g[:, :, 0] += self.beyond_rest
             # open at rest and through the cycle: nothing cancels, however wide the gap
             away = (forces.shares[:, 2] >= 1 - EPS) & ~self.rest.any(axis=1)
@@ -151,16 +139,9 @@ def evaluate(
     )
     sticks = np.tile([1.0, 0.0, 0.0], (P, 1))
     sticks[moves] = some.shares
-    return ContactForces(
-        _among(moves, some.g),
-        _among(moves, some.active),
-        some.D,
-        _among(moves, some.by_preload),
-        _among(moves, some.by_omega),
-        sticks,
-        _among(moves, some.work),
-        some.events,
-    )
+    of_contacts = ("g", "active", "by_preload", "by_omega", "work")
+    among = {name: _among(moves, vars(some)[name]) for name in of_contacts}
+    return replace(some, shares=sticks, **among)
 
 
 def _of_law(

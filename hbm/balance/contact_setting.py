@@ -1,6 +1,8 @@
 """A setting of the contacts as the parameter of a branch."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -98,22 +100,19 @@ class ContactSetting(Scaling):
         self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float
     ) -> Linearisation:
         """Linearisation at x (n,) and the factor p."""
-        # a long Newton step may ask for a negative stiffness: the settings end at zero
-        value = max(p, SMALLEST)
 
         def derivative(balance: HarmonicBalance, t: Terms) -> np.ndarray:
-            return -balance.modal_response(t, self.force_rate(balance, t, value))
+            return -balance.modal_response(t, self.force_rate(balance, t, max(p, SMALLEST)))
 
-        return balance.evaluate(
-            x, w, contacts=self.scaled(balance.problem, value), derivative=derivative
-        )
+        return self.at(balance, p)(x, w, derivative=derivative)
 
-    def held(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
-        """With the factor p, by the angular frequency."""
-        return balance.evaluate(x, w, contacts=self.settings_at(balance.problem, p))
+    def at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
+        """With the factor p."""
+        return partial(balance.evaluate, contacts=self.settings_at(balance.problem, p))
 
     def settings_at(self, problem: ContactProblem, p: float) -> Contacts:
-        """Those with the factor."""
+        """Those with the factor; a long Newton step may ask for a negative stiffness: the settings
+        end at zero."""
         return self.scaled(problem, max(p, SMALLEST))
 
     def chosen(self, problem: ContactProblem) -> np.ndarray:
@@ -136,20 +135,17 @@ class ContactSetting(Scaling):
         """(P, nd, nh) derivative of the contact forces by the factor at a given motion."""
         problem = balance.problem
         if self._held == "preload" and t.forces.by_preload is not None:
-            rate = (problem.contacts.preload * self.chosen(problem))[
-                :, None, None
-            ] * t.forces.by_preload
+            preload = problem.contacts.preload * self.chosen(problem)
+            rate = preload[:, None, None] * t.forces.by_preload
             rate[:, :, 0] += balance.own.beyond_rest * self.chosen(problem)[:, None]
             return rate
+        scaled, known = self.scaled(problem, value), None
         if self.setting == "mu":
-            scaled = self.scaled(problem, value)
-            rate = problem.law.by_friction(scaled, t.u, t.forces)
-            if rate is not None:
-                return rate * self.chosen(problem)[:, None, None] / value
-        if self.stiffens:
-            rate = self._stiffness_rate(balance, t, self.scaled(problem, value))
-            if rate is not None:
-                return rate * self.chosen(problem)[:, None, None] / value
+            known = problem.law.by_friction(scaled, t.u, t.forces)
+        elif self.stiffens:
+            known = self._stiffness_rate(balance, t, scaled)
+        if known is not None:
+            return known * self.chosen(problem)[:, None, None] / value
         h = DIFFERENCE * max(value, 1e-3)
         value = max(value, h)
         after, before = (

@@ -1,5 +1,7 @@
 """Poles of a system with a general damping matrix, in the modes of its stiffness and mass."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import scipy.linalg as la
 
@@ -23,10 +25,8 @@ def state_space_modes(
     # exp(growth t): no resonance is near, however light the damping
     growth = 1 / np.sqrt(period2.max())
     system = np.diag(1 + period2 * growth**2) + growth * C
-    for changes, allowed in zip(
-        ((0.0,), (DEFAULT.apart, -DEFAULT.apart)), DEFAULT.defect, strict=True
-    ):
-        parts = [_poles(period2, (1 + change) * C) for change in changes]
+    for changed, allowed in apart():
+        parts = [_poles(period2, factor * C) for factor in changed]
         poles, Z = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
         Z = Z / np.sqrt(len(parts))
         error = np.abs(system @ ((Z / (growth - poles)) @ Z.T) - np.eye(len(C))).max()
@@ -39,6 +39,14 @@ def state_space_modes(
         )
     static = np.full(still.shape[1], -DEFAULT.static_pole / np.sqrt(period2.max()))
     return np.hstack([shapes @ Z, still * np.sqrt(np.abs(static))]), np.r_[poles, static]
+
+
+def apart() -> Iterator[tuple[tuple[float, ...], float]]:
+    """(factors on the damping of which the mean is taken, defect that is allowed): where two poles
+    meet they have one mode, and a little more and a little less damping keeps them apart."""
+    changes = (0.0,), (DEFAULT.apart, -DEFAULT.apart)
+    for change, allowed in zip(changes, DEFAULT.defect, strict=True):
+        yield tuple(1 + one for one in change), allowed
 
 
 def _poles(period2: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

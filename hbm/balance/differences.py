@@ -12,6 +12,13 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws.base import ContactLaw
 from tipdamp.hbm.laws.records import Contacts, Motion
 
+STEPS = 32  # of a cycle, in which the tangents are looked at
+VARIED = {
+    "u": "motion",
+    "v": "velocity",
+    "state": "state before",
+    "dt": "length of the step",
+}  # in the order of what a step is given: fields of `Tangents`, and their names in words
 LEAST = 1e-15  # m: of a motion, of which a step returns more than rounding
 STEP = 1e-6  # of differences, in shares of what varies
 WIDER = np.array([1.0, 1e3, 1e6, 1e9])  # times that, while it is no more than of the largest state
@@ -45,37 +52,24 @@ def tangents_and_differences(
     contact: derivatives are for a change by a tenth of the size of what varies. Each state has a
     size of its own, as one may be a force and the next a motion; the difference that is allowed
     is of the size of what is returned, (nd + ns,)."""
-    n, P = 32, len(contacts)
-    every, dt = np.tile(np.arange(P), n), 2 * np.pi / (omega * n)
-    u, v = (a.reshape(n * P, -1) for a in samples_of(x, n))
-    states = history(law, contacts, x, omega, samples=n, periods=2)[1]
-    away = (
-        0.05
-        * np.abs(states).max(axis=(0, 1), initial=0.0)
-        * np.random.default_rng(3).normal(size=states.shape)
-    )
-    given = u, omega * v, np.roll(states + away, 1, axis=0).reshape(n * P, law.states), dt
+    u, v, before, dt = given = _steps(law, contacts, x, omega)
+    every = np.tile(np.arange(len(contacts)), STEPS)
     law, contacts = law.select(every), contacts.select(every)
 
     def stepped(u: np.ndarray, v: np.ndarray, state: np.ndarray, dt: float) -> np.ndarray:
         return np.concatenate(law.step(Motion(u, v, dt), state, contacts), axis=1)
 
-    force, new, t = law.tangents(Motion(given[0], given[1], dt), given[2], contacts)
+    force, new, t = law.tangents(Motion(u, v, dt), before, contacts)
     both = np.concatenate([force, new], axis=1)
     allowed = 1e-12 * np.abs(both).max(initial=0.0)
     yield "tangents returns another force or state than step", both, stepped(*given), allowed
-    names = zip(
-        ("u", "v", "state", "dt"),
-        ("motion", "velocity", "state before", "length of the step"),
-        strict=True,
-    )
     returned = np.r_[np.full(force.shape[1], np.abs(force).max(initial=0.0)), _sizes(new)]
     returned[returned == 0] = returned.max(initial=0.0) or 1.0
-    for k, (name, what) in enumerate(names):
+    for k, (name, what) in enumerate(VARIED.items()):
         by = np.concatenate([vars(t)[f"force_{name}"], vars(t)[f"state_{name}"]], axis=1)
         by = by[:, :, None] if by.ndim == 2 else by
         size = 0.1 * np.abs(given[k]).max(initial=0.0) or 1.0
-        sizes = 0.1 * _sizes(given[2]) if name == "state" else np.full(by.shape[2], size)
+        sizes = 0.1 * _sizes(before) if name == "state" else np.full(by.shape[2], size)
         by = by * sizes
         scale = np.maximum(np.abs(by).max(axis=(0, 2), initial=0.0), 1e-3 * returned)
         said = (
@@ -91,6 +85,23 @@ def tangents_and_differences(
 
             found, steps = by[:, :, d], STEP * WIDER[WIDER * own <= sizes.max()]
             yield said, found, returned * differences(found / returned, moved, steps), 1e-6 * scale
+
+
+def _steps(
+    law: ContactLaw, contacts: Contacts, x: np.ndarray, omega: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """u, v, the state before, each (rows, .), and dt of steps of the cycles x (P, nd, nh): of the
+    second period, with states beside those of the cycle."""
+    rows = STEPS * len(contacts)
+    u, v = (a.reshape(rows, -1) for a in samples_of(x, STEPS))
+    states = history(law, contacts, x, omega, samples=STEPS, periods=2)[1]
+    away = (
+        0.05
+        * np.abs(states).max(axis=(0, 1), initial=0.0)
+        * np.random.default_rng(3).normal(size=states.shape)
+    )
+    before = np.roll(states + away, 1, axis=0).reshape(rows, law.states)
+    return u, omega * v, before, 2 * np.pi / (omega * STEPS)
 
 
 def _sizes(states: np.ndarray) -> np.ndarray:

@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 import scipy.linalg as la
 
+from tipdamp.hbm.balance.damped_poles import apart
 from tipdamp.hbm.balance.restraint import SUPPORT, check_restrained
-from tipdamp.hbm.balance.settings import DEFAULT
 from tipdamp.hbm.errors import InputError
 
 
@@ -44,10 +44,8 @@ def general_poles(
     stiff = np.eye(len(period2)) + shapes.T @ (K - symmetric) @ shapes
     growth = 1 / np.sqrt(period2[-1])
     system = growth**2 * np.diag(period2) + growth * modal + stiff
-    for changes, allowed in zip(
-        ((0.0,), (DEFAULT.apart, -DEFAULT.apart)), DEFAULT.defect, strict=True
-    ):
-        parts = [_poles(period2, (1 + change) * modal, stiff) for change in changes]
+    for changed, allowed in apart():
+        parts = [_poles(period2, factor * modal, stiff) for factor in changed]
         right, left, poles = (np.concatenate(part, axis=-1) for part in zip(*parts, strict=True))
         right = right / len(parts)
         error = np.abs(system @ ((right / (growth - poles)) @ left.T) - np.eye(len(period2))).max()

@@ -122,9 +122,9 @@ class Linearisation:
     ) -> tuple[np.ndarray, float]:
         """As that of `Linearised`, through the active rows."""
         hb, R = self.balance, self.residual if residual is None else residual
-        acting, _, left, _ = self._condensed()
-        R, rows = self._without_open(R), acting.rows
-        if not len(rows):
+        acting = self._condensed().acting
+        R = self._without_open(R)
+        if not len(acting.rows):
             Rp = self._without_open(self.by_parameter)
             dp = (value + row @ R) / (corner - row @ Rp)
             return -R - Rp * dp, dp
@@ -134,10 +134,7 @@ class Linearisation:
         if not np.isfinite(y[-1]):
             return np.full_like(R, np.nan), np.nan
         dp = y[-1] / column_size
-        dg = complex_rows(y, len(rows), hb.H + 1)
-        modal = self._modal(dg, rows)
-        if left:
-            modal += self._modal(left.forces_by(dg), left.rows)
+        modal = self._modal_of_active(complex_rows(y, len(acting.rows), hb.H + 1))
         return step_of(R, Rp, dp, real_times(hb.shapes, modal)), dp
 
     def direction(self, row: np.ndarray, corner: float) -> tuple[np.ndarray, float, float]:
@@ -200,6 +197,13 @@ class Linearisation:
         """(m, H+1) modal coordinates under forces g (n, H+1) complex on the components `rows`."""
         return self.factors * real_times(self.balance.contact_receptance.into_of(rows).T, g)
 
+    def _modal_of_active(self, dg: np.ndarray) -> np.ndarray:
+        """(m, H+1) modal coordinates under forces dg (n, H+1) complex on the active components of
+        the system, with those of the open contacts that follow them."""
+        acting, _, left, _ = self._condensed()
+        modal = self._modal(dg, acting.rows)
+        return modal + self._modal(left.forces_by(dg), left.rows) if left else modal
+
     def _respond(self, g: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """G g, flat, for g (n, H+1) complex on `rows` and zero elsewhere."""
         return fourier.to_real(real_times(self.balance.shapes, self._modal(g, rows))).ravel()
@@ -225,8 +229,7 @@ class Linearisation:
         By inverse iteration on one factorisation: close where that is well below the next one,
         which is what is asked."""
         hb = self.balance
-        acting, _, left, _ = self._condensed()
-        n = len(acting.rows) * hb.nh
+        n = len(self._condensed().acting.rows) * hb.nh
         if not n:
             return 1.0, None
         A = self._system(n)
@@ -236,10 +239,7 @@ class Linearisation:
         lu[zero, zero] = EPS * np.abs(lu).max()
         inverse, v = _longest(lambda v: getrs(lu, pivots, getrs(lu, pivots, v, trans=1)[0])[0], n)
         largest, _ = _longest(lambda v: A.T @ (A @ v), n)
-        dg = fourier.to_complex(v.reshape(-1, hb.nh))
-        modal = self._modal(dg, acting.rows)
-        if left:
-            modal += self._modal(left.forces_by(dg), left.rows)
+        modal = self._modal_of_active(fourier.to_complex(v.reshape(-1, hb.nh)))
         return 1 / np.sqrt(inverse * largest), hb.receptance.shapes @ modal
 
 

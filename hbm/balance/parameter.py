@@ -7,6 +7,7 @@ contacts, damping, K(p).
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -26,9 +27,6 @@ from tipdamp.hbm.validation import (
 )
 
 Rebuild: TypeAlias = tuple[ContactProblem, dict]
-SETTINGS = ("preload", "mu", "kn", "kt")
-HELD = {"pull": "preload", "gap": "preload"}  # by what contacts hold it
-NAMES = (*SETTINGS, *HELD)
 SMALLEST = 1e-9  # value below which nothing is evaluated
 DIFFERENCE = 1e-6  # step of the central differences, relative to the value
 
@@ -77,7 +75,11 @@ class Parameter:
 
     def held(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
         """The same with the derivative by the angular frequency, the parameter held."""
-        return balance.evaluate(x, w)
+        return self.at(balance, p)(x, w)
+
+    def at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
+        """`HarmonicBalance.evaluate` at p, in units of the branch."""
+        return balance.evaluate
 
     def settings_at(self, problem: ContactProblem, p: float) -> Contacts:
         """Of the contacts of a problem at p, in units of the branch."""
@@ -217,11 +219,11 @@ class Level(Parameter):
         self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float
     ) -> Linearisation:
         """Linearisation at x (n,) and the factor p."""
-        return balance.evaluate(x, w, level=p, derivative=by_level)
+        return self.at(balance, p)(x, w, derivative=by_level)
 
-    def held(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
-        """At the factor p, by the angular frequency."""
-        return balance.evaluate(x, w, level=p)
+    def at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
+        """At the factor p."""
+        return partial(balance.evaluate, level=p)
 
 
 class Rebuilt(Parameter):
@@ -244,9 +246,9 @@ class Rebuilt(Parameter):
             modal_rate=np.linalg.lstsq(here.balance.receptance.shapes, rate, rcond=None)[0],
         )
 
-    def held(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
-        """At the value p, by the angular frequency."""
-        return self._at(balance, max(p, SMALLEST)).evaluate(x, w)
+    def at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
+        """At the value p."""
+        return self._at(balance, max(p, SMALLEST)).evaluate
 
     def _at(self, balance: HarmonicBalance, value: float) -> HarmonicBalance:
         try:
@@ -282,11 +284,11 @@ class Damping(Scaling):
         def derivative(there: HarmonicBalance, t: Terms) -> np.ndarray:
             return -t.factors * there.damping_push(t.factors * t.push, t.w) / value
 
-        return balance.with_damping(value).evaluate(x, w, derivative=derivative)
+        return self.at(balance, p)(x, w, derivative=derivative)
 
-    def held(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
-        """At the factor p, by the angular frequency."""
-        return balance.with_damping(max(p, SMALLEST)).evaluate(x, w)
+    def at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
+        """At the factor p."""
+        return balance.with_damping(max(p, SMALLEST)).evaluate
 
 
 @dataclass(frozen=True)

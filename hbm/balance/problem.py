@@ -495,13 +495,9 @@ def doubted_problem(
     motion = relative_motion(model, used)
     held = held_motions(model, used, hold)
     B = motion
-    if law.components != ("t1", "t2", "n"):
-        rows = ["t1", "t2", "n"]
-        B = motion[
-            np.concatenate(
-                [[3 * i + rows.index(c) for c in law.components] for i in range(len(used))]
-            )
-        ]
+    if law.components != ContactLaw.components:
+        columns = [ContactLaw.components.index(name) for name in law.components]
+        B = motion[np.add.outer(3 * np.arange(len(used)), columns).ravel()]
     problem = ContactProblem(
         model.M,
         model.C if damping_ratio is None else None,

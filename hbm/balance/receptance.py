@@ -20,7 +20,7 @@ that of harmonic motions, the modes hold for w > 0 and further shapes for the me
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -28,7 +28,7 @@ import scipy.linalg as la
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.balance.damped_poles import state_space_modes
-from tipdamp.hbm.balance.floating import coupled_poles, damping_of_free, modes_beside
+from tipdamp.hbm.balance.floating import Drag, coupled_poles, damping_of_free, modes_beside
 from tipdamp.hbm.balance.general_poles import general_poles
 from tipdamp.hbm.balance.kernels import modal_factors
 from tipdamp.hbm.balance.restraint import (
@@ -51,6 +51,10 @@ from tipdamp.hbm.validation import brief, check_forcing, check_outputs, in_hz
 ZOOMS = 8
 
 
+def _none(*shape: int, dtype: type = float) -> Any:
+    return field(default_factory=partial(np.empty, shape, dtype))
+
+
 @dataclass(frozen=True)
 class Receptance:
     """q = shapes diag(d(w)) into.T f.
@@ -68,14 +72,14 @@ class Receptance:
     """
 
     shapes: np.ndarray
-    stiffness: np.ndarray = field(default_factory=lambda: np.empty(0))
-    mass: np.ndarray = field(default_factory=lambda: np.empty(0))
-    ratio: np.ndarray = field(default_factory=lambda: np.empty(0))
-    poles: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=complex))
-    free_mass: np.ndarray = field(default_factory=lambda: np.empty(0))
-    free_damping: np.ndarray = field(default_factory=lambda: np.empty(0))
-    constraint_forces: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
-    left: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
+    stiffness: np.ndarray = _none(0)
+    mass: np.ndarray = _none(0)
+    ratio: np.ndarray = _none(0)
+    poles: np.ndarray = _none(0, dtype=complex)
+    free_mass: np.ndarray = _none(0)
+    free_damping: np.ndarray = _none(0)
+    constraint_forces: np.ndarray = _none(0, 0)
+    left: np.ndarray = _none(0, 0)
     still: int = 0
 
     @property
@@ -203,20 +207,15 @@ def stuck_receptance(
     gauged, e = with_gauge(M, K, free.shapes), free.shapes.shape[1]
     check_restrained(gauged, describe, remedy=remedy)
     shapes, period2 = modes_beside(M, gauged, free.shapes)
-    if C is None:
-        return replace(
-            of_modes(shapes, period2, None, given[e:]),
-            shapes=np.hstack([shapes, free.shapes]),
-            free_mass=np.ones(e),
-            free_damping=np.zeros(e),
-        )
-    modal = shapes.T @ C @ shapes
-    drag = damping_of_free(C, gauged, free, (shapes, modal))
+    modal, drag = None, Drag(free.shapes, np.ones(e), np.zeros(e), False)
+    if C is not None:
+        modal = shapes.T @ C @ shapes
+        drag = damping_of_free(C, gauged, free, (shapes, modal))
     if drag.coupled:
         Z, poles, drag = coupled_poles((M, C, K), period2.max(), drag)
         found = Receptance(Z, poles=poles)
     else:
-        found = of_modes(shapes, period2, modal, given)
+        found = of_modes(shapes, period2, modal, given[e:])
     return replace(
         found,
         shapes=np.hstack([found.shapes, drag.shapes]),
@@ -356,11 +355,8 @@ def linear_response(
     >>> print(f"{abs(free[0, 0]) / abs(stuck[0, 0]):.0f}")  # at the resonance of the free blade
     6
     """
-    frequencies = in_hz("frequencies", frequencies, omega)
-    rows = check_outputs(outputs, model.size)[1]
-    force = check_forcing(forcing, model.size, 1)[1]
-    receptance = _linear_receptance(model, pairs, force, frequencies, damping_ratio)
-    return receptance.respond(rows, force, 2 * np.pi * np.asarray(frequencies, dtype=float))
+    hz = np.asarray(in_hz("frequencies", frequencies, omega), dtype=float)
+    return _linear_response(model, pairs, forcing, hz, damping_ratio, outputs)(hz)
 
 
 def linear_response_with_peaks(
@@ -373,46 +369,47 @@ def linear_response_with_peaks(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(frequencies (n',) Hz ascending, `linear_response` there): those given, the resonances in
     between, and for each output the one of its largest amplitude, to 1e-9 of that amplitude."""
-    rows = check_outputs(outputs, model.size)[1]
-    force = check_forcing(forcing, model.size, 1)[1]
     hz = np.asarray(frequencies, dtype=float)
-    receptance = _linear_receptance(model, pairs, force, hz, damping_ratio)
-
-    def amplitude(at: np.ndarray) -> np.ndarray:
-        return np.abs(receptance.respond(rows, force, 2 * np.pi * at.ravel()))
-
+    response = _linear_response(model, pairs, forcing, hz, damping_ratio, outputs)
     own = natural_frequencies(model, pairs)
     hz = np.union1d(hz, own[(hz.min() < own) & (own < hz.max())])
+    hz = np.union1d(hz, _tops(lambda at: np.abs(response(at)), hz))
+    return hz, response(hz)
+
+
+def _tops(amplitude: Callable[[np.ndarray], np.ndarray], hz: np.ndarray) -> np.ndarray:
+    """(m,) Hz at which each of m amplitudes (n, m) of frequencies (n,) is largest, beside its
+    largest at some of them."""
     top = amplitude(hz).argmax(axis=0)
     low, high = hz[np.maximum(top - 1, 0)], hz[np.minimum(top + 1, len(hz) - 1)]
-    each = np.arange(len(rows))
+    each = np.arange(len(top))
     for _ in range(ZOOMS):
         at = low[:, None] + (high - low)[:, None] * np.linspace(0, 1, 9)
-        mine = amplitude(at).reshape(*at.shape, len(rows))[each, :, each]
+        mine = amplitude(at.ravel()).reshape(*at.shape, len(top))[each, :, each]
         best = mine.argmax(axis=1)
         low, high = at[each, np.maximum(best - 1, 0)], at[each, np.minimum(best + 1, 8)]
-    hz = np.union1d(hz, at[each, best])
-    return hz, receptance.respond(rows, force, 2 * np.pi * hz)
+    return at[each, best]
 
 
-def _linear_receptance(
+def _linear_response(
     model: ReducedModel,
     pairs: ContactTable | None,
-    force: np.ndarray,
-    frequencies: "ArrayLike",
+    forcing: "ArrayLike",
+    hz: np.ndarray,
     damping_ratio: "ArrayLike | None",
-) -> Receptance:
+    outputs: dict | None,
+) -> Callable[[np.ndarray], np.ndarray]:
+    """The function that gives the harmonics 1 (n, m) of the outputs at frequencies (n,) Hz; hz :
+    those that are asked for."""
+    rows = check_outputs(outputs, model.size)[1]
+    force = check_forcing(forcing, model.size, 1)[1]
     K = assembled(model, pairs)
     if damping_ratio is not None:
-        return free_receptance(model.M, K, damping_ratio)
-    return stuck_receptance(
-        model.M,
-        model.C,
-        K,
-        None,
-        lambda v: describe_motion(model, v),
-        free=_checked_free(model, K, force, frequencies),
-    )
+        receptance = free_receptance(model.M, K, damping_ratio)
+    else:
+        free, describe = _checked_free(model, K, force, hz), partial(describe_motion, model)
+        receptance = stuck_receptance(model.M, model.C, K, None, describe, free=free)
+    return lambda at: receptance.respond(rows, force, 2 * np.pi * at)
 
 
 def _checked_free(

@@ -228,9 +228,9 @@ class HarmonicBalance:
     def with_damping(self, factor: float) -> Self:
         """The same balance with the damping times a factor; where it does not couple the modes
         these are kept."""
-        known = self.receptance
+        known, by_matrix = self.receptance, self.problem.C is not None
         floats = known.free_damping.size > 0  # and the shapes behind its modes follow the damping
-        if self.problem.reducible or floats or not known.ratio.size:
+        if self.problem.reducible or floats or by_matrix:
             return self.rebuilt(self.problem.with_damping(factor), self.forces)
         other, at = copy(self), self.contact_receptance
         damped = known.with_damping(factor)

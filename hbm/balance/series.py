@@ -97,10 +97,12 @@ class ContactReceptance:
         the matrices."""
         left, right = self.shapes[to][:, low], self.into[at][:, low]
         products = (left[:, None] * right).reshape(len(to) * len(at), -1)
-        if powers is None:
-            return products
+        return products if powers is None else np.hstack([products, self._chosen(powers, to, at).T])
+
+    def _chosen(self, powers: np.ndarray, to: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """(n, len(to) len(at)) of the matrices of `terms`, between some of their components."""
         here = np.searchsorted(self._rows, to)[:, None], np.searchsorted(self._rows, at)
-        return np.hstack([products, powers[:, here[0], here[1]].reshape(len(powers), -1).T])
+        return powers[:, here[0], here[1]].reshape(len(powers), -1)
 
     def _between_many(
         self, to: np.ndarray, at: np.ndarray, factors: np.ndarray, reach: float, x: np.ndarray
@@ -130,8 +132,7 @@ class ContactReceptance:
         low, powers = self.terms(reach, np.union1d(to, at))
         if powers is None:
             return low, None
-        here = np.searchsorted(self._rows, to)[:, None], np.searchsorted(self._rows, at)
-        chosen = powers[:, here[0], here[1]].reshape(len(powers), -1)
+        chosen = self._chosen(powers, to, at)
         self._forget_down_to(DEFAULT.kept_between - chosen.size)
         self._many[asked] = low, chosen
         return low, chosen
@@ -160,15 +161,16 @@ class ContactReceptance:
             self._rows, self._kept = np.union1d(self._rows, rows), {}
         if reach not in self._kept:
             above = reach * DEFAULT.series_reach
-            self._kept[reach] = (
-                self._of_poles(np.abs(r.poles) > above)
-                if r.poles.size
-                else self._of_modes((np.sqrt(r.mass) * above < 1) & (r.ratio < 0.3))
-            )
+            if r.poles.size:
+                high, of = np.abs(r.poles) > above, self._of_poles
+            else:
+                high, of = (np.sqrt(r.mass) * above < 1) & (r.ratio < 0.3), self._of_modes
+            far = np.flatnonzero(high)
+            self._kept[reach] = np.setdiff1d(np.arange(self.shapes.shape[1]), far), of(far)
         return self._kept[reach]
 
-    def _of_modes(self, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        P = self.shapes[self._rows][:, np.flatnonzero(high)]
+    def _of_modes(self, high: np.ndarray) -> np.ndarray:
+        P = self.shapes[self._rows][:, high]
         zeta = self.receptance.ratio[high]
         s = np.sqrt(self.receptance.mass[high])
         powers = np.empty((DEFAULT.series_terms, len(P), len(P)))
@@ -176,16 +178,16 @@ class ContactReceptance:
         for n in range(DEFAULT.series_terms):
             powers[n] = (P * (now * s**n)) @ P.T
             before, now = now, -2 * zeta * now - before
-        return np.setdiff1d(np.arange(self.shapes.shape[1]), np.flatnonzero(high)), powers
+        return powers
 
-    def _of_poles(self, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _of_poles(self, high: np.ndarray) -> np.ndarray:
         fast = 1 / self.receptance.poles[high]
-        P, Q = (part[self._rows][:, np.flatnonzero(high)] for part in (self.shapes, self.into))
+        P, Q = (part[self._rows][:, high] for part in (self.shapes, self.into))
         powers, weight = [], -fast
         for _ in range(DEFAULT.series_terms):
             powers.append(((P * weight) @ Q.T).real)
             weight = weight * fast
-        return np.setdiff1d(np.arange(self.shapes.shape[1]), np.flatnonzero(high)), np.array(powers)
+        return np.array(powers)
 
 
 def contact_receptance(receptance: Receptance, B: Any) -> ContactReceptance:

@@ -1,14 +1,14 @@
 """Across places where a branch has no further point, or folds again and again without progress:
 solutions ahead."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from tipdamp.hbm.continuation.branch import BranchTracer
 from tipdamp.hbm.continuation.corrector import heading, reverse, solve_fixed
-from tipdamp.hbm.continuation.point import Point, failed
+from tipdamp.hbm.continuation.point import Point, distance, failed
 
 # places tried ahead of a lost branch, in unit steps of the parameter
 AHEAD = (1e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
@@ -20,7 +20,7 @@ def bridge_gap(tracer: BranchTracer) -> None:
 
     A branch that ran back when it was lost has behind it what lies ahead of there: it is taken up
     where it had come furthest."""
-    last, metric = tracer.run[-1], tracer.metric()
+    last = tracer.run[-1]
     aheads = AHEAD[: tracer.settings.places_ahead]
     guesses = last.x, np.zeros_like(last.x)
     found, tried = _solution_ahead(tracer, last.parameter, guesses, aheads)
@@ -31,9 +31,8 @@ def bridge_gap(tracer: BranchTracer) -> None:
         if found is not None and tracer.gaps < tracer.settings.max_gaps:
             tracer.branch.restarts.append((left.parameter, found.parameter))
             tracer.gaps += 1
-            tracer.resume(replace(found, jump=True))
-            return
-    if found is None or metric.norm(found.x - last.x, found.parameter - last.parameter) > 0.1:
+            return tracer.resume(replace(found, jump=True))
+    if found is None or distance(last, found, tracer.metric()) > 0.1:
         marks = [last.parameter + tracer.sense * 1e-3 * tracer.length, *tried]
         tracer.branch.points += [failed(len(last.x), p) for p in marks]
         tracer.gaps += 1
@@ -56,12 +55,9 @@ def restart_ahead(tracer: BranchTracer, follow: Callable) -> None:
     begin, taken_up = tracer.furthest, None
     goal = tracer.settings.restart_distance * 2.0 ** min(len(tracer.branch.restarts), 5)
     passed, at = _in_steps(tracer, begin, goal)
-    tracer.stale, tracer.turns, tracer.attempts, tracer.fruitless = (
-        0,
-        0,
-        tracer.attempts + 1,
-        tracer.fruitless + 1,
-    )
+    tracer.stale = tracer.turns = 0
+    tracer.attempts += 1
+    tracer.fruitless += 1
     if at is None and tracer.restart:
         left = (passed[-1] if passed else begin).parameter
         if not _known_beyond(tracer, begin, left, goal):
@@ -118,13 +114,10 @@ def _followed_back(
     """The points from one found ahead back towards `left`, in the direction of the band, the
     nearest one first."""
     settings = tracer.settings
-    back = follow(
-        tracer.evaluate,
-        found,
-        left,
-        tracer.weights,
-        replace(settings, max_points=settings.points_back, max_restarts=0, max_gaps=0, outside=0.0),
+    few = replace(
+        settings, max_points=settings.points_back, max_restarts=0, max_gaps=0, outside=0.0
     )
+    back = follow(tracer.evaluate, found, left, tracer.weights, few)
     tracer.branch.calls += back.calls
     good = [reverse(q) for q in back.points if q.converged]
     nearest = min(range(len(good)), key=lambda i: tracer.sense * good[i].parameter)
@@ -161,16 +154,19 @@ def _solution_ahead(
 ) -> tuple[Point | None, list[float]]:
     """(point at a fixed parameter ahead or None, parameters at which none was found)."""
     tried: list[float] = []
+
+    def solutions(p: float, costlier: bool) -> Iterator[Point]:
+        for guess in guesses:
+            given = p, tracer.weights, tracer.settings, max_calls
+            yield solve_fixed(tracer.evaluate, guess, *given)
+        if tracer.restart and costlier:
+            yield tracer.restart(p)
+
     for ahead in aheads:
         p = parameter + tracer.sense * ahead * tracer.length
         p = tracer.end if tracer.ahead(p, tracer.end) > 0 else p
-        for guess in guesses:
-            new = solve_fixed(tracer.evaluate, guess, p, tracer.weights, tracer.settings, max_calls)
-            tracer.branch.calls += new.iterations
-            if new.converged:
-                return heading(new, tracer.sense), tried
-        if tracer.restart and (not guesses or aheads is AHEAD and ahead in (0.1, AHEAD[-1])):
-            new = tracer.restart(p)
+        costlier = not guesses or aheads is AHEAD and ahead in (0.1, AHEAD[-1])
+        for new in solutions(p, costlier):
             tracer.branch.calls += new.iterations
             if new.converged:
                 return heading(new, tracer.sense), tried

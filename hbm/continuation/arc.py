@@ -22,6 +22,7 @@ from tipdamp.hbm.continuation.corrector import (
     solve_fixed,
 )
 from tipdamp.hbm.continuation.point import Evaluate, Metric, Point, size
+from tipdamp.hbm.continuation.point import distance as distance
 from tipdamp.hbm.continuation.settings import Settings
 
 # cosine of the angle between two tangents above which the arc is taken for its chord
@@ -72,25 +73,13 @@ def maximum(
     """The maximum between two points of a branch, or the first point that reaches the value
     `enough`."""
     a, b = ends
-    points, calls, left, top, smooth = (
-        [a.point, b.point],
-        0,
-        0,
-        max(ends, key=lambda end: end.value),
-        False,
-    )
+    points, calls, left, smooth = [a.point, b.point], 0, 0, False
+    top = max(ends, key=lambda end: end.value)
     for attempt in range(settings.max_peak_points):
-        best, apart = max(a, b, key=lambda end: end.value), distance(a.point, b.point, metric)
-        highest = bound(a, b, metric)
-        # where the tangents do not meet but are noise: what the slopes gain over the chord
-        gain = highest - best.value if highest < np.inf else max(a.slope, -b.slope) * apart
-        solved = (
-            gain <= settings.peak_tolerance * abs(best.value) or apart <= settings.shortest_chord
-        )
-        # where the slopes contradict the values they have led astray
-        solved &= top.value - best.value <= 10 * settings.peak_tolerance * abs(top.value)
+        apart, solved = distance(a.point, b.point, metric), _is_between(a, b, top, metric, settings)
         hopeless = enough < np.inf and bound(a, b, metric, FURTHER) < enough
-        if solved or best.value >= enough or hopeless or calls > settings.max_peak_calls:
+        reached = max(a.value, b.value) >= enough
+        if solved or reached or hopeless or calls > settings.max_peak_calls:
             return Maximum(top, solved, points, calls)
         share = _share(a, b, apart, attempt, smooth)
         new, more = _inside(evaluate, a.point, b.point, (share, attempt % 4 == 3), metric, settings)
@@ -116,6 +105,20 @@ def maximum(
         else:
             b = found
     return Maximum(top, False, points, calls)
+
+
+def _is_between(
+    a: MeasuredPoint, b: MeasuredPoint, top: MeasuredPoint, metric: Metric, settings: Settings
+) -> bool:
+    """Whether the maximum is solved by what two points leave to gain; top : the highest of all."""
+    best, apart = max(a, b, key=lambda end: end.value), distance(a.point, b.point, metric)
+    highest = bound(a, b, metric)
+    # where the tangents do not meet but are noise: what the slopes gain over the chord
+    gain = highest - best.value if highest < np.inf else max(a.slope, -b.slope) * apart
+    if not (gain <= settings.peak_tolerance * abs(best.value) or apart <= settings.shortest_chord):
+        return False
+    # where the slopes contradict the values they have led astray
+    return top.value - best.value <= 10 * settings.peak_tolerance * abs(top.value)
 
 
 def _inside(
@@ -231,11 +234,6 @@ def on_cubic(a: Point, b: Point, parameter: float, metric: Metric) -> np.ndarray
     return x
 
 
-def distance(a: Point, b: Point, metric: Metric) -> float:
-    """Length of the chord between two points."""
-    return metric.norm(b.x - a.x, b.parameter - a.parameter)
-
-
 def bound(a: MeasuredPoint, b: MeasuredPoint, metric: Metric, bent: float = BENT) -> float:
     """What a concave quantity cannot exceed between two points; infinite where their tangents do
     not meet between.
@@ -260,7 +258,7 @@ def bound(a: MeasuredPoint, b: MeasuredPoint, metric: Metric, bent: float = BENT
 def _corner(a: Point, b: Point, metric: Metric) -> tuple[float, float] | None:
     """Arc lengths from a forward and from b backward to where their tangents pass each other; None
     where the branch hardly turns between them, and in a hairpin that is no corner."""
-    (ax, ap), (bx, bp) = (_unit(end, metric) for end in (a, b))
+    (ax, ap), (bx, bp) = (metric.unit(*end.tangent) for end in (a, b))
     cosine = metric.inner(ax, ap, bx, bp)
     if cosine > STRAIGHT:
         return None
@@ -270,13 +268,6 @@ def _corner(a: Point, b: Point, metric: Metric) -> tuple[float, float] | None:
     if scale < 1e-12:
         return None
     return (forward - cosine * backward) / scale, (backward - cosine * forward) / scale
-
-
-def _unit(point: Point, metric: Metric) -> tuple[np.ndarray, float]:
-    """Unit tangent."""
-    tx, tp = point.tangent
-    length = metric.norm(tx, tp)
-    return tx / length, tp / length
 
 
 def _share(a: MeasuredPoint, b: MeasuredPoint, apart: float, attempt: int, smooth: bool) -> float:
@@ -324,10 +315,7 @@ def _step_from(
 
     The first steps lead almost to where the tangents pass each other: in a hairpin that is further
     than b is from a."""
-    calls = 0
-    apart = distance(a, b, metric)
-    new = a
-    undetermined = 0
+    calls, undetermined, apart, new = 0, 0, distance(a, b, metric), a
     settings = replace(settings, max_stalls=settings.patient_stalls, last_step=0.0)
     corner = _corner(a, b, metric) if a.tangent and b.tangent else None
     first = corner if corner is not None and min(corner) > 0 else (apart, apart)
@@ -336,16 +324,13 @@ def _step_from(
         for end, way, length in sides:
             if end.tangent is None:
                 continue
-            tx, tp = _unit(end, metric)
+            tx, tp = metric.unit(*end.tangent)
             step = CLOSE * length * 0.5**k
             plane = metric.plane(end.x + way * step * tx, end.parameter + way * step * tp, tx, tp)
             new = correct(evaluate, plane, metric, settings)
             calls += new.iterations
             # a far correction would lead to another part of the branch
-            if (
-                new.converged
-                and metric.norm(new.x - plane.x, new.parameter - plane.parameter) <= 0.5 * step
-            ):
+            if new.converged and distance(plane, new, metric) <= 0.5 * step:
                 exact = polished(evaluate, new, plane, metric, settings)
                 calls += exact.iterations - new.iterations
                 if exact.converged and exact.orientation in (a.orientation, b.orientation):

@@ -7,7 +7,16 @@ from itertools import pairwise
 import numpy as np
 
 from tipdamp.hbm.continuation.corrector import correct, heading, oriented, solve_fixed
-from tipdamp.hbm.continuation.point import Evaluate, Linearised, Metric, OnPoint, Plane, Point, size
+from tipdamp.hbm.continuation.point import (
+    Evaluate,
+    Linearised,
+    Metric,
+    OnPoint,
+    Plane,
+    Point,
+    distance,
+    size,
+)
 from tipdamp.hbm.continuation.predictor import (
     forward,
     on_branch,
@@ -142,13 +151,8 @@ class BranchTracer:
         restart: Callable[[float], Point] | None,
         begin: float | None = None,
     ) -> None:
-        self.evaluate, self.end, self.weights, self.settings, self.restart = (
-            evaluate,
-            end,
-            weights,
-            settings,
-            restart,
-        )
+        self.evaluate, self.weights, self.settings = evaluate, weights, settings
+        self.end, self.restart = end, restart
         self.branch = Branch([start], calls=start.iterations)
         self.begin = start.parameter if begin is None else begin
         self.sense, self.way = np.sign(end - self.begin), abs(end - self.begin)
@@ -258,17 +262,12 @@ class BranchTracer:
         """Whether the branch continues at one value of the parameter: a motion grows that the
         equations leave free."""
         settings = self.settings
-        count = settings.drift_points
-        still = settings.drift_still
-        far = settings.drift_far
-        points = self.branch.points[-count:]
-        if len(points) < count or not all(p.converged for p in points):
+        points = self.branch.points[-settings.drift_points :]
+        if len(points) < settings.drift_points or not all(p.converged for p in points):
             return False
         values = [p.parameter for p in points]
-        return (
-            max(values) - min(values) < still * self.length
-            and self.metric().norm(points[-1].x - points[0].x, 0.0) > far
-        )
+        still = max(values) - min(values) < settings.drift_still * self.length
+        return still and self.metric().norm(points[-1].x - points[0].x, 0.0) > settings.drift_far
 
     def makes_no_progress(self) -> bool:
         """Whether the branch folds again and again without progress, and may still be left."""
@@ -345,7 +344,7 @@ class BranchTracer:
                 )
                 if not tried.converged:
                     continue
-                length = metric.norm(tried.x - last.x, tried.parameter - last.parameter)
+                length = distance(last, tried, metric)
                 on = 0.1 * reach < length < 3 * reach and forward(tried, last, metric)
                 if on and not self._retraces(tried, length, metric):
                     return tried
@@ -367,8 +366,7 @@ class BranchTracer:
         """Whether a solution lies on the branch as it is so far."""
         metric = self.metric()
         return any(
-            metric.beside_chord(point, a, b)
-            <= RETRACED * metric.norm(b.x - a.x, b.parameter - a.parameter)
+            metric.beside_chord(point, a, b) <= RETRACED * distance(a, b, metric)
             for a, b in pairwise(self.branch.points)
             if a.converged and b.converged
         )
@@ -377,8 +375,7 @@ class BranchTracer:
         """The next point behind a place where another branch crosses: the determinant changes its
         sign there, and with it the orientation of this one. None where there is no such place."""
         last, metric = self.run[-1], self.metric()
-        length = metric.norm(*last.tangent)
-        tx, tp = last.tangent[0] / length, last.tangent[1] / length
+        tx, tp = metric.unit(*last.tangent)
         for reach in ACROSS:
             plane = metric.plane(last.x + reach * tx, last.parameter + reach * tp, tx, tp)
             new = correct(self.evaluate, plane, metric, self.settings)
@@ -386,7 +383,7 @@ class BranchTracer:
             if not new.converged:
                 continue
             bx, bp = tangent(new.detail, plane.row, plane.corner, -self.orientation, metric)
-            beside = metric.norm(new.x - plane.x, new.parameter - plane.parameter)
+            beside = distance(plane, new, metric)
             if metric.inner(tx, tp, bx, bp) > ALONG and beside < 0.2 * reach:
                 self.orientation = -self.orientation
                 self.step, self.order, self.lost = reach, 1, False
@@ -406,11 +403,7 @@ class BranchTracer:
             self.evaluate, a.x + share * (b.x - a.x), parameter, self.weights, self.settings
         )
         self.branch.calls += new.iterations
-        if not new.converged:
-            return new
-        return oriented(
-            new, a.orientation, *self.metric().border(b.x - a.x, b.parameter - a.parameter)
-        )
+        return oriented(new, a.orientation, *self.metric().across(a, b)) if new.converged else new
 
     def _finish(self, beyond: Point, on_point: OnPoint | None) -> None:
         """The last point exactly at the end, between the last accepted one and the one beyond."""

@@ -34,33 +34,18 @@ def follow_both_ways(
     other way.
     """
     first, last = band
-    settings = replace(settings, max_points=most, outside=0.0)
-    onwards = _one_way(evaluate, start, (first, last), weights, settings, on_point)
+    onwards = follow_one_way(evaluate, start, band, weights, settings, most, on_point)
     if onwards.end == "round":
         points = onwards.points
         lowest = int(np.argmin([point.parameter for point in points[:-1]]))
         onwards.points = [*points[lowest:-1], *points[: lowest + 1]]
         return onwards
-    back = _one_way(evaluate, start, (last, first), weights, settings, on_point)
+    back = follow_one_way(evaluate, start, (last, first), weights, settings, most, on_point)
     points = [*map(reverse, back.points[:0:-1]), *onwards.points]
     whole = Branch(points, calls=onwards.calls + back.calls)
     stopped = next((way for way in (onwards, back) if way.end not in LEAVES), None)
     whole.finish(*(("through", last) if stopped is None else (stopped.end, stopped.at)))
     return whole
-
-
-def follow_one_way(
-    evaluate: Evaluate,
-    start: Point,
-    band: tuple[float, float],
-    weights: np.ndarray,
-    settings: Settings,
-    most: int,
-) -> Branch:
-    """The branch from a solved point inside a band (from, to), first towards its end, in at most
-    that many points: until it leaves the band, or returns to the start."""
-    settings = replace(settings, max_points=most, outside=0.0)
-    return _one_way(evaluate, start, band, weights, settings, None)
 
 
 def follow_away(
@@ -83,24 +68,26 @@ def follow_away(
     metric = Metric(weights, max(size(weights * start.x), 1e-300), high - low)
     away = metric.inner(tx, tp, start.x - root.x, start.parameter - root.parameter)
     way = (low, high) if away >= 0 else (high, low)
-    settings = replace(settings, max_points=most, outside=0.0)
-    branch = _one_way(evaluate, start, way, weights, settings, None, meets)
+    branch = follow_one_way(evaluate, start, way, weights, settings, most, meets=meets)
     chord = start.x - root.x, start.parameter - root.parameter  # the root has tangents of both
     branch.points.insert(0, replace(root, tangent=chord, orientation=start.orientation))
     return branch
 
 
-def _one_way(
+def follow_one_way(
     evaluate: Evaluate,
     start: Point,
     band: tuple[float, float],
     weights: np.ndarray,
     settings: Settings,
-    on_point: OnPoint | None,
+    most: int,
+    on_point: OnPoint | None = None,
     meets: Meets | None = None,
 ) -> Branch:
-    """The branch from the start, first towards the end of the band."""
+    """The branch from a solved point inside a band (from, to), first towards its end, in at most
+    that many points: until it leaves the band, returns to the start, or `meets` another one."""
     begin, end = band
+    settings = replace(settings, max_points=most, outside=0.0)
     tracer = BranchTracer(evaluate, start, end, weights, settings, None, begin)
     branch = tracer.branch
     while not branch.end:

@@ -40,17 +40,11 @@ def correct(
         if not np.isfinite(error) or error > 1e8 or stalls > settings.max_stalls:
             break
         rate = error / before if kept is not None else 1.0
-        chord = (
-            kept
-            if kept is not None and settings.safety * rate * error <= settings.tolerance
-            else None
-        )
+        chord = kept if settings.safety * rate * error <= settings.tolerance else None
         value = -(row @ (x - plane.x) + corner * (p - plane.parameter))
-        residual = (
-            e.residual + e.restoring(x - last)
-            if iteration == 1 and last is not None
-            else e.residual
-        )
+        residual = e.residual
+        if iteration == 1 and last is not None:
+            residual = residual + e.restoring(x - last)
         dx, dp = (chord or e).solve(row, corner, value, residual)
         x, p = x + dx, p + dp
         if not np.isfinite(p) or not np.isfinite(x).all():
@@ -117,9 +111,7 @@ def between(
         max(size(weights * a.x), size(weights * b.x), 1e-300),
         max(abs(a.parameter), abs(b.parameter), 1e-300) * 1e-2,
     )
-    plane = Plane(
-        *interpolate(a, b, share, metric), *metric.border(b.x - a.x, b.parameter - a.parameter)
-    )
+    plane = Plane(*interpolate(a, b, share, metric), *metric.across(a, b))
     # no step without evaluating again: next to a kink the tangent of the point before would be
     # another one
     settings = replace(settings, max_stalls=settings.patient_stalls, last_step=0.0)
@@ -128,13 +120,8 @@ def between(
         return new
     strict = replace(settings, tolerance=settings.patient_residual)
     again = damped(evaluate, plane, weights, strict, settings.patient_calls)
-    return polished(
-        evaluate,
-        replace(again, iterations=new.iterations + again.iterations),
-        plane,
-        metric,
-        settings,
-    )
+    again = replace(again, iterations=new.iterations + again.iterations)
+    return polished(evaluate, again, plane, metric, settings)
 
 
 def polished(
@@ -150,13 +137,8 @@ def polished(
         dx, dp = point.detail.solve(plane.row, plane.corner, 0.0)
         length = metric.norm(dx, dp)
         if length <= settings.peak_step * (1 if k < settings.max_polish - 1 else settings.safety):
-            done = leaving(point, plane.row, plane.corner)
-            return replace(
-                done,
-                x=point.x + dx,
-                parameter=point.parameter + dp,
-                detail=point.detail.moved(dx, dp),
-            )
+            done, moved = leaving(point, plane.row, plane.corner), point.detail.moved(dx, dp)
+            return replace(done, x=point.x + dx, parameter=point.parameter + dp, detail=moved)
         x, p = point.x + dx, point.parameter + dp
         point = Point(x, p, True, point.iterations + 1, evaluate(x, p))
     if point.converged and size(point.detail.residual) <= settings.patient_residual * size(

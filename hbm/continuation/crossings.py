@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -31,16 +32,13 @@ def crossings(
     tip is solved first."""
     found, points = [], list(points)
     for i in range(len(points) - 1):
-        if not (points[i].converged and points[i + 1].converged):
+        ends = points[i : i + 2]
+        if not all(end.converged for end in ends):
             continue
-        sides = [np.sign(p.parameter - parameter) for p in points[i : i + 2]]
-        turns = sides[0] == sides[1] and _turns(points, i, parameter)
-        if (
-            0 in sides
-            or sides[0] == sides[1]
-            and not turns
-            and not _near(points[i : i + 2], parameter)
-        ):
+        sides = [np.sign(end.parameter - parameter) for end in ends]
+        apart = sides[0] != sides[1]
+        turns = not apart and _turns(points, i, parameter)
+        if 0 in sides or not (apart or turns or _near(ends, parameter)):
             continue
         metric, calls = arc.metric_at(points[i], weights), 0
         for k in (i, i + 1):
@@ -50,7 +48,7 @@ def crossings(
             way, calls = _tip(evaluate, way[0], way[1], parameter, metric, settings)
         elif not points[i + 1].jump:
             way, calls = _unfolded(evaluate, way, parameter, metric, settings)
-        for a, b in zip(way[:-1], way[1:], strict=True):
+        for a, b in pairwise(way):
             if (a.parameter - parameter) * (b.parameter - parameter) < 0:
                 point, more = arc.crossing(evaluate, a, b, parameter, metric, settings)
                 found.append((point, calls + more, i + 1))
@@ -75,7 +73,7 @@ def _unfolded(
     calls, done, left = 0, [way[0]], [(way[1], settings.max_loops)]
     while left:
         a, (b, most) = done[-1], left[-1]
-        if most and _may_turn(a, b, parameter, metric):
+        if most and _near((a, b), parameter) and may_fold(a, b, metric):
             middle = between(evaluate, a, b, 0.5, metric.weights, settings)
             calls += middle.iterations
             if arc.lies_between(middle, a, b, metric):
@@ -84,11 +82,6 @@ def _unfolded(
         done.append(b)
         left.pop()
     return done, calls
-
-
-def _may_turn(a: Point, b: Point, parameter: float, metric: Metric) -> bool:
-    """Whether the branch may turn and cross a parameter between two points."""
-    return _near((a, b), parameter) and may_fold(a, b, metric)
 
 
 def may_fold(a: Point, b: Point, metric: Metric) -> bool:
@@ -121,19 +114,20 @@ def with_tangent(evaluate: Evaluate, points: Sequence[Point], k: int, metric: Me
     """Point k of a branch with its tangent, found anew from its orientation where it is not
     known.
 
-    At an end on another branch the determinant is rounding: there the chord tells the way.
+    At an end on another branch the determinant is rounding: there the chord tells the way. A point
+    with neither of its neighbours has no chord.
     """
     point = points[k]
     if point.tangent is not None:
         return point
     a, b = points[max(k - 1, 0)], points[min(k + 1, len(points) - 1)]
     a, b = (q if q.converged else point for q in (a, b))
-    chord = b.x - a.x, b.parameter - a.parameter
+    chord = b.x - a.x, b.parameter - a.parameter if a is not b else 1.0
     row, corner = metric.border(*chord)
     found = oriented(
         replace(point, detail=evaluate(point.x, point.parameter)), point.orientation, row, corner
     )
-    (tx, tp), at_end = found.tangent, a is point or b is point
+    (tx, tp), at_end = found.tangent, (a is point) != (b is point)
     if at_end and metric.inner(tx, tp, *chord) < 0:
         return replace(found, tangent=(-tx, -tp))
     return found
@@ -142,12 +136,11 @@ def with_tangent(evaluate: Evaluate, points: Sequence[Point], k: int, metric: Me
 def _turns(points: Sequence[Point], i: int, parameter: float) -> bool:
     """Whether the branch turns back at point i or i + 1, short of the parameter."""
     for k in (i, i + 1):
-        if 0 < k < len(points) - 1 and points[k - 1].converged and points[k + 1].converged:
-            beyond = parameter - points[k].parameter
-            if all(
-                beyond * (points[k].parameter - points[n].parameter) > 0 for n in (k - 1, k + 1)
-            ):
-                return True
+        beside = [points[n] for n in (k - 1, k + 1)] if 0 < k < len(points) - 1 else []
+        here, beyond = points[k].parameter, parameter - points[k].parameter
+        back = [end.converged and beyond * (here - end.parameter) > 0 for end in beside]
+        if back and all(back):
+            return True
     return False
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from tipdamp.hbm.continuation import arc
 from tipdamp.hbm.continuation.corrector import between
 from tipdamp.hbm.continuation.point import Evaluate, Metric, Point
-from tipdamp.hbm.continuation.settings import DEFAULT, Settings
+from tipdamp.hbm.continuation.settings import DEFAULT
 
 SHORT = 0.4  # of the length asked for, from the zero of the secant to the points about it
 WRONG = 0.1  # of the product of the distances of two points to the zero of their secant
@@ -38,7 +38,6 @@ def enclosed(
     measure: Callable[[Point], float],
     metric: Metric,
     length: float,
-    settings: Settings = DEFAULT,
 ) -> tuple[Point, Point]:
     """Two points of the branch, at most an arc length apart, between which the measure changes its
     sign, from those between which it does; wider where rounding ends the search.
@@ -50,7 +49,7 @@ def enclosed(
     told = [_Told(*one) for one in zip(ends, (first, measure(b)), strict=True)]
     told = [one for one in told if np.isfinite(one.value)]
     widths = [2.0] * PATIENCE
-    for _ in range(PATIENCE * settings.max_bisections):
+    for _ in range(PATIENCE * DEFAULT.max_bisections):
         width = arc.distance(a, b, metric) / whole
         if width * whole <= length:
             break

@@ -148,6 +148,11 @@ class Metric:
         """Length of a step."""
         return math.hypot(size(self.weights * dx) / self.size, dp / self.length)
 
+    def unit(self, dx: np.ndarray, dp: float) -> tuple[np.ndarray, float]:
+        """A step in that direction, of length 1."""
+        length = self.norm(dx, dp)
+        return dx / length, dp / length
+
     def inner(self, ax: np.ndarray, ap: float, bx: np.ndarray, bp: float) -> float:
         """Inner product of two steps, to which `norm` belongs."""
         ax, bx = (self.weights * x / self.size for x in (ax, bx))
@@ -157,6 +162,10 @@ class Metric:
         """Row and corner of the unit plane normal to (dx, dp)."""
         unit = 1 / self.norm(dx, dp)
         return self.weights**2 * (dx / self.size) * (unit / self.size), dp * unit / self.length**2
+
+    def across(self, a: "Point | Plane", b: "Point | Plane") -> tuple[np.ndarray, float]:
+        """Row and corner of the unit plane normal to the chord from a to b."""
+        return self.border(b.x - a.x, b.parameter - a.parameter)
 
     def beside_chord(self, point: Point, a: Point, b: Point) -> float:
         """Distance of a point from the chord from a to b; infinite before a and beyond b."""
@@ -168,3 +177,8 @@ class Metric:
     def plane(self, x: np.ndarray, p: float, dx: np.ndarray, dp: float) -> Plane:
         """The plane through (x, p) normal to (dx, dp)."""
         return Plane(x, p, *self.border(dx, dp))
+
+
+def distance(a: Point | Plane, b: Point | Plane, metric: Metric) -> float:
+    """Length of the chord between two points."""
+    return metric.norm(b.x - a.x, b.parameter - a.parameter)

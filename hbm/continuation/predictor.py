@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tipdamp.hbm.continuation.point import Linearised, Metric, Point
+from tipdamp.hbm.continuation.point import Linearised, Metric, Point, distance
 
 
 def predict(run: list[Point], metric: Metric, step: float, order: int) -> tuple[np.ndarray, float]:
@@ -57,10 +57,7 @@ def _places(
     for i in range(len(points) - 1, 0, -1):
         a, b, (ax, ap), (bx, bp) = points[i - 1], points[i], units[i - 1], units[i]
         turn = metric.norm(bx - ax, bp - ap)
-        places.append(
-            places[-1]
-            - metric.norm(b.x - a.x, b.parameter - a.parameter) * (1 + min(turn, 1.0) ** 2 / 24)
-        )
+        places.append(places[-1] - distance(a, b, metric) * (1 + min(turn, 1.0) ** 2 / 24))
     return np.array(places[::-1])
 
 
@@ -114,12 +111,12 @@ def on_branch(
 
     most : (step, error of the prediction): where that is larger a loop of the branch may have been
     passed over"""
-    length = metric.norm(new.x - last.x, new.parameter - last.parameter)
+    length = distance(last, new, metric)
     corrected, (step, error) = metric.norm(new.x - x, new.parameter - p), most
     return length <= 2 * step and corrected <= min(0.5 * step, error) and forward(new, last, metric)
 
 
 def forward(new: Point, last: Point, metric: Metric) -> bool:
     """Whether the step from the last point to the new one runs forward along the branch."""
-    row, corner = metric.border(new.x - last.x, new.parameter - last.parameter)
+    row, corner = metric.across(last, new)
     return row @ new.tangent[0] + corner * new.tangent[1] > 0

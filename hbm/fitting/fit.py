@@ -15,7 +15,7 @@ from tipdamp.hbm.balance.problem import AnyProblem, ContactProblem, contact_prob
 from tipdamp.hbm.balance.receptance import ratios
 from tipdamp.hbm.curve.watched import watched
 from tipdamp.hbm.errors import Doubt, InputError
-from tipdamp.hbm.fitting.minima import least
+from tipdamp.hbm.fitting.minima import Minimum, least
 from tipdamp.hbm.fitting.residuals import Residuals, Unknown
 from tipdamp.hbm.fitting.result import DampingFit, MeasuredResponse
 from tipdamp.hbm.validation import check_settings, check_whole, in_hz
@@ -93,6 +93,15 @@ def fit_damping(
     with watched(progress, hz.min(), hz.max(), " Hz") as told:
         fit.progress = told or False
         best, as_good = least(fit)
+    result = _result(fit, best, as_good)
+    for doubt in result.doubts:
+        warnings.warn(f"fit_damping: {doubt}", Doubt, stacklevel=2)
+    return result
+
+
+def _result(fit: Residuals, best: Minimum, as_good: list[list[float]]) -> DampingFit:
+    """What the best fit has found; as_good : logarithms of values of each unknown that fit as
+    well."""
     half = fit.half_widths(best.solved)
     low, high = best.theta - half, best.theta + half
     lowest = np.array([min(values, default=np.inf) for values in as_good])
@@ -101,26 +110,23 @@ def fit_damping(
     weak = (lowest < low) | (highest > high) | wide
     first = np.array([one.start for one in fit.unknowns])
     found = first * np.exp(best.theta)
-    result = DampingFit(
+    return DampingFit(
         names=fit.names,
         values=found,
         low=first * np.exp(np.minimum(low, lowest)),
         high=first * np.exp(np.maximum(high, highest)),
         start=first,
-        measured=tuple(inside),
+        measured=tuple(fit.measured),
         computed=tuple(best.solved.computed),
         misfit=tuple(
             _misfit(one, computed)
-            for one, computed in zip(inside, best.solved.computed, strict=True)
+            for one, computed in zip(fit.measured, best.solved.computed, strict=True)
         ),
         iterations=best.steps,
         converged=best.converged,
         problem=fit.problem_at(best.theta),
         weak=tuple(name for name, one in zip(fit.names, weak, strict=True) if one),
     )
-    for doubt in result.doubts:
-        warnings.warn(f"fit_damping: {doubt}", Doubt, stacklevel=2)
-    return result
 
 
 def _misfit(one: MeasuredResponse, computed: np.ndarray) -> float:

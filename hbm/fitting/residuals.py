@@ -133,8 +133,7 @@ class Residuals:
             **{**self.options, "outputs": rows, "at": hz, "truncation": False, "peaks": []},
             progress=self.progress,
         )
-        equation, points = restored(curve, problem)
-        found = []
+        (equation, points), outputs, found = restored(curve, problem), Outputs(one.output), []
         for value, wanted in zip(hz, one.response, strict=True):
             here = np.flatnonzero(curve.converged & np.isclose(curve.frequency, value, 1e-12, 0.0))
             there = [
@@ -144,7 +143,8 @@ class Residuals:
             there = [p for p in there if p.converged]
             if not there:
                 raise InputError(f"fit_damping: no solution at {value:g} Hz; {curve.ended}")
-            far = [abs(_measure(_outputs(p.detail, one.output), wanted)[0] - wanted) for p in there]
+            each = (outputs.at(p.detail)[:, 1] for p in there)
+            far = [abs(_measure(X, wanted)[0] - wanted) for X in each]
             found.append(there[int(np.argmin(far))])
         return equation, found
 
@@ -272,10 +272,6 @@ def _from_guesses(
             progress(float(value), 1.0, point.iterations)
         found.append(point)
     return found
-
-
-def _outputs(here: Linearisation, rows: np.ndarray) -> np.ndarray:
-    return Outputs(rows).at(here)[:, 1]
 
 
 def _measure(X: np.ndarray, wanted: complex) -> tuple[Any, Callable[[np.ndarray], Any]]:

@@ -57,13 +57,7 @@ def describe_motion(model: "ReducedModel", motion: np.ndarray) -> NamedMotion:
         return NamedMotion(
             f"body '{body}', mostly {_dof_name(model, np.abs(motion).argmax())}", body, False, False
         )
-    rigid = body_motions(model, body)[rows]
-    size = np.linalg.norm(rigid, axis=0)
-    size[size == 0] = 1.0
-    part = np.linalg.lstsq(rigid / size, motion[rows], rcond=None)[0]
-    left = np.linalg.norm(motion[rows] - (rigid / size) @ part) / max(
-        float(np.linalg.norm(motion[rows])), 1e-300
-    )
+    part, size, left = _rigid_part(body_motions(model, body)[rows], motion[rows])
     slide, turn = np.linalg.norm(part[:3]), np.linalg.norm(part[3:])
     turns = bool(turn > 0.3 * slide)  # rolling on an edge moves the centre too
     vector = (part / size)[3:] if turns else part[:3]
@@ -77,6 +71,16 @@ def describe_motion(model: "ReducedModel", motion: np.ndarray) -> NamedMotion:
     return NamedMotion(
         f"body '{body}' {verb} ({words}){axis}", body, bool(left < HOLD.rigid), turns, name
     )
+
+
+def _rigid_part(rigid: np.ndarray, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """(coefficients (6,) of the rigid motions (n, 6) over their sizes (6,), these sizes, the share
+    that they leave) of a motion (n,)."""
+    size = np.linalg.norm(rigid, axis=0)
+    size[size == 0] = 1.0
+    part = np.linalg.lstsq(rigid / size, motion, rcond=None)[0]
+    left = np.linalg.norm(motion - (rigid / size) @ part)
+    return part, size, float(left / max(float(np.linalg.norm(motion)), 1e-300))
 
 
 def _through(centre: np.ndarray, motion: np.ndarray) -> str:

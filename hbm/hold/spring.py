@@ -146,15 +146,9 @@ def _held(model: "ReducedModel | SparseBodies", pairs: ContactTable, hold: Hold)
             "lie on one line, or their positions are unknown"
         )
     used = pairs.select(pairs.carrying)
-    B = relative_motion(model, used)
-    resisted, given = _stuck_stiffness(B, used, motion), hold.stiffness
+    B, given = relative_motion(model, used), hold.stiffness
     if given is None:
-        if not resisted > 0:
-            raise InputError(
-                "no pair resists this motion even where it sticks, so that no stiffness follows: "
-                "give it"
-            )
-        given = HOLD.hold * resisted
+        given = _soft_stiffness(B, used, motion)
     given = positive("stiffness", given, f" {unit}/{'m' if unit == 'N' else 'rad'}")
     if not isinstance(hold.mean, bool):
         raise InputError(f"mean = {brief(hold.mean)}: must be True or False")
@@ -205,11 +199,17 @@ def _size(model: "ReducedModel | SparseBodies", body: str) -> float:
     return np.ptp(position, axis=0).max() if len(position) else 0.0
 
 
-def _stuck_stiffness(B: "sp.spmatrix", pairs: ContactTable, motion: np.ndarray) -> float:
-    """N/m: what sticking pairs resist the motion with; hard contact, which has no spring, counts as
-    none."""
+def _soft_stiffness(B: "sp.spmatrix", pairs: ContactTable, motion: np.ndarray) -> float:
+    """N/m: a small share of what sticking pairs resist the motion with; hard contact, which has no
+    spring, counts as none."""
     k = (pairs.weight[:, None] * np.stack([pairs.kt, pairs.kt, pairs.kn], axis=1)).ravel()
-    return float(np.where(np.isfinite(k), k, 0.0) @ (B @ motion) ** 2)
+    resisted = float(np.where(np.isfinite(k), k, 0.0) @ (B @ motion) ** 2)
+    if not resisted > 0:
+        raise InputError(
+            "no pair resists this motion even where it sticks, so that no stiffness follows: give "
+            "it"
+        )
+    return HOLD.hold * resisted
 
 
 def _refuse_supported(

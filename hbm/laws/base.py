@@ -247,13 +247,7 @@ class ContactLaw:
         """InputError where components are none of the motion or in another order, parameters do not
         fit the contacts, or methods return arrays of the wrong shape or, at rest, of numbers that
         are not finite."""
-        order = [c for c in ContactLaw.components if c in self.components]
-        own = not order and 0 < len(self.components) == len(set(self.components))
-        if not own and (not order or list(self.components) != order):
-            raise InputError(
-                f"law {self.name}: components = {self.components}, must be of "
-                f"{ContactLaw.components}, in this order"
-            )
+        self._check_components()
         for name, value in vars(self).items():
             if isinstance(value, np.ndarray) and len(value) != len(contacts):
                 raise InputError(_misfit(self.name, name, value, len(contacts)))
@@ -264,24 +258,12 @@ class ContactLaw:
             ("stuck_force", self.stuck_force, "contacts"),
         ):
             check_call(f"law {self.name}: {name}", method, *arguments)
-        motion, _, _ = rest = self._rest(contacts)
-        P, nd = motion.u.shape
-        found = [
-            ("stuck_stiffness", self.stuck_stiffness(contacts), (P, nd), "(P, components)"),
-            ("stuck_force", self.stuck_force(contacts), (P, nd), "(P, components)"),
-            ("initial_state", rest[1], (P, self.states), "(P, states)"),
-        ]
-        if np.shape(rest[1]) == (P, self.states):
-            with np.errstate(all="ignore"):  # what is not finite is told below
-                force, state = self.step(*rest)
-            found += [
-                ("force of step", force, (P, nd), "(P, components)"),
-                ("state of step", state, (P, self.states), "(P, states)"),
-            ]
-        for what, value, shape, meaning in found:
+        columns = {"components": len(self.components), "states": self.states}
+        for what, value, of in self._returned(contacts):
+            shape = len(contacts), columns[of]
             if np.shape(value) != shape:
                 raise InputError(
-                    f"law {self.name}: {what} has the shape {np.shape(value)}, must be {meaning} = "
+                    f"law {self.name}: {what} has the shape {np.shape(value)}, must be (P, {of}) = "
                     f"{shape}"
                 )
             if not np.isfinite(value).all():
@@ -289,6 +271,29 @@ class ContactLaw:
                     f"law {self.name}: {what} at rest is not finite{self._stated()}; what it "
                     "divides by must not be 0"
                 )
+
+    def _check_components(self) -> None:
+        order = [c for c in ContactLaw.components if c in self.components]
+        own = not order and 0 < len(self.components) == len(set(self.components))
+        if not own and (not order or list(self.components) != order):
+            raise InputError(
+                f"law {self.name}: components = {self.components}, must be of "
+                f"{ContactLaw.components}, in this order"
+            )
+
+    def _returned(self, contacts: Contacts) -> list[tuple[str, Any, str]]:
+        """(what, value, what its columns are) of all that the methods return at rest."""
+        rest = self._rest(contacts)
+        found = [
+            ("stuck_stiffness", self.stuck_stiffness(contacts), "components"),
+            ("stuck_force", self.stuck_force(contacts), "components"),
+            ("initial_state", rest[1], "states"),
+        ]
+        if np.shape(rest[1]) == (len(contacts), self.states):
+            with np.errstate(all="ignore"):  # what is not finite is told by `check`
+                force, state = self.step(*rest)
+            found += [("force of step", force, "components"), ("state of step", state, "states")]
+        return found
 
     def _stated(self) -> str:
         values = {name: v for name, v in vars(self).items() if isinstance(v, int | float)}

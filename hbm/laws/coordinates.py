@@ -131,17 +131,9 @@ class OwnForce(CoordinateForce):
                 f"(n, {size}, {size}): by u and by v"
             )
         by_u, by_v = (np.asarray(one, dtype=float) for one in given)
-        none = Tangents(
-            by_u,
-            by_v,
-            np.zeros((n, size, 0)),
-            np.zeros((n, size)),
-            np.zeros((n, 0, size)),
-            np.zeros((n, 0, size)),
-            np.zeros((n, 0, 0)),
-            np.zeros((n, 0)),
-        )
-        return self.force(motion.u, motion.v), state, none
+        others = (n, size, 0), (n, size), (n, 0, size), (n, 0, size), (n, 0, 0), (n, 0)
+        tangents = Tangents(by_u, by_v, *map(np.zeros, others))  # without a state, nor by dt
+        return self.force(motion.u, motion.v), state, tangents
 
     def check(self, contacts: Contacts) -> None:
         """InputError where the force at rest is none, or its derivative has another shape."""

@@ -147,31 +147,27 @@ class MixedLaw(ContactLaw):
         self, contacts: Contacts, x: np.ndarray, start: SliderStart, grid: SampleGrid, omega: float
     ) -> ContactForces:
         """Forces of the cycle of each law."""
-        P, nd, nh = x.shape
+        P, nd, _ = x.shape
         g, by_preload, by_omega = np.zeros((3, *x.shape))
-        active = np.zeros((P, nd), dtype=bool)
-        shares = np.zeros((P, 3))
-        work = np.zeros(P)
+        active, shares, work = np.zeros((P, nd), dtype=bool), np.zeros((P, 3)), np.zeros(P)
         parts = []
         for law, at, place, columns in self._parts(P):
             f = law.harmonics(contacts.select(at), x[place], _own(law, start, at), grid, omega)
-            g[place], active[place], shares[at] = (
-                f.g,
-                f.active,
-                f.shares,
-            )
+            g[place], active[place], shares[at] = f.g, f.active, f.shares
             work[at] = fourier.work(f.g, x[place]) if f.work is None else f.work
             for into, part in ((by_preload, f.by_preload), (by_omega, f.by_omega)):
                 into[place] = 0.0 if part is None else part
             parts.append((f, at[f.contacts], columns))
-        row = np.cumsum(active.any(axis=1)) - 1
-        D = np.zeros((active.any(axis=1).sum(), nd, nh, nd, nh))
-        for f, at, columns in parts:
-            D[np.ix_(row[at], columns, range(nh), columns, range(nh))] = f.D
         known = all(f.by_preload is not None for f, *_ in parts)
         rated = any(f.by_omega is not None for f, *_ in parts)
         return ContactForces(
-            g, active, D, by_preload if known else None, by_omega if rated else None, shares, work
+            g,
+            active,
+            _derivatives(parts, active, x.shape),
+            by_preload if known else None,
+            by_omega if rated else None,
+            shares,
+            work,
         )
 
     def variation(
@@ -274,6 +270,19 @@ class MixedLaw(ContactLaw):
             if len(at):
                 found[i] = law, at, np.ix_(at, np.array(columns)), columns
         return found
+
+
+def _derivatives(
+    parts: list[tuple[ContactForces, np.ndarray, list[int]]],
+    active: np.ndarray,
+    shape: tuple[int, ...],
+) -> np.ndarray:
+    """(a, nd, nh, nd, nh) of all laws, of which each has its active contacts and its columns."""
+    (_, nd, nh), acts = shape, active.any(axis=1)
+    row, D = np.cumsum(acts) - 1, np.zeros((acts.sum(), nd, nh, nd, nh))
+    for f, at, columns in parts:
+        D[np.ix_(row[at], columns, range(nh), columns, range(nh))] = f.D
+    return D
 
 
 def is_own(law: ContactLaw) -> bool:

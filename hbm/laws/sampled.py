@@ -138,10 +138,8 @@ def periodic(
     repeats = np.ones(P, dtype=bool)
     at_first = np.full(P, ns)  # parts of the state that stay where they are
     for period in range(SETTINGS.max_periods if ns else 1):
-        before, first = np.empty((n, P, ns)), state
-        for i in order if ns else ():
-            before[i] = state
-            state = law.step(Motion(u[i], omega * u_rate[i], dt), state, contacts)[1]
+        first = state
+        before, state = _stepped(law, contacts, motion, order, state)
         force, after, t = law_every.tangents(motion, before.reshape(n * P, ns), contacts_every)
         rows, t, force = (E, omega * E_rate), t.reshaped(n, P), force.reshape(n, P, nd)
         by = _stacked(t, u_rate, -dt / omega)
@@ -153,8 +151,7 @@ def periodic(
             A, moves = _map(order, t)
             if period > 1:  # what is left after Newton's step may be rounding of the law
                 largest = np.abs(force).max(axis=(0, 2)) + np.abs(contacts.preload)
-                changed = np.einsum("pis,ps->pi", moves, np.abs(state - first)).max(axis=1)
-                repeats |= creeps & (changed <= SETTINGS.repeats * largest)
+                repeats |= creeps & _moves_nothing(moves, state - first, largest)
                 if repeats.all():
                     break
             stays, parts = _neutral(A)
@@ -171,6 +168,27 @@ def periodic(
         those = tuple(np.ascontiguousarray(a[:, creeps]) for a in by)
         dforce[:, creeps] = _fixed_point(order, rows, those, A, stays, dstate[creeps])
     return SampledCycle(u, before, after.reshape(n, P, ns), force, t, dforce)
+
+
+def _stepped(
+    law: "ContactLaw", contacts: Contacts, motion: Motion, order: np.ndarray, state: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """States (n, P, ns) before each step of a period, the motion of which has n P rows, and the
+    state (P, ns) after it."""
+    n, (P, ns) = len(order), state.shape
+    u, v = (a.reshape(n, P, a.shape[1]) for a in motion[:2])
+    before = np.empty((n, P, ns))
+    for i in order if ns else ():
+        before[i] = state
+        state = law.step(Motion(u[i], v[i], motion.dt), state, contacts)[1]
+    return before, state
+
+
+def _moves_nothing(moves: np.ndarray, change: np.ndarray, largest: np.ndarray) -> np.ndarray:
+    """(P,) bool, whether a change (P, ns) of the state, which moves the force by at most `moves`
+    (P, nd, ns) times that, is none beside its largest value (P,)."""
+    changed = np.einsum("pis,ps->pi", moves, np.abs(change)).max(axis=1)
+    return changed <= SETTINGS.repeats * largest
 
 
 def _stacked(

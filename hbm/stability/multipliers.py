@@ -11,23 +11,32 @@ limit and does not slip counts as one that never moves: what drags it leaves it 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import eigvals, expm
+from scipy.linalg import expm
 
 from tipdamp.hbm.balance.aft import sample_grid
 from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.laws.records import Contacts
+from tipdamp.hbm.stability.disturbed import Cycle, segments_of, turns_of
 from tipdamp.hbm.stability.intervals import divided_between_events, first_half, joined
 from tipdamp.hbm.stability.kernels import Carried, Poles, Segments, monodromy
+from tipdamp.hbm.stability.slow_poles import (
+    as_poles,
+    eigenvalues,
+    of_poles,
+    receptance_at,
+    springs_alone,
+    system,
+    without_springs,
+)
 from tipdamp.hbm.time.poles import poles, split
 
 if TYPE_CHECKING:
-    from tipdamp.hbm.balance.receptance import Receptance
-    from tipdamp.hbm.laws.variation import CycleTangents, Smooth
+    from tipdamp.hbm.laws.variation import Smooth
 
 
 @dataclass(frozen=True)
@@ -142,42 +151,46 @@ class Stability:
             return np.empty(0)
         if variation.of_velocity and variation.smooth:
             return self._of_velocity(variation.smooth, variation.steps, balance, w)
-        looked = joined(np.linspace(0, 2 * np.pi, 65), variation.events)
-        coarse = variation.between(looked)
-        acts = _acting(coarse, balance.springs)
-        if not acts.any():  # all stick: the poles alone
-            return _of_poles(poles(_at(_springs_alone(balance), np.empty(0, dtype=int))).s, w)
-        opened = acts & _open(coarse)[:, None]
-        moved = acts & ~opened
-        place = np.where(moved, np.cumsum(moved).reshape(acts.shape) - 1, -1)
+        cycle = Cycle(balance, w, variation)
+        if not cycle.acts.any():  # all stick: the poles alone
+            return of_poles(
+                poles(receptance_at(springs_alone(balance), np.empty(0, dtype=int))).s, w
+            )
 
         def of(slow: Poles, half: int = 0) -> tuple[np.ndarray, int]:
             slowest = np.abs(slow.s).min(initial=np.inf)
             self._neutral = law.sliders > 0 or slowest < self.settings.free * w
-            if not moved.any():
-                return _of_poles(slow.s, w), 1
-            # faster ones follow what acts on them, which a step resolves
-            fastest = min(np.abs(slow.s).max() / w, 2 * self.settings.massless_above)
-            steps = max(
-                self.settings.steps,
-                variation.steps,
-                int(np.ceil(self.settings.per_mode * fastest)),
-                len(variation.events) // 2,
-            )
-            pattern = place.tobytes(), len(variation.events), len(slow.s)
-            turns = _turns(coarse, moved, balance.springs, slow) / (w * self.settings.turn)
+            return self._by_steps(cycle, slow, half)
 
-            def after(half: int, least: bool) -> np.ndarray | None:
-                instants = joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
-                instants = divided_between_events(instants, half, looked, turns)
-                if not least and len(instants) * float(moved.sum()) ** 2 > self.settings.work:
-                    return None
-                tangents = variation.between(instants)
-                return self._after(tangents, instants / w, slow, place, balance, w)
+        return self._with_modes(of, balance, w, cycle.acts, cycle.opened)
 
-            return self._settled(after, 2 * -(-steps // 4), half, pattern)
+    def _by_steps(self, cycle: Cycle, slow: Poles, half: int) -> tuple[np.ndarray, int]:
+        """(the multipliers of a cycle by the poles that keep their mass, the steps of its half with
+        which they have settled); half : these, where they are given."""
+        w, variation, moved = cycle.w, cycle.variation, cycle.place >= 0
+        if not moved.any():
+            return of_poles(slow.s, w), 1
+        # faster ones follow what acts on them, which a step resolves
+        fastest = min(np.abs(slow.s).max() / w, 2 * self.settings.massless_above)
+        steps = max(
+            self.settings.steps,
+            variation.steps,
+            int(np.ceil(self.settings.per_mode * fastest)),
+            len(variation.events) // 2,
+        )
+        pattern = cycle.place.tobytes(), len(variation.events), len(slow.s)
+        turns = turns_of(cycle.coarse, moved, cycle.balance.springs, slow) / (
+            w * self.settings.turn
+        )
 
-        return self._with_modes(of, balance, w, acts, opened)
+        def after(half: int, least: bool) -> np.ndarray | None:
+            instants = joined(np.linspace(0, 2 * np.pi, half + 1), variation.events)
+            instants = divided_between_events(instants, half, cycle.looked, turns)
+            if not least and len(instants) * float(moved.sum()) ** 2 > self.settings.work:
+                return None
+            return self._after(cycle, instants, slow)
+
+        return self._settled(after, 2 * -(-steps // 4), half, pattern)
 
     def _with_modes(
         self,
@@ -203,17 +216,22 @@ class Stability:
             more = self._poles(balance, w, acts, opened, tried)
             if len(more.s) == len(slow.s):
                 continue
-            now, then = self._leading(found), self._leading(of(more, steps)[0])
-            n = min(len(now), len(then))
-            off_circle = np.abs(np.abs(now[:n]) - 1)
-            allowed = np.maximum(self.settings.doubled, self.settings.of_distance * off_circle)
-            if (np.abs(np.abs(now[:n]) - np.abs(then[:n])) <= allowed).all():
+            leading = self._leading(found)
+            if self._stay(leading, of(more, steps)[0]):
                 break
             wider, more_steps = of(more)
             if not len(wider):
                 break
             self._times, slow, found, steps = tried, more, wider, more_steps
         return found
+
+    def _stay(self, leading: np.ndarray, every: np.ndarray) -> bool:
+        """Whether the leading multipliers are as large as those of `every`, by more poles."""
+        now, then = np.abs(leading), np.abs(self._leading(every))
+        n = min(len(now), len(then))
+        allowed = self.settings.of_distance * np.abs(now[:n] - 1)
+        allowed = np.maximum(self.settings.doubled, allowed)
+        return bool((np.abs(now[:n] - then[:n]) <= allowed).all())
 
     def _settled(
         self,
@@ -265,48 +283,19 @@ class Stability:
             _change(now[:n], then[:n]) / self.settings.halved,
         )
 
-    def _after(
-        self,
-        tangents: "CycleTangents",
-        times: np.ndarray,
-        slow: Poles,
-        place: np.ndarray,
-        balance: HarmonicBalance,
-        w: float,
-    ) -> np.ndarray:
-        """All multipliers, with the tangents between the times, s; none where they overflow,
-        or where contacts make the system singular."""
-        acts = place >= 0
-        of = np.flatnonzero(acts.any(axis=1))
-        gamma, diagonal = tangents.gamma[:, :, of], np.arange(balance.nd)
-        gamma[..., diagonal, diagonal] -= balance.springs[of]
-        rests = tangents.captured.any(axis=0) & (tangents.memory[0] != 0)
-        turning = tangents.turning
+    def _after(self, cycle: Cycle, instants: np.ndarray, slow: Poles) -> np.ndarray:
+        """All multipliers, with the tangents between the instants; none where they overflow, or
+        where contacts make the system singular."""
+        tangents, place = cycle.variation.between(instants), cycle.place
+        segments = segments_of(tangents, instants / cycle.w, place, cycle.balance.springs, cycle.w)
+        rests, turning = tangents.captured.any(axis=0) & (tangents.memory[0] != 0), tangents.turning
         rests[turning.of] = turning.memory[0, 0].any(axis=2)
-        by_time = np.array([1, 1 / w, 1, 1 / w])[:, None, None, None, None]
-        carried = (
-            np.searchsorted(of, turning.of),
-            turning.memory,
-            w * turning.rate,
-            turning.kept,
-            by_time * turning.follows,
-        )
-        segments = Segments(
-            place[of],
-            np.diff(times),
-            gamma,
-            w * tangents.rate[:, :, of],
-            tangents.memory[:, of] * acts[of],
-            tangents.captured[:, of],
-            tangents.capture[:, of],
-            Carried._make(carried),
-        )
         half = first_half(segments, self.settings.alike)
         # laid out alike, whatever the law: compiled once for all
         turns = Carried._make(map(np.ascontiguousarray, (half or segments).turning))
         alike = Segments._make((*map(np.ascontiguousarray, (half or segments)[:-1]), turns))
         try:
-            found = _eigenvalues(monodromy(slow, alike, place[rests]), slow)
+            found = eigenvalues(monodromy(slow, alike, place[rests]), slow)
         except np.linalg.LinAlgError:
             return np.empty(0)
         return found**2 if half else found
@@ -342,9 +331,9 @@ class Stability:
         receptance, octave = balance.receptance, int(np.ceil(2 * np.log2(w)))
         key = id(receptance), octave, times, acts.tobytes(), opened.tobytes()
         if key not in self._known:
-            balance = _springs_alone(balance)
+            balance = springs_alone(balance)
             rows = np.flatnonzero(acts.ravel())
-            seen, every = _at(balance, rows), np.eye(len(rows))
+            seen, every = receptance_at(balance, rows), np.eye(len(rows))
             speeds = np.sort(np.abs(poles(seen).s))[: self.settings.slow]
             limit = self.settings.massless_above * 2.0 ** (octave / 2)
             found = split(
@@ -355,51 +344,13 @@ class Stability:
                 self.settings.foreign_share,
                 limit,
             )
-            slow = _real(found.s, found.out, found.into.T, found.flexibility(every))
+            slow = as_poles(found.s, found.out, found.into.T, found.flexibility(every))
             if opened.any():
-                slow = _without_springs(slow, opened.ravel()[rows], balance.springs.ravel()[rows])
+                slow = without_springs(slow, opened.ravel()[rows], balance.springs.ravel()[rows])
             if len(self._known) == SYSTEMS:
                 self._known.clear()
             self._known[key] = receptance, slow  # held, so that its id stays its own
         return self._known[key][1]
-
-
-def _of_poles(s: np.ndarray, w: float) -> np.ndarray:
-    """Multipliers of a system with the poles s (n,), one of each conjugate pair."""
-    found = np.exp(2 * np.pi / w * s)
-    return np.concatenate([found, found.conj()[s.imag > 0]])
-
-
-def _real(s: np.ndarray, out: np.ndarray, into: np.ndarray, static: np.ndarray) -> Poles:
-    """Of complex parts."""
-    return Poles(
-        s,
-        np.ascontiguousarray(np.hstack([out.real, -out.imag])),
-        np.ascontiguousarray(np.vstack([into.real, into.imag])),
-        static,
-    )
-
-
-def _system(slow: Poles) -> np.ndarray:
-    """(2n, 2n) of z' = A z alone, z = [Re, Im]."""
-    real, imaginary = np.diag(slow.s.real), np.diag(slow.s.imag)
-    return np.block([[real, -imaginary], [imaginary, real]])
-
-
-def _without_springs(slow: Poles, gone: np.ndarray, springs: np.ndarray) -> Poles:
-    """At the other components of those with springs (nc,), without those that are gone (nc,)."""
-    rest = ~gone
-    k, S = -np.diag(springs[gone]), slow.static[gone]
-    held = k @ np.linalg.inv(np.eye(len(k)) + S[:, gone] @ k)  # force by the motion without it
-    moves, back = _moves(slow), slow.static[rest][:, gone] @ held
-    seen, driven = slow.out[:, moves], slow.into[moves]
-    alone = _system(slow)[np.ix_(moves, moves)]
-    s, shapes = np.linalg.eig(alone - driven[:, gone] @ held @ seen[gone])
-    out = (seen[rest] - back @ seen[gone]) @ shapes
-    into = np.linalg.solve(shapes, driven[:, rest] - driven[:, gone] @ held @ S[:, rest])
-    kept = s.imag >= 0
-    out = out[:, kept] * np.where(s.imag > 0, 2.0, 1.0)[kept]
-    return _real(s[kept], out, into[kept], slow.static[rest][:, rest] - back @ S[:, rest])
 
 
 def _smooth_map(
@@ -414,7 +365,7 @@ def _smooth_map(
     middle = h * (np.arange(steps) + 0.5)
     P, nd = acts.shape
     rows = np.flatnonzero(acts.ravel())
-    s = _system(slow)
+    s = system(slow)
     across = slow.out @ slow.into
 
     def rate(instants: np.ndarray) -> np.ndarray:
@@ -436,67 +387,10 @@ def _smooth_map(
     whole = np.eye(len(s))
     for step in expm(each):
         whole = step @ whole
-    return _eigenvalues(whole, slow)
-
-
-def _eigenvalues(matrix: np.ndarray, slow: Poles) -> np.ndarray:
-    """Multipliers of a period map (2n + k, 2n + k), without the imaginary part of a real pole,
-    which nothing moves and nothing sees; none where the map overflows."""
-    if not np.isfinite(matrix).all():
-        return np.empty(0)
-    moves = np.ones(len(matrix), dtype=bool)
-    moves[: 2 * len(slow.s)] = _moves(slow)
-    return eigvals(matrix[np.ix_(moves, moves)])
-
-
-def _moves(slow: Poles) -> np.ndarray:
-    """(2n,) bool, which of the real and imaginary parts of the poles move."""
-    return np.concatenate([np.ones(len(slow.s), dtype=bool), slow.s.imag != 0])
+    return eigenvalues(whole, slow)
 
 
 def _change(every: np.ndarray, before: np.ndarray) -> float:
     """Largest change of multipliers (n,), by modulus and relative to those above 1."""
     now, then = (np.sort(np.abs(some)) for some in (every, before))
     return float((np.abs(now - then) / np.maximum(now, 1.0)).max(initial=0.0))
-
-
-def _springs_alone(balance: HarmonicBalance) -> HarmonicBalance:
-    """The balance with springs in the place of what holds a mean."""
-    held = balance.problem.with_springs_alone()
-    return balance if held is balance.problem else balance.rebuilt(held, balance.forces)
-
-
-def _at(balance: HarmonicBalance, components: np.ndarray) -> "Receptance":
-    """The receptance between components of the contacts, without the motion elsewhere."""
-    at, left = balance.contact_receptance, balance.receptance.left
-    left = at.into[components] if left.size else left
-    return replace(balance.receptance, shapes=at.shapes[components], left=left)
-
-
-def _acting(tangents: "CycleTangents", springs: np.ndarray) -> np.ndarray:
-    """(P, nd) components that are disturbed otherwise than the stuck springs."""
-    gamma, nd = tangents.gamma.copy(), springs.shape[1]
-    gamma[..., np.arange(nd), np.arange(nd)] -= springs
-    coupled = gamma.any(axis=(0, 1))
-    acts = coupled.any(axis=1) | coupled.any(axis=2) | tangents.captured.any(axis=0)
-    acts[tangents.turning.of] |= tangents.turning.memory.any(axis=(0, 1, 4))
-    return acts
-
-
-def _open(tangents: "CycleTangents") -> np.ndarray:
-    """(P,) contacts whose force follows nothing all through the cycle."""
-    follows = tangents.gamma.any(axis=(0, 1, 3, 4)) | tangents.rate.any(axis=(0, 1, 3, 4))
-    follows |= tangents.memory.any(axis=(0, 2)) | tangents.captured.any(axis=(0, 2))
-    follows[tangents.turning.of] = True
-    return ~follows
-
-
-def _turns(
-    tangents: "CycleTangents", moved: np.ndarray, springs: np.ndarray, slow: Poles
-) -> np.ndarray:
-    """(K,) rad/s at most with which contacts move on what they have beyond the stuck springs, in
-    intervals of a cycle; moved (P, nd) : components that act."""
-    diagonal = np.arange(springs.shape[1])
-    stiffness = np.abs(tangents.gamma[:, :, :, diagonal, diagonal] - springs).max(axis=0)[:, moved]
-    light = -np.einsum("cn,nc->c", slow.out @ _system(slow), slow.into)  # one over a mass
-    return np.sqrt((stiffness * np.abs(light)).max(axis=1, initial=0.0))

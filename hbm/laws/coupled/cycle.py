@@ -57,9 +57,8 @@ def one_contact(
     all periods from the start. With `nearest` whether it rests at all is decided by whether there
     is a place, and not by the slip of a period, which may be rounding.
     """
-    nh = sums.g.shape[1]
-    start = np.zeros((2, 3 * nh))
-    from_position, nearest = given[0], given[1] and not given[0] and not len(contact.opened)
+    nh, from_position, opens = sums.g.shape[1], given[0], len(contact.opened) > 0
+    start, nearest = np.zeros((2, 3 * nh)), given[1] and not from_position and not opens
     if nearest and resting_place(contact, r, 0.0, start, sums.e):
         return at_rest(r, start, sums, D)
     if from_position:
@@ -81,15 +80,14 @@ def one_contact(
             r[:] = first
         slip, work = from_start(contact, r, periods, panel, sums, start, room)
         repeated[:] = start
-        if not (repeats or len(contact.opened)):
+        if not (repeats or opens):
             carry(sums, start, room)
             if resting_place(contact, r, SETTINGS.nearly * contact.scale, start, sums.e):
                 return at_rest(r, start, sums, D)
     for j in range(nh):
         for d in range(2):
-            D[j, d] = (
-                sums.D[j, d, 2:] + sums.D[j, d, 0] * repeated[0] + sums.D[j, d, 1] * repeated[1]
-            )
+            by = sums.D[j, d]
+            D[j, d] = by[2:] + by[0] * repeated[0] + by[1] * repeated[1]
     return slip, work, True
 
 
@@ -169,13 +167,14 @@ def cycle(
         slid, work, moves = one_contact(contact, r, given, panel, light, sums, raw)
         shares[p, 1], works[p] = slid / TWO_PI, work / kt[p]
         shares[p, 0] = max(0.0, 1 - shares[p, 1] - shares[p, 2])
-        active[p, 0], active[p, 1] = active[p, 0] or moves, active[p, 1] or moves
+        if moves:
+            active[p, :2] = True
         for j in range(nh):
             project = -1 / (TWO_PI if j == 0 else np.pi)
             for d in range(2):
                 g[p, d, j] = project * sums.g[d, j]
-                for m in range(3 * nh if moves else 0):
-                    D[p, d, j, m // nh, m % nh] = project * raw[j, d, m]
+                if moves:
+                    D[p, d, j] = project * raw[j, d].reshape(3, nh)
 
 
 @njit(cache=True)

@@ -61,39 +61,20 @@ class IsotropicFriction(CoulombFriction, tested=True):
     ) -> Variation | None:
         """From the pieces of the cycle: the direction of slip turns with the disturbance, and the
         slider remembers it."""
-        law = self._sliders_of(contacts)
-        normal = law._replace(count=0)
-        found = located(normal, x[:, 2:].copy(), start, grid)
-        given, (P, nd, nh) = _in_forces(law, x, start, grid, found), x.shape
-        c, opened, most = given[0], given[-1], SETTINGS.pieces + SETTINGS.panels * nh
-        path, counts = np.empty((P, most, PIECE)), np.empty(P, np.int64)
-        paths(*given, (path, counts))
-        if (counts == most).any():
+        law, nh = self._sliders_of(contacts), x.shape[2]
+        found = located(law._replace(count=0), x[:, 2:].copy(), start, grid)
+        given = _in_forces(law, x, start, grid, found)
+        pieces = _pieces(given)
+        if pieces is None:
             return None
-        moving = np.array(
-            [p for p in range(P) if (path[p, : counts[p], 0] != STICK).any()], dtype=int
-        )
-        changes = [_changes(path[p, : counts[p]]) for p in moving]
-        edges = [opened[0][p, : opened[1][p], (BEGIN, END)].ravel() for p in range(P)]
+        (opened, times), c = given[-1], given[0]
+        changes = [one[1:, 1][np.diff(one[:, 0]) != 0] for one in pieces]
+        edges = [opened[p, : times[p], (BEGIN, END)].ravel() for p in range(len(contacts))]
         happens = np.concatenate([np.empty(0), *changes, *edges])
-        least = SETTINGS.on_limit * np.abs(c[:, 2]).sum(axis=1)
 
         def between(instants: np.ndarray) -> CycleTangents:
-            along = CycleTangents.none(len(instants) - 1, P, 1)
-            along.gamma[..., 0, 0] = contacts.kn
-            own = along.gamma, along.memory, along.captured, along.capture
-            every = np.arange(P)
-            fill_uncoupled(normal, every, found[0], found[1], instants, *own)
-            tangents = CycleTangents.none(len(instants) - 1, P, nd).put(every, [2], along)
-            for d in range(2):
-                tangents.gamma[..., d, d] = np.where(counts > 0, contacts.kt, 0.0)
-            turning = Turning.none(moving, len(instants) - 1, nd)
-            for q, p in enumerate(moving):
-                blocks = tangents.gamma[:, :, p], tangents.rate[:, :, p]
-                settings = contacts.kt[p], contacts.mu[p] * contacts.kn[p], least[p]
-                into = *blocks, *(one[..., q, :, :] for one in turning[1:])
-                fill(c[p], path[p, : counts[p]], instants, settings, into)
-            return tangents._replace(turning=turning)
+            along = _of_normal(law, found, instants)
+            return _with_slip(along, c, pieces, contacts, instants)
 
         return Variation(2 * (nh - 1), happens[(happens > 0) & (happens < TWO_PI)], between)
 
@@ -135,9 +116,47 @@ def _in_forces(
     return c, (c @ E.T, c @ E_rate.T, tau), law.kt, begin, (found[0][:, 0], found[1][:, 0])
 
 
-def _changes(path: np.ndarray) -> np.ndarray:
-    """Instants at which the state of a contact is another."""
-    return path[1:, 1][np.diff(path[:, 0]) != 0]
+def _pieces(given: tuple) -> list[np.ndarray] | None:
+    """Of each contact the pieces (m, PIECE) of its cycle, as the kernel `paths` keeps them of what
+    `_in_forces` gives; None where they are too many."""
+    P, _, nh = given[0].shape
+    most = SETTINGS.pieces + SETTINGS.panels * nh
+    path, counts = np.empty((P, most, PIECE)), np.empty(P, np.int64)
+    paths(*given, (path, counts))
+    return None if (counts == most).any() else [path[p, : counts[p]] for p in range(P)]
+
+
+def _of_normal(law: Sliders, found: tuple, instants: np.ndarray) -> CycleTangents:
+    """Tangents of the normals alone, of which the pieces are `found`."""
+    P, normal = len(law.kn), law._replace(count=0)
+    along = CycleTangents.none(len(instants) - 1, P, 1)
+    along.gamma[..., 0, 0] = law.kn
+    own = along.gamma, along.memory, along.captured, along.capture
+    fill_uncoupled(normal, np.arange(P), *found[:2], instants, *own)
+    return CycleTangents.none(len(instants) - 1, P, 3).put(np.arange(P), [2], along)
+
+
+def _with_slip(
+    tangents: CycleTangents,
+    c: np.ndarray,
+    pieces: list[np.ndarray],
+    contacts: Contacts,
+    instants: np.ndarray,
+) -> CycleTangents:
+    """With those of the tangential components, which the pieces of the cycle tell; c (P, 3, nh) :
+    the motion in forces."""
+    carries = np.array([len(one) > 0 for one in pieces])
+    for d in range(2):
+        tangents.gamma[..., d, d] = np.where(carries, contacts.kt, 0.0)
+    moving = np.flatnonzero([(one[:, 0] != STICK).any() for one in pieces])
+    turning = Turning.none(moving, len(instants) - 1, 3)
+    least = SETTINGS.on_limit * np.abs(c[:, 2]).sum(axis=1)
+    for q, p in enumerate(moving):
+        blocks = tangents.gamma[:, :, p], tangents.rate[:, :, p]
+        settings = contacts.kt[p], contacts.mu[p] * contacts.kn[p], least[p]
+        into = *blocks, *(one[..., q, :, :] for one in turning[1:])
+        fill(c[p], pieces[p], instants, settings, into)
+    return tangents._replace(turning=turning)
 
 
 def _opened(

@@ -69,6 +69,29 @@ def motion(c: np.ndarray, t: float, e: np.ndarray, at: np.ndarray) -> None:
 
 
 @njit(cache=True)
+def basis_rate(e: np.ndarray, m: int) -> float:
+    """Rate of term m of the basis e (nh,) of an instant."""
+    k = (m + 1) // 2
+    return 0.0 if m == 0 else k * (e[m + 1] if m % 2 else -e[m - 1])
+
+
+@njit(cache=True)
+def bend(c: np.ndarray, e: np.ndarray, psi: float) -> float:
+    """Acceleration across the direction of slip, by the phase, at the instant of the basis e."""
+    across = 0.0
+    for m in range(1, len(e)):
+        k = (m + 1) // 2
+        across -= k * k * e[m] * (c[1, m] * np.cos(psi) - c[0, m] * np.sin(psi))
+    return across
+
+
+@njit(cache=True)
+def direction(at: np.ndarray, r: np.ndarray) -> float:
+    """Angle of the force that the spring of a slider at r carries."""
+    return np.arctan2(at[P2] - r[1], at[P1] - r[0])
+
+
+@njit(cache=True)
 def excess(at: np.ndarray, r: np.ndarray) -> tuple[float, float]:
     """|p - r|^2 - L^2, and half its rate."""
     T1, T2 = at[P1] - r[0], at[P2] - r[1]

@@ -16,6 +16,9 @@ from tipdamp.hbm.laws.coupled.motion import (
     RATE2,
     SETTINGS,
     Contact,
+    basis_rate,
+    bend,
+    direction,
     motion,
     onset,
     slides,
@@ -29,33 +32,23 @@ from tipdamp.hbm.laws.uncoupled.breaks import OPEN, STICK, TWO_PI
 def after_contact(contact: Contact, t: float, r: np.ndarray, sums: Sums) -> tuple[int, float]:
     """(state, angle) of a contact that closes at t, and the slider with its derivatives: at the
     place of the motion there it rests, or from it it is pulled along."""
-    at = np.empty(6)
-    e = sums.e
-    dr = sums.dr
-    nh = sums.g.shape[1]
+    at, e, dr, nh = np.empty(6), sums.e, sums.dr, sums.g.shape[1]
     motion(contact.c, t, e, at)
     r[0], r[1] = at[P1], at[P2]
     speed, closing = np.hypot(at[RATE1], at[RATE2]), max(at[LIMIT_RATE], 1e-300)
     dr[:], sums.turn[:] = 0.0, 0.0
     slips, psi = speed > closing, np.arctan2(at[RATE2], at[RATE1])
-    bend = 0.0  # of the velocity, by the phase
-    for m in range(1, nh):
-        k = (m + 1) // 2
-        bend -= k * k * e[m] * (contact.c[1, m] * np.cos(psi) - contact.c[0, m] * np.sin(psi))
+    cos, sin, bent = np.cos(psi), np.sin(psi), bend(contact.c, e, psi)
     for m in range(nh if dr.shape[1] > 2 else 0):
         later = -e[m] / closing  # the instant of contact by the limit
         dr[0, 2 + m] = dr[1, 2 + nh + m] = e[m]
         if not slips:
             dr[0, 2 + 2 * nh + m], dr[1, 2 + 2 * nh + m] = at[RATE1] * later, at[RATE2] * later
         else:
-            dr[0, 2 + 2 * nh + m], dr[1, 2 + 2 * nh + m] = -np.cos(psi) * e[m], -np.sin(psi) * e[m]
-            k = (m + 1) // 2
-            rate = 0.0 if m == 0 else k * (e[m + 1] if m % 2 else -e[m - 1])
-            sums.turn[2 + m], sums.turn[2 + nh + m] = (
-                -np.sin(psi) * rate / speed,
-                np.cos(psi) * rate / speed,
-            )
-            sums.turn[2 + 2 * nh + m] = bend / speed / (1 + speed / closing) * later
+            dr[0, 2 + 2 * nh + m], dr[1, 2 + 2 * nh + m] = -cos * e[m], -sin * e[m]
+            rate = basis_rate(e, m)
+            sums.turn[2 + m], sums.turn[2 + nh + m] = -sin * rate / speed, cos * rate / speed
+            sums.turn[2 + 2 * nh + m] = bent / speed / (1 + speed / closing) * later
     return (SLIP if slips else STICK), psi
 
 
@@ -69,38 +62,32 @@ def slip_begins(contact: Contact, t: float, r: np.ndarray, sums: Sums) -> tuple[
     if at[LIMIT] <= SETTINGS.narrowest * speed and speed > at[LIMIT_RATE]:
         state, psi = after_contact(contact, t, r, sums)
         return state, psi, 0.0
-    psi = np.arctan2(at[P2] - r[1], at[P1] - r[0])
+    psi = direction(at, r)
     return SLIP, psi, turn_at(psi, np.hypot(at[P2] - r[1], at[P1] - r[0]), sums)
+
+
+@njit(cache=True)
+def first_state(contact: Contact, r: np.ndarray, sums: Sums) -> tuple[int, float, float]:
+    """(state, angle, limit) of a slider at the begin of a period."""
+    at = np.empty(6)
+    motion(contact.c, 0.0, sums.e, at)
+    if len(contact.opened) and contact.opened[0, 0] == 0:
+        return OPEN, 0.0, 0.0
+    psi, T = direction(at, r), np.hypot(at[P1] - r[0], at[P2] - r[1])
+    if T >= (1 - SETTINGS.on_limit) * at[LIMIT] and slides(at, psi) > 0:
+        return slip_begins(contact, 0.0, r, sums)
+    return STICK, psi, 0.0
 
 
 @njit(cache=True)
 def one_period(contact: Contact, r: np.ndarray, panel: Panel, sums: Sums) -> tuple[float, float]:
     """Carry the slider r (2,) and its derivatives through a period, with the integrals over it;
     return how long it slips, and the work times kt."""
-    e = sums.e
-    at = np.empty(6)
-    dr = sums.dr
-    opened = contact.opened
+    e, at, dr, opened = sums.e, np.empty(6), sums.dr, contact.opened
     sums.g[:], sums.D[:], dr[:], sums.count[0] = 0.0, 0.0, 0.0, 0
     dr[0, 0] = dr[1, 1] = 1.0
-    t = 0.0
-    k = 0
-    slid = 0.0
-    work = 0.0
-    h = SETTINGS.wide
-    psi = 0.0
-    limit = 0.0
-    state = STICK
-    motion(contact.c, 0.0, e, at)
-    if len(opened) and opened[0, 0] == 0:
-        state = OPEN
-    else:
-        psi = np.arctan2(at[P2] - r[1], at[P1] - r[0])
-        if (
-            np.hypot(at[P1] - r[0], at[P2] - r[1]) >= (1 - SETTINGS.on_limit) * at[LIMIT]
-            and slides(at, psi) > 0
-        ):
-            state, psi, limit = slip_begins(contact, 0.0, r, sums)
+    t, k, slid, work, h = 0.0, 0, 0.0, 0.0, SETTINGS.wide
+    state, psi, limit = first_state(contact, r, sums)
     for _ in range(SETTINGS.pieces):
         stop = opened[k, 0] if k < len(opened) else TWO_PI
         if state == OPEN:

@@ -13,6 +13,7 @@ from tipdamp.hbm.laws.coupled.motion import (
     SETTINGS,
     TINY,
     Contact,
+    basis_rate,
     motion,
     narrowed,
     secant,
@@ -142,17 +143,14 @@ def carry_onto(
         bend -= k * k * e[m] * (n1 * contact.c[0, m] + n2 * contact.c[1, m] - contact.c[2, m])
     for q in range(3 * nh):
         m = q % nh
-        k = (m + 1) // 2
-        rate = 0.0 if m == 0 else k * (e[m + 1] if m % 2 else -e[m - 1])
-        dp1, dp2, dL = e[m] * (q < nh), e[m] * (nh <= q < 2 * nh), e[m] * (q >= 2 * nh)
-        changed = rate * (n1 * (q < nh) + n2 * (nh <= q < 2 * nh) - (q >= 2 * nh))
+        of1, of2, of_limit = q < nh, nh <= q < 2 * nh, q >= 2 * nh
+        dp1, dp2, dL = e[m] * of1, e[m] * of2, e[m] * of_limit
+        changed = basis_rate(e, m) * (n1 * of1 + n2 * of2 - of_limit)
         changed += across * (n1 * (dp2 - start[1, q]) - n2 * (dp1 - start[0, q]))
         later = -changed / bend if abs(bend) > 1e-12 * contact.size else 0.0
-        dp1, dp2, dL = (
-            dp1 + at[RATE1] * later,
-            dp2 + at[RATE2] * later,
-            dL + at[LIMIT_RATE] * later,
-        )
+        dp1 += at[RATE1] * later
+        dp2 += at[RATE2] * later
+        dL += at[LIMIT_RATE] * later
         turn = L / d * (n1 * (start[1, q] - dp2) - n2 * (start[0, q] - dp1))
         start[0, q], start[1, q] = dp1 - n1 * dL - n2 * turn, dp2 - n2 * dL + n1 * turn
 
@@ -182,6 +180,32 @@ def carry_to_corner(
 
 
 @njit(cache=True)
+def with_slack(
+    first: np.ndarray, discs: np.ndarray, slack: float, missed: float, room: float, r: np.ndarray
+) -> tuple[float, int, int]:
+    """(slack, one, two): `nearest_common` of discs that are wider by the slack, and by as much more
+    up to about `missed`, but no more than they miss a common point."""
+    i, j = nearest_common(first, discs, room, r)
+    low = slack
+    while i < 0 and slack < missed:
+        low, wider = slack, max(9 * slack, room)
+        slack += wider
+        discs[:, 2] += wider
+        i, j = nearest_common(first, discs, room, r)
+    while i >= 0 and slack - low > 1e-3 * slack + room:
+        less = 0.5 * (slack - low)
+        discs[:, 2] -= less
+        i, j = nearest_common(first, discs, room, r)
+        if i >= 0:
+            slack -= less
+            continue
+        low += less
+        discs[:, 2] += less
+        i, j = nearest_common(first, discs, room, r)
+    return slack, i, j
+
+
+@njit(cache=True)
 def resting_place(
     contact: Contact, r: np.ndarray, missed: float, start: np.ndarray, e: np.ndarray
 ) -> bool:
@@ -202,25 +226,8 @@ def resting_place(
         return True
     for k in range(SETTINGS.discs):
         motion(contact.c, t, e, at)
-        times[k], discs[k, 0], discs[k, 1], discs[k, 2] = t, at[P1], at[P2], at[LIMIT]
-        discs[k, 2] += slack
-        i, j = nearest_common(first, discs[: k + 1], room, r)
-        low = slack
-        while i < 0 and slack < missed:
-            low, wider = slack, max(9 * slack, room)
-            slack += wider
-            discs[: k + 1, 2] += wider
-            i, j = nearest_common(first, discs[: k + 1], room, r)
-        while i >= 0 and slack - low > 1e-3 * slack + room:  # no more than they miss
-            less = 0.5 * (slack - low)
-            discs[: k + 1, 2] -= less
-            i, j = nearest_common(first, discs[: k + 1], room, r)
-            if i >= 0:
-                slack -= less
-                continue
-            low += less
-            discs[: k + 1, 2] += less
-            i, j = nearest_common(first, discs[: k + 1], room, r)
+        times[k], discs[k, 0], discs[k, 1], discs[k, 2] = t, at[P1], at[P2], at[LIMIT] + slack
+        slack, i, j = with_slack(first, discs[: k + 1], slack, missed, room, r)
         if i < 0:
             break
         t, value = furthest(contact, r, e, at)

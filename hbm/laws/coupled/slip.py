@@ -23,6 +23,7 @@ from tipdamp.hbm.laws.coupled.motion import (
     SETTINGS,
     TINY,
     Contact,
+    basis_rate,
     motion,
     narrowed,
     secant,
@@ -96,38 +97,46 @@ def invert(J: np.ndarray, inverse: np.ndarray) -> bool:
 
 
 @njit(cache=True)
+def newton_step(h: float, psi0: float, panel: Panel) -> float:
+    """One step of Newton's method for the angles at the nodes; the largest change in rad, infinite
+    where there is none."""
+    psi, slope, J = panel.psi, panel.slope, panel.stage
+    for i in range(STAGES):
+        at = panel.at[i]
+        cos, sin = np.cos(psi[i]), np.sin(psi[i])
+        slope[i] = 0.0
+        for j in range(STAGES):
+            slope[i] += INVERSE[i, j] * (psi[j] - psi0)
+            J[i, j] = at[LIMIT] * INVERSE[i, j]
+        J[i, i] += h * (at[RATE1] * cos + at[RATE2] * sin)
+        panel.turn[i] = h * (at[RATE2] * cos - at[RATE1] * sin) - at[LIMIT] * slope[i]
+    if not invert(J, panel.inverse):
+        return np.inf
+    moved = 0.0
+    for i in range(STAGES):
+        step = 0.0
+        for j in range(STAGES):
+            step += panel.inverse[i, j] * panel.turn[j]
+        psi[i] += step
+        moved = max(moved, abs(step))
+    return moved
+
+
+@njit(cache=True)
 def collocate(contact: Contact, t: float, h: float, psi0: float, panel: Panel) -> float:
     """Angle at the nodes of the panel [t, t + h] of slip; its highest term in rad of the largest
     limit, infinite where Newton's method fails."""
-    psi, slope, J = panel.psi, panel.slope, panel.stage
     for i in range(STAGES):
         motion(contact.c, t + h * NODES[i], panel.e[i], panel.at[i])
-        psi[i] = psi0
+        panel.psi[i] = psi0
     for _ in range(SETTINGS.newton):
-        for i in range(STAGES):
-            at = panel.at[i]
-            cos, sin = np.cos(psi[i]), np.sin(psi[i])
-            slope[i] = 0.0
-            for j in range(STAGES):
-                slope[i] += INVERSE[i, j] * (psi[j] - psi0)
-                J[i, j] = at[LIMIT] * INVERSE[i, j]
-            J[i, i] += h * (at[RATE1] * cos + at[RATE2] * sin)
-            panel.turn[i] = h * (at[RATE2] * cos - at[RATE1] * sin) - at[LIMIT] * slope[i]
-        if not invert(J, panel.inverse):
-            return np.inf
-        moved = 0.0
-        for i in range(STAGES):
-            step = 0.0
-            for j in range(STAGES):
-                step += panel.inverse[i, j] * panel.turn[j]
-            psi[i] += step
-            moved = max(moved, abs(step))
+        moved = newton_step(h, psi0, panel)
         if not moved <= 2.0:
             return np.inf
         if moved <= SETTINGS.turned:
             highest, limit = THROUGH[0] * psi0, 0.0
             for i in range(STAGES):
-                highest += THROUGH[i + 1] * psi[i]
+                highest += THROUGH[i + 1] * panel.psi[i]
                 limit = max(limit, panel.at[i, LIMIT])
             return abs(highest) / 2.0 ** (2 * STAGES - 1) * limit / contact.scale
     return np.inf
@@ -213,12 +222,11 @@ def add_panel(h: float, limit: float, panel: Panel, sums: Sums) -> float:
     """Add the integrals over a panel of slip that begins at `limit`, and carry the derivatives to
     its end, its last node; return the work times kt."""
     e, dr, work = panel.e, sums.dr, 0.0
-    nh, columns = e.shape[1], dr.shape[1]
     for i in range(STAGES):
         at, cos, sin = panel.at[i], np.cos(panel.psi[i]), np.sin(panel.psi[i])
         weight, L = h * WEIGHTS[i], at[LIMIT]
         work += weight * L * slides(at, panel.psi[i])
-        for j in range(nh):
+        for j in range(e.shape[1]):
             sums.g[0, j] += weight * e[i, j] * (at[P1] - L * cos)
             sums.g[1, j] += weight * e[i, j] * (at[P2] - L * sin)
         if not len(sums.D) and i < STAGES - 1:
@@ -226,20 +234,28 @@ def add_panel(h: float, limit: float, panel: Panel, sums: Sums) -> float:
         turns(i, h, limit, panel, sums)
         if i == STAGES - 1:
             sums.turn[:] = dr[0]
-        for q in range(columns):
-            along = L * dr[0, q]
-            dr[0, q], dr[1, q] = along * sin, -along * cos
-        for m in range(nh if columns > 2 else 0):
-            dr[0, 2 + m] += e[i, m]
-            dr[1, 2 + nh + m] += e[i, m]
-            dr[0, 2 + 2 * nh + m] -= cos * e[i, m]
-            dr[1, 2 + 2 * nh + m] -= sin * e[i, m]
+        slider_by_angle(e[i], L, cos, sin, dr)
         for j in range(len(sums.D)):
             f = weight * e[i, j]
             for d in range(2):
-                for q in range(columns):
+                for q in range(dr.shape[1]):
                     sums.D[j, d, q] += f * dr[d, q]
     return work
+
+
+@njit(cache=True)
+def slider_by_angle(e: np.ndarray, L: float, cos: float, sin: float, dr: np.ndarray) -> None:
+    """Fill the derivative dr (2, columns) of a slider in slip at the limit L, from that of the
+    angle, which dr[0] is; e (nh,) : basis at the instant."""
+    nh, columns = len(e), dr.shape[1]
+    for q in range(columns):
+        along = L * dr[0, q]
+        dr[0, q], dr[1, q] = along * sin, -along * cos
+    for m in range(nh if columns > 2 else 0):
+        dr[0, 2 + m] += e[m]
+        dr[1, 2 + nh + m] += e[m]
+        dr[0, 2 + 2 * nh + m] -= cos * e[m]
+        dr[1, 2 + 2 * nh + m] -= sin * e[m]
 
 
 @njit(cache=True)
@@ -267,7 +283,7 @@ def turns(i: int, h: float, limit: float, panel: Panel, sums: Sums) -> None:
         back = f * panel.slope[k]
         into[2 + 2 * nh] -= back
         for m in range(1, nh):
-            rate = (m + 1) // 2 * (e[k, m + 1] if m % 2 else -e[k, m - 1])
+            rate = basis_rate(e[k], m)
             into[2 + m] += t1 * rate
             into[2 + nh + m] += t2 * rate
             into[2 + 2 * nh + m] -= back * e[k, m]
@@ -296,29 +312,25 @@ def slip_through(
             return stop, psi, h, False, work
         width = left if left <= h else (0.5 * left if left < 2 * h else h)
         error = collocate(contact, t, width, psi, panel)
+        growth = 0.8 * (SETTINGS.degree / max(error, 1e-300)) ** (1 / STAGES)
         if error > SETTINGS.degree and width > SETTINGS.narrowest:
-            h = width * (
-                0.2
-                if np.isinf(error)
-                else max(0.2, 0.8 * (SETTINGS.degree / error) ** (1 / STAGES))
-            )
+            h = width * max(0.2, growth)
             continue
         if np.isinf(error):  # nothing turns in no time
             t += width
             continue
         share = rests(contact, t, width, psi, panel, sums.e, at)
-        if share < 1 and share * width > 1e-14:
-            collocate(contact, t, share * width, psi, panel)
-        if share * width > 1e-14:
-            work += add_panel(share * width, limit, panel, sums)
-            keep(sums, FORWARD, t, t + share * width, psi, panel.psi)
+        slips = share * width
+        if share < 1 and slips > 1e-14:
+            collocate(contact, t, slips, psi, panel)
+        if slips > 1e-14:
+            work += add_panel(slips, limit, panel, sums)
+            keep(sums, FORWARD, t, t + slips, psi, panel.psi)
             psi, limit = panel.psi[STAGES - 1], panel.at[STAGES - 1, LIMIT]
-        t += share * width
+        t += slips
         if share < 1:
             return t, psi, h, True, work
-        h = min(
-            widest, width * min(4.0, 0.8 * (SETTINGS.degree / max(error, 1e-300)) ** (1 / STAGES))
-        )
+        h = min(widest, width * min(4.0, growth))
     return t, psi, h, False, work
 
 

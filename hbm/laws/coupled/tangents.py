@@ -17,6 +17,7 @@ from tipdamp.hbm.laws.coupled.motion import (
     LIMIT_RATE,
     RATE1,
     RATE2,
+    bend,
     motion,
     slides,
 )
@@ -32,16 +33,6 @@ def angle(path: np.ndarray, j: int, last: int, t: float) -> float:
         j += 1
     share = (t - path[j, 1]) / (path[j, 2] - path[j, 1])
     return between(path[j, 4:], path[j, 3], min(max(share, 0.0), 1.0))
-
-
-@njit(cache=True)
-def bend(c: np.ndarray, e: np.ndarray, psi: float) -> float:
-    """Acceleration across the direction of slip, by the phase, at the instant of the basis e."""
-    across = 0.0
-    for m in range(1, len(e)):
-        k = (m + 1) // 2
-        across -= k * k * e[m] * (c[1, m] * np.cos(psi) - c[0, m] * np.sin(psi))
-    return across
 
 
 @njit(cache=True)

@@ -82,36 +82,45 @@ def root(c: np.ndarray, level: float, of_rate: bool, a: float, b: float) -> floa
 
 
 @njit(cache=True)
+def normal_crossings(
+    N: np.ndarray,
+    values: tuple[float, float],
+    rates: tuple[float, float],
+    ends: tuple[float, float],
+    crossings: np.ndarray,
+) -> int:
+    """Fill in where the series N passes zero between two samples, of which its values and rates are
+    known, and return how often; an excursion between them is found by its extremum."""
+    a, b = ends
+    if (values[0] > 0) != (values[1] > 0):
+        crossings[0] = root(N, 0.0, False, a, b)
+        return 1
+    sign = 1.0 if values[0] > 0 else -1.0
+    if sign * rates[0] < 0 and sign * rates[1] > 0:
+        turn = root(N, 0.0, True, a, b)
+        if sign * series(N, turn)[0] < 0:
+            crossings[0] = root(N, 0.0, False, a, turn)
+            crossings[1] = root(N, 0.0, False, turn, b)
+            return 2
+    return 0
+
+
+@njit(cache=True)
 def contact_instants(
     N: np.ndarray, n_wave: np.ndarray, n_rate: np.ndarray, tau: np.ndarray, breaks: Breaks
 ) -> int:
     """Fill `at`, `kind` and `closed` of the break points, and return how many intervals there are.
 
-    N are the coefficients of preload + kn u_n; an excursion that begins and ends between two
-    samples is found by its extremum.
+    N are the coefficients of preload + kn u_n.
     """
     at, kind, closed = breaks.marks[:, AT], breaks.kind, breaks.closed
-    n = len(n_wave)
-    m = 0
-    is_closed = n_wave[0] > 0
-    crossings = np.empty(2)
+    n, m, crossings = len(n_wave), 0, np.empty(2)
     for i in range(n):
-        j = (i + 1) % n
-        a, b = tau[i], tau[i + 1]
-        count = 0
-        if (n_wave[i] > 0) != (n_wave[j] > 0):
-            crossings[0] = root(N, 0.0, False, a, b)
-            count = 1
-        else:
-            sign = 1.0 if n_wave[i] > 0 else -1.0
-            if sign * n_rate[i] < 0 and sign * n_rate[j] > 0:
-                turn = root(N, 0.0, True, a, b)
-                if sign * series(N, turn)[0] < 0:
-                    crossings[0] = root(N, 0.0, False, a, turn)
-                    crossings[1] = root(N, 0.0, False, turn, b)
-                    count = 2
+        j, ends = (i + 1) % n, (tau[i], tau[i + 1])
+        values, rates = (n_wave[i], n_wave[j]), (n_rate[i], n_rate[j])
+        count = normal_crossings(N, values, rates, ends, crossings)
         is_closed = n_wave[i] > 0
-        at[m], kind[m], closed[m] = a, i, is_closed
+        at[m], kind[m], closed[m] = tau[i], i, is_closed
         m += 1
         for q in range(count):
             is_closed = not is_closed

@@ -117,21 +117,12 @@ def slip_ends(
 ) -> tuple[float, float]:
     """First instant after t in interval i at which edge s, which pushes the slider, moves back, and
     the instant up to which it does; that is -1 where it does not."""
-    a = marks[i, AT]
-    b = marks[i + 1, AT]
-    rate = marks[i, RATES + s]
-    rate_at_end = marks[i + 1, RATES + s]
+    a, b = marks[i, AT], marks[i + 1, AT]
+    rate, rate_at_end = marks[i, RATES + s], marks[i + 1, RATES + s]
     sign, back = 1.0 - 2.0 * s, b
     if sign * rate_at_end >= 0:
-        back = pause(
-            edges[s],
-            sign,
-            sign * rate,
-            sign * rate_at_end,
-            sign * (marks[i + 1, PLACES + s] - marks[i, PLACES + s]),
-            a,
-            b,
-        )
+        gone = sign * (marks[i + 1, PLACES + s] - marks[i, PLACES + s])
+        back = pause(edges[s], sign, sign * rate, sign * rate_at_end, gone, a, b)
         if not t < back < b:
             return b, -1.0
     return (root(edges[s], 0.0, True, t, back) if sign * rate > 0 or t > a else t), back
@@ -264,19 +255,25 @@ def repeated(
 
 
 @njit(cache=True)
+def slips(piece: np.ndarray) -> bool:
+    """Whether the slider is pushed along."""
+    return piece[0] == FORWARD or piece[0] == BACKWARD
+
+
+@njit(cache=True)
 def shared_slip(a: np.ndarray, b: np.ndarray) -> float:
     """Time in which at least one of two lists of pieces slips."""
     total = 0.0
-    for i in range(len(a)):
-        if a[i, 0] == FORWARD or a[i, 0] == BACKWARD:
-            total += a[i, 2] - a[i, 1]
-    for j in range(len(b)):
-        if b[j, 0] != FORWARD and b[j, 0] != BACKWARD:
+    for one in a:
+        if slips(one):
+            total += one[END] - one[BEGIN]
+    for other in b:
+        if not slips(other):
             continue
-        total += b[j, 2] - b[j, 1]
-        for i in range(len(a)):
-            if a[i, 0] == FORWARD or a[i, 0] == BACKWARD:
-                total -= max(0.0, min(a[i, 2], b[j, 2]) - max(a[i, 1], b[j, 1]))
+        total += other[END] - other[BEGIN]
+        for one in a:
+            if slips(one):
+                total -= max(0.0, min(one[END], other[END]) - max(one[BEGIN], other[BEGIN]))
     return total
 
 

@@ -131,7 +131,7 @@ def tangent_deviation(
 
     into : g, Dt, Dn, gp; contact : kt, kn (0 without a normal component), mu, preload
     """
-    g, Dt, Dn, gp = into
+    g = into[0]
     kt, kn, mu, preload = contact
     nh, work = len(g), 0.0
     C, S = np.zeros((3, 2 * nh)), np.zeros((3, 2 * nh))
@@ -148,20 +148,36 @@ def tangent_deviation(
         else:
             add_integrals(pieces[q, BEGIN], pieces[q, END], C[state - 1], S[state - 1])
     for state in (FORWARD, BACKWARD, OPEN):
-        Cs, Ss = C[state - 1], S[state - 1]
-        if Cs[0] == 0:
-            continue
-        A = np.zeros((nh, nh))
-        add_products(A, 1.0, Cs, Ss)
-        sign = 1.0 if state == FORWARD else (-1.0 if state == BACKWARD else 0.0)
-        add_ride(g, Dt, -kt, A, u)
-        if sign != 0:
-            add_constant(g, sign * mu * preload, Cs, Ss)
-            add_constant(gp, sign * mu, Cs, Ss)
-            if kn != 0:
-                add_ride(g, Dn, sign * mu * kn, A, un)
-            work += slip_work(A, u, un, (kt, kn, sign * mu, preload))
+        if C[state - 1, 0] != 0:
+            pushed = mu if state == FORWARD else (-mu if state == BACKWARD else 0.0)
+            moving = kt, kn, pushed, preload
+            work += add_moving(into, u, un, moving, C[state - 1], S[state - 1])
     return work
+
+
+@njit(cache=True)
+def add_moving(
+    into: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
+    u: np.ndarray,
+    un: np.ndarray,
+    contact: tuple[float, float, float, float],
+    C: np.ndarray,
+    S: np.ndarray,
+) -> float:
+    """Add the harmonics of -kt w while the slider moves in one way, and return the work; mu with
+    the sign of the slip, 0 where the slider follows an open contact."""
+    g, Dt, Dn, gp = into
+    kt, kn, mu, preload = contact
+    A = np.zeros((len(g), len(g)))
+    add_products(A, 1.0, C, S)
+    add_ride(g, Dt, -kt, A, u)
+    if mu == 0:
+        return 0.0
+    add_constant(g, mu * preload, C, S)
+    add_constant(gp, mu, C, S)
+    if kn != 0:
+        add_ride(g, Dn, mu * kn, A, un)
+    return slip_work(A, u, un, contact)
 
 
 @njit(cache=True)

@@ -202,11 +202,9 @@ class CoulombFriction(ContactLaw):
 
     def sticks_surely(self, contacts: Contacts, amplitude: np.ndarray) -> np.ndarray:
         """(P,) bool: neither slip nor lift-off within the amplitude."""
-        return _sticks(
-            contacts,
-            amplitude[:, : self.sliders],
-            amplitude[:, -1] if self._normal else np.zeros(len(contacts)),
-        )
+        least = contacts.preload - contacts.kn * (amplitude[:, -1] if self._normal else 0.0)
+        force = contacts.kt * np.linalg.norm(amplitude[:, : self.sliders], axis=1)
+        return (least > 0) & (force <= contacts.mu * least)
 
     def piecewise_linear(self, contacts: Contacts) -> PiecewiseLinear | None:
         """Table of the sliders for event-driven time integration."""
@@ -264,13 +262,6 @@ def integrated(
     work = np.empty(P)
     integrals.add_forces(x, pieces, counts, law, place, (g, D, by_preload, work))
     return ContactForces(g, active, D, by_preload, None, shares, work)
-
-
-def _sticks(contacts: Contacts, tangents: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """(P,) bool: neither slip nor lift-off within amplitudes of u_t (P, nt) and u_n (P,), m."""
-    least = contacts.preload - contacts.kn * normal
-    force = contacts.kt * np.linalg.norm(tangents, axis=1)
-    return (least > 0) & (force <= contacts.mu * least)
 
 
 @dataclass(frozen=True)

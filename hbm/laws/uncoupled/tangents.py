@@ -33,24 +33,24 @@ def fill(
     `events.find_pieces`, the others as in CycleTangents."""
     for p in moving:
         if law.normal:
-            _opened(law.count, p, pieces, counts, instants, gamma)
+            opened = pieces[p, law.count, : counts[p, law.count]]
+            _opened(law.count, p, opened, instants, gamma)
         for d in range(law.count):
             if counts[p, d]:
-                _slid(law, p, d, pieces, counts, instants, gamma, memory)
-                _caught(law, p, d, pieces, counts, instants, captured, capture)
+                own = pieces[p, d, : counts[p, d]]
+                _slid(law, p, d, own, instants, gamma, memory)
+                _caught(law, p, d, own, instants, captured, capture)
 
 
 @njit(cache=True)
-def _opened(
-    n: int, p: int, pieces: np.ndarray, counts: np.ndarray, instants: np.ndarray, gamma: np.ndarray
-) -> None:
+def _opened(n: int, p: int, opened: np.ndarray, instants: np.ndarray, gamma: np.ndarray) -> None:
     """Nothing on the normal n where the contact is open."""
     began = ended = 0
     for k in range(len(instants) - 1):
         middle = 0.5 * (instants[k] + instants[k + 1])
-        while began < counts[p, n] and pieces[p, n, began, BEGIN] < middle:
+        while began < len(opened) and opened[began, BEGIN] < middle:
             began += 1
-        while ended < counts[p, n] and pieces[p, n, ended, END] < middle:
+        while ended < len(opened) and opened[ended, END] < middle:
             ended += 1
         if began > ended:
             gamma[:, k, p, n, n] = 0.0
@@ -62,7 +62,6 @@ def _slid(
     p: int,
     d: int,
     pieces: np.ndarray,
-    counts: np.ndarray,
     instants: np.ndarray,
     gamma: np.ndarray,
     memory: np.ndarray,
@@ -71,9 +70,9 @@ def _slid(
     kt, slope, at = law.kt[p], law.mu[p] * law.kn[p], 0
     for k in range(len(instants) - 1):
         middle = 0.5 * (instants[k] + instants[k + 1])
-        while at < counts[p, d] - 1 and pieces[p, d, at, END] < middle:
+        while at < len(pieces) - 1 and pieces[at, END] < middle:
             at += 1
-        state = pieces[p, d, at, 0]
+        state = pieces[at, 0]
         sticks = state == STICK
         gamma[:, k, p, d, d] = kt if sticks else 0.0
         memory[k, p, d] = -kt if sticks else 0.0
@@ -88,15 +87,13 @@ def _caught(
     p: int,
     d: int,
     pieces: np.ndarray,
-    counts: np.ndarray,
     instants: np.ndarray,
     captured: np.ndarray,
     capture: np.ndarray,
 ) -> None:
     """Where a slider comes to rest within the cycle it takes its place from the motion there."""
     last = len(instants) - 1
-    for j in range(counts[p, d]):
-        piece = pieces[p, d, j]
+    for piece in pieces:
         begin = piece[BEGIN]
         if piece[0] != STICK or begin <= 0 or piece[INSTANT] != begin:
             continue

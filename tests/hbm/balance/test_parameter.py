@@ -233,6 +233,19 @@ def test_direction_of_the_force():
             follow_parameter(problem, forcing, 72.0, turning, (0.3, 6.0), **given)
 
 
+def test_damping_by_a_matrix_that_couples_no_modes():
+    """Points are held against the equation of motion with the damping that they have: all but the
+    first were left out, as if out of balance."""
+    problem, force, rows = beam("C8")
+    proportional = replace(problem, C=1e-5 * problem.stuck_stiffness)
+    given = dict(harmonics=1, outputs={"tip": rows["tip"]})
+    curve = follow_parameter(proportional, 40 * force, 932.1, "damping", (1.0, 0.5), **given)
+    assert curve.complete and curve.converged.all(), curve.ended
+    half = replace(problem, C=0.5e-5 * problem.stuck_stiffness)
+    alone = solve_at(half, 40 * force, 932.1, **given)
+    assert curve.harmonics[-1] == pytest.approx(alone.harmonics, rel=1e-8, abs=1e-14)
+
+
 @pytest.mark.parametrize("ends", [(100, 1e-6), (1e-3, 200)], ids=["to none", "beyond critical"])
 def test_damping_through_critical_values(ends):
     """On the way poles meet, and at its end nothing damps."""

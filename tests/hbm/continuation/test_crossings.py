@@ -1,10 +1,14 @@
 """Crossings of a value of the parameter along a branch, on a fold in closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.hbm.continuation.test_arc import parabola
-from tipdamp.hbm.continuation.crossings import crossings
+from tipdamp.hbm.continuation.arc import metric_at
+from tipdamp.hbm.continuation.crossings import crossings, with_tangent
+from tipdamp.hbm.continuation.point import failed
 from tipdamp.hbm.continuation.settings import DEFAULT
 
 HEIGHT = 0.965  # the fold is at p = 1, x = 1
@@ -26,3 +30,15 @@ def test_a_fold_short_of_the_value_is_not_crossed():
     evaluate, point = parabola(1.0)
     points = [point(x, np.sign(1 - x)) for x in (0.0, 0.8, 1.2001, 2.0)]
     assert crossings(evaluate, points, 1.001, np.ones(1), DEFAULT) == []
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_tangent_of_a_point_between_two_that_were_not_found(way):
+    """There is no chord that tells its way, and the orientation does: dp/dx = 2 (1 - x)."""
+    evaluate, point = parabola(1.0)
+    alone = replace(point(0.8, way), tangent=None)
+    here = with_tangent(
+        evaluate, [failed(1, 0.5), alone, failed(1, 0.98)], 1, metric_at(alone, np.ones(1))
+    )
+    (tx, tp) = here.tangent
+    assert tp / tx[0] == pytest.approx(0.4) and here.orientation == alone.orientation

@@ -11,11 +11,16 @@ from tests.hbm.cases import load, solve
 from tests.hbm.conformance import random_case
 from tests.validation.plain_stepping import harmonics
 from tipdamp.hbm import fourier, laws
-from tipdamp.hbm.balance.aft import STARTS
+from tipdamp.hbm.balance.aft import STARTS, sample_grid, slider_start
 from tipdamp.hbm.balance.problem import ContactProblem
 from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.laws import CubicSpring, IsotropicFriction, Motion, SliderStart
+from tipdamp.hbm.laws.coupled.cycle import paths, room_for
+from tipdamp.hbm.laws.coupled.law import _in_forces
+from tipdamp.hbm.laws.coupled.slip import PIECE, between, keep
 from tipdamp.hbm.laws.sampled import projector
+from tipdamp.hbm.laws.uncoupled.breaks import OPEN, STICK
+from tipdamp.hbm.laws.uncoupled.law import located
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.testing import forces, history, shifted, total_force
 
@@ -119,6 +124,78 @@ def test_work_is_that_of_the_force_whatever_the_last_digits(H):
         u = x * (1 + 1e-15 * rng.normal(size=x.shape))
         f = forces(LAW, pairs, u)
         assert np.allclose(f.work, fourier.work(f.g, u), rtol=0, atol=1e-9 * f.work.max())
+
+
+def kept(x, pairs, path):
+    """Number of pieces (P,) of the cycles, which fill the path (P, m, PIECE)."""
+    grid = sample_grid(x.shape[2] // 2, LAW.default_samples(x.shape[2] // 2))
+    start, sliders = slider_start("zero_slider", len(pairs), 2), LAW._sliders_of(pairs)
+    found = located(sliders._replace(count=0), x[:, 2:].copy(), start, grid)
+    counts = np.empty(len(pairs), np.int64)
+    paths(*_in_forces(sliders, x, start, grid, found), (path, counts))
+    return counts
+
+
+def friction_along(pieces, p, limit, tau):
+    """(2, n) tangential force at the instants, of the motion p (2, n) kt and the limit (n,): in
+    slip by the angle that is kept, in stick with the slider where the slip before has left it."""
+    of = np.searchsorted(pieces[:, 1], tau, side="right") - 1
+    T, r = np.zeros_like(p), None
+    for i in (*range(len(tau)), *range(len(tau))):  # once more, from where the first round ends
+        state, begin, end, psi0, *psi = pieces[of[i]]
+        if state == STICK:
+            T[:, i] = p[:, i] - r if r is not None else 0.0
+            continue
+        if state != OPEN:
+            angle = between(np.array(psi), psi0, (tau[i] - begin) / (end - begin))
+            T[:, i] = limit[i] * np.array([np.cos(angle), np.sin(angle)])
+        else:
+            T[:, i] = 0.0
+        r = p[:, i] - T[:, i]
+    return T
+
+
+def test_path_that_is_kept_is_that_of_the_force():
+    """Its pieces follow each other through the whole period, and by their angles the force is that
+    of the cycle."""
+    x, pairs, _ = random_case(LAW, P=12, H=3, seed=3)
+    path = np.full((12, 400, PIECE), np.nan)
+    counts, f = kept(x, pairs, path), forces(LAW, pairs, x)
+    tau = 2 * np.pi * np.arange(4096) / 4096
+    motion = np.einsum("pdh,th->pdt", x, fourier.basis(tau, 3))
+    load = pairs.mu[:, None] * (pairs.preload[:, None] + pairs.kn[:, None] * motion[:, 2])
+    total, seen = total_force(LAW, pairs, x, f), set()
+    for c in np.flatnonzero((f.shares[:, 1] > 0.01) & (counts > 1)):
+        pieces = path[c, : counts[c]]
+        assert (pieces[0, 1], pieces[-1, 2]) == (0.0, 2 * np.pi)
+        assert (pieces[1:, 1] == pieces[:-1, 2]).all() and (pieces[:, 2] > pieces[:, 1]).all()
+        T = friction_along(pieces, pairs.kt[c] * motion[c, :2], load[c], tau)
+        error = np.abs(T @ projector(fourier.basis(tau, 3)) - total[c, :2]).max()
+        assert error < 1e-3 * np.abs(total[c, :2]).max(), (c, error)
+        seen |= set(pieces[:, 0].tolist())
+    assert len(seen) == 3  # stick, slip and open
+
+
+def test_path_that_has_no_room_keeps_its_begin():
+    """The count says that there was none, and nothing is written beyond: there `variation` does not
+    know."""
+    x, pairs, _ = random_case(LAW, P=12, H=3, seed=3)
+    whole = np.full((12, 400, PIECE), np.nan)
+    counts = kept(x, pairs, whole)
+    assert np.isnan(whole[np.arange(12), counts]).all()
+    short, rows = np.full((13, 3, PIECE), np.nan), np.minimum(counts, 3)
+    assert (kept(x, pairs, short[:12]) == rows).all() and counts.max() > 3
+    assert np.isnan(short[12]).all()
+    for c in range(12):
+        assert np.array_equal(short[c, : rows[c]], whole[c, : rows[c]])
+
+
+def test_piece_of_no_length_is_not_kept():
+    """There is no share of it at which an angle could be asked for."""
+    sums = room_for(3)[1]._replace(path=np.full((2, PIECE), np.nan))
+    for begin, end in ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 2.0), (2.0, 3.0)):
+        keep(sums, STICK, begin, end, 0.0, np.zeros(PIECE - 4))
+    assert sums.count[0] == 2 and sums.path[:, 1:3].tolist() == [[0.0, 1.0], [1.0, 2.0]]
 
 
 def exact_orbit(c=0.05, kt=2.0, limit=0.5, F=(1.0, 0.6j), omega=1.35, n=512):
