@@ -11,7 +11,7 @@ import numpy as np
 from tipdamp.comparison.events import marks, runs
 from tipdamp.comparison.peaks import ComparedPeak, Phase
 from tipdamp.comparison.record import ComparedStudies
-from tipdamp.hbm.drawing.branches import branch_lines, failures
+from tipdamp.hbm.drawing.branches import failures
 from tipdamp.hbm.drawing.figure import (
     BLUE,
     GREEN,
@@ -24,11 +24,10 @@ from tipdamp.hbm.drawing.figure import (
     Item,
     Marks,
     Panel,
-    level_colors,
 )
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects import preload
-from tipdamp.report.subjects.amplitudes import level_title, orders_of
+from tipdamp.report.subjects.amplitudes import branch, in_colors, orders_of
 from tipdamp.report.text import MICRO, listing
 
 COLORS = (VERMILION, BLUE, GREEN, ORANGE, "#CC79A7", "#56B4E9", INK, GREY)
@@ -255,10 +254,10 @@ def _band(results: Results) -> str:
 
 def _response(results: Results, cases: Sequence[ReportedCurve], patch: str, blade: int) -> Panel:
     items: list[Item] = []
-    for case, color in zip(cases, level_colors(len(cases)), strict=True):
-        top = MICRO / case.Fe * case.patch(patch).max(axis=1)
-        named = MICRO / case.Fe * case.named(patch).max(axis=1)
-        items += branch_lines(case.curve, top, named, level_title(case), color)
+    for case, color in in_colors(cases):
+        factor = MICRO / case.Fe
+        items += branch(case, patch, factor, color)
+        top = factor * case.patch(patch).max(axis=1)
         items += failures(case.curve, top, case.facts.complete)
     return Panel(
         f"blade {blade}",

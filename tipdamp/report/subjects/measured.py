@@ -13,11 +13,11 @@ from tipdamp.hbm.drawing.figure import (
     Item,
     Marks,
     Panel,
-    level_colors,
 )
 from tipdamp.measured.agreement import computed_amplitude, drawn
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
+from tipdamp.report.subjects.amplitudes import in_colors
 from tipdamp.report.text import MICRO, NOTHING, hertz, micro, number, percent
 from tipdamp.results.response_results import (
     Agreement,
@@ -151,7 +151,7 @@ def _panel(results: Results, name: str, level: float) -> Panel:
         Marks(band.hz, MICRO * band.mean, "measured, mean", size=3.5),
     ]
     top = MICRO * band.high.max()
-    for one, color in zip(beside, level_colors(len(beside)), strict=True):
+    for one, color in in_colors(beside):
         case = next(c for c in results.cases if c.facts.file == one.computed)
         amplitude = MICRO / case.Fe * computed_amplitude(case.curve, settings, results.first_patch)
         hz, drawn_amplitude = (values[:-1] for values in drawn(case.curve.frequency, amplitude))

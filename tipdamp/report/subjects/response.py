@@ -33,12 +33,12 @@ from tipdamp.hbm.drawing.figure import (
     Line,
     Marks,
     Panel,
-    level_colors,
 )
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects.amplitudes import (
     amplitude_panel,
-    level_title,
+    branch,
+    in_colors,
     levels_of,
     of_one_mode,
     orders_of,
@@ -63,7 +63,7 @@ def families(results: Results) -> Iterator[Figure]:
         orders = orders_of(cases)
         per_force: list[Item] = []
         absolute: list[Item] = []
-        for case, color in zip(cases, level_colors(len(cases)), strict=True):
+        for case, color in in_colors(cases):
             per_force += _family_curve(results, case, color, MICRO / case.Fe)
             absolute += _family_curve(results, case, color, MICRO)
         per_force += _stuck(results, MICRO, INK, 1.8)
@@ -107,8 +107,7 @@ def _family_curve(
     error = case.error_of_top(results.first_patch)
     if error is not None:
         yield error_band(case.curve, top, factor * error, color)
-    heights = factor * case.named(results.first_patch).max(axis=1)
-    yield from branch_lines(case.curve, top, heights, level_title(case), color)
+    yield from branch(case, results.first_patch, factor, color)
     named = places(case, factor)
     for one in case.beside:
         columns = in_patch(one.output_names, results.first_patch)
