@@ -18,7 +18,7 @@ from tipdamp.hbm.errors import shown
 from tipdamp.study.own_law import ALLOWED
 from tipdamp.study.study import study_of
 from tipdamp.study.toml_file import read_toml
-from tipdamp.sweep.cases import cases_of, in_words
+from tipdamp.sweep.cases import cases_of
 from tipdamp.sweep.dataset import units_of_keys, write_netcdf, write_table
 from tipdamp.sweep.estimate import SweepEstimate, sweep_estimate
 from tipdamp.sweep.index import Index
@@ -73,7 +73,7 @@ def run_sweep(
         common = SweepWork(path.absolute(), content, folder.absolute(), ALLOWED.get())
         with Index(folder, write=True) as index:  # none of a study that is refused
             index.begin(whole.cases, whole.last, whole.chains)
-            index.say(units=units, left=None, runs=[])
+            index.say(units=units, left=None)
             sweep = _Running(common, whole, index, workers)
             sweep.take_stock(retry)
             with display(quiet=quiet).job("sweep", patience=0.0) as tick:
@@ -96,7 +96,6 @@ class _Running:
         self.needed_by: dict[str, list[Task]] = {}
         self.lost = Counter[str]()
         self.cases_left, self.cases_failed = Counter(whole.last), 0
-        self.runs: dict[int, str] = {}  # {index of a task: its stage and case}
 
     def take_stock(self, retry: bool) -> None:
         """The index follows the finished steps; what failed before is left, or tried again."""
@@ -144,9 +143,8 @@ class _Running:
         """Make all that waits."""
         self._show(tick)
         spread = self.workers.spread
-        for i in spread(work, self.common, self.tasks, self._runs, self._failed):
+        for i in spread(work, self.common, self.tasks, lambda *_: None, self._failed):
             task = self.tasks[i]
-            self.runs.pop(i, None)
             self.clock.end(task, {step.key: s for step, s in self._enter(task.steps)})
             for step in task.steps:
                 self.cases_left.pop(step.key, None)
@@ -157,11 +155,6 @@ class _Running:
                         self.tasks.append(later)
             self._show(tick)
         self._show(tick)  # what failed after the last that was made
-
-    def _runs(self, i: int, _: float, stage: str) -> None:
-        """What a process does now, for `status`."""
-        self.runs[i] = f"{stage} of {in_words(self.tasks[i].case)}"
-        self.index.say(runs=list(self.runs.values()))
 
     def _enter(self, steps: Sequence[SweepStep]) -> list[tuple[SweepStep, float]]:
         """Finished steps into the index; returns the seconds that each took."""
@@ -180,7 +173,6 @@ class _Running:
         """A task that could not be made is recorded with its reason, and all that needs it; a
         process that was lost is replaced, and what no process can mend ends the sweep."""
         task = self.tasks[i]
-        self.runs.pop(i, None)
         self.clock.end(task, {})
         if isinstance(error, ChildProcessError):
             self.lost[task.last.key] += 1
