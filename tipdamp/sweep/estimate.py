@@ -9,13 +9,16 @@ from pathlib import Path
 
 from tipdamp.engine.progress import duration
 from tipdamp.engine.store import Store
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import InputError, shown
 from tipdamp.hbm.memory import available_bytes, own_bytes
+from tipdamp.results.static_results import InspectResult
+from tipdamp.sweep.cases import in_words, study_of_case
 from tipdamp.sweep.expected import Expected, expected
 from tipdamp.sweep.index import FILE, Index
-from tipdamp.sweep.plan import Plan
+from tipdamp.sweep.plan import Plan, chain
 from tipdamp.sweep.work import products
 
+STATIONS = "tune.stations"  # [front, back] or 'all'
 Costs = dict[str, tuple[int, float, float]]  # as `Index.costs`
 
 
@@ -83,7 +86,8 @@ def sweep_estimate(
     whole: Plan, content: dict, path: Path, store: Store, jobs: int
 ) -> SweepEstimate:
     """Of the steps of a plan that are not in the sweep of this results folder; content - of the
-    study file at this path. OSError where the folder cannot be written to."""
+    study file at this path. OSError where the folder cannot be written to; InputError where a case
+    keeps more stations than there are."""
     folder = store.path("sweep")
     with store.writing("sweep/.room") as room:
         room.touch()
@@ -99,6 +103,8 @@ def sweep_estimate(
         likely = expected(whole, there, (path, content), store)
     except (InputError, OSError) as error:
         unlooked = " ".join(str(error).split())
+    else:
+        _check_stations(whole, (path, content), InspectResult.load(store))
     processes = jobs + (jobs > 1)  # each with the program, about as much as this one
     seconds = disk = 0.0
     for stage, count in to_make.items():
@@ -119,6 +125,24 @@ def sweep_estimate(
         available_bytes(),
         unlooked,
     )
+
+
+def _check_stations(whole: Plan, study: tuple[Path, dict], found: InspectResult) -> None:
+    """InputError where a case keeps more stations than there are, of cases with the bodies and
+    pairs of the study itself, which were inspected."""
+    path, content = study
+    most = max((one.stations for one in found.pair_checks.values()), default=0)
+    chains, stated = whole.chains, content.get("tune", {}).get("stations")
+    for number, (case, last) in enumerate(zip(whole.cases, whole.last, strict=True), 1):
+        kept = case.get(STATIONS) or stated
+        if not isinstance(kept, list) or sum(kept) <= most:
+            continue
+        own = {key: case[key] for key in case if key.startswith(("tune.", "respond."))}
+        if chain(study_of_case(path, content, number, own))[0].key == chains[last][0]:
+            raise InputError(
+                f"{path}: [sweep] case {number} ({shown(in_words(case), 200)}): {STATIONS} = "
+                f"{kept}: there are {most} stations, and front and back together are at most these"
+            )
 
 
 def _existing(folder: Path) -> Path:
