@@ -4,8 +4,8 @@
 
 The names that a script needs; `help` of each has an example, which takes `import numpy as np` and
 `from tipdamp import *` for granted. Each is loaded when it is first asked for, so that matrices
-need no finite elements; type checkers and editors read the imports below, a test holds both lists
-together.
+need no finite elements: the imports below are executed by nobody, but read, by type checkers, by
+editors and by this module.
 """
 
 import os
@@ -196,103 +196,22 @@ if TYPE_CHECKING:
     from tipdamp.study.own_law import code_allowed as code_allowed
     from tipdamp.study.study import load_study as load_study
 else:  # a module __getattr__ would let type checkers accept any name
+    import ast
     from importlib import import_module
 
-    _HOME = {
-        **dict.fromkeys(("Doubt", "InputError"), "hbm.errors"),
-        "ReducedModel": "hbm.model",
-        "ContactTable": "hbm.contact",
-        "Body": "modal.body",
-        **dict.fromkeys(("assemble", "craig_bampton"), "modal.craig_bampton"),
-        "preload": "static_contact.contact.preload",
-        "detach_until": "static_contact.tuning.station_detachment",
-        "ContactLaw": "hbm.laws.base",
-        **dict.fromkeys(("Contacts", "ContactState"), "hbm.laws.records"),
-        **dict.fromkeys(("OwnForce", "Polynomial"), "hbm.laws.coordinates"),
-        "CubicSpring": "hbm.laws.force",
-        "PlainForce": "hbm.laws.force",
-        **dict.fromkeys(
-            ("DryFriction1T", "DryFriction2T", "Jenkins1D", "UnilateralSpring"),
-            "hbm.laws.uncoupled.law",
-        ),
-        "IsotropicFriction": "hbm.laws.coupled.law",
-        "MixedLaw": "hbm.laws.mixed",
-        **dict.fromkeys(("check_force", "check_law"), "hbm.testing"),
-        "Problem": "hbm.problem",
-        **dict.fromkeys(("ContactProblem", "contact_problem"), "hbm.balance.problem"),
-        **dict.fromkeys(("HeldMotion", "Hold", "held_motions"), "hbm.hold.spring"),
-        **dict.fromkeys(("linear_response", "natural_frequencies"), "hbm.balance.receptance"),
-        "ContactSetting": "hbm.balance.contact_setting",
-        **dict.fromkeys(
-            (
-                "Damping",
-                "ForceParameter",
-                "Frequency",
-                "Level",
-                "ModelParameter",
-                "Parameter",
-            ),
-            "hbm.balance.parameter",
-        ),
-        **dict.fromkeys(
-            ("follow_band", "follow_parameter", "forced_response", "solve_at"),
-            "hbm.response",
-        ),
-        **dict.fromkeys(("ForceTable", "Unbalance"), "hbm.balance.varying"),
-        **dict.fromkeys(
-            (
-                "peak_derivatives",
-                "point_derivatives",
-                "stuck_frequency_derivatives",
-            ),
-            "hbm.modes.derivatives",
-        ),
-        "Derivatives": "hbm.influence",
-        "limit_cycle": "hbm.self_excited",
-        "CurveOptions": "hbm.curve.options",
-        "Settings": "hbm.continuation.settings",
-        "ForcedResponse": "hbm.result",
-        "PeriodicSolution": "hbm.periodic_solution",
-        "Search": "hbm.search.beside",
-        "branch_from": "hbm.search.branches",
-        **dict.fromkeys(("CurvesBeside", "curves_beside"), "hbm.search.curves"),
-        "named_points": "hbm.curve.folds_and_transitions",
-        "NamedPoint": "hbm.named_point",
-        "find_peaks": "hbm.curve.peaks",
-        **dict.fromkeys(("solutions_at", "time_history"), "hbm.curve.solutions"),
-        **dict.fromkeys(("contact_cycles", "energy_balance", "whole_motion"), "hbm.curve.cycles"),
-        "fit_damping": "hbm.fitting.fit",
-        **dict.fromkeys(("DampingFit", "MeasuredResponse"), "hbm.fitting.result"),
-        **dict.fromkeys(("follow_fold", "follow_peak"), "hbm.following.follow"),
-        "Followed": "hbm.following.result",
-        "backbone": "hbm.modes.backbone",
-        "Backbone": "hbm.modes.result",
-        **dict.fromkeys(("Synthesis", "synthesis"), "hbm.modes.synthesis"),
-        "compare": "hbm.comparison",
-        "IntegrationSettings": "hbm.time.settings",
-        "load_study": "study.study",
-        "Comparison": "hbm.comparison",
-        "ContactCycles": "hbm.curve.cycles",
-        "EnergyBalance": "hbm.curve.energy",
-        "FollowOptions": "hbm.following.options",
-        "Preload": "static_contact.contact.contact_forces",
-        "Detachment": "static_contact.tuning.station_detachment",
-        "StuckAssembly": "static_contact.tuning.stuck_assembly",
-        "Reduction": "modal.reduction",
-        "Mesh": "modal.mesh",
-        **dict.fromkeys(("Material", "elastic_body"), "modal.elasticity"),
-        **dict.fromkeys(("cantilever", "two_blades"), "hbm.example"),
-        "write_model": "hbm.matrices_out",
-        **dict.fromkeys(("from_nlvib", "to_nlvib", "read_nlvib"), "hbm.io.nlvib"),
-        "half_power": "measured.damping",
-        "code_allowed": "study.own_law",
+    _HOME = {  # {name: its module} of the imports above
+        name.asname: node.module
+        for node in ast.walk(ast.parse(__spec__.loader.get_source(__name__)))
+        if isinstance(node, ast.ImportFrom)
+        for name in node.names
+        if name.asname
     }
     __all__ = sorted(_HOME)
 
     def __getattr__(name: str) -> Any:
         if name not in _HOME:
             raise AttributeError(f"module 'tipdamp' has no attribute '{name}'")
-        return getattr(import_module(f"tipdamp.{_HOME[name]}"), name)
+        return getattr(import_module(_HOME[name]), name)
 
     def __dir__() -> list[str]:
         return [*__all__, "__version__"]
