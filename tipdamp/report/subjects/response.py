@@ -111,13 +111,13 @@ def _family_curve(
     named = places(case, factor)
     for one in case.beside:
         columns = in_patch(one.output_names, results.first_patch)
-        highest = factor * one.amplitude()[:, columns].max(axis=1)
-        heights = factor * named_amplitudes(one)[:, columns].max(axis=1)
+        highest, heights = (
+            factor * every[:, columns].max(axis=1)
+            for every in (one.amplitude(), named_amplitudes(one))
+        )
         yield from branch_lines(one, highest, heights, "", color, 0.9)
-        named += [
-            Place(at.kind, at.frequency, height)
-            for at, height in zip(one.named_points, heights, strict=True)
-        ]
+        points = zip(one.named_points, heights, strict=True)
+        named += [Place(at.kind, at.frequency, height) for at, height in points]
     yield from named_marks(named, BIFURCATIONS, color)
     if facts.peak_m is not None and facts.peak_hz is not None:
         yield peak_mark(facts.peak_hz, factor * facts.peak_m, color)
@@ -263,18 +263,7 @@ def trend(results: Results) -> Iterator[Figure]:
     """Height and frequency of the peak over the level, where at least two levels have a peak."""
     if len({case.Fe for case in results.cases if case.has_peak}) < 2:
         return
-    height: list[Item] = []
-    place: list[Item] = []
-    for k, family in enumerate(results.families):
-        rank = (len(results.families) - 1 - k) % 4
-        cases = [c for c in family if c.has_peak]
-        for run in of_one_mode(cases):
-            Fe, hz, peak = _peaks(run)
-            for items, y in ((height, peak), (place, hz)):
-                items.append(Curve(Fe, y, "", COLORS[rank], DASHES[rank]))
-        Fe, hz, peak = _peaks(cases)
-        for items, y in ((height, peak), (place, hz)):
-            items.append(Marks(Fe, y, orders_of(family), COLORS[rank], SYMBOLS[k % 3]))
+    height, place = _over_levels(results)
     beyond = ""
     if results.tune:
         stuck = results.tune.stuck_hz.tuned
@@ -302,6 +291,23 @@ def trend(results: Results) -> Iterator[Figure]:
         ],
         row_height=300,
     )
+
+
+def _over_levels(results: Results) -> tuple[list[Item], list[Item]]:
+    """(height, frequency) of the peaks of each family: lines of one mode, and marks."""
+    height: list[Item] = []
+    place: list[Item] = []
+    for k, family in enumerate(results.families):
+        rank = (len(results.families) - 1 - k) % 4
+        cases = [c for c in family if c.has_peak]
+        for run in of_one_mode(cases):
+            Fe, hz, peak = _peaks(run)
+            for items, y in ((height, peak), (place, hz)):
+                items.append(Curve(Fe, y, "", COLORS[rank], DASHES[rank]))
+        Fe, hz, peak = _peaks(cases)
+        for items, y in ((height, peak), (place, hz)):
+            items.append(Marks(Fe, y, orders_of(family), COLORS[rank], SYMBOLS[k % 3]))
+    return height, place
 
 
 def _peaks(cases: Sequence[ReportedCurve]) -> np.ndarray:

@@ -65,31 +65,27 @@ def _of_stations(results: Results, tune: TuneResult) -> Figure:
     order, kept = results.study.tune.order, tune.tuned_pairs
     count = np.array([s.front + s.back for s in tune.history], dtype=float)
     even = np.array([order == "least_loaded" or s.front - s.back in (0, 1) for s in tune.history])
+    hz = np.array([s.hz for s in tune.history])
     known = _reference(results.study.reference, count.max())
-    part, graded = 1.0, ""
+    part, chosen = 1.0, f"chosen: {kept.front} + {kept.back}"
     if tune.graded is not None:
         part = tune.graded.part
-        graded = f", of station {tune.graded.station} a part of {part:.3g}"
-    hz = [
-        *_sets(count, np.array([s.hz for s in tune.history]), even),
-        *_target(tune, count.min(), count.max()),
-        _chosen(
-            tune, kept.front + kept.back - 1 + part, f"chosen: {kept.front} + {kept.back}{graded}"
-        ),
-    ]
-    if len(known):
-        hz.append(Marks(known[:, 0], known[:, 1], "reference", INK, "square", filled=False, size=9))
-    mac = list(_sets(count, np.array([s.mac for s in tune.history]), even))
-    seen = [*(s.hz for s in tune.history), *known[:, 1]]
+        chosen += f", of station {tune.graded.station} a part of {part:.3g}"
+    stated = Marks(known[:, 0], known[:, 1], "reference", INK, "square", filled=False, size=9)
     return _history(
         results,
         tune,
         "Tuning by detachment",
         KEPT_STATIONS,
         HOW_STATIONS[order],
-        seen,
-        hz,
-        mac,
+        [*hz, *known[:, 1]],
+        [
+            *_sets(count, hz, even),
+            *_target(tune, count.min(), count.max()),
+            _chosen(tune, kept.front + kept.back - 1 + part, chosen),
+            *[stated] * bool(len(known)),
+        ],
+        list(_sets(count, np.array([s.mac for s in tune.history]), even)),
     )
 
 
