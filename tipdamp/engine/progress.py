@@ -39,15 +39,16 @@ class Job:
     def state(self) -> str:
         """Share, figures and elapsed time."""
         share = "" if self.share is None else f"{100 * self.share:3.0f} %"
-        return "  ".join(part for part in (share, self.figures, duration(self.elapsed)) if part)
+        return self._line(share)
 
     def last_line(self, how: str) -> str:
         """What remains of it: done, stopped or interrupted."""
         if how != "done" and self.share is not None:
             how += f" at {100 * self.share:.0f} %"
-        return "  ".join(
-            part for part in (self.title, how, self.figures, duration(self.elapsed)) if part
-        )
+        return self._line(self.title, how)
+
+    def _line(self, *parts: str) -> str:
+        return "  ".join(filter(None, (*parts, self.figures, duration(self.elapsed))))
 
 
 class Lines:

@@ -3,6 +3,7 @@ by the forecast for some of its cases."""
 
 import shutil
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isnan, nan
 from pathlib import Path
@@ -93,10 +94,6 @@ def sweep_estimate(
         room.touch()
         room.unlink()
     there = products(folder)
-    made: Costs = {}
-    if (folder / FILE).is_file():
-        with Index(folder) as index:
-            made = index.costs()
     to_make = Counter(step.stage for step in whole.steps if step.key not in there)
     likely, unlooked = dict[str, Expected](), ""
     try:
@@ -106,13 +103,7 @@ def sweep_estimate(
     else:
         _check_stations(whole, (path, content), InspectResult.load(store))
     processes = jobs + (jobs > 1)  # each with the program, about as much as this one
-    seconds = disk = 0.0
-    for stage, count in to_make.items():
-        of_one = likely.get(stage, Expected())
-        once = 0.0 if stage in made else min(jobs, count) * of_one.once
-        _, each, size = made.get(stage, (0, of_one.each, of_one.disk))
-        seconds += count * each + once
-        disk += count * size
+    seconds, disk = _sums(to_make, likely, _made(folder), jobs)
     return SweepEstimate(
         len(whole.cases),
         sum(key in there for key in whole.last),
@@ -125,6 +116,28 @@ def sweep_estimate(
         available_bytes(),
         unlooked,
     )
+
+
+def _made(folder: Path) -> Costs:
+    """Of the stages that were made before in the folder of a sweep."""
+    if not (folder / FILE).is_file():
+        return {}
+    with Index(folder) as index:
+        return index.costs()
+
+
+def _sums(
+    to_make: Mapping[str, int], likely: Mapping[str, Expected], made: Costs, jobs: int
+) -> tuple[float, float]:
+    """(s of one process, bytes) of all {stage: steps}, by what was made or else what is likely."""
+    seconds = disk = 0.0
+    for stage, count in to_make.items():
+        of_one = likely.get(stage, Expected())
+        once = 0.0 if stage in made else min(jobs, count) * of_one.once
+        _, each, size = made.get(stage, (0, of_one.each, of_one.disk))
+        seconds += count * each + once
+        disk += count * size
+    return seconds, disk
 
 
 def _check_stations(whole: Plan, study: tuple[Path, dict], found: InspectResult) -> None:

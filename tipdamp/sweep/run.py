@@ -113,19 +113,21 @@ class _Running:
         self._give_up(failed)
         levels, settled = self.index.levels(), self.made | failed
         for task in self.whole.tasks:
-            to_make = [step for step in task.steps if step.key not in settled]
-            if not to_make or any(step.key in failed for step in task.steps):
-                continue
-            self.clock.wait_for(step.key for step in to_make)
-            own = (one for step in task.steps for one in step.levels)
-            alike = dict.fromkeys(levels[one] for one in own if one in levels)
-            task = replace(task, alike=tuple(alike))
-            if lacking := {step.key for step in task.before} - self.made:
-                self.missing[task.last.key] = lacking
-                for key in lacking:
-                    self.needed_by.setdefault(key, []).append(task)
-            else:
-                self.tasks.append(task)
+            to_make = [step.key for step in task.steps if step.key not in settled]
+            if to_make and not any(step.key in failed for step in task.steps):
+                self.clock.wait_for(to_make)
+                own = (one for step in task.steps for one in step.levels)
+                alike = dict.fromkeys(levels[one] for one in own if one in levels)
+                self._begin_or_wait(replace(task, alike=tuple(alike)))
+
+    def _begin_or_wait(self, task: Task) -> None:
+        """It can begin, unless it needs what is still to be made."""
+        if lacking := {step.key for step in task.before} - self.made:
+            self.missing[task.last.key] = lacking
+            for key in lacking:
+                self.needed_by.setdefault(key, []).append(task)
+        else:
+            self.tasks.append(task)
 
     def _known(self, step: SweepStep, states: dict[str, str]) -> bool:
         """Whether a finished step is in the index, or could be entered; a damaged one is
@@ -184,18 +186,22 @@ class _Running:
         made = [s for s in task.steps if self._is_made(s)]
         if mine := [s for s in made if s.key not in self.made]:
             self.clock.end(task, {step.key: s for step, s in self._enter(mine)})
-        broken = {s.key: s.stage for s in task.steps if s not in made}
+        broken = self._with_what_needs_it({s.key: s.stage for s in task.steps if s not in made})
+        self.clock.forget([*broken, *(step.key for step in task.steps)])
+        for key in broken:
+            self.missing.pop(key, None)
+        self._give_up(broken)
+        self.index.failed(broken.items(), _reason(error))
+
+    def _with_what_needs_it(self, broken: dict[str, str]) -> dict[str, str]:
+        """{key: stage} of steps that will not be made, and of all that need them."""
         waiting = list(broken)
         while waiting:
             for later in self.needed_by.pop(waiting.pop(), ()):
                 new = {s.key: s.stage for s in later.steps if s.key not in broken}
                 waiting += new
                 broken |= new
-        self.clock.forget([*broken, *(step.key for step in task.steps)])
-        for key in broken:
-            self.missing.pop(key, None)
-        self._give_up(broken)
-        self.index.failed(broken.items(), _reason(error))
+        return broken
 
     def _give_up(self, keys: Iterable[str]) -> None:
         """Cases whose last step is among these have failed."""
