@@ -23,7 +23,7 @@ from tipdamp.hbm.drawing.pictures import KEPT_STATIONS
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import ACROSS, AXIAL, across, of_side, side_title, with_room
-from tipdamp.report.text import MM, hertz, listing, number
+from tipdamp.report.text import MM, hertz, listing, number, true_minus
 from tipdamp.results.static_results import KeptArea, TuneResult, TuneStep
 
 HOW_STATIONS = {
@@ -279,6 +279,6 @@ def _set(step: TuneStep, target_hz: float) -> dict[str, str]:
     return {
         "stations, front + back": f"{step.front} + {step.back}",
         "stuck frequency (Hz)": hertz(step.hz),
-        "off the target (Hz)": f"{step.hz - target_hz:+.1f}".replace("-", "\N{MINUS SIGN}"),
+        "off the target (Hz)": true_minus(f"{step.hz - target_hz:+.1f}"),
         "energy-weighted MAC": number(step.mac, 3),
     }
