@@ -4,8 +4,8 @@
 
 The names that a script needs; `help` of each has an example, which takes `import numpy as np` and
 `from tipdamp import *` for granted. Each is loaded when it is first asked for, so that matrices
-need no finite elements; type checkers and editors read the imports below, a test holds both lists
-together.
+need no finite elements: the imports below are executed by nobody, but read, by type checkers, by
+editors and by this module.
 """
 
 import os
@@ -43,39 +43,33 @@ def _same_bits_anywhere_in_memory() -> None:
 _same_bits_anywhere_in_memory()
 
 if TYPE_CHECKING:
+    # one statement for each module: sorted, names given again would have one each
+    # isort: off
     from tipdamp.hbm.balance.contact_setting import ContactSetting as ContactSetting
-    from tipdamp.hbm.balance.parameter import Damping as Damping
-    from tipdamp.hbm.balance.parameter import ForceParameter as ForceParameter
-    from tipdamp.hbm.balance.parameter import Frequency as Frequency
-    from tipdamp.hbm.balance.parameter import Level as Level
-    from tipdamp.hbm.balance.parameter import ModelParameter as ModelParameter
-    from tipdamp.hbm.balance.parameter import Parameter as Parameter
-    from tipdamp.hbm.balance.problem import (
-        ContactProblem as ContactProblem,
+    from tipdamp.hbm.balance.parameter import (
+        Damping as Damping,
+        ForceParameter as ForceParameter,
+        Frequency as Frequency,
+        Level as Level,
+        ModelParameter as ModelParameter,
+        Parameter as Parameter,
     )
     from tipdamp.hbm.balance.problem import (
+        ContactProblem as ContactProblem,
         contact_problem as contact_problem,
     )
     from tipdamp.hbm.balance.receptance import (
         linear_response as linear_response,
-    )
-    from tipdamp.hbm.balance.receptance import (
         natural_frequencies as natural_frequencies,
     )
-    from tipdamp.hbm.balance.varying import ForceTable as ForceTable
-    from tipdamp.hbm.balance.varying import Unbalance as Unbalance
-    from tipdamp.hbm.comparison import Comparison as Comparison
-    from tipdamp.hbm.comparison import compare as compare
+    from tipdamp.hbm.balance.varying import ForceTable as ForceTable, Unbalance as Unbalance
+    from tipdamp.hbm.comparison import Comparison as Comparison, compare as compare
     from tipdamp.hbm.contact import ContactTable as ContactTable
     from tipdamp.hbm.continuation.settings import Settings as Settings
-    from tipdamp.hbm.curve.cycles import ContactCycles as ContactCycles
     from tipdamp.hbm.curve.cycles import (
+        ContactCycles as ContactCycles,
         contact_cycles as contact_cycles,
-    )
-    from tipdamp.hbm.curve.cycles import (
         energy_balance as energy_balance,
-    )
-    from tipdamp.hbm.curve.cycles import (
         whole_motion as whole_motion,
     )
     from tipdamp.hbm.curve.energy import EnergyBalance as EnergyBalance
@@ -84,57 +78,39 @@ if TYPE_CHECKING:
     from tipdamp.hbm.curve.peaks import find_peaks as find_peaks
     from tipdamp.hbm.curve.solutions import (
         solutions_at as solutions_at,
-    )
-    from tipdamp.hbm.curve.solutions import (
         time_history as time_history,
     )
-    from tipdamp.hbm.errors import Doubt as Doubt
-    from tipdamp.hbm.errors import InputError as InputError
-    from tipdamp.hbm.example import cantilever as cantilever
-    from tipdamp.hbm.example import two_blades as two_blades
+    from tipdamp.hbm.errors import Doubt as Doubt, InputError as InputError
+    from tipdamp.hbm.example import cantilever as cantilever, two_blades as two_blades
     from tipdamp.hbm.fitting.fit import fit_damping as fit_damping
-    from tipdamp.hbm.fitting.result import DampingFit as DampingFit
-    from tipdamp.hbm.fitting.result import MeasuredResponse as MeasuredResponse
-    from tipdamp.hbm.following.follow import follow_fold as follow_fold
-    from tipdamp.hbm.following.follow import follow_peak as follow_peak
+    from tipdamp.hbm.fitting.result import (
+        DampingFit as DampingFit,
+        MeasuredResponse as MeasuredResponse,
+    )
+    from tipdamp.hbm.following.follow import follow_fold as follow_fold, follow_peak as follow_peak
     from tipdamp.hbm.following.options import FollowOptions as FollowOptions
     from tipdamp.hbm.following.result import Followed as Followed
     from tipdamp.hbm.hold.spring import (
         HeldMotion as HeldMotion,
-    )
-    from tipdamp.hbm.hold.spring import (
         Hold as Hold,
-    )
-    from tipdamp.hbm.hold.spring import (
         held_motions as held_motions,
     )
     from tipdamp.hbm.influence import Derivatives as Derivatives
-    from tipdamp.hbm.io.nlvib import from_nlvib as from_nlvib
-    from tipdamp.hbm.io.nlvib import read_nlvib as read_nlvib
-    from tipdamp.hbm.io.nlvib import to_nlvib as to_nlvib
+    from tipdamp.hbm.io.nlvib import (
+        from_nlvib as from_nlvib,
+        read_nlvib as read_nlvib,
+        to_nlvib as to_nlvib,
+    )
     from tipdamp.hbm.laws.base import ContactLaw as ContactLaw
-    from tipdamp.hbm.laws.coordinates import OwnForce as OwnForce
-    from tipdamp.hbm.laws.coordinates import Polynomial as Polynomial
+    from tipdamp.hbm.laws.coordinates import OwnForce as OwnForce, Polynomial as Polynomial
     from tipdamp.hbm.laws.coupled.law import IsotropicFriction as IsotropicFriction
-    from tipdamp.hbm.laws.force import CubicSpring as CubicSpring
-    from tipdamp.hbm.laws.force import PlainForce as PlainForce
+    from tipdamp.hbm.laws.force import CubicSpring as CubicSpring, PlainForce as PlainForce
     from tipdamp.hbm.laws.mixed import MixedLaw as MixedLaw
-    from tipdamp.hbm.laws.records import (
-        Contacts as Contacts,
-    )
-    from tipdamp.hbm.laws.records import (
-        ContactState as ContactState,
-    )
+    from tipdamp.hbm.laws.records import ContactState as ContactState, Contacts as Contacts
     from tipdamp.hbm.laws.uncoupled.law import (
         DryFriction1T as DryFriction1T,
-    )
-    from tipdamp.hbm.laws.uncoupled.law import (
         DryFriction2T as DryFriction2T,
-    )
-    from tipdamp.hbm.laws.uncoupled.law import (
         Jenkins1D as Jenkins1D,
-    )
-    from tipdamp.hbm.laws.uncoupled.law import (
         UnilateralSpring as UnilateralSpring,
     )
     from tipdamp.hbm.matrices_out import write_model as write_model
@@ -142,157 +118,63 @@ if TYPE_CHECKING:
     from tipdamp.hbm.modes.backbone import backbone as backbone
     from tipdamp.hbm.modes.derivatives import (
         peak_derivatives as peak_derivatives,
-    )
-    from tipdamp.hbm.modes.derivatives import (
         point_derivatives as point_derivatives,
-    )
-    from tipdamp.hbm.modes.derivatives import (
         stuck_frequency_derivatives as stuck_frequency_derivatives,
     )
     from tipdamp.hbm.modes.result import Backbone as Backbone
-    from tipdamp.hbm.modes.synthesis import Synthesis as Synthesis
-    from tipdamp.hbm.modes.synthesis import synthesis as synthesis
+    from tipdamp.hbm.modes.synthesis import Synthesis as Synthesis, synthesis as synthesis
     from tipdamp.hbm.named_point import NamedPoint as NamedPoint
     from tipdamp.hbm.periodic_solution import PeriodicSolution as PeriodicSolution
     from tipdamp.hbm.problem import Problem as Problem
     from tipdamp.hbm.response import (
         follow_band as follow_band,
-    )
-    from tipdamp.hbm.response import (
         follow_parameter as follow_parameter,
-    )
-    from tipdamp.hbm.response import (
         forced_response as forced_response,
-    )
-    from tipdamp.hbm.response import (
         solve_at as solve_at,
     )
     from tipdamp.hbm.result import ForcedResponse as ForcedResponse
     from tipdamp.hbm.search.beside import Search as Search
     from tipdamp.hbm.search.branches import branch_from as branch_from
-    from tipdamp.hbm.search.curves import CurvesBeside as CurvesBeside
-    from tipdamp.hbm.search.curves import curves_beside as curves_beside
+    from tipdamp.hbm.search.curves import (
+        CurvesBeside as CurvesBeside,
+        curves_beside as curves_beside,
+    )
     from tipdamp.hbm.self_excited import limit_cycle as limit_cycle
-    from tipdamp.hbm.testing import check_force as check_force
-    from tipdamp.hbm.testing import check_law as check_law
+    from tipdamp.hbm.testing import check_force as check_force, check_law as check_law
     from tipdamp.hbm.time.settings import IntegrationSettings as IntegrationSettings
     from tipdamp.measured.damping import half_power as half_power
     from tipdamp.modal.body import Body as Body
-    from tipdamp.modal.craig_bampton import (
-        assemble as assemble,
-    )
-    from tipdamp.modal.craig_bampton import (
-        craig_bampton as craig_bampton,
-    )
-    from tipdamp.modal.elasticity import Material as Material
-    from tipdamp.modal.elasticity import elastic_body as elastic_body
+    from tipdamp.modal.craig_bampton import assemble as assemble, craig_bampton as craig_bampton
+    from tipdamp.modal.elasticity import Material as Material, elastic_body as elastic_body
     from tipdamp.modal.mesh import Mesh as Mesh
     from tipdamp.modal.reduction import Reduction as Reduction
     from tipdamp.static_contact.contact.contact_forces import Preload as Preload
     from tipdamp.static_contact.contact.preload import preload as preload
-    from tipdamp.static_contact.tuning.station_detachment import Detachment as Detachment
-    from tipdamp.static_contact.tuning.station_detachment import detach_until as detach_until
+    from tipdamp.static_contact.tuning.station_detachment import (
+        Detachment as Detachment,
+        detach_until as detach_until,
+    )
     from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly as StuckAssembly
     from tipdamp.study.own_law import code_allowed as code_allowed
     from tipdamp.study.study import load_study as load_study
+    # isort: on
 else:  # a module __getattr__ would let type checkers accept any name
+    import ast
     from importlib import import_module
 
-    _HOME = {
-        **dict.fromkeys(("Doubt", "InputError"), "hbm.errors"),
-        "ReducedModel": "hbm.model",
-        "ContactTable": "hbm.contact",
-        "Body": "modal.body",
-        **dict.fromkeys(("assemble", "craig_bampton"), "modal.craig_bampton"),
-        "preload": "static_contact.contact.preload",
-        "detach_until": "static_contact.tuning.station_detachment",
-        "ContactLaw": "hbm.laws.base",
-        **dict.fromkeys(("Contacts", "ContactState"), "hbm.laws.records"),
-        **dict.fromkeys(("OwnForce", "Polynomial"), "hbm.laws.coordinates"),
-        "CubicSpring": "hbm.laws.force",
-        "PlainForce": "hbm.laws.force",
-        **dict.fromkeys(
-            ("DryFriction1T", "DryFriction2T", "Jenkins1D", "UnilateralSpring"),
-            "hbm.laws.uncoupled.law",
-        ),
-        "IsotropicFriction": "hbm.laws.coupled.law",
-        "MixedLaw": "hbm.laws.mixed",
-        **dict.fromkeys(("check_force", "check_law"), "hbm.testing"),
-        "Problem": "hbm.problem",
-        **dict.fromkeys(("ContactProblem", "contact_problem"), "hbm.balance.problem"),
-        **dict.fromkeys(("HeldMotion", "Hold", "held_motions"), "hbm.hold.spring"),
-        **dict.fromkeys(("linear_response", "natural_frequencies"), "hbm.balance.receptance"),
-        "ContactSetting": "hbm.balance.contact_setting",
-        **dict.fromkeys(
-            (
-                "Damping",
-                "ForceParameter",
-                "Frequency",
-                "Level",
-                "ModelParameter",
-                "Parameter",
-            ),
-            "hbm.balance.parameter",
-        ),
-        **dict.fromkeys(
-            ("follow_band", "follow_parameter", "forced_response", "solve_at"),
-            "hbm.response",
-        ),
-        **dict.fromkeys(("ForceTable", "Unbalance"), "hbm.balance.varying"),
-        **dict.fromkeys(
-            (
-                "peak_derivatives",
-                "point_derivatives",
-                "stuck_frequency_derivatives",
-            ),
-            "hbm.modes.derivatives",
-        ),
-        "Derivatives": "hbm.influence",
-        "limit_cycle": "hbm.self_excited",
-        "CurveOptions": "hbm.curve.options",
-        "Settings": "hbm.continuation.settings",
-        "ForcedResponse": "hbm.result",
-        "PeriodicSolution": "hbm.periodic_solution",
-        "Search": "hbm.search.beside",
-        "branch_from": "hbm.search.branches",
-        **dict.fromkeys(("CurvesBeside", "curves_beside"), "hbm.search.curves"),
-        "named_points": "hbm.curve.folds_and_transitions",
-        "NamedPoint": "hbm.named_point",
-        "find_peaks": "hbm.curve.peaks",
-        **dict.fromkeys(("solutions_at", "time_history"), "hbm.curve.solutions"),
-        **dict.fromkeys(("contact_cycles", "energy_balance", "whole_motion"), "hbm.curve.cycles"),
-        "fit_damping": "hbm.fitting.fit",
-        **dict.fromkeys(("DampingFit", "MeasuredResponse"), "hbm.fitting.result"),
-        **dict.fromkeys(("follow_fold", "follow_peak"), "hbm.following.follow"),
-        "Followed": "hbm.following.result",
-        "backbone": "hbm.modes.backbone",
-        "Backbone": "hbm.modes.result",
-        **dict.fromkeys(("Synthesis", "synthesis"), "hbm.modes.synthesis"),
-        "compare": "hbm.comparison",
-        "IntegrationSettings": "hbm.time.settings",
-        "load_study": "study.study",
-        "Comparison": "hbm.comparison",
-        "ContactCycles": "hbm.curve.cycles",
-        "EnergyBalance": "hbm.curve.energy",
-        "FollowOptions": "hbm.following.options",
-        "Preload": "static_contact.contact.contact_forces",
-        "Detachment": "static_contact.tuning.station_detachment",
-        "StuckAssembly": "static_contact.tuning.stuck_assembly",
-        "Reduction": "modal.reduction",
-        "Mesh": "modal.mesh",
-        **dict.fromkeys(("Material", "elastic_body"), "modal.elasticity"),
-        **dict.fromkeys(("cantilever", "two_blades"), "hbm.example"),
-        "write_model": "hbm.matrices_out",
-        **dict.fromkeys(("from_nlvib", "to_nlvib", "read_nlvib"), "hbm.io.nlvib"),
-        "half_power": "measured.damping",
-        "code_allowed": "study.own_law",
+    _HOME = {  # {name: its module} of the imports above
+        name.asname: node.module
+        for node in ast.walk(ast.parse(__spec__.loader.get_source(__name__)))
+        if isinstance(node, ast.ImportFrom)
+        for name in node.names
+        if name.asname
     }
     __all__ = sorted(_HOME)
 
     def __getattr__(name: str) -> Any:
         if name not in _HOME:
             raise AttributeError(f"module 'tipdamp' has no attribute '{name}'")
-        return getattr(import_module(f"tipdamp.{_HOME[name]}"), name)
+        return getattr(import_module(_HOME[name]), name)
 
     def __dir__() -> list[str]:
         return [*__all__, "__version__"]

@@ -135,20 +135,25 @@ def _main(argv: Sequence[str] | None) -> int:
         for text in receipt.said:
             print(text, flush=True)
         return _complain(receipt.complaint, receipt.code) if receipt.complaint else receipt.code
-    # numpy after the check of the memory and the choice of the cache
-    from numpy.linalg import LinAlgError
-
     logging.basicConfig()  # before the libraries that put their names in front
     for handler in logging.getLogger().handlers:
         handler.setFormatter(_OneLine())
     # compilers of forms and kernels log on the root logger
     logging.getLogger().setLevel(logging.WARNING)
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda message, *_, **__: logging.getLogger("tipdamp").warning(
+            "%s", message.args[0] if isinstance(message, Doubt) else message
+        )
+        return _answered(arguments)
+
+
+def _answered(arguments: argparse.Namespace) -> int:
+    """Run the verb; what ends it is one line and an exit code."""
+    # numpy after the check of the memory and the choice of the cache
+    from numpy.linalg import LinAlgError
+
     try:
-        with warnings.catch_warnings():
-            warnings.showwarning = lambda message, *_, **__: logging.getLogger("tipdamp").warning(
-                "%s", message.args[0] if isinstance(message, Doubt) else message
-            )
-            return _interruptible(arguments)
+        return _interruptible(arguments)
     except MissingLibrary as error:
         return _complain(str(error), 4)
     except InputError as error:

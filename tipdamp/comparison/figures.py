@@ -11,7 +11,7 @@ import numpy as np
 from tipdamp.comparison.events import marks, runs
 from tipdamp.comparison.peaks import ComparedPeak, Phase
 from tipdamp.comparison.record import ComparedStudies
-from tipdamp.hbm.drawing.branches import branch_lines, failures
+from tipdamp.hbm.drawing.branches import failures
 from tipdamp.hbm.drawing.figure import (
     BLUE,
     GREEN,
@@ -24,11 +24,10 @@ from tipdamp.hbm.drawing.figure import (
     Item,
     Marks,
     Panel,
-    level_colors,
 )
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects import preload
-from tipdamp.report.subjects.amplitudes import level_title, orders_of
+from tipdamp.report.subjects.amplitudes import branch, in_colors, orders_of
 from tipdamp.report.text import MICRO, listing
 
 COLORS = (VERMILION, BLUE, GREEN, ORANGE, "#CC79A7", "#56B4E9", INK, GREY)
@@ -108,36 +107,56 @@ def places(comparison: ComparedStudies) -> Iterator[Figure]:
 
 
 def _heights(comparison: ComparedStudies, phase: Phase, blade: int) -> Iterator[Item]:
-    for k, name in enumerate(comparison.names):
-        mine = comparison.of(name, phase, blade)
-        color, symbol = style_of(comparison, name)
-        for run in runs(mine):
-            yield Curve(*_points(run, "m_per_N", MICRO), "", color)
-        solved = [peak for peak in mine if peak.m_per_N is not None]
-        aside = BESIDE ** (k - (len(comparison.names) - 1) / 2)
-        spreads = [(aside * p.ratio, *comparison.spread(p)) for p in solved]
-        yield from _bars(spreads, f"scatter of {listing(comparison.scattered(name))}", color)
-        for doubted, said in ((False, name), (True, DOUBTED)):
-            some = [peak for peak in solved if bool(peak.doubts) == doubted]
-            if some:
-                points = _points(some, "m_per_N", MICRO)
-                yield Marks(*points, said, color, symbol, filled=not doubted)
+    """The curves, what happens along them, then bounds and the least of each."""
+    names = comparison.names
+    mine = {name: comparison.of(name, phase, blade) for name in names}
+    style = {name: style_of(comparison, name) for name in names}
+    for k, name in enumerate(names):
+        aside = BESIDE ** (k - (len(names) - 1) / 2)
+        yield from _levels_of(comparison, name, mine[name], style[name], aside)
+    for name in names:
+        yield from marks(mine[name], style[name][0])
     optima = comparison.optima(phase)
-    for name in comparison.names:
-        yield from marks(comparison.of(name, phase, blade), style_of(comparison, name)[0])
-    for name in comparison.names:
-        mine, (color, _) = comparison.of(name, phase, blade), style_of(comparison, name)
-        for drifts, said in AT_LEAST.items():
-            bounds = [peak for peak in mine if peak.at_least and bool(peak.motion) == drifts]
-            x, y = _points(bounds, "at_least", MICRO)
-            symbol = "triangle-down" if drifts else "triangle-up"
-            if bounds:
-                yield Marks(x, y, said, color, symbol, filled=False, size=10)
+    for name in names:
+        color, _ = style[name]
+        yield from _bounds(mine[name], color)
         if name in optima and not optima[name].idle:
-            best = [peak for peak in mine if peak.ratio == optima[name].ratio]
+            best = [peak for peak in mine[name] if peak.ratio == optima[name].ratio]
             sure = not any(peak.doubts for peak in best)
             points = _points(best, "m_per_N", MICRO)
             yield Marks(*points, BEST, color, "star", filled=sure, size=16)
+
+
+def _levels_of(
+    comparison: ComparedStudies,
+    name: str,
+    peaks: Sequence[ComparedPeak],
+    style: tuple[str, str],
+    aside: float,
+) -> Iterator[Item]:
+    """The curve of a study: lines, the scatter beside them by a factor, and marks, hollow where
+    they are in doubt."""
+    color, symbol = style
+    for run in runs(peaks):
+        yield Curve(*_points(run, "m_per_N", MICRO), "", color)
+    solved = [peak for peak in peaks if peak.m_per_N is not None]
+    spreads = [(aside * p.ratio, *comparison.spread(p)) for p in solved]
+    yield from _bars(spreads, f"scatter of {listing(comparison.scattered(name))}", color)
+    for doubted, said in ((False, name), (True, DOUBTED)):
+        some = [peak for peak in solved if bool(peak.doubts) == doubted]
+        if some:
+            points = _points(some, "m_per_N", MICRO)
+            yield Marks(*points, said, color, symbol, filled=not doubted)
+
+
+def _bounds(peaks: Sequence[ComparedPeak], color: str) -> Iterator[Marks]:
+    """What peaks are at least."""
+    for drifts, said in AT_LEAST.items():
+        bounds = [peak for peak in peaks if peak.at_least and bool(peak.motion) == drifts]
+        symbol = "triangle-down" if drifts else "triangle-up"
+        if bounds:
+            points = _points(bounds, "at_least", MICRO)
+            yield Marks(*points, said, color, symbol, filled=False, size=10)
 
 
 def _bars(spreads: Sequence[tuple[float, float, float]], name: str, color: str) -> Iterator[Curve]:
@@ -255,10 +274,10 @@ def _band(results: Results) -> str:
 
 def _response(results: Results, cases: Sequence[ReportedCurve], patch: str, blade: int) -> Panel:
     items: list[Item] = []
-    for case, color in zip(cases, level_colors(len(cases)), strict=True):
-        top = MICRO / case.Fe * case.patch(patch).max(axis=1)
-        named = MICRO / case.Fe * case.named(patch).max(axis=1)
-        items += branch_lines(case.curve, top, named, level_title(case), color)
+    for case, color in in_colors(cases):
+        factor = MICRO / case.Fe
+        items += branch(case, patch, factor, color)
+        top = factor * case.patch(patch).max(axis=1)
         items += failures(case.curve, top, case.facts.complete)
     return Panel(
         f"blade {blade}",

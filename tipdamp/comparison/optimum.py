@@ -68,12 +68,7 @@ def optimum(peaks: Sequence[ComparedPeak]) -> Optimum | None:
     ratio, height = envelope(peaks)
     x, y = np.log(ratio), np.log(height)
     i = first_largest(-height)
-    fine = np.linspace(x[0], x[-1], FINE)
-    good = PchipInterpolator(x, y)(fine) <= y[i] + np.log1p(FLAT)
-    at = int(np.abs(fine - x[i]).argmin())
-    bad_before, bad_after = np.flatnonzero(~good[:at]), np.flatnonzero(~good[at:])
-    first = bad_before[-1] + 1 if len(bad_before) else 0
-    last = at + bad_after[0] - 1 if len(bad_after) else FINE - 1
+    first, last, fine = _flat_range(x, y, i)
     ends = (first == 0, last == FINE - 1)
     said = {(True, True): "both", (True, False): "low", (False, True): "high"}.get(ends, "")
     return Optimum(
@@ -84,6 +79,16 @@ def optimum(peaks: Sequence[ComparedPeak]) -> Optimum | None:
         high=float(max(np.exp(fine[last]), ratio[i])),
         at_end=said,
     )
+
+
+def _flat_range(x: np.ndarray, y: np.ndarray, i: int) -> tuple[int, int, np.ndarray]:
+    """(first, last, of which places (FINE,)) around level i between which a curve of logarithms
+    (n,) stays close to that level."""
+    fine = np.linspace(x[0], x[-1], FINE)
+    bad = np.flatnonzero(~(PchipInterpolator(x, y)(fine) <= y[i] + np.log1p(FLAT)))
+    at = int(np.abs(fine - x[i]).argmin())
+    first = bad[bad < at].max(initial=-1) + 1
+    return first, bad[bad >= at].min(initial=FINE) - 1, fine
 
 
 def is_idle(least: ComparedPeak, every: Sequence[ComparedPeak]) -> bool:

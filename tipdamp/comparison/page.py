@@ -14,12 +14,13 @@ from tipdamp.comparison.peaks import ComparedPeak, Phase, motion_beyond
 from tipdamp.comparison.record import ComparedStudies
 from tipdamp.engine.store import Store
 from tipdamp.hbm.drawing.figure import Figure
-from tipdamp.report.drawing import matplotlib, table
-from tipdamp.report.page import Block, Section, page
+from tipdamp.report.drawing import table
+from tipdamp.report.page import Parts, filled, page
 from tipdamp.report.text import MICRO, listing, number
+from tipdamp.report.write import draw
 from tipdamp.study.view import Study
 
-SECTIONS = (
+SECTIONS: Parts[ComparedStudies] = (
     (
         "optimisation",
         "Optimisation curves",
@@ -58,16 +59,13 @@ def is_drawn(folder: Path, mark: str) -> bool:
 
 def _write(comparison: ComparedStudies, store: Store) -> list[str]:
     """The files."""
-    sections: list[Section[Block]] = [
-        Section(name, title, [block for part in parts for block in part(comparison)])
-        for name, title, parts in SECTIONS
-    ]
+    sections = filled(SECTIONS, comparison)
     studies = dict.fromkeys(one.results.study.name for one in comparison.computed)
     text = page(
         "comparison.html",
         f"Compared: {listing(studies)}",
         ", ".join(dict.fromkeys(_file(one.results.study) for one in comparison.computed)),
-        [section for section in sections if section.blocks],
+        sections,
         introduction=list(introduction(comparison)),
         warnings=doubts.warnings(comparison),
     )
@@ -77,12 +75,7 @@ def _write(comparison: ComparedStudies, store: Store) -> list[str]:
         write_csv(comparison, path)
     files = list(FILES)
     for figure in (b for s in sections for b in s.blocks if isinstance(b, Figure)):
-        drawn, plain = (pattern.replace("*", figure.name) for pattern in FIGURES)
-        with store.writing(drawn) as path:
-            matplotlib.draw(figure, path)
-        with store.writing(plain) as path:
-            table.write(figure, path)
-        files += [drawn, plain]
+        files += draw(figure, store)
     return files
 
 

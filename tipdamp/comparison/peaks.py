@@ -24,7 +24,7 @@ UNSTABLE, UNKNOWN, ABOVE = "unstable", "error not known", "error above the toler
 MARGIN = 0.15  # of free and stuck frequency of a phase, between which its peaks are looked for
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ComparedPeak:
     """Largest peak of one phase on one blade in one case, half of peak-to-peak per newton.
 
@@ -43,21 +43,21 @@ class ComparedPeak:
     """
 
     study: str
-    scatter: str
+    scatter: str = ""
     phase: Phase
     blade: int
     pull: float
     Fe: float
     H: int
-    hz: float | None
-    m_per_N: float | None
-    error: float | None
+    hz: float | None = None
+    m_per_N: float | None = None
+    error: float | None = None
     tolerance: float
-    stable: bool | None
-    at_least: float | None
-    slipping: float | None
-    friction_W: tuple[float, ...]
-    mac: float | None
+    stable: bool | None = None
+    at_least: float | None = None
+    slipping: float | None = None
+    friction_W: tuple[float, ...] = ()
+    mac: float | None = None
     complete: bool
     ended: str
 
@@ -209,21 +209,12 @@ def _peak(
     whole = [curve for curve, band in ways if not has_gap(curve, window, band)]
     peak = ComparedPeak(
         study=results.study.name,
-        scatter="",
         phase=phase,
         blade=blade,
         pull=results.study.driver.pull,
         Fe=case.Fe,
         H=case.H,
-        hz=None,
-        m_per_N=None,
-        error=None,
         tolerance=respond.tolerance,
-        stable=None,
-        at_least=None,
-        slipping=None,
-        friction_W=(),
-        mac=None,
         complete=bool(whole),
         ended=(whole[0] if whole else case.curve).ended,
     )
@@ -231,13 +222,7 @@ def _peak(
         least = (_largest(curve, _inside(curve, respond, phase, window), mine) for curve, _ in ways)
         return replace(peak, at_least=max(least) / case.Fe), None
     curve = whole[0]
-    amplitude, inside = curve.amplitude(), _inside(curve, respond, phase, window)
-    tops = [
-        (*_top(curve, amplitude[:, j], i), i, j)
-        for j in mine
-        for i in local_maxima(amplitude[:, j], curve.jumps)
-        if inside[i]
-    ]
+    tops = list(_tops(curve, mine, _inside(curve, respond, phase, window)))
     if not tops:
         return peak, None
     place, height, at, output = max(tops, key=lambda top: top[1])
@@ -253,6 +238,17 @@ def _peak(
         mac=None if before is None else _mac(before, outputs),
     )
     return found, outputs
+
+
+def _tops(
+    curve: ForcedResponse, mine: np.ndarray, inside: np.ndarray
+) -> Iterator[tuple[float, float, int, int]]:
+    """(Hz, m, point, output) of the maxima of some outputs at the points (n,) inside."""
+    amplitude = curve.amplitude()
+    for j in mine:
+        for i in local_maxima(amplitude[:, j], curve.jumps):
+            if inside[i]:
+                yield *_top(curve, amplitude[:, j], i), i, j
 
 
 def _inside(

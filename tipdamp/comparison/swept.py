@@ -68,21 +68,20 @@ def swept_cases(study: Study, store: Store) -> SweptCases:
     Raises InputError where the sweep has not finished, or none of its cases has the values of the
     study itself."""
     folder, content, cases = folder_of(store), read_toml(study.path), cases_of(study)
-    chains = [
-        chain(study_of_case(study.path, content, number, case))
+    every = [
+        (case, chain(study_of_case(study.path, content, number, case)))
         for number, case in enumerate(cases, 1)
     ]
     there = products(folder)
     how = command("sweep", study, store)
     with Index(folder, how=how) as index:
         reasons = {one.key: one.reason for one in index.cases() if one.state == "failed"}
-    missing = [steps for steps in chains if steps[-1].key not in there | reasons.keys()]
+    missing = [steps for _, steps in every if steps[-1].key not in there | reasons.keys()]
     if missing:
         raise InputError(
             f"{study.path}: {len(missing)} of the {len(cases)} cases of its sweep are not there "
             f"yet; run: {how}"
         )
-    every = list(zip(cases, chains, strict=True))
     done = [(case, steps) for case, steps in every if steps[-1].key in there]
     failed = [
         (f"{study.name}: {in_words(case)}", reasons[steps[-1].key])

@@ -227,21 +227,21 @@ def stuck_hz(one: Results, phase: Phase) -> float | None:
 
 def events(comparison: ComparedStudies) -> Iterator[Table]:
     """What happens to the peaks along each curve; nothing where nothing does."""
-    rows = [
-        {"study": f"{name}, {in_words(phase)}", "along its curve": text}
+    found = [
+        (f"{name}, {in_words(phase)}", text)
         for phase in comparison.phases
         for name in comparison.names
         for text in told(comparison.of(name, phase, 1))
     ]
-    rows += [
-        {"study": f"{name}, {in_words(phase)}", "along its curve": f"no peaks: {why}"}
+    found += [
+        (f"{name}, {in_words(phase)}", f"no peaks: {why}")
         for name, phase, why in comparison.missing()
     ]
-    rows += [{"study": name, "along its curve": reason} for name, reason in comparison.failed]
-    if rows:
+    found += comparison.failed
+    if found:
         yield Table(
             "What happens to the peaks of blade 1 as Fc/Fe falls, and why a study has none.",
-            rows,
+            [{"study": whose, "along its curve": text} for whose, text in found],
             left=(0, 1),
         )
 

@@ -39,15 +39,16 @@ class Job:
     def state(self) -> str:
         """Share, figures and elapsed time."""
         share = "" if self.share is None else f"{100 * self.share:3.0f} %"
-        return "  ".join(part for part in (share, self.figures, duration(self.elapsed)) if part)
+        return self._line(share)
 
     def last_line(self, how: str) -> str:
         """What remains of it: done, stopped or interrupted."""
         if how != "done" and self.share is not None:
             how += f" at {100 * self.share:.0f} %"
-        return "  ".join(
-            part for part in (self.title, how, self.figures, duration(self.elapsed)) if part
-        )
+        return self._line(self.title, how)
+
+    def _line(self, *parts: str) -> str:
+        return "  ".join(filter(None, (*parts, self.figures, duration(self.elapsed))))
 
 
 class Lines:
@@ -120,16 +121,14 @@ class Display:
         self.sink, self.clock = sink, clock
 
     @contextmanager
-    def job(
-        self, title: str, total: float = 1.0, *, patience: float = PATIENCE
-    ) -> Iterator["Ticker"]:
-        """Yield `tick(done, figures)`: how far the work is, of `total` (None: unknown), and what to
+    def job(self, title: str, *, patience: float = PATIENCE) -> Iterator["Ticker"]:
+        """Yield `tick(done, figures)`: which share of the work is done (None: unknown), and what to
         show beside it.
 
         patience - s before the job is shown; 0 announces work that cannot tick, a factorisation
         say, at once"""
         job = Job(title, self.clock)
-        tick = Ticker(self, job, total, patience)
+        tick = Ticker(self, job, patience)
         tick.show()
         try:
             yield tick
@@ -147,11 +146,11 @@ class Display:
 class Ticker:
     """`tick(done, figures)` of a job on a display."""
 
-    def __init__(self, display: Display, job: Job, total: float, patience: float) -> None:
-        self.display, self.job, self.total, self.patience = display, job, total, patience
+    def __init__(self, display: Display, job: Job, patience: float) -> None:
+        self.display, self.job, self.patience = display, job, patience
 
     def __call__(self, done: float | None, figures: str = "") -> None:
-        self.job.share = None if done is None else min(max(done / self.total, 0.0), 1.0)
+        self.job.share = None if done is None else min(max(done, 0.0), 1.0)
         self.job.figures = figures
         self.show()
 

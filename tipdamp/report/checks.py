@@ -38,10 +38,11 @@ LIMITS = Limits()
 def warnings_of(results: Results) -> list[str]:
     """Sentences in the order of the stages, those of a stage itself among them; empty when there is
     nothing to say."""
-    found = []
+    found: list[str] = []
     for stage, said in results.said.items():
-        before, after = _CHECKS.get(stage, (_nothing, _nothing))
-        found += [*before(results), *map(sentence, said), *after(results)]
+        found += _BEFORE.get(stage, _nothing)(results)
+        found += map(sentence, said)
+        found += _AFTER.get(stage, _nothing)(results)
     return found
 
 
@@ -101,10 +102,11 @@ def _tune(results: Results) -> Iterator[str]:
             f"The study keeps {kept.front} + {kept.back} stations, the reference is "
             f"{reference['front']:g} + {reference['back']:g}."
         )
-    if tune.target_hz and abs(tune.stuck_hz.tuned / tune.target_hz - 1) > LIMITS.target:
+    missed = tune.stuck_hz.tuned / tune.target_hz - 1 if tune.target_hz else 0.0
+    if abs(missed) > LIMITS.target:
         yield (
             f"The stuck frequency on the {tune.kept_name} misses the target of {tune.target_hz:g} "
-            f"Hz by {100 * (tune.stuck_hz.tuned / tune.target_hz - 1):+.1f} %."
+            f"Hz by {100 * missed:+.1f} %."
         )
     yield from _monotone(tune.history)
     more = "raise [contact] tractions" if results.reduce.reduction.tractions else "keep more modes"
@@ -259,10 +261,5 @@ def _off_reference(what: str, hz: float, reference: float | None) -> Iterator[st
 
 
 # checks of the report that stand before and after the warnings of a stage, which need none
-_CHECKS = {
-    "inspect": (_not_read, _nothing),
-    "reduce": (_free, _nothing),
-    "preload": (_nothing, _preload),
-    "tune": (_stuck, _tune),
-    "respond": (_nothing, _respond),
-}
+_BEFORE = {"inspect": _not_read, "reduce": _free, "tune": _stuck}
+_AFTER = {"preload": _preload, "tune": _tune, "respond": _respond}

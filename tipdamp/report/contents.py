@@ -1,9 +1,7 @@
 """What the report shows, in its order: a new figure or table is a function of its subject and a
 name in this list."""
 
-from collections.abc import Callable, Iterator
-
-from tipdamp.report.page import Block, Section
+from tipdamp.report.page import Block, Parts, Section, filled
 from tipdamp.report.results import Results
 from tipdamp.report.subjects import (
     assumptions,
@@ -29,7 +27,7 @@ from tipdamp.report.subjects import (
 
 # (anchor, title, what stands there): each of them yields its blocks, or nothing where the study has
 # no data for it
-SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]], ...] = (
+SECTIONS: Parts[Results] = (
     ("figures", "Key figures", (key_figures.key_figures,)),
     ("linear", "Without damper", (modes.free_response,)),
     (
@@ -94,8 +92,4 @@ SECTIONS: tuple[tuple[str, str, tuple[Callable[[Results], Iterator[Block]], ...]
 
 def contents(results: Results) -> list[Section[Block]]:
     """The sections that have something to show."""
-    found = [
-        Section(name, title, [block for part in parts for block in part(results)])
-        for name, title, parts in SECTIONS
-    ]
-    return [section for section in found if section.blocks]
+    return filled(SECTIONS, results)

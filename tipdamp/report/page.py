@@ -37,6 +37,20 @@ class Section(Generic[B]):
     blocks: Sequence[B]
 
 
+T = TypeVar("T")
+Parts = Sequence[tuple[str, str, Sequence[Callable[[T], Iterable[Block]]]]]
+
+
+def filled(parts: Parts[T], subject: T) -> list[Section[Block]]:
+    """The sections that have something to show; parts - (anchor, title, functions of the subject
+    that yield blocks) of each."""
+    found = [
+        Section(name, title, [block for part in each for block in part(subject)])
+        for name, title, each in parts
+    ]
+    return [section for section in found if section.blocks]
+
+
 @dataclass(frozen=True)
 class Shown:
     """A figure or table with its number on the page; drawn - HTML of a figure."""

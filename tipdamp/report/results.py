@@ -1,8 +1,10 @@
 """The results folder read back for the report: records of the stages, contact tables, curves and
 shapes."""
 
-from dataclasses import dataclass, field
-from typing import TypeVar
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -43,7 +45,21 @@ from tipdamp.results.static_results import (
 from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.view import Study
 
-R = TypeVar("R", bound=Result)
+T = TypeVar("T")
+# of the stages whose results are fields of Results
+RECORDS: tuple[type[Result], ...] = (
+    InspectResult,
+    ReduceResult,
+    PreloadResult,
+    TuneResult,
+    RespondResult,
+    MeasuredResult,
+    AgreementResult,
+    CyclesResult,
+    StressResult,
+    FitResult,
+    BackboneResult,
+)
 
 
 @dataclass(frozen=True)
@@ -235,44 +251,20 @@ class Results:
 def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Results:
     """Read what is there of the stages that `said` {stage: warnings} names; InputError where a file
     is damaged."""
-
-    def read(stage: str, kind: type[R]) -> R | None:
-        return kind.load(store) if stage in said and store.path(kind.file).is_file() else None
-
-    inspect = read("inspect", InspectResult)
-    reduce = read("reduce", ReduceResult)
-    preload = read("preload", PreloadResult)
-    tune, respond = read("tune", TuneResult), read("respond", RespondResult)
-    measured = read("measured", MeasuredResult)
-    agreement = read("agreement", AgreementResult)
-    cycles = read("cycles", CyclesResult)
-    cases = [
-        ReportedCurve(
-            c,
-            ForcedResponse.load(store.path(c.file)),
-            tuple(ForcedResponse.load(store.path(one.file)) for one in c.beside),
-            _back(store, c),
-        )
-        for family in (families(respond.responses) if respond else ())
-        for c in family
-    ]
     records = {stage: store.record(stage) for stage in said}
-    model, skins = store.path("model.npz"), store.path("surface.npz")
-    return Results(
+    found = Results(
         study,
-        inspect,
-        reduce,
-        preload,
-        tune,
-        respond,
-        measured,
-        agreement,
-        cycles,
-        stress=read("stress", StressResult),
-        fit=read("fit", FitResult),
-        backbone=read("backbone", BackboneResult),
-        mode=_mode(store) if "backbone" in said else None,
+        **_records(store, said),
+        said=said,
+        seconds={stage: record.seconds for stage, record in records.items() if record},
         full=_full(store),
+        mode=_there(store, "backbone.npz", Backbone.load) if "backbone" in said else None,
+        model=_there(store, "model.npz", ReducedModel.load),
+        surfaces=_there(store, "surface.npz", surface.load) or {},
+    )
+    cycles, measured, preload = found.cycles, found.measured, found.preload
+    return replace(
+        found,
         loops={
             one.file: load_loops(store.path(one.file)) for one in (cycles.curves if cycles else ())
         },
@@ -281,33 +273,44 @@ def load_results(study: Study, store: Store, said: dict[str, list[str]]) -> Resu
             for name, one in (measured.curves if measured else {}).items()
         },
         whole=ContactTable.load(store.path("preload.csv")) if preload else None,
-        kept=ContactTable.load(store.path("kept.csv")) if tune else None,
+        kept=ContactTable.load(store.path("kept.csv")) if found.tune else None,
         loads={
             case: ContactTable.load(store.path(c.file))
             for case, c in (preload.cases if preload else {}).items()
         },
-        cases=tuple(cases),
-        stuck=_stuck(study, store) if respond else None,
-        said=said,
-        seconds={stage: record.seconds for stage, record in records.items() if record},
-        model=ReducedModel.load(model) if model.is_file() else None,
-        surfaces=surface.load(skins) if skins.is_file() else {},
+        cases=tuple(_curves(store, found.respond)) if found.respond else (),
+        stuck=_stuck(study, store) if found.respond else None,
         shapes=tuple(
             Shapes.load(store.path(name))
-            for result, name in ((tune, "stuck_modes.npz"), (reduce, "free_modes.npz"))
+            for result, name in ((found.tune, "stuck_modes.npz"), (found.reduce, "free_modes.npz"))
             if result and store.path(name).is_file()
         ),
     )
 
 
-def _back(store: Store, facts: CurveResult) -> ForcedResponse | None:
-    file = store.path(CurveCase(facts.Fe_N, facts.H, (1.0, 0.0)).file)  # downwards
-    return ForcedResponse.load(file) if facts.back is not None and file.is_file() else None
+def _records(store: Store, stages: Collection[str]) -> dict[str, Any]:
+    """{stage: its result} of those that have left one."""
+    kinds = {kind.file.removesuffix(".json"): kind for kind in RECORDS}
+    return {
+        stage: kind.load(store)
+        for stage, kind in kinds.items()
+        if stage in stages and store.path(kind.file).is_file()
+    }
 
 
-def _mode(store: Store) -> Backbone | None:
-    file = store.path("backbone.npz")
-    return Backbone.load(file) if file.is_file() else None
+def _curves(store: Store, respond: RespondResult) -> Iterator[ReportedCurve]:
+    """Family by family."""
+    for one in (one for family in families(respond.responses) for one in family):
+        beside = (ForcedResponse.load(store.path(other.file)) for other in one.beside)
+        downwards = CurveCase(one.Fe_N, one.H, (1.0, 0.0)).file
+        back = None if one.back is None else _there(store, downwards, ForcedResponse.load)
+        yield ReportedCurve(one, ForcedResponse.load(store.path(one.file)), tuple(beside), back)
+
+
+def _there(store: Store, name: str, load: Callable[[Path], T]) -> T | None:
+    """A file that may be there."""
+    path = store.path(name)
+    return load(path) if path.is_file() else None
 
 
 def _full(store: Store) -> FullResult | None:

@@ -5,6 +5,7 @@ from tipdamp.report.checks import warnings_of
 from tipdamp.report.libraries import versions
 from tipdamp.report.results import Results
 from tipdamp.results.response_results import CurveResult
+from tipdamp.results.static_results import PreloadResult, TuneResult
 
 COPIED = {
     "Fe_N",
@@ -75,24 +76,14 @@ def summarise(results: Results) -> dict:
         "pull_N": results.study.driver.pull,
     }
     if results.reduce is not None:
-        summary.update(
-            results.reduce.model_dump(
-                include={"free_hz", "reduction"} if results.reduce.free_hz else {"reduction"}
-            )
-        )
+        free = {"free_hz"} if results.reduce.free_hz else set()
+        summary |= results.reduce.model_dump(include={"reduction", *free})
     if results.preload is not None:
-        summary["preload"] = results.preload.model_dump(include={"sides"})["sides"]
-        summary["stiffness"] = {
-            side: [way.model_dump() for way in made.ways]
-            for side, made in results.preload.stiffness.items()
-        }
+        summary |= _preload(results.preload)
     if results.full is not None:
         summary["full_preload"] = results.full.model_dump(exclude={"of", "warnings"})
     if results.tune is not None:
-        area = results.tune.area  # which leaves no stations at the ends to count
-        summary |= results.tune.model_dump(include=OF_TUNE - {"tuned_pairs"} if area else OF_TUNE)
-        if area:
-            summary["area"] = area.model_dump(exclude={"history"})
+        summary |= _tune(results.tune)
         errors = [check.largest_error for check in results.tune.full_model_check.values()]
         if errors:
             summary["reduction"] = {**summary["reduction"], "largest_error": max(errors)}
@@ -114,13 +105,30 @@ def summarise(results: Results) -> dict:
     }
 
 
+def _preload(found: PreloadResult) -> dict:
+    return {
+        "preload": found.model_dump(include={"sides"})["sides"],
+        "stiffness": {
+            side: [way.model_dump() for way in made.ways] for side, made in found.stiffness.items()
+        },
+    }
+
+
+def _tune(found: TuneResult) -> dict:
+    """Area that is detached leaves no stations at the ends to count."""
+    if not found.area:
+        return found.model_dump(include=OF_TUNE)
+    area = found.area.model_dump(exclude={"history"})
+    return {**found.model_dump(include=OF_TUNE - {"tuned_pairs"}), "area": area}
+
+
 def _response(facts: CurveResult) -> dict:
-    back = {} if facts.back is None else facts.model_dump(include={"back"})
+    back = set() if facts.back is None else {"back"}
     return {
         **facts.model_dump(include=COPIED),
         "slipping_pairs": len(facts.slipping_pairs),
         "slipping": list(facts.slipping_pairs),
         "lift_off_pairs": len(facts.lift_off_pairs),
         "lift_off": list(facts.lift_off_pairs),
-        **back,
+        **facts.model_dump(include=back),
     }

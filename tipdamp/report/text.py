@@ -28,10 +28,13 @@ def number(value: float | None, digits: int = 4, scale: float = 1.0) -> str:
     size = math.floor(math.log10(abs(value)))
     if size < -4 or size > 6:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        return f"{mantissa}\N{MULTIPLICATION SIGN}10{_superscript(int(exponent))}".replace(
-            "-", "\N{MINUS SIGN}"
-        )
-    return f"{value:.{max(digits - 1 - size, 0)}f}".replace("-", "\N{MINUS SIGN}")
+        return true_minus(f"{mantissa}\N{MULTIPLICATION SIGN}10{_superscript(int(exponent))}")
+    return true_minus(f"{value:.{max(digits - 1 - size, 0)}f}")
+
+
+def true_minus(text: str) -> str:
+    """A number with a minus sign in place of the hyphen."""
+    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def hertz(value: float | None) -> str:
@@ -74,11 +77,7 @@ def percent(share: float | None, digits: int = 2) -> str:
     if share is None or not math.isfinite(share):
         return NOTHING
     rounded = round(100 * share, digits)
-    return (
-        f"{rounded:+.{digits}f} %".replace("-", "\N{MINUS SIGN}")
-        if rounded
-        else f"{0:.{digits}f} %"
-    )
+    return true_minus(f"{rounded:+.{digits}f} %") if rounded else f"{0:.{digits}f} %"
 
 
 def deviation(value: float | None, reference: float | None) -> str:

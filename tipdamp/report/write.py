@@ -51,7 +51,7 @@ def write_report(
         warnings=summary["warnings"],
     )
     # the page takes longest
-    tasks = [partial(_page, text), *(partial(_draw, figure) for figure in figures)]
+    tasks = [partial(_page, text), *(partial(draw, figure) for figure in figures)]
     files = ["report.html", *(f"figures/{figure.name}.png" for figure in figures)]
     for count, i in enumerate(workers.spread(_write, store, tasks, lambda *_: None), 1):
         tick(count / len(tasks), files[i])
@@ -60,7 +60,7 @@ def write_report(
     return [f"figures/{figure.name}.{kind}" for figure in figures for kind in ("png", "csv")]
 
 
-def _write(store: Store, task: Callable[[Store], None], _: Report) -> None:
+def _write(store: Store, task: Callable[[Store], object], _: Report) -> None:
     task(store)
 
 
@@ -69,9 +69,11 @@ def _page(text: Callable[[], str], store: Store) -> None:
         path.write_text(text(), encoding="utf-8")
 
 
-def _draw(figure: Figure, store: Store) -> None:
-    """One figure, and what it shows."""
-    with store.writing(f"figures/{figure.name}.png") as path:
+def draw(figure: Figure, store: Store) -> list[str]:
+    """One figure as PNG, and what it shows as CSV; returns their names."""
+    drawn, shown = files = [f"figures/{figure.name}.{kind}" for kind in ("png", "csv")]
+    with store.writing(drawn) as path:
         matplotlib.draw(figure, path)
-    with store.writing(f"figures/{figure.name}.csv") as path:
+    with store.writing(shown) as path:
         table.write(figure, path)
+    return files

@@ -51,7 +51,7 @@ class Cluster:
         _: Callable[[int, float, str], None],
         failed: Failed,
     ) -> Iterator[int]:
-        """As `Workers.spread`; what runs does not report."""
+        """As `Workers.spread`; what runs does not report, see `work.at_work`."""
         from distributed import as_completed
 
         running, index, mine = as_completed(loop=self.client.loop), dict[Any, int](), versions()

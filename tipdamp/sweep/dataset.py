@@ -2,10 +2,10 @@
 
 import csv
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,32 +20,68 @@ if TYPE_CHECKING:
     import xarray
 
 TABLE, NETCDF = "sweep.csv", "sweep.nc"
-OF_CASE = ("kept_pairs", "stuck_hz")
-OF_CURVE = ("Fe_N", "H", "complete", "unstable", "slipping_pairs", "ended")
-OF_STRESS = ("alternating_Pa", "mean_Pa", "alternating_body", "safety", "safety_body")
-OF_PATCH = ("peak_m", "peak_hz", "at_least_m", "at_least_hz", "truncation")
-WORDS = ("ended", "alternating_body", "safety_body")
-SUFFIXES = {"_m": "m", "_hz": "Hz", "_N": "N", "_Pa": "Pa"}
-TEXTS = {
+# {name: what it is} of the numbers of each case, curve, patch of a curve, and peak of a curve
+OF_CASE = {
     "kept_pairs": "contact pairs that carry after tuning",
     "stuck_hz": "frequency of the tracked mode, stuck on the kept pairs",
+}
+OF_CURVE = {
     "Fe_N": "amplitude of the excitation",
     "H": "harmonics",
     "complete": "whether the curve reaches the end of the band",
     "unstable": "whether the largest amplitude is that of an unstable motion",
     "slipping_pairs": "contact pairs that slip or open somewhere on the curve",
     "ended": "why the curve ended",
-    "alternating_Pa": "largest alternating stress at the peak of blade 1, of the largest H",
-    "mean_Pa": "mean stress at its node",
-    "alternating_body": "body of the largest alternating stress",
-    "safety": "least safety by Goodman at the peak of blade 1",
-    "safety_body": "body of the least safety",
+}
+OF_PATCH = {
     "peak_m": "largest peak over the nodes of the patch, half of peak-to-peak along the force",
     "peak_hz": "frequency of the peak",
     "at_least_m": "largest amplitude that was solved, where there is no peak",
     "at_least_hz": "its frequency",
     "truncation": "estimated error of the peak by the harmonics left out, relative to it",
 }
+OF_STRESS = {
+    "alternating_Pa": "largest alternating stress at the peak of blade 1, of the largest H",
+    "mean_Pa": "mean stress at its node",
+    "alternating_body": "body of the largest alternating stress",
+    "safety": "least safety by Goodman at the peak of blade 1",
+    "safety_body": "body of the least safety",
+}
+TEXTS = OF_CASE | OF_CURVE | OF_PATCH | OF_STRESS
+WORDS = ("ended", "alternating_body", "safety_body")
+SUFFIXES = {"_m": "m", "_hz": "Hz", "_N": "N", "_Pa": "Pa"}
+DIMENSIONS = ("case", "curve", "patch")
+
+
+class _Content(NamedTuple):
+    """Of the index of a sweep: what its cases are, and what they have left, by their numbers."""
+
+    states: list[CaseState]
+    curves: list[tuple[int, CurveRow]]
+    stresses: list[tuple[int, StressRow]]
+    warnings: dict[int, list[str]]
+    units: dict[str, str]
+
+    @property
+    def keys(self) -> list[str]:
+        """Those that vary."""
+        return list(dict.fromkeys(key for one in self.states for key in one.case))
+
+    def told(self, one: CaseState) -> dict[str, str]:
+        """How a case went, and what its stages warned of, a line each."""
+        said = "\n".join(self.warnings.get(one.number, ()))
+        return {"state": one.state, "reason": one.reason, "warnings": said}
+
+
+def _content(folder: Path) -> _Content:
+    with Index(folder) as index:
+        return _Content(
+            index.cases(),
+            index.curves(),
+            index.stresses(),
+            index.warnings(),
+            index.facts().get("units", {}),
+        )
 
 
 def dataset(folder: Path) -> "xarray.Dataset":
@@ -56,77 +92,59 @@ def dataset(folder: Path) -> "xarray.Dataset":
     that it does not ask for."""
     import xarray
 
-    with Index(folder) as index:
-        states, curves, units = index.cases(), index.curves(), index.facts().get("units", {})
-        stresses, said = index.stresses(), index.warnings()
-    patches = list(dict.fromkeys(row.patch for _, row in curves))
-    dims = ("case", "curve", "patch")
+    found = _content(folder)
+    patches = list(dict.fromkeys(row.patch for _, row in found.curves))
     data = {
         name: (
-            dims[: values.ndim],
+            DIMENSIONS[: values.ndim],
             _plain(values),
             {"units": unit_of(name), "long_name": TEXTS[name]},
         )
-        for name, values in _values(states, patches, curves, stresses).items()
+        for name, values in _values(found, patches).items()
     }
-    data["state"] = (dims[:1], np.array([one.state for one in states], str), {})
-    data["reason"] = (dims[:1], np.array([one.reason for one in states], str), {})
-    data["warnings"] = (dims[:1], np.array([_warned(said, one) for one in states], str), {})
+    told = [found.told(one) for one in found.states]
+    for name in ("state", "reason", "warnings"):
+        data[name] = ("case",), np.array([one[name] for one in told], str), {}
+    cases = [one.case for one in found.states]
     coords = {
-        "case": [one.number for one in states],
+        "case": [one.number for one in found.states],
         "patch": np.array(patches, str),
         **{
-            key: ("case", _column([one.case for one in states], key), {"units": units.get(key, "")})
-            for key in _keys(states)
+            key: ("case", _column(cases, key), {"units": found.units.get(key, "")})
+            for key in found.keys
         },
     }
     return xarray.Dataset(data, coords)
 
 
-def _values(
-    states: Sequence[CaseState],
-    patches: Sequence[str],
-    curves: Sequence[tuple[int, CurveRow]],
-    stresses: Sequence[tuple[int, StressRow]],
-) -> dict[str, np.ndarray]:
+def _values(found: _Content, patches: Sequence[str]) -> dict[str, np.ndarray]:
     """{name: values over cases, their curves and patches}"""
+    place = {state.number: i for i, state in enumerate(found.states)}
     at: dict[int, dict[tuple[float, int], int]] = {}
-    for number, row in curves:
+    for number, row in found.curves:
         at.setdefault(number, {}).setdefault((row.Fe_N, row.H), len(at[number]))
-    shape = len(states), max(map(len, at.values()), default=0), len(patches)
-    found = {
-        **{name: _empty(name, shape[:1]) for name in OF_CASE},
-        **{name: _empty(name, shape[:2]) for name in (*OF_CURVE, *OF_STRESS)},
-        **{name: _empty(name, shape) for name in OF_PATCH},
+    shape = len(place), max(map(len, at.values()), default=0), len(patches)
+    values = {
+        name: _empty(name, shape[:dimensions])
+        for names, dimensions in ((OF_CASE, 1), (OF_CURVE | OF_STRESS, 2), (OF_PATCH, 3))
+        for name in names
     }
-    place = {state.number: i for i, state in enumerate(states)}
-    for number, row in curves:
-        i, k, p = place[number], at[number][row.Fe_N, row.H], patches.index(row.patch)
-        _fill(found, row, OF_CASE, (i,))
-        _fill(found, row, OF_CURVE, (i, k))
-        _fill(found, row, OF_PATCH, (i, k, p))
-    for number, stress in stresses:
-        k = at[number][stress.Fe_N, stress.H]
-        _fill(found, stress, OF_STRESS, (place[number], k))
-    return found
+    for number, row in found.curves:
+        where = place[number], at[number][row.Fe_N, row.H], patches.index(row.patch)
+        _fill(values, row, OF_CASE | OF_CURVE | OF_PATCH, where)
+    for number, stress in found.stresses:
+        where = place[number], at[number][stress.Fe_N, stress.H], 0
+        _fill(values, stress, OF_STRESS, where)
+    return values
 
 
 def _fill(
-    found: Mapping[str, np.ndarray], row: Row, names: Iterable[str], where: tuple[int, ...]
+    values: Mapping[str, np.ndarray], row: Row, names: Iterable[str], where: tuple[int, ...]
 ) -> None:
     for name in names:
-        value = vars(row)[name]
+        value, into = vars(row)[name], values[name]
         if value is not None:
-            found[name][where] = value
-
-
-def _warned(said: Mapping[int, Sequence[str]], one: CaseState) -> str:
-    """What the stages of a case warned of, a line each."""
-    return "\n".join(said.get(one.number, ()))
-
-
-def _keys(states: Sequence[CaseState]) -> list[str]:
-    return list(dict.fromkeys(key for one in states for key in one.case))
+            into[where[: into.ndim]] = value
 
 
 def _empty(name: str, shape: tuple[int, ...]) -> np.ndarray:
@@ -174,28 +192,28 @@ def units_of_keys(keys: Sequence[str], content: dict) -> dict[str, str]:
 
 def write_table(folder: Path) -> Path:
     """CSV of all curves, a row for each patch; a case that has none has one row with its state."""
-    with Index(folder) as index:
-        states, curves, units = index.cases(), index.curves(), index.facts().get("units", {})
-        stresses, said = index.stresses(), index.warnings()
-    of_peak = {(number, row.Fe_N, row.H): asdict(row) for number, row in stresses}
-    of_case: dict[int, list[dict]] = {}
-    for number, row in curves:
-        stress = of_peak.get((number, row.Fe_N, row.H), {})
-        of_case.setdefault(number, []).append(asdict(row) | stress)
-    keys, columns = _keys(states), ["patch", *OF_CASE, *OF_CURVE, *OF_PATCH, *OF_STRESS]
-    head = [f"{key} [{units[key]}]" if key in units else key for key in keys]
     with Store(folder).writing(TABLE) as path:
         with path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow(["case", *head, "state", "reason", "warnings", *columns])
-            for one in states:
-                values = [_written(one.case.get(key)) for key in keys]
-                for numbers in of_case.get(one.number, [{}]):
-                    writer.writerow(
-                        [one.number, *values, one.state, one.reason, _warned(said, one)]
-                        + [_written_out(name, numbers.get(name)) for name in columns]
-                    )
+            csv.writer(file).writerows(_rows(_content(folder)))
     return folder / TABLE
+
+
+def _rows(found: _Content) -> Iterator[list]:
+    """The titles, then case by case."""
+    columns = ["patch", *TEXTS]
+    keys, units = found.keys, found.units
+    titles = [f"{key} [{units[key]}]" if key in units else key for key in keys]
+    yield ["case", *titles, "state", "reason", "warnings", *columns]
+    of_peak = {(number, row.Fe_N, row.H): asdict(row) for number, row in found.stresses}
+    of_case: dict[int, list[dict]] = {}
+    for number, row in found.curves:
+        stress = of_peak.get((number, row.Fe_N, row.H), {})
+        of_case.setdefault(number, []).append(asdict(row) | stress)
+    for one in found.states:
+        case = [one.number, *(_written(one.case.get(key)) for key in keys)]
+        for numbers in of_case.get(one.number, [{}]):
+            values = (_written_out(name, numbers.get(name)) for name in columns)
+            yield [*case, *found.told(one).values(), *values]
 
 
 def write_netcdf(folder: Path) -> Path | None:

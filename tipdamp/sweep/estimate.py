@@ -3,19 +3,23 @@ by the forecast for some of its cases."""
 
 import shutil
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isnan, nan
 from pathlib import Path
 
 from tipdamp.engine.progress import duration
 from tipdamp.engine.store import Store
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import InputError, shown
 from tipdamp.hbm.memory import available_bytes, own_bytes
+from tipdamp.results.static_results import InspectResult
+from tipdamp.sweep.cases import in_words, study_of_case
 from tipdamp.sweep.expected import Expected, expected
 from tipdamp.sweep.index import FILE, Index
-from tipdamp.sweep.plan import Plan
+from tipdamp.sweep.plan import Plan, chain
 from tipdamp.sweep.work import products
 
+STATIONS = "tune.stations"  # [front, back] or 'all'
 Costs = dict[str, tuple[int, float, float]]  # as `Index.costs`
 
 
@@ -83,30 +87,23 @@ def sweep_estimate(
     whole: Plan, content: dict, path: Path, store: Store, jobs: int
 ) -> SweepEstimate:
     """Of the steps of a plan that are not in the sweep of this results folder; content - of the
-    study file at this path. OSError where the folder cannot be written to."""
+    study file at this path. OSError where the folder cannot be written to; InputError where a case
+    keeps more stations than there are."""
     folder = store.path("sweep")
     with store.writing("sweep/.room") as room:
         room.touch()
         room.unlink()
     there = products(folder)
-    made: Costs = {}
-    if (folder / FILE).is_file():
-        with Index(folder) as index:
-            made = index.costs()
     to_make = Counter(step.stage for step in whole.steps if step.key not in there)
     likely, unlooked = dict[str, Expected](), ""
     try:
         likely = expected(whole, there, (path, content), store)
     except (InputError, OSError) as error:
         unlooked = " ".join(str(error).split())
+    else:
+        _check_stations(whole, (path, content), InspectResult.load(store))
     processes = jobs + (jobs > 1)  # each with the program, about as much as this one
-    seconds = disk = 0.0
-    for stage, count in to_make.items():
-        of_one = likely.get(stage, Expected())
-        once = 0.0 if stage in made else min(jobs, count) * of_one.once
-        _, each, size = made.get(stage, (0, of_one.each, of_one.disk))
-        seconds += count * each + once
-        disk += count * size
+    seconds, disk = _sums(to_make, likely, _made(folder), jobs)
     return SweepEstimate(
         len(whole.cases),
         sum(key in there for key in whole.last),
@@ -119,6 +116,46 @@ def sweep_estimate(
         available_bytes(),
         unlooked,
     )
+
+
+def _made(folder: Path) -> Costs:
+    """Of the stages that were made before in the folder of a sweep."""
+    if not (folder / FILE).is_file():
+        return {}
+    with Index(folder) as index:
+        return index.costs()
+
+
+def _sums(
+    to_make: Mapping[str, int], likely: Mapping[str, Expected], made: Costs, jobs: int
+) -> tuple[float, float]:
+    """(s of one process, bytes) of all {stage: steps}, by what was made or else what is likely."""
+    seconds = disk = 0.0
+    for stage, count in to_make.items():
+        of_one = likely.get(stage, Expected())
+        once = 0.0 if stage in made else min(jobs, count) * of_one.once
+        _, each, size = made.get(stage, (0, of_one.each, of_one.disk))
+        seconds += count * each + once
+        disk += count * size
+    return seconds, disk
+
+
+def _check_stations(whole: Plan, study: tuple[Path, dict], found: InspectResult) -> None:
+    """InputError where a case keeps more stations than there are, of cases with the bodies and
+    pairs of the study itself, which were inspected."""
+    path, content = study
+    most = max((one.stations for one in found.pair_checks.values()), default=0)
+    chains, stated = whole.chains, content.get("tune", {}).get("stations")
+    for number, (case, last) in enumerate(zip(whole.cases, whole.last, strict=True), 1):
+        kept = case.get(STATIONS) or stated
+        if not isinstance(kept, list) or sum(kept) <= most:
+            continue
+        own = {key: case[key] for key in case if key.startswith(("tune.", "respond."))}
+        if chain(study_of_case(path, content, number, own))[0].key == chains[last][0]:
+            raise InputError(
+                f"{path}: [sweep] case {number} ({shown(in_words(case), 200)}): {STATIONS} = "
+                f"{kept}: there are {most} stations, and front and back together are at most these"
+            )
 
 
 def _existing(folder: Path) -> Path:

@@ -101,6 +101,10 @@ class Index:
     def _write(self, sql: str, rows: Iterable[tuple]) -> None:
         self.base.executemany(sql, rows)
 
+    def _read(self, sql: str) -> Iterator[tuple]:
+        with self._told():
+            yield from self.base.execute(sql)
+
     def begin(
         self,
         cases: Sequence[Case],
@@ -128,8 +132,7 @@ class Index:
 
     def facts(self) -> dict:
         """What `say` was told."""
-        with self._told():
-            return {n: json.loads(v) for n, v in self.base.execute("select * from facts")}
+        return {n: json.loads(v) for n, v in self._read("select * from facts")}
 
     def done(
         self,
@@ -169,19 +172,16 @@ class Index:
 
     def states(self) -> dict[str, str]:
         """{key: 'done' or 'failed'} of steps."""
-        with self._told():
-            return dict(self.base.execute("select key, state from steps"))
+        return dict(self._read("select key, state from steps"))
 
     def levels(self) -> dict[str, str]:
         """{key of a level, see `SweepStep`: key of a finished step that has its curves}."""
         sql = "select level, levels.key from levels join steps using (key) where state = 'done'"
-        with self._told():
-            return dict(self.base.execute(sql))
+        return dict(self._read(sql))
 
     def seconds(self) -> dict[str, float]:
         """{key: s} of finished steps."""
-        with self._told():
-            return dict(self.base.execute("select key, seconds from steps where state = 'done'"))
+        return dict(self._read("select key, seconds from steps where state = 'done'"))
 
     def costs(self) -> dict[str, tuple[int, float, float]]:
         """{stage: (steps made, s, bytes of one)}, means."""
@@ -189,8 +189,7 @@ class Index:
             "select stage, count(*), avg(seconds), avg(bytes) from steps where state = 'done' "
             "group by stage"
         )
-        with self._told():
-            return {stage: (n, s, size) for stage, n, s, size in self.base.execute(sql)}
+        return {stage: (n, s, size) for stage, n, s, size in self._read(sql)}
 
     def counts(self) -> dict[str, int]:
         """{state: number of cases}"""
@@ -198,8 +197,7 @@ class Index:
             "select coalesce(state, 'to do'), count(*) from cases left join steps "
             "on cases.key = steps.key group by 1"
         )
-        with self._told():
-            return dict(self.base.execute(sql))
+        return dict(self._read(sql))
 
     def cases(self) -> list[CaseState]:
         """Every case of the sweep."""
@@ -208,11 +206,10 @@ class Index:
             "coalesce(reason, '') from cases left join steps on cases.key = steps.key "
             "order by number"
         )
-        with self._told():
-            return [
-                CaseState(n, key, json.loads(values), state, reason)
-                for n, key, values, state, reason in self.base.execute(sql)
-            ]
+        return [
+            CaseState(n, key, json.loads(values), state, reason)
+            for n, key, values, state, reason in self._read(sql)
+        ]
 
     def incomplete(self) -> dict[str, int]:
         """{why: number of curves} of those that stopped before the end of the band."""
@@ -220,8 +217,7 @@ class Index:
             "select ended, count(*) from (select distinct curves.key, Fe_N, H, ended from "
             f"{OF_CASES.format('curves')} where not complete) group by ended order by 2 desc"
         )
-        with self._told():
-            return dict(self.base.execute(sql))
+        return dict(self._read(sql))
 
     def warnings(self) -> dict[int, list[str]]:
         """{case: what its stages warned of}, of cases that are finished, in their order."""
@@ -230,9 +226,8 @@ class Index:
             "cases.key where state = 'done' order by number, chains.rowid, warnings.rowid"
         )
         found: dict[int, list[str]] = {}
-        with self._told():
-            for number, text in self.base.execute(sql):
-                found.setdefault(number, []).append(text)
+        for number, text in self._read(sql):
+            found.setdefault(number, []).append(text)
         return found
 
     def curves(self) -> list[tuple[int, CurveRow]]:
@@ -250,5 +245,4 @@ class Index:
         sql = (
             f"select number, {columns} from {OF_CASES.format(table)} order by number, {table}.rowid"
         )
-        with self._told():
-            return [(n, kind(*row)) for n, *row in self.base.execute(sql)]
+        return [(n, kind(*row)) for n, *row in self._read(sql)]

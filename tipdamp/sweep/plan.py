@@ -89,19 +89,24 @@ def plan(path: Path, content: dict, cases: Sequence[Case], tick: Tick = lambda *
     for number, case in enumerate(cases, 1):
         chains.append(chain(study_of_case(path, content, number, case, checked), known))
         tick(number / len(cases), f"{number} of {len(cases)} cases")
-    last = [chain[-1].key for chain in chains]
+    last = tuple(chain[-1].key for chain in chains)
+    return Plan(tuple(cases), last, tuple(_tasks(cases, chains)))
+
+
+def _tasks(cases: Sequence[Case], chains: Sequence[list[SweepStep]]) -> list[Task]:
+    """Those of the cases with these steps, in the order in which they are made."""
     first = dict[str, int]()  # of cases that are the same
-    for i, key in enumerate(last):
-        first.setdefault(key, i)
+    for i, steps in enumerate(chains):
+        first.setdefault(steps[-1].key, i)
     mine = list(first.values())
     shared = Counter(step.key for i in mine for step in chains[i])
     tasks: dict[str, Task] = {}
     for i in (mine[turn] for turn in order_of_work(places([cases[i] for i in mine]))):
-        for steps in _tasks_of(chains[i], shared):
-            key = steps[-1].key
+        for some in _tasks_of(chains[i], shared):
+            key = some[-1].key
             if key not in tasks:
-                tasks[key] = Task(steps, _before(steps, chains[i]), cases[i], len(tasks))
-    return Plan(tuple(cases), tuple(last), tuple(tasks.values()))
+                tasks[key] = Task(some, _before(some, chains[i]), cases[i], len(tasks))
+    return list(tasks.values())
 
 
 def _tasks_of(chain: Sequence[SweepStep], shared: Mapping[str, int]) -> list[tuple[SweepStep, ...]]:

@@ -18,7 +18,7 @@ from tipdamp.hbm.errors import shown
 from tipdamp.study.own_law import ALLOWED
 from tipdamp.study.study import study_of
 from tipdamp.study.toml_file import read_toml
-from tipdamp.sweep.cases import cases_of, in_words
+from tipdamp.sweep.cases import cases_of
 from tipdamp.sweep.dataset import units_of_keys, write_netcdf, write_table
 from tipdamp.sweep.estimate import SweepEstimate, sweep_estimate
 from tipdamp.sweep.index import Index
@@ -73,7 +73,7 @@ def run_sweep(
         common = SweepWork(path.absolute(), content, folder.absolute(), ALLOWED.get())
         with Index(folder, write=True) as index:  # none of a study that is refused
             index.begin(whole.cases, whole.last, whole.chains)
-            index.say(units=units, left=None, runs=[])
+            index.say(units=units, left=None)
             sweep = _Running(common, whole, index, workers)
             sweep.take_stock(retry)
             with display(quiet=quiet).job("sweep", patience=0.0) as tick:
@@ -96,7 +96,6 @@ class _Running:
         self.needed_by: dict[str, list[Task]] = {}
         self.lost = Counter[str]()
         self.cases_left, self.cases_failed = Counter(whole.last), 0
-        self.runs: dict[int, str] = {}  # {index of a task: its stage and case}
 
     def take_stock(self, retry: bool) -> None:
         """The index follows the finished steps; what failed before is left, or tried again."""
@@ -114,19 +113,21 @@ class _Running:
         self._give_up(failed)
         levels, settled = self.index.levels(), self.made | failed
         for task in self.whole.tasks:
-            to_make = [step for step in task.steps if step.key not in settled]
-            if not to_make or any(step.key in failed for step in task.steps):
-                continue
-            self.clock.wait_for(step.key for step in to_make)
-            own = (one for step in task.steps for one in step.levels)
-            alike = dict.fromkeys(levels[one] for one in own if one in levels)
-            task = replace(task, alike=tuple(alike))
-            if lacking := {step.key for step in task.before} - self.made:
-                self.missing[task.last.key] = lacking
-                for key in lacking:
-                    self.needed_by.setdefault(key, []).append(task)
-            else:
-                self.tasks.append(task)
+            to_make = [step.key for step in task.steps if step.key not in settled]
+            if to_make and not any(step.key in failed for step in task.steps):
+                self.clock.wait_for(to_make)
+                own = (one for step in task.steps for one in step.levels)
+                alike = dict.fromkeys(levels[one] for one in own if one in levels)
+                self._begin_or_wait(replace(task, alike=tuple(alike)))
+
+    def _begin_or_wait(self, task: Task) -> None:
+        """It can begin, unless it needs what is still to be made."""
+        if lacking := {step.key for step in task.before} - self.made:
+            self.missing[task.last.key] = lacking
+            for key in lacking:
+                self.needed_by.setdefault(key, []).append(task)
+        else:
+            self.tasks.append(task)
 
     def _known(self, step: SweepStep, states: dict[str, str]) -> bool:
         """Whether a finished step is in the index, or could be entered; a damaged one is
@@ -144,9 +145,8 @@ class _Running:
         """Make all that waits."""
         self._show(tick)
         spread = self.workers.spread
-        for i in spread(work, self.common, self.tasks, self._runs, self._failed):
+        for i in spread(work, self.common, self.tasks, lambda *_: None, self._failed):
             task = self.tasks[i]
-            self.runs.pop(i, None)
             self.clock.end(task, {step.key: s for step, s in self._enter(task.steps)})
             for step in task.steps:
                 self.cases_left.pop(step.key, None)
@@ -157,11 +157,6 @@ class _Running:
                         self.tasks.append(later)
             self._show(tick)
         self._show(tick)  # what failed after the last that was made
-
-    def _runs(self, i: int, _: float, stage: str) -> None:
-        """What a process does now, for `status`."""
-        self.runs[i] = f"{stage} of {in_words(self.tasks[i].case)}"
-        self.index.say(runs=list(self.runs.values()))
 
     def _enter(self, steps: Sequence[SweepStep]) -> list[tuple[SweepStep, float]]:
         """Finished steps into the index; returns the seconds that each took."""
@@ -180,7 +175,6 @@ class _Running:
         """A task that could not be made is recorded with its reason, and all that needs it; a
         process that was lost is replaced, and what no process can mend ends the sweep."""
         task = self.tasks[i]
-        self.runs.pop(i, None)
         self.clock.end(task, {})
         if isinstance(error, ChildProcessError):
             self.lost[task.last.key] += 1
@@ -192,18 +186,22 @@ class _Running:
         made = [s for s in task.steps if self._is_made(s)]
         if mine := [s for s in made if s.key not in self.made]:
             self.clock.end(task, {step.key: s for step, s in self._enter(mine)})
-        broken = {s.key: s.stage for s in task.steps if s not in made}
+        broken = self._with_what_needs_it({s.key: s.stage for s in task.steps if s not in made})
+        self.clock.forget([*broken, *(step.key for step in task.steps)])
+        for key in broken:
+            self.missing.pop(key, None)
+        self._give_up(broken)
+        self.index.failed(broken.items(), _reason(error))
+
+    def _with_what_needs_it(self, broken: dict[str, str]) -> dict[str, str]:
+        """{key: stage} of steps that will not be made, and of all that need them."""
         waiting = list(broken)
         while waiting:
             for later in self.needed_by.pop(waiting.pop(), ()):
                 new = {s.key: s.stage for s in later.steps if s.key not in broken}
                 waiting += new
                 broken |= new
-        self.clock.forget([*broken, *(step.key for step in task.steps)])
-        for key in broken:
-            self.missing.pop(key, None)
-        self._give_up(broken)
-        self.index.failed(broken.items(), _reason(error))
+        return broken
 
     def _give_up(self, keys: Iterable[str]) -> None:
         """Cases whose last step is among these have failed."""

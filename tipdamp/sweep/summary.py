@@ -12,6 +12,7 @@ from tipdamp.engine.store import Store
 from tipdamp.hbm.errors import shown
 from tipdamp.sweep.cases import in_words
 from tipdamp.sweep.index import HOW, CaseState, Index
+from tipdamp.sweep.work import at_work
 
 FREQUENCY = re.compile(r"(\d+(?:\.\d+)?(?:e[+-]?\d+)?) Hz")
 ERROR = re.compile(r"\d\.\d+e[+-]\d+")  # as warnings write them, and nothing else
@@ -96,7 +97,7 @@ def _left(folder: Path, facts: Mapping[str, Any], to_do: int, how: str) -> str:
         return f"; nothing runs, to go on: {how}"
     left, told = facts.get("left"), facts.get("told")
     if left is None or told is None:
-        return "".join(f"; runs: {shown(text, 200)}" for text in facts.get("runs", []))
+        return "".join(f"; runs: {shown(text, 200)}" for text in at_work(folder))
     ago = time.time() - told
     return f"; about {duration(left)} left as told {duration(max(ago, 0.0))} ago"
 

@@ -5,7 +5,6 @@ import json
 import os
 import threading
 import zipfile
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from fnmatch import fnmatch
@@ -13,14 +12,16 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from tipdamp.engine.store import Store
+from tipdamp.engine.workers import Report
 from tipdamp.hbm.errors import InputError
 from tipdamp.stages.run import STAGES, run_stage
 from tipdamp.study.own_law import code_allowed
 from tipdamp.study.study import study_of
-from tipdamp.sweep.cases import content_of
+from tipdamp.sweep.cases import content_of, in_words
 from tipdamp.sweep.plan import CURVES, SweepStep, Task
 
 MADE, WORKING = "made", "working"  # folders in that of a sweep
+RUNS = "runs"  # file in the folder of a process: what it does now
 RECORDS = "Fe_*.json"  # of the curves of a step
 ONE_AT_A_TIME = threading.Lock()  # a worker of a cluster may have several threads
 THREADS_OF_BLAS = 1  # the same sums, in the same order, wherever a step is made
@@ -55,7 +56,16 @@ def products(folder: Path) -> set[str]:
     return found
 
 
-def work(common: SweepWork, task: Task, report: Callable[[float, str], None]) -> None:
+def at_work(folder: Path) -> list[str]:
+    """What the processes of a sweep do now, wherever they run: 'tune of damper.pull = 20'."""
+    found = []
+    for file in (folder / WORKING).glob(f"*/{RUNS}"):
+        with suppress(OSError):  # it ends meanwhile
+            found.append(file.read_text("utf-8"))
+    return sorted(filter(None, found))
+
+
+def work(common: SweepWork, task: Task, _: Report) -> None:
     """Make the steps of a task that are not there yet; what is finished is in the store, whatever
     becomes of the rest."""
     from threadpoolctl import threadpool_limits
@@ -70,21 +80,19 @@ def work(common: SweepWork, task: Task, report: Callable[[float, str], None]) ->
             code_allowed(common.allow_code),
             TemporaryDirectory(dir=home) as scratch,
         ):
-            _make(common, task, Store(Path(scratch)), report)
+            _make(common, task, Store(Path(scratch)))
     except OSError as error:
         error.filename = error.filename or str(common.folder)  # a full disk is told without one
         raise
 
 
-def _make(
-    common: SweepWork, task: Task, store: Store, report: Callable[[float, str], None]
-) -> None:
+def _make(common: SweepWork, task: Task, store: Store) -> None:
     """The steps of a task in a results folder of its own."""
     study = study_of(common.path, content_of(common.content, task.case))
     for step in task.before:
         unpack(common.folder, step, store)
-    for i, step in enumerate(task.steps):
-        report(i / len(task.steps), step.stage)
+    for step in task.steps:
+        store.path(RUNS).write_text(f"{step.stage} of {in_words(task.case)}", encoding="utf-8")
         if product(common.folder, step.key).is_file():
             unpack(common.folder, step, store)
             continue

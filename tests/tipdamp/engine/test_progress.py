@@ -27,11 +27,11 @@ def wide_terminal(monkeypatch):
     monkeypatch.setenv("COLUMNS", "100")
 
 
-def work(stream, ticks, total=1.0, **options):
+def work(stream, ticks, **options):
     """Run `ticks`, pairs of (seconds that pass before the tick, done), and return what was
     written."""
     clock = Clock()
-    with display(stream=stream, clock=clock, **options).job("respond", total) as tick:
+    with display(stream=stream, clock=clock, **options).job("respond") as tick:
         for seconds, done in ticks:
             clock.now += seconds
             tick(done, f"{2300 + clock.now:.1f} Hz")
@@ -59,7 +59,7 @@ def test_plain_lines_are_rare_and_closed():
 
 
 def test_terminal_shows_a_bar():
-    text = work(Terminal(), [(3.0, 5.0), (1.0, 10.0)], total=10.0)
+    text = work(Terminal(), [(3.0, 0.5), (1.0, 1.0)])
     assert "━" in text and "50 %  2403.0 Hz  3.0 s" in text
     assert plain(text)[-1] == "respond  done  2404.0 Hz  4.0 s"
 

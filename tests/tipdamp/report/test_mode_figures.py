@@ -110,7 +110,7 @@ def test_a_band_is_a_closed_polygon_for_each_run():
     """Low to the right, high back to the left; a gap between the runs and none behind the last."""
     x = np.array([1.0, 2, np.nan, 4, 5])
     band = Band(x, low=x, high=x + 10, name="between")
-    (drawn,) = plotly._traces(band)
+    (drawn,) = plotly._band(band)
     nan = np.nan
     assert np.array_equal(drawn["x"], [1, 2, 2, 1, nan, 4, 5, 5, 4], equal_nan=True)
     assert np.array_equal(drawn["y"], [1, 2, 12, 11, nan, 4, 5, 15, 14], equal_nan=True)

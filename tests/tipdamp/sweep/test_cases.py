@@ -8,6 +8,7 @@ import pytest
 from pydantic import BaseModel
 
 from tests.tipdamp.rig_study import CHAIN
+from tipdamp.cli import main
 from tipdamp.hbm.errors import InputError
 from tipdamp.study.schema import StudySection
 from tipdamp.study.study import load_study
@@ -228,6 +229,21 @@ def test_what_is_refused(sweep, line, answer):
         planned(sweep("\n[sweep.over]\n" + line))
     assert answer in str(raised.value)
     assert "study.toml" in str(raised.value)
+
+
+@pytest.mark.parametrize("option", [[], ["--dry-run"]])
+def test_more_stations_than_there_are_are_refused_at_the_door(sweep, capsys, option):
+    """Before anything is made, with the number of the case."""
+    over = "\n[sweep.over]\ntune.stations = [[1, 1], [3, 2]]\ncontact.mu = [0.3, 0.5]\n"
+    path = sweep(over)
+    assert main(["sweep", str(path), "--jobs", "1", "--quiet", *option]) == 2
+    error = capsys.readouterr().err
+    assert (
+        "[sweep] case 3 (tune.stations = [3, 2], contact.mu = 0.3): tune.stations = [3, 2]: "
+        in error
+    )
+    assert "there are 3 stations" in error and error.count("\n") == 1
+    assert not (path.parent / "results" / "study" / "sweep" / "made").exists()
 
 
 def test_a_study_without_cases(sweep):

@@ -237,9 +237,13 @@ def test_a_refused_study_is_no_sweep(sweep, capsys):
 def test_nothing_runs_after_a_kill(sweep):
     """A time left is told while somebody works there alone."""
     assert swept(sweep, "--dry-run") == 0
+    process = folder(sweep) / "working" / "tmp1"
+    process.mkdir(parents=True)
+    (process / "runs").write_text("reduce of model.pull = 60")
+    (process.parent / "tmp2").mkdir()  # of one that only begins
     with Index(folder(sweep), write=True) as index:
         index.begin([{"model.pull": 60}, {"model.pull": 30}], ["a", "b"])
-        index.say(left=None, runs=["reduce of model.pull = 60"])
+        index.say(left=None)
         with Store(folder(sweep)).lock():
             assert "2 to do; runs: reduce of model.pull = 60" in status(folder(sweep))[0]
         index.say(left=100.0, told=time.time())

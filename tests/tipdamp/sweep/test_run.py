@@ -155,6 +155,28 @@ def finished(results, study):
     return found
 
 
+def test_the_status_tells_what_each_process_does(sweep, monkeypatch):
+    """By the folder that all share: processes of a cluster report nothing."""
+    from tipdamp.sweep import work
+
+    seen, real = [], work.run_stage
+
+    def run_stage(name, *given, **options):
+        seen.append((name, work.at_work(folder(sweep))))
+        return real(name, *given, **options)
+
+    monkeypatch.setattr(work, "run_stage", run_stage)
+    assert swept(sweep) == 0
+    cases = {text for name, (text,) in seen if name == "respond"}
+    assert cases == {
+        f"respond of model.pull = {pull}, respond.levels = {level}"
+        for pull in (60, 30)
+        for level in (5, 8)
+    }
+    assert all(text.startswith(f"{name} of ") for name, (text,) in seen)
+    assert not work.at_work(folder(sweep))
+
+
 def test_failures_are_listed_and_tried_again(sweep, stages, capsys, monkeypatch):
     """What fails once is told with its reason and the cases that need it, the others are made."""
     from tipdamp.hbm.errors import InputError

@@ -51,14 +51,7 @@ def _set_margins(out: Any, renderer: Any, legend: float) -> None:
     """
     size = np.array(out.get_size_inches())
     grid = np.array(out.axes[0].get_gridspec().get_geometry())[::-1]  # columns, rows
-    low, high = np.zeros(2), np.zeros(2)  # inch that x and y take before and behind a panel
-    for axes in out.axes:
-        # the lines of the frame reach no further than the labels, and ask for all ticks again
-        box = axes.get_tightbbox(renderer, bbox_extra_artists=axes.texts, for_layout_only=True)
-        seen = box.get_points() / DPI
-        place = axes.get_subplotspec().get_topmost_subplotspec().get_position(out)
-        held = place.get_points() * size
-        low, high = np.maximum(low, held[0] - seen[0]), np.maximum(high, seen[1] - held[1])
+    low, high = _reach_of_labels(out, renderer)
     # a panel keeps half of its share, however long the names are
     fit = np.minimum(1.0, 0.5 * (size - (0.0, legend + TITLE)) / grid / (low + high + 2 * PAD))
     low, high = (low + PAD) * fit, (high + PAD) * fit
@@ -67,6 +60,19 @@ def _set_margins(out: Any, renderer: Any, legend: float) -> None:
     (left, bottom), (right, top) = start / size, end / size
     wspace, hspace = (low + high) / panel
     out.subplots_adjust(left, bottom, right, top, wspace, hspace)
+
+
+def _reach_of_labels(out: Any, renderer: Any) -> tuple[np.ndarray, np.ndarray]:
+    """(2,) inch each that the widest labels of x and y take before and behind a panel."""
+    low, high = np.zeros(2), np.zeros(2)
+    for axes in out.axes:
+        # the lines of the frame reach no further than the labels, and ask for all ticks again
+        box = axes.get_tightbbox(renderer, bbox_extra_artists=axes.texts, for_layout_only=True)
+        seen = box.get_points() / DPI
+        place = axes.get_subplotspec().get_topmost_subplotspec().get_position(out)
+        held = place.get_points() * out.get_size_inches()
+        low, high = np.maximum(low, held[0] - seen[0]), np.maximum(high, seen[1] - held[1])
+    return low, high
 
 
 def _legend_columns(names: Sequence[str], wide: float) -> int:

@@ -1,6 +1,7 @@
 """Figures drawn with plotly, as pieces of the HTML page."""
 
 import html
+from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any
 
@@ -23,10 +24,12 @@ from tipdamp.hbm.drawing.figure import (
 )
 from tipdamp.report.libraries import need
 
-FONT = (
-    'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, "DejaVu Sans", '
-    "sans-serif"
-)
+FONT = {
+    "family": 'system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, '
+    '"DejaVu Sans", sans-serif',
+    "size": 12.5,
+}
+LEGEND = {"orientation": "h", "x": 0.5, "xanchor": "center"}  # below the picture
 TOP, BOTTOM, LEGEND_ROW, LEGEND_LETTERS = 34, 62, 22, 125  # px; letters of one legend row
 LETTER = 7.5  # px, of an axis title
 DECADES = range(-6, 9)
@@ -48,29 +51,8 @@ def plotly_script() -> str:
 
 def draw(figure: Figure) -> str:
     """The figure as a <div> with its script; the page must hold plotly.js."""
-    legend = -(-sum(len(n) + 9 for n in figure.legend) // LEGEND_LETTERS)
-    bottom = BOTTOM + LEGEND_ROW * legend
     inner = figure.rows * figure.row_height
-    data: list[dict] = []
-    layout: dict = {
-        "height": inner + TOP + bottom,
-        "font": {"family": FONT, "size": 12.5, "color": INK},
-        "margin": {"l": 70, "r": 18, "t": TOP, "b": bottom},
-        "separators": ".",  # of decimals alone: no comma in thousands
-        "hovermode": "closest",
-        "legend": {
-            "orientation": "h",
-            "yref": "container",
-            "y": 0.0,
-            "yanchor": "bottom",
-            "x": 0.5,
-            "xanchor": "center",
-            "font": {"size": 12},
-        },
-        "annotations": [],
-        "shapes": [],
-    }
-    seen: set[str] = set()
+    layout, data, seen = _layout(figure, inner), list[dict](), set[str]()
     for i, (panel, (across, up)) in enumerate(
         zip(figure.panels, _domains(figure, inner), strict=True)
     ):
@@ -85,12 +67,32 @@ def draw(figure: Figure) -> str:
             layout["annotations"].append(
                 _text(panel.title, (across[0], "paper", "left"), (up[1], "paper", "bottom"))
             )
-        for item in panel.items:
-            if isinstance(item, Line):
-                shape, label = _line(item, axes)
-                layout["shapes"].append(shape)
-                layout["annotations"] += label
+        lines = [item for item in panel.items if isinstance(item, Line)]
+        layout["shapes"] += [_line(one, axes) for one in lines]
+        layout["annotations"] += [_label(one, axes) for one in lines if one.label]
     return as_html(checked(data, layout), f"figure-{figure.name}", CONFIG)
+
+
+def _layout(figure: Figure, inner: int) -> dict:
+    """What surrounds the panels, which take `inner` px together: room for titles and legend."""
+    legend = -(-sum(len(n) + 9 for n in figure.legend) // LEGEND_LETTERS)
+    bottom = BOTTOM + LEGEND_ROW * legend
+    return {
+        "height": inner + TOP + bottom,
+        "font": {**FONT, "color": INK},
+        "margin": {"l": 70, "r": 18, "t": TOP, "b": bottom},
+        "separators": ".",  # of decimals alone: no comma in thousands
+        "hovermode": "closest",
+        "legend": {
+            **LEGEND,
+            "yref": "container",
+            "y": 0.0,
+            "yanchor": "bottom",
+            "font": {"size": 12},
+        },
+        "annotations": [],
+        "shapes": [],
+    }
 
 
 def checked(data: list[dict], layout: dict) -> Any:
@@ -137,21 +139,15 @@ def _panel(panel: Panel, axes: dict[str, str], seen: set[str]) -> list[dict]:
     """The traces of a panel; names that stand in the legend are added to `seen`."""
     traces: list[dict] = []
     for item in panel.items:
-        if isinstance(item, Line):
-            continue
         if isinstance(item, Tiles):
-            traces.append({**_tiles(item, axes["xaxis"] == "x"), **axes})
-            continue
-        shown = bool(item.name) and item.name not in seen
-        seen.add(item.name)
-        legend = {
-            "name": plain_text(item.name),
-            "legendgroup": plain_text(item.name),
-        }
-        traces += [
-            {"type": "scatter", **trace, **legend, **axes, "showlegend": shown and k == 0}
-            for k, trace in enumerate(_traces(item))
-        ]
+            traces.append({**_tiles(item), **axes, "showscale": axes["xaxis"] == "x"})
+        elif not isinstance(item, Line):
+            name, shown = plain_text(item.name), bool(item.name) and item.name not in seen
+            seen.add(item.name)
+            legend = {"name": name, "legendgroup": name, "showlegend": shown}
+            traces += [
+                {"type": "scatter", **one, **legend, **axes} for one in _TRACES[type(item)](item)
+            ]
     return traces
 
 
@@ -168,30 +164,41 @@ def _axes(panel: Panel) -> tuple[dict, dict]:
         "minexponent": PLAIN,
         "automargin": True,
     }  # no µ or k before the unit of the label
-    for axis, whole in ((x, panel.whole_x), (y, panel.whole_y)):
-        axis.update(
-            {"tickformat": "d", "minor": {"ticks": ""}, **_whole_ticks(panel, axis is x)}
-            if whole
-            else {}
-        )
+    if panel.whole_x:
+        x |= _whole_ticks(panel, "x")
+    if panel.whole_y:
+        y |= _whole_ticks(panel, "y")
     if panel.y_names:
-        y.update(
-            tickvals=0.45 + np.arange(len(panel.y_names)),
-            ticktext=[plain_text(n) for n in panel.y_names],
-        )
-    logarithmic = [(y, panel.y_range)] * panel.log_y + [(x, panel.x_range)] * panel.log_x
-    for axis, limits in logarithmic:
-        fine = [digit * 10.0**k for k in DECADES for digit in fine_ticks(limits)]
-        axis.update(
-            type="log",
-            **(
-                {"tickvals": fine, "ticktext": [f"{tick:g}" for tick in fine]}
-                if panel.log_x
-                else {"dtick": 1, "minor": {"ticks": "outside"}}
-            ),
-            range=None if limits is None else np.log10(limits),
-        )
+        names = [plain_text(n) for n in panel.y_names]
+        y |= {"tickvals": 0.45 + np.arange(len(names)), "ticktext": names}
+    if panel.log_x:
+        x |= _logarithmic(panel.x_range, fine=True)
+    if panel.log_y:
+        y |= _logarithmic(panel.y_range, fine=panel.log_x)
     return x, y
+
+
+def _whole_ticks(panel: Panel, axis: str) -> dict:
+    """At whole numbers, 1 apart where there are few."""
+    values = [
+        v
+        for item in panel.items
+        if isinstance(item, Curve | Marks | Tiles)
+        for v in np.asarray(vars(item)[axis])
+    ]
+    distance = {"dtick": max(1, int(np.ptp(values)) // 10)} if values else {}
+    return {"tickformat": "d", "minor": {"ticks": ""}, **distance}
+
+
+def _logarithmic(limits: tuple | None, fine: bool) -> dict:
+    """With a tick for each decade, or finely with plain numbers."""
+    places = [digit * 10.0**k for k in DECADES for digit in fine_ticks(limits)]
+    ticks = (
+        {"tickvals": places, "ticktext": [f"{tick:g}" for tick in places]}
+        if fine
+        else {"dtick": 1, "minor": {"ticks": "outside"}}
+    )
+    return {"type": "log", **ticks, "range": None if limits is None else np.log10(limits)}
 
 
 def _y_title(figure: Figure, i: int, height: float) -> dict | None:
@@ -210,18 +217,7 @@ def _axis_title(label: str) -> dict:
     return {"text": plain_text(label), "standoff": 6, "font": {"size": 12.5}}
 
 
-def _whole_ticks(panel: Panel, of_x: bool) -> dict:
-    """Distance of the ticks, 1 where there are few."""
-    values = [
-        v
-        for item in panel.items
-        if isinstance(item, Curve | Marks | Tiles)
-        for v in np.asarray(item.x if of_x else item.y)
-    ]
-    return {"dtick": max(1, int(np.ptp(values)) // 10)} if values else {}
-
-
-def _tiles(item: Tiles, with_bar: bool) -> dict:
+def _tiles(item: Tiles) -> dict:
     colors = [[k / (len(SEQUENCE) - 1), color] for k, color in enumerate(SEQUENCE)]
     bar = {
         "title": {"text": plain_text(item.label), "side": "right", "font": {"size": 11.5}},
@@ -241,98 +237,94 @@ def _tiles(item: Tiles, with_bar: bool) -> dict:
         "zmax": item.top,
         "xgap": 1,
         "ygap": 1,
-        "showscale": with_bar,
         "colorbar": bar,
         "hovertemplate": "%{x:.5~g}, %{y:d}: %{z:.4~g}<extra></extra>",
     }
 
 
-def _traces(item: Curve | Band | Marks) -> list[dict]:
-    hover = "%{x:.5~g}, %{y:.4~g}<extra>" + plain_text(item.name) + "</extra>"
-    if isinstance(item, Band):
-        polygons = outlines(item)
-        if not polygons:
-            return []
+def _band(item: Band) -> Iterator[dict]:
+    """One trace for all its polygons."""
+    if polygons := outlines(item):
         gap = np.array([np.nan])
         x, y = (
             np.concatenate([part for p in polygons for part in (p[k], gap)])[:-1] for k in (0, 1)
         )
-        return [
-            {
-                "x": small(x),
-                "y": small(y),
-                "mode": "lines",
-                "fill": "toself",
-                "hoverinfo": "skip",
-                "line": {"width": 0, "color": item.color},
-                "fillcolor": _rgba(item.color, item.opacity),
-            }
-        ]
+        yield {
+            "x": small(x),
+            "y": small(y),
+            "mode": "lines",
+            "fill": "toself",
+            "hoverinfo": "skip",
+            "line": {"width": 0, "color": item.color},
+            "fillcolor": _rgba(item.color, item.opacity),
+        }
+
+
+def _curve(item: Curve) -> Iterator[dict]:
+    yield {
+        **_points(item),
+        "mode": "lines",
+        "line": {"color": item.color, "dash": item.dash, "width": item.width, "simplify": False},
+        "connectgaps": False,
+    }
+
+
+def _marks(item: Marks) -> Iterator[dict]:
+    symbol = item.symbol if item.filled or item.symbol == "x" else f"{item.symbol}-open"
+    labels = {"text": [plain_text(one) for one in item.labels], "textposition": "bottom right"}
+    yield {
+        **_points(item),
+        **(labels if item.labels else {}),
+        "mode": "markers+text" if item.labels else "markers",
+        "marker": {
+            "color": item.color,
+            "symbol": "x-thin" if item.symbol == "x" else symbol,
+            "size": item.size,
+            "line": {"color": item.color, "width": 1.6},
+        },
+    }
+
+
+_TRACES: dict[type, Callable[[Any], Iterator[dict]]] = {
+    Band: _band,
+    Curve: _curve,
+    Marks: _marks,
+}
+
+
+def _points(item: Curve | Marks) -> dict:
+    """The places, and what is said on hover."""
     # a trace of no points would have no entry in the legend, which other panels rely on
     x, y = (small(values) if len(values) else [None] for values in (item.x, item.y))
-    points = {"x": x, "y": y, "hovertemplate": hover}
-    if isinstance(item, Curve):
-        return [
-            {
-                **points,
-                "mode": "lines",
-                "line": {
-                    "color": item.color,
-                    "dash": item.dash,
-                    "width": item.width,
-                    "simplify": False,
-                },
-                "connectgaps": False,
-            }
-        ]
-    symbol = item.symbol if item.filled or item.symbol == "x" else f"{item.symbol}-open"
-    text = (
-        {"text": [plain_text(label) for label in item.labels], "textposition": "bottom right"}
-        if item.labels
-        else {}
-    )
-    return [
-        {
-            **points,
-            **text,
-            "mode": "markers+text" if item.labels else "markers",
-            "marker": {
-                "color": item.color,
-                "symbol": "x-thin" if item.symbol == "x" else symbol,
-                "size": item.size,
-                "line": {"color": item.color, "width": 1.6},
-            },
-        }
-    ]
+    hover = "%{x:.5~g}, %{y:.4~g}<extra>" + plain_text(item.name) + "</extra>"
+    return {"x": x, "y": y, "hovertemplate": hover}
 
 
-def _line(item: Line, axes: dict[str, str]) -> tuple[dict, list[dict]]:
-    """A line across the panel, and its label where it has one."""
-    x, y = axes["xaxis"], axes["yaxis"]
-    high = item.end == "high"
-    where: tuple[tuple, tuple]
-    if item.axis == "x":
-        shape = {"x0": item.value, "x1": item.value, "y0": 0, "y1": 1}
-        refs = x, f"{y} domain"
-        where = (
-            (item.value, refs[0], "right" if item.left else "left"),
-            (int(high), refs[1], "top" if high else "bottom"),
-        )
-    else:
-        shape = {"x0": 0, "x1": 1, "y0": item.value, "y1": item.value}
-        refs = f"{x} domain", y
-        where = (
-            (int(not item.left), refs[0], "left" if item.left else "right"),
-            (item.value, refs[1], "bottom" if high else "top"),
-        )
-    look = {
+def _line(item: Line, axes: dict[str, str]) -> dict:
+    """A line across the panel."""
+    x, y, value = axes["xaxis"], axes["yaxis"], item.value
+    upright = {"x0": value, "x1": value, "xref": x, "y0": 0, "y1": 1, "yref": f"{y} domain"}
+    level = {"x0": 0, "x1": 1, "xref": f"{x} domain", "y0": value, "y1": value, "yref": y}
+    return {
+        **(upright if item.axis == "x" else level),
         "type": "line",
-        "xref": refs[0],
-        "yref": refs[1],
         "line": {"color": item.color, "dash": item.dash, "width": 1.2},
         "opacity": 1.0,
     }
-    return {**shape, **look}, [_text(item.label, *where, color=item.color)] if item.label else []
+
+
+def _label(item: Line, axes: dict[str, str]) -> dict:
+    """The label of a line, beside it at one of its ends."""
+    x, y, high = axes["xaxis"], axes["yaxis"], item.end == "high"
+    across: tuple
+    up: tuple
+    if item.axis == "x":
+        across = item.value, x, "right" if item.left else "left"
+        up = int(high), f"{y} domain", "top" if high else "bottom"
+    else:
+        across = int(not item.left), f"{x} domain", "left" if item.left else "right"
+        up = item.value, y, "bottom" if high else "top"
+    return _text(item.label, across, up, color=item.color)
 
 
 def _text(text: str, across: tuple, up: tuple, **font: str) -> dict:

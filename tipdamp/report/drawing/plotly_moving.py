@@ -45,42 +45,32 @@ def figure_of(picture: MovingBodies) -> Any:
     ]
     for surface in picture.surfaces.values():
         a, b = MM * surface.position[surface.edges].transpose(1, 0, 2)
-        traces.append(
-            {
-                "type": "scatter3d",
-                "mode": "lines",
-                **plotly_scene.lines(a, b),
-                "hoverinfo": "skip",
-                "line": {"color": "#9aa4ae", "width": 1.2},
-                "showlegend": False,
-            }
-        )
+        traces.append({**plotly_scene.lines(a, b, "#9aa4ae", 1.2), "showlegend": False})
     if picture.contacts is not None:
         traces += _contacts(picture.contacts)
     layout = {
         "height": 600,
         "margin": {"l": 0, "r": 0, "t": 4, "b": 4},
         "scene": plotly_scene.space(picture.boxes()[0], picture.eye, picture.up),
-        "legend": {"orientation": "h", "x": 0.5, "y": 0.0, "xanchor": "center", "yanchor": "top"},
+        "legend": plotly_scene.LEGEND_3D,
         "uirevision": picture.name,
-        "font": {"family": plotly.FONT, "size": 12.5},
+        "font": plotly.FONT,
     }
     return plotly.checked(traces, layout)
 
 
 def _contacts(contacts: MovingContacts) -> Iterator[dict]:
     """Markers of all, which moving.js colours, and an entry of the legend for each state."""
-    x, y, z = plotly.small(MM * contacts.position).T
-    marks = {"type": "scatter3d", "mode": "markers", "hoverinfo": "skip"}
+    nowhere = {k: [None] for k in "xyz"}
     first = next(iter(contacts.states.values()))
-    yield {**marks, "x": x, "y": y, "z": z, "marker": _mark(first), "showlegend": False}
+    yield {**_marks(contacts, first), "showlegend": False}
     for name, color in contacts.states.items():
-        nowhere = {k: [None] for k in "xyz"}
-        yield {**marks, **nowhere, "marker": _mark(color), "name": name, "showlegend": True}
+        yield {**_marks(contacts, color), **nowhere, "name": name, "showlegend": True}
 
 
-def _mark(color: str) -> dict:
-    return {"size": 6, "color": color, "opacity": 1.0, "line": {"width": 0}}
+def _marks(contacts: MovingContacts, color: str) -> dict:
+    marker = {"size": 6, "color": color}
+    return plotly_scene.marks(MM * contacts.position, marker, hoverinfo="skip")
 
 
 def data_of(picture: MovingBodies) -> dict:
@@ -97,15 +87,14 @@ def data_of(picture: MovingBodies) -> dict:
         "near": picture.contacts.near.tolist(),
         "colors": list(picture.contacts.states.values()),
     }
-    views = []
-    for box in picture.boxes():
-        space = plotly_scene.space(box, picture.eye, picture.up)
-        views.append(
-            {
-                **{f"scene.{k}axis.range": space[f"{k}axis"]["range"] for k in "xyz"},
-                "scene.aspectratio": space["aspectratio"],
-            }
-        )
+    spaces = [plotly_scene.space(box, picture.eye, picture.up) for box in picture.boxes()]
+    views = [
+        {
+            **{f"scene.{k}axis.range": space[f"{k}axis"]["range"] for k in "xyz"},
+            "scene.aspectratio": space["aspectratio"],
+        }
+        for space in spaces
+    ]
     return {
         "bodies": bodies,
         "outlines": outlines,

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from tipdamp.hbm.drawing.figure import INK
-from tipdamp.report.drawing.plotly import CONFIG, FONT, as_html, checked, plain_text, small
+from tipdamp.report.drawing.plotly import CONFIG, FONT, LEGEND, as_html, checked, plain_text, small
 from tipdamp.report.drawing.scene import Points, Scale, Scene, Segments, Solid
 
 CONFIG_3D = {
@@ -25,6 +25,7 @@ AXIS = {
 }
 # heights of the picture that a unit takes, seen from the distance 1 (measured on plotly.js 3)
 PER_HEIGHT = 0.655
+LEGEND_3D = {**LEGEND, "y": 0.0, "yanchor": "top"}
 LIGHT = {"ambient": 0.8, "diffuse": 0.45, "specular": 0.08, "roughness": 0.7, "fresnel": 0.05}
 
 
@@ -38,35 +39,35 @@ def figure_of(scene: Scene) -> Any:
     traces = []
     seen: set[tuple[str, str]] = set()
     bars: dict[str, set[str]] = {}
-    for item in scene.items:
+    first = scene.cases[0] if scene.cases else ""
+    for item, visible in zip(scene.items, _visible(scene, first), strict=True):
         name = plain_text(item.name)
-        first = not item.case or item.case == scene.cases[0]
         legend = {
             "name": name,
             "legendgroup": name or None,
             "showlegend": bool(name) and (name, item.case) not in seen,
         }
         seen.add((name, item.case))
-        shown = ("legendonly" if item.name in scene.hidden else True) if first else False
-        traces.append({**_DRAW[type(item)](item, bars), **legend, "visible": shown})
+        traces.append({**_DRAW[type(item)](item, bars), **legend, "visible": visible})
     layout = {
         "height": scene.height,
         "showlegend": True,
         "scene": space(scene.box, scene.eye, scene.up),
-        "font": {"family": FONT, "size": 12.5, "color": INK},
+        "font": {**FONT, "color": INK},
         "margin": {"l": 0, "r": 0, "t": 70 if bars else 8, "b": 8},
-        "legend": {
-            "orientation": "h",
-            "x": 0.5,
-            "y": 0.0,
-            "xanchor": "center",
-            "yanchor": "top",
-            "itemsizing": "constant",
-        },
+        "legend": {**LEGEND_3D, "itemsizing": "constant"},
         "uirevision": scene.name,
         "updatemenus": [_menu(scene)] if len(scene.cases) > 1 else [],
     }
     return checked(traces, layout)
+
+
+def _visible(scene: Scene, case: str) -> list[bool | str]:
+    """Of each item while a case is chosen: what belongs to none always is."""
+    return [
+        ("legendonly" if i.name in scene.hidden else True) if i.case in ("", case) else False
+        for i in scene.items
+    ]
 
 
 def space(box: np.ndarray, eye: tuple, up: tuple) -> dict:
@@ -104,86 +105,72 @@ def _xyz(vector: Iterable[float]) -> dict:
     return dict(zip("xyz", map(float, vector), strict=True))
 
 
+def _places(position: np.ndarray) -> dict:
+    """x, y, z of a trace."""
+    return dict(zip("xyz", small(position).T, strict=True))
+
+
 def solid(position: np.ndarray, triangles: np.ndarray, **more: Any) -> dict:
     """A mesh3d trace."""
-    x, y, z = small(position).T
-    i, j, k = np.asarray(triangles, dtype=np.int32).T
     return {
         "type": "mesh3d",
-        "x": x,
-        "y": y,
-        "z": z,
-        "i": i,
-        "j": j,
-        "k": k,
+        **_places(position),
+        **dict(zip("ijk", np.asarray(triangles, dtype=np.int32).T, strict=True)),
         "lighting": LIGHT,
         "lightposition": {"x": 20000, "y": -40000, "z": 60000},
         **more,
     }
 
 
-def lines(start: np.ndarray, end: np.ndarray) -> dict:
-    """x, y, z of a scatter3d trace of separate pieces."""
-    gap = np.full_like(small(start), np.nan)
-    x, y, z = np.stack([small(start), small(end), gap], axis=1).reshape(-1, 3).T
-    return {"x": x, "y": y, "z": z}
-
-
-def _solid(item: Solid, bars: dict[str, set[str]]) -> dict:
-    look = {"color": item.color, "opacity": item.opacity, "hoverinfo": "skip"}
-    if item.values is not None and item.scale is not None:
-        look = {
-            "intensity": small(item.values),
-            "opacity": item.opacity,
-            **_colors(item.scale, item.case, bars),
-            "hoverinfo": "skip",
-        }
-    if item.hover:
-        look.update(
-            hoverinfo=None,
-            text=[_lines(t) for t in item.hover],
-            hovertemplate="%{text}<extra></extra>",
-        )
-    return solid(item.position, item.triangles, **look)
-
-
-def _points(item: Points, bars: dict[str, set[str]]) -> dict:
-    x, y, z = small(item.position).T
-    color = (
-        {"color": item.color}
-        if item.values is None or item.scale is None
-        else {"color": small(item.values), **_colors(item.scale, item.case, bars)}
-    )
-    hover = (
-        {"text": [_lines(t) for t in item.hover], "hovertemplate": "%{text}<extra></extra>"}
-        if item.hover
-        else {"hoverinfo": "skip"}
-    )
+def marks(position: np.ndarray, marker: dict, **more: Any) -> dict:
+    """A scatter3d trace of points without rims."""
     return {
         "type": "scatter3d",
         "mode": "markers",
-        "x": x,
-        "y": y,
-        "z": z,
-        **hover,
-        "marker": {
-            "size": item.size,
-            "symbol": item.symbol,
-            "line": {"width": 0},
-            "opacity": 1.0,
-            **color,
-        },
+        **_places(position),
+        "marker": {"line": {"width": 0}, "opacity": 1.0, **marker},
+        **more,
     }
 
 
-def _segments(item: Segments, _: dict[str, set[str]]) -> dict:
+def lines(start: np.ndarray, end: np.ndarray, color: str, width: float) -> dict:
+    """A scatter3d trace of separate pieces."""
+    gap = np.full_like(small(start), np.nan)
     return {
         "type": "scatter3d",
         "mode": "lines",
-        **lines(item.start, item.end),
+        **_places(np.stack([small(start), small(end), gap], axis=1).reshape(-1, 3)),
         "hoverinfo": "skip",
-        "line": {"color": item.color, "width": item.width},
+        "line": {"color": color, "width": width},
     }
+
+
+def _solid(item: Solid, bars: dict[str, set[str]]) -> dict:
+    look = _look(item, "intensity", bars)
+    return solid(item.position, item.triangles, opacity=item.opacity, **look, **_hover(item))
+
+
+def _points(item: Points, bars: dict[str, set[str]]) -> dict:
+    marker = {"size": item.size, "symbol": item.symbol, **_look(item, "color", bars)}
+    return marks(item.position, marker, **_hover(item))
+
+
+def _segments(item: Segments, _: dict[str, set[str]]) -> dict:
+    return lines(item.start, item.end, item.color, item.width)
+
+
+def _look(item: Solid | Points, key: str, bars: dict[str, set[str]]) -> dict:
+    """One colour, or those of the values, which the kind of the trace has under this key."""
+    if item.values is None or item.scale is None:
+        return {"color": item.color}
+    return {key: small(item.values), **_colors(item.scale, item.case, bars)}
+
+
+def _hover(item: Solid | Points) -> dict:
+    """A text of each node, or none."""
+    if not item.hover:
+        return {"hoverinfo": "skip"}
+    return {"text": [_lines(t) for t in item.hover], "hovertemplate": "%{text}<extra></extra>"}
 
 
 def _colors(scale: Scale, case: str, bars: dict[str, set[str]]) -> dict:
@@ -216,16 +203,13 @@ def _colors(scale: Scale, case: str, bars: dict[str, set[str]]) -> dict:
 
 
 def _menu(scene: Scene) -> dict:
-    """A choice of the load case; what belongs to none stays as it is."""
-
-    def visible(case: str) -> list[bool | str]:
-        return [
-            ("legendonly" if i.name in scene.hidden else True) if i.case in ("", case) else False
-            for i in scene.items
-        ]
-
+    """A choice of the load case."""
     buttons = [
-        {"label": plain_text(case), "method": "restyle", "args": [{"visible": visible(case)}]}
+        {
+            "label": plain_text(case),
+            "method": "restyle",
+            "args": [{"visible": _visible(scene, case)}],
+        }
         for case in scene.cases
     ]
     return {

@@ -15,34 +15,37 @@ BODY, BLADE = "#b9c0c8", "#8fb3d1"
 NORMAL, TANGENT_1, TANGENT_2 = "#D55E00", "#009E73", "#7b3f9d"
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Nodes:
+    """What nodes show: values (n,), drawn as colour on a scale instead of `color`; texts (n,) on
+    hover."""
+
+    values: np.ndarray | None = None
+    scale: "Scale | None" = None
+    hover: tuple = ()
+    case: str = ""
+
+
 @dataclass(frozen=True)
-class Solid:
-    """A surface of triangles; values (n,) at its nodes are drawn as colour instead of `color`."""
+class Solid(_Nodes):
+    """A surface of triangles, with what its nodes show."""
 
     position: np.ndarray
     triangles: np.ndarray
     name: str = ""
     color: str = BODY
     opacity: float = 1.0
-    values: np.ndarray | None = None
-    scale: "Scale | None" = None
-    hover: tuple = ()
-    case: str = ""
 
 
 @dataclass(frozen=True)
-class Points:
-    """Marks of `size` px, with one text each that is shown on hover; values as for Solid."""
+class Points(_Nodes):
+    """Marks of `size` px, with what they show."""
 
     position: np.ndarray
     name: str = ""
     color: str = "#222222"
     size: float = 4.0
     symbol: str = "circle"
-    values: np.ndarray | None = None
-    scale: "Scale | None" = None
-    hover: tuple = ()
-    case: str = ""
 
 
 @dataclass(frozen=True)

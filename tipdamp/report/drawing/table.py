@@ -2,14 +2,15 @@
 every number that it draws, one row each."""
 
 import csv
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
-from tipdamp.hbm.drawing.figure import Band, Curve, Figure, Item, Line, Tiles
+from tipdamp.hbm.drawing.figure import Band, Figure, Item, Line, Marks, Tiles
 
 HEAD = ("panel", "drawn as", "name", "x", "y", "y high", "label")
 
@@ -46,7 +47,9 @@ def write(figure: Figure, path: Path) -> None:
             title = plain(panel.title)
             out.writerow((title, "axes", "", plain(panel.x_label), plain(panel.y_label), "", ""))
             for item in panel.items:
-                out.writerows((title, *row) for row in _rows(item))
+                drawn_as, name = type(item).__name__.lower(), plain(vars(item).get("name", ""))
+                for *numbers, label in zip_longest(*_columns(item), fillvalue=""):
+                    out.writerow((title, drawn_as, name, *map(digits, numbers), label))
 
 
 def plain(text: str) -> str:
@@ -54,26 +57,18 @@ def plain(text: str) -> str:
     return f"'{text}" if text[:1] in tuple("=+-@\t\r") else text
 
 
-def _rows(item: Item) -> Iterator[tuple]:
+def _columns(item: Item) -> tuple[Iterable, Iterable, Iterable, Iterable]:
+    """x, y, y high and label of every number of an item; () what it has not."""
     if isinstance(item, Line):
-        x, y = (item.value, "") if item.axis == "x" else ("", item.value)
-        yield "line", "", digits(x), digits(y), "", plain(item.label)
-        return
-    name = plain(item.name)
-    if isinstance(item, Curve):
-        for x, y in zip(item.x, item.y, strict=True):
-            yield "curve", name, digits(x), digits(y), "", ""
-    elif isinstance(item, Band):
-        for x, low, high in zip(item.x, item.low, item.high, strict=True):
-            yield "band", name, digits(x), digits(low), digits(high), ""
-    elif isinstance(item, Tiles):
-        for row, column in np.argwhere(np.isfinite(item.values)):
-            value = item.values[row, column]
-            yield "tiles", name, digits(item.x[column]), digits(item.y[row]), "", digits(value)
-    else:
-        labels = item.labels or ("",) * len(item.x)
-        for x, y, label in zip(item.x, item.y, labels, strict=True):
-            yield "marks", name, digits(x), digits(y), "", plain(label)
+        at, label = [item.value], [plain(item.label)]
+        return (at, (), (), label) if item.axis == "x" else ((), at, (), label)
+    if isinstance(item, Band):
+        return item.x, item.low, item.high, ()
+    if isinstance(item, Tiles):
+        rows, columns = np.nonzero(np.isfinite(item.values))
+        values = map(digits, item.values[rows, columns])
+        return item.x[columns], item.y[rows], (), values
+    return item.x, item.y, (), map(plain, item.labels) if isinstance(item, Marks) else ()
 
 
 def digits(value: float | str) -> str:

@@ -1,15 +1,18 @@
 """What the figures of the forced response share: panels of amplitude, lists of levels."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import TypeVar
 
 import numpy as np
 
-from tipdamp.hbm.drawing.branches import Place
-from tipdamp.hbm.drawing.figure import Curve, Item, Panel
+from tipdamp.hbm.drawing.branches import Place, branch_lines
+from tipdamp.hbm.drawing.figure import Curve, Item, Panel, level_colors
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.text import hertz, listing, micro
 from tipdamp.results.response_results import PeakCycle
+
+T = TypeVar("T")
 
 
 def amplitude_panel(results: Results, title: str, label: str, items: Sequence[Item]) -> Panel:
@@ -26,6 +29,17 @@ def amplitude_panel(results: Results, title: str, label: str, items: Sequence[It
         x_range=tuple(results.study.respond.band),
         y_range=(0.0, 1.06 * top),
     )
+
+
+def in_colors(levels: Sequence[T]) -> Iterator[tuple[T, str]]:
+    """Each with the colour of its level, from dark to light."""
+    return zip(levels, level_colors(len(levels)), strict=True)
+
+
+def branch(case: ReportedCurve, patch: str, factor: float, color: str) -> Iterator[Item]:
+    """The largest amplitude over a patch, times a factor, with its name in the legend."""
+    top, named = (factor * a.max(axis=1) for a in (case.patch(patch), case.named(patch)))
+    return branch_lines(case.curve, top, named, level_title(case), color)
 
 
 def unstable_parts(cases: Sequence[ReportedCurve]) -> str:
@@ -68,21 +82,15 @@ def peakless(cases: Sequence[ReportedCurve]) -> str:
         for c in cases
         if not c.has_peak and not c.facts.solved_nothing
     ]
-    said = (
-        [f"No peak, since the curve stops or has a gap at its highest point: {listing(parts)}."]
-        if parts
-        else []
-    )
-    return " ".join(
-        [
-            *said,
-            *(
-                f"No point of the curve {c.Fe:g} N, H = {c.H} is solved: {reason(c)}."
-                for c in cases
-                if c.facts.solved_nothing
-            ),
-        ]
-    )
+    said = [
+        f"No peak, since the curve stops or has a gap at its highest point: {listing(parts)}."
+    ] * bool(parts)
+    said += [
+        f"No point of the curve {c.Fe:g} N, H = {c.H} is solved: {reason(c)}."
+        for c in cases
+        if c.facts.solved_nothing
+    ]
+    return " ".join(said)
 
 
 def reason(case: ReportedCurve) -> str:

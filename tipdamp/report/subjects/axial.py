@@ -28,12 +28,25 @@ def lines_of(results: Results) -> list[LineContact]:
     )
 
 
+def by_station(pairs: ContactTable, values: np.ndarray) -> list[np.ndarray]:
+    """The values (P,) of the pairs of each station, in the order of their numbers."""
+    return [values[pairs.station == s] for s in np.unique(pairs.station)]
+
+
+def sums(pairs: ContactTable, values: np.ndarray) -> np.ndarray:
+    """(s,) of the values (P,) over each station."""
+    return np.array([mine.sum() for mine in by_station(pairs, values)])
+
+
+def middles(results: Results, pairs: ContactTable) -> np.ndarray:
+    """(s,) mm along the axis of the stations."""
+    return np.array([mine.mean() for mine in by_station(pairs, results.along(pairs))])
+
+
 def station_sums(results: Results, pairs: ContactTable) -> tuple[np.ndarray, np.ndarray]:
     """(axial coordinate in mm, force of the closed rows together in N) of the stations, in the
     order of the axis."""
-    stations = np.unique(pairs.station)
-    x = np.array([results.along(pairs)[pairs.station == s].mean() for s in stations])
-    total = np.array([np.maximum(pairs.preload[pairs.station == s], 0).sum() for s in stations])
+    x, total = middles(results, pairs), sums(pairs, np.maximum(pairs.preload, 0))
     order = np.argsort(x)
     return x[order], total[order]
 
@@ -41,12 +54,11 @@ def station_sums(results: Results, pairs: ContactTable) -> tuple[np.ndarray, np.
 def in_lines(results: Results, pairs: ContactTable) -> bool:
     """Whether the pairs of each station of a side lie on a line across the axis. On unlike meshes
     a station is an interval of the axis, and a sum over its points follows the mesh."""
-    along = results.along(pairs)
-    each = [along[pairs.station == s] for s in np.unique(pairs.station)]
+    each = by_station(pairs, results.along(pairs))
     if len(each) < 2:
         return True
-    middles = np.sort([values.mean() for values in each])
-    return max(map(np.ptp, each)) <= LINE * float(np.diff(middles).mean())
+    apart = float(np.diff(np.sort(middles(results, pairs))).mean())
+    return max(map(np.ptp, each)) <= LINE * apart
 
 
 def by_point(results: Results, pairs: ContactTable) -> bool:

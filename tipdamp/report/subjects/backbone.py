@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator
 
-from tipdamp.hbm.drawing.branches import branch_lines
-from tipdamp.hbm.drawing.figure import BLUE, INK, Curve, Figure, Item, Marks, Panel, level_colors
+from tipdamp.hbm.drawing.figure import BLUE, INK, Curve, Figure, Item, Marks, Panel
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
-from tipdamp.report.subjects.amplitudes import amplitude_panel, level_title
+from tipdamp.report.subjects.amplitudes import amplitude_panel, branch, in_colors
 from tipdamp.report.text import MICRO, hertz, listing, micro, percent
 from tipdamp.results.response_results import BackboneResult, PredictedPeak
 
@@ -62,10 +61,8 @@ def figure(results: Results) -> Iterator[Figure]:
 
 
 def _forced(results: Results, found: BackboneResult) -> Iterator[Item]:
-    for case, color in zip(results.finest, level_colors(len(results.finest)), strict=True):
-        top = MICRO * case.patch(found.response).max(axis=1)
-        named = MICRO * case.named(found.response).max(axis=1)
-        yield from branch_lines(case.curve, top, named, level_title(case), color)
+    for case, color in in_colors(results.finest):
+        yield from branch(case, found.response, MICRO, color)
 
 
 def _open_at_rest(found: BackboneResult) -> str:

@@ -23,19 +23,20 @@ from tipdamp.hbm.drawing.figure import (
     Marks,
     Panel,
     Tiles,
-    level_colors,
 )
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import ReportedCurve, Results
-from tipdamp.report.subjects.amplitudes import level_title, orders_of
+from tipdamp.report.subjects.amplitudes import in_colors, level_title, orders_of
 from tipdamp.report.subjects.axial import (
     ACROSS,
     AXIAL,
     across,
     by_point,
+    middles,
     of_side,
     parted,
     side_title,
+    sums,
     with_room,
 )
 from tipdamp.report.text import MICRO, MM2, hertz, listing, number, percent
@@ -147,19 +148,17 @@ def _work(results: Results, pairs: Sequence[str], kept: ContactTable, side: str)
     mine = of_side(kept, side)
     names = np.array(pairs)[kept.side == side].tolist()
     items: list[Item] = [Line("y", 0.0, dash="solid")]
-    stations = np.unique(mine.station)
-    x = np.array([results.along(mine)[mine.station == s].mean() for s in stations])
-    alone = by_point(results, kept)
-    for one, color in zip(results.periods, level_colors(len(results.periods)), strict=True):
+    x, alone = middles(results, mine), by_point(results, kept)
+    for one, color in in_colors(results.periods):
         work = MICRO * np.array([one.friction_J[name] for name in names])
         level = f"Fe = {one.Fe_N:g} N"
         if alone:
             over_area = work / (MM2 * mine.area)
             items.append(Marks(results.along(mine), over_area, level, color, size=5))
             continue
-        sums = np.array([work[mine.station == s].sum() for s in stations])
-        along, parts = parted(stations, x, sums)
-        items += [Curve(along, parts, "", color), Marks(x, sums, level, color, size=5)]
+        total = sums(mine, work)
+        along, parts = parted(np.unique(mine.station), x, total)
+        items += [Curve(along, parts, "", color), Marks(x, total, level, color, size=5)]
     unit = "µJ/mm²" if alone else "µJ"
     return Panel(side_title(results, side), AXIAL, f"friction work ({unit} per period)", items)
 
@@ -209,7 +208,7 @@ def _tiles(results: Results, kept: ContactTable, side: str, work: np.ndarray) ->
     mine = of_side(results.whole if results.whole is not None else kept, side)
     known = kept.side == side
     stations, rows = np.unique(mine.station), np.unique(mine.row)
-    x = np.array([results.along(mine)[mine.station == s].mean() for s in stations])
+    x = middles(results, mine)
     values = np.full((len(rows), len(stations)), np.nan)
     place = np.searchsorted(rows, kept.row[known]), np.searchsorted(stations, kept.station[known])
     values[place] = work[known]

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from tipdamp.hbm.drawing.branches import with_gaps
-from tipdamp.hbm.drawing.figure import DASHES, Curve, Figure, Item, Marks, Panel, level_colors
+from tipdamp.hbm.drawing.figure import DASHES, Curve, Figure, Item, Marks, Panel
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import ReportedCurve, Results
-from tipdamp.report.subjects.amplitudes import levels_of, orders_of
+from tipdamp.report.subjects.amplitudes import in_colors, levels_of, orders_of
 from tipdamp.report.text import MICRO, NOTHING, amount, hertz, listing, number
 from tipdamp.results.response_results import CurveResult, HeldForce
 
@@ -62,7 +62,7 @@ def figure(results: Results) -> Iterator[Figure]:
     """Mean force over the band at every level, one panel for each motion that has any, at the
     largest H."""
     cases = results.solved
-    loaded = {name: k for name, (k, some) in _motions(results).items() if some}
+    loaded = _loaded(results)
     if not loaded:
         return
     at = [
@@ -84,30 +84,30 @@ def figure(results: Results) -> Iterator[Figure]:
     )
 
 
-def _motions(results: Results) -> dict[str, tuple[int, bool]]:
-    """{motion: (its place, whether there is a mean force at any level)}, at the largest H."""
+def _loaded(results: Results) -> dict[str, int]:
+    """{motion: its place} of those with a mean force at any level, at the largest H."""
     cases = results.solved
     return {
-        name: (
-            k,
-            any(
-                np.nanmax(np.abs(case.curve.reaction[:, k, 0]), initial=0.0) > NO_FORCE * case.Fe
-                for case in cases
-            ),
-        )
+        name: k
         for k, name in enumerate(cases[0].facts.held if cases else ())
+        if any(
+            np.nanmax(np.abs(case.curve.reaction[:, k, 0]), initial=0.0) > NO_FORCE * case.Fe
+            for case in cases
+        )
     }
 
 
 def _without(results: Results) -> str:
     """Of the motions that the figure leaves out."""
-    none = [name for name, (_, some) in _motions(results).items() if not some]
-    return f" No mean force at any level, so no figure: {listing(none)}." if none else ""
+    held = results.solved[0].facts.held if results.solved else ()
+    loaded = _loaded(results)
+    none = listing(name for name in held if name not in loaded)
+    return f" No mean force at any level, so no figure: {none}." if none else ""
 
 
 def _panel(results: Results, cases: list[ReportedCurve], k: int, name: str, unit: str) -> Panel:
     items: list[Item] = []
-    for i, (case, color) in enumerate(zip(cases, level_colors(len(cases)), strict=True)):
+    for i, (case, color) in enumerate(in_colors(cases)):
         facts, force = case.facts.held[name], case.curve.reaction[:, k, 0].real
         dash = DASHES[i % len(DASHES)]
         hz, shown = with_gaps(case.curve, force)

@@ -8,7 +8,7 @@ import numpy as np
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
-from tipdamp.report.text import NOTHING, deviation, hertz, listing, number, percent
+from tipdamp.report.text import NOTHING, deviation, hertz, listing, number, percent, true_minus
 from tipdamp.results.static_results import FullModelCheck, KeptArea, ReduceResult, TuneResult
 
 Row = dict[str, str]
@@ -117,7 +117,7 @@ def _stations(tune: TuneResult, reference: Mapping[str, float]) -> Iterator[Row]
 
 
 def _change(count: float) -> str:
-    return f"{count:+g}".replace("-", "\N{MINUS SIGN}") if count else "0"
+    return true_minus(f"{count:+g}") if count else "0"
 
 
 def reduction_check(results: Results) -> Iterator[Table]:

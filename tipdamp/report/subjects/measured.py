@@ -10,14 +10,13 @@ from tipdamp.hbm.drawing.figure import (
     Band,
     Curve,
     Figure,
-    Item,
     Marks,
     Panel,
-    level_colors,
 )
 from tipdamp.measured.agreement import computed_amplitude, drawn
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
+from tipdamp.report.subjects.amplitudes import in_colors
 from tipdamp.report.text import MICRO, NOTHING, hertz, micro, number, percent
 from tipdamp.results.response_results import (
     Agreement,
@@ -140,34 +139,37 @@ def figure(results: Results) -> Iterator[Figure]:
 
 
 def _panel(results: Results, name: str, level: float) -> Panel:
-    band, settings = results.bands[name], results.study.measured[name]
-    beside = [
-        one
-        for one in (results.agreement.curves if results.agreement else ())
-        if one.measured == name
-    ]
-    items: list[Item] = [
-        Band(band.hz, MICRO * band.low, MICRO * band.high, "measured, band"),
-        Marks(band.hz, MICRO * band.mean, "measured, mean", size=3.5),
-    ]
-    top = MICRO * band.high.max()
-    for one, color in zip(beside, level_colors(len(beside)), strict=True):
-        case = next(c for c in results.cases if c.facts.file == one.computed)
-        amplitude = MICRO / case.Fe * computed_amplitude(case.curve, settings, results.first_patch)
-        hz, drawn_amplitude = (values[:-1] for values in drawn(case.curve.frequency, amplitude))
-        items.append(Curve(hz, drawn_amplitude, f"computed, H = {case.H}", color))
-        top = max(top, np.nanmax(amplitude))
-    for fitted_one in results.fit.curves if results.fit else ():
-        if fitted_one.measured == name:
-            amplitude = MICRO * np.array(fitted_one.m_per_N)
-            items.append(Curve(fitted_one.hz, amplitude, "fitted", VERMILION, width=5.0))
-            top = max(top, amplitude.max(initial=0.0))
+    band = results.bands[name]
+    curves = [*_computed_curves(results, name), *_fitted_curves(results, name)]
+    tops = [MICRO * band.high.max(), *(np.nanmax(one.y, initial=0.0) for one in curves)]
     low, high = results.study.respond.band
     return Panel(
         f"{name}: {level:.4g} N",
         "frequency (Hz)",
         "amplitude per force (µm/N)",
-        items,
+        [
+            Band(band.hz, MICRO * band.low, MICRO * band.high, "measured, band"),
+            Marks(band.hz, MICRO * band.mean, "measured, mean", size=3.5),
+            *curves,
+        ],
         x_range=(min(low, band.hz[0]), max(high, band.hz[-1])),
-        y_range=(0.0, 1.06 * top),
+        y_range=(0.0, 1.06 * max(tops)),
     )
+
+
+def _computed_curves(results: Results, name: str) -> Iterator[Curve]:
+    """Of the level of a measured curve, per newton."""
+    every = results.agreement.curves if results.agreement else ()
+    settings = results.study.measured[name]
+    for one, color in in_colors([one for one in every if one.measured == name]):
+        case = next(c for c in results.cases if c.facts.file == one.computed)
+        amplitude = MICRO / case.Fe * computed_amplitude(case.curve, settings, results.first_patch)
+        hz, shown = (values[:-1] for values in drawn(case.curve.frequency, amplitude))
+        yield Curve(hz, shown, f"computed, H = {case.H}", color)
+
+
+def _fitted_curves(results: Results, name: str) -> Iterator[Curve]:
+    for one in results.fit.curves if results.fit else ():
+        if one.measured == name:
+            amplitude = MICRO * np.array(one.m_per_N)
+            yield Curve(one.hz, amplitude, "fitted", VERMILION, width=5.0)

@@ -13,6 +13,7 @@ from tipdamp.report.drawing.scene import view
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.surroundings import view_of
 from tipdamp.report.text import MM, hertz, listing
+from tipdamp.study.view import Study
 
 STILL = 1e-6  # of the largest amplitude: less is a blade that nothing excites
 STYLES = ((BLUE, "solid"), (VERMILION, "dash"))
@@ -40,13 +41,6 @@ def free_response(results: Results) -> Iterator[Figure]:
     lines = [
         line for line in _lines(free, results.study.reference) if hz[0] <= line.value <= hz[-1]
     ]
-    zeta = listing(f"{100 * z:g} %" for z in results.study.free.damping_ratio)
-    study = results.study
-    other = "respond" in study and study.respond.damping_ratio not in (
-        (),
-        study.free.damping_ratio,
-    )
-    origin = " as [free] damping_ratio has it, not that of [respond]" * other
     where = (
         f"Out of phase the blades vibrate at {hertz(free['out_of_phase'])} Hz, in phase at "
         f"{hertz(free['in_phase'])} Hz."
@@ -57,7 +51,7 @@ def free_response(results: Results) -> Iterator[Figure]:
         "linear_without_damper",
         "Response without damper",
         "Linear response of the two blades without damper to the excitation of Fe = 1 N: largest "
-        f"amplitude over each response patch, damping ratio {zeta}{origin}. {where}{still}"
+        f"amplitude over each response patch, {_damping(results.study)}. {where}{still}"
         + results.beside_paper("Corresponds to figure 2"),
         [
             Panel(
@@ -71,6 +65,16 @@ def free_response(results: Results) -> Iterator[Figure]:
             )
         ],
         columns=1,
+    )
+
+
+def _damping(study: Study) -> str:
+    """Of the blades without damper, and where it is stated if that of the response is another."""
+    zetas = study.free.damping_ratio
+    other = "respond" in study and study.respond.damping_ratio not in ((), zetas)
+    said = listing(f"{100 * z:g} %" for z in zetas)
+    return (
+        f"damping ratio {said}" + " as [free] damping_ratio has it, not that of [respond]" * other
     )
 
 

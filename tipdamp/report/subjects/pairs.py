@@ -1,7 +1,7 @@
 """Contact pairs: both nodes of each and its frame t1, t2, n in three dimensions; a table of the
 geometry of each side."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from tipdamp.checks import only_friction
 from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.report.drawing.scene import NORMAL, TANGENT_1, TANGENT_2, Item, Points, Scene, Segments
+from tipdamp.report.drawing.scene import NORMAL, TANGENT_1, TANGENT_2, Points, Scene, Segments
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import named_side
@@ -28,6 +28,7 @@ from tipdamp.results.static_results import InspectResult, SideCheck
 FULL_SIZE = 60  # pairs whose marks do not hide each other; more have smaller ones
 # of the arms of a frame: lines lie in the faces of the damper, which would hide half of them
 LIFT = 0.04
+COLORS = {"damper": "#E69F00", "blades": "#0072B2"}
 CURVED = 0.01  # of the faces of a side: contact beyond them by projections of curved faces
 FRAME = (
     ("t1, along the axis", TANGENT_1),
@@ -55,54 +56,12 @@ def contact_pairs(
     """places {body: (P, 3) m} of the nodes of the pairs; angles (P,) degrees between n and the
     surface of the damper, where meshes are there; edges {body: (e, 2, 3) m} of faces that meet as
     surfaces."""
-    blade, damper = (MM * places[body] for body in ("blades", "damper"))
-    length = _triad_length(damper)
-    hover = list(_texts(pairs, places, angles))
+    length = _triad_length(MM * places["damper"])
     box = box_of(pairs, surfaces, 4 * length)
-    items: list[Item] = [*surroundings(surfaces, box)]
-    for body, color in (("damper", "#E69F00"), ("blades", "#0072B2")):
-        if edges is not None and len(edges[body]):
-            nearest = cKDTree(damper).query(MM * edges[body].mean(axis=1))[1]
-            start, end = MM * edges[body].transpose(1, 0, 2) + LIFT * length * pairs.normal[nearest]
-            items.append(Segments(start, end, f"contact faces of the {body}", color, 1.5))
-    small = min(1.0, (FULL_SIZE / max(len(pairs), 1)) ** 0.5)
-    for side in pairs.sides:
-        mine = pairs.side == side
-        texts = tuple(hover[i] for i in np.flatnonzero(mine))
-        what = "points" if pairs.on_surface[mine].all() else "nodes"
-        items += [
-            Points(
-                damper[mine],
-                f"damper {what}, side '{side}'",
-                "#E69F00",
-                3.5 * small,
-                "diamond",
-                hover=texts,
-            ),
-            Points(
-                blade[mine],
-                f"blade {what}, side '{side}'",
-                "#0072B2",
-                5.5 * small,
-                "circle-open",
-                hover=texts,
-            ),
-        ]
-    place = "contact point" if pairs.on_surface.all() else "node"
-    above = damper + LIFT * length * pairs.normal
-    items += [
-        Segments(above, above + length * pairs.frame[:, k], name, color, 3.0)
-        for k, (name, color) in enumerate(FRAME)
-    ]
-    items.append(Segments(damper, blade, f"from {place} to {place}", "#222222", 4.0))
-    along = np.asarray(axis, dtype=float)
-    end = damper.mean(axis=0) + along * ((damper - damper.mean(axis=0)) @ along).max()
-    items.append(
-        Segments(end[None], end[None] + 4 * length * along, "axis of the damper", "#222222", 7.0)
-    )
     counts = listing(
         f"{int((pairs.side == s).sum())} on {named_side(pairs, s)}" for s in pairs.sides
     )
+    place = "contact point" if pairs.on_surface.all() else "node"
     caption = (
         f"The {len(pairs)} contact pairs ({counts}) with their frames: n must point out of the "
         f"damper into the blade, t1 along the axis. Point at a {place} for its numbers, the "
@@ -112,10 +71,64 @@ def contact_pairs(
         "contact_pairs",
         "Contact pairs and their frames",
         caption,
-        items,
+        [
+            *surroundings(surfaces, box),
+            *_faces(pairs, places, edges or {}, length),
+            *_nodes(pairs, places, list(_texts(pairs, places, angles))),
+            *_frames(pairs, places, axis, length, f"from {place} to {place}"),
+        ],
         box,
         *view_of(pairs, axis),
     )
+
+
+def _faces(
+    pairs: ContactTable,
+    places: Mapping[str, np.ndarray],
+    edges: Mapping[str, np.ndarray],
+    length: float,
+) -> Iterator[Segments]:
+    """Edges of the faces that meet, lifted along the normal of the nearest pair."""
+    for body, color in COLORS.items():
+        if len(edges.get(body, ())):
+            nearest = cKDTree(MM * places["damper"]).query(MM * edges[body].mean(axis=1))[1]
+            start, end = MM * edges[body].transpose(1, 0, 2) + LIFT * length * pairs.normal[nearest]
+            yield Segments(start, end, f"contact faces of the {body}", color, 1.5)
+
+
+def _nodes(
+    pairs: ContactTable, places: Mapping[str, np.ndarray], hover: Sequence[str]
+) -> Iterator[Points]:
+    """Both nodes of each pair, side by side."""
+    small = min(1.0, (FULL_SIZE / max(len(pairs), 1)) ** 0.5)
+    for side in pairs.sides:
+        mine = pairs.side == side
+        texts = tuple(hover[i] for i in np.flatnonzero(mine))
+        what = f"{'points' if pairs.on_surface[mine].all() else 'nodes'}, side '{side}'"
+        for body, name, size, symbol in (
+            ("damper", "damper", 3.5, "diamond"),
+            ("blades", "blade", 5.5, "circle-open"),
+        ):
+            at, color = MM * places[body][mine], COLORS[body]
+            yield Points(at, f"{name} {what}", color, size * small, symbol, hover=texts)
+
+
+def _frames(
+    pairs: ContactTable,
+    places: Mapping[str, np.ndarray],
+    axis: ArrayLike,
+    length: float,
+    between: str,
+) -> Iterator[Segments]:
+    """The arms of each frame, what lies between the nodes of a pair, and the axis."""
+    blade, damper = (MM * places[body] for body in ("blades", "damper"))
+    above = damper + LIFT * length * pairs.normal
+    for k, (name, color) in enumerate(FRAME):
+        yield Segments(above, above + length * pairs.frame[:, k], name, color, 3.0)
+    yield Segments(damper, blade, between, "#222222", 4.0)
+    along, middle = np.asarray(axis, dtype=float), damper.mean(axis=0)
+    end = (middle + along * ((damper - middle) @ along).max())[None]
+    yield Segments(end, end + 4 * length * along, "axis of the damper", "#222222", 7.0)
 
 
 def _texts(

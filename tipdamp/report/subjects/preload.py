@@ -101,20 +101,17 @@ def panels(results: Results, table: ContactTable) -> list[Panel]:
     span = _span(others, low)
     panels = []
     for side in table.sides:
-        mine = of_side(table, side)
-        if side in lines:
-            drawn = [Line("y", 0.0, dash="solid"), *_stations(results, mine, lines[side])]
-            line_span = _span(np.concatenate(list(lines.values())), 0.0)
-            title = side_title(results, side)
-            panels.append(Panel(title, AXIAL, PER_LENGTH, drawn, y_range=line_span))
-            continue
+        mine, label, ends = of_side(table, side), name, span
         items: list[Item] = [Line("y", 0.0, dash="solid")]
-        if table.on_surface.all():
+        if side in lines:
+            label, ends = PER_LENGTH, _span(np.concatenate(list(lines.values())), 0.0)
+            items += _stations(results, mine, lines[side])
+        elif table.on_surface.all():
             items += _points(results, mine, load[table.side == side], low)
         else:
             for row in np.unique(mine.row):
                 items += _row(results, mine.select(mine.row == row), int(row), low)
-        panels.append(Panel(side_title(results, side), AXIAL, name, items, y_range=span))
+        panels.append(Panel(side_title(results, side), AXIAL, label, items, y_range=ends))
     return panels
 
 

@@ -55,36 +55,39 @@ def pressure_map(
     along a line, which show force per length of each station."""
     first = next(iter(tables.values()))
     sides = shown_patches(first, hard, lines)
-    top = max(float(table.preload.max()) for table in tables.values())
-    scales = _scales(sides, tables)
     along, every = first.position @ np.asarray(axis), np.ptp(first.position, axis=0).max()
     length = 0.09 * MM * float(np.ptp(along) or every) or 1.0  # of a single pair
     box = box_of(first, surfaces, length)
-    items: list[Item] = [*surroundings(surfaces, box)]
-    for case, table in tables.items():
-        shown: list[Item] = [
-            item for patch in sides for item in _loaded(table, patch, scales[patch.unit])
-        ]
-        shown += _stems(table, length / top if top > 0 else 0.0)
-        items += [replace(item, case=case) for item in shown] if len(tables) > 1 else shown
     caption = (
         "Colour: "
         + listing(_meaning(patch) for patch in sides)
-        + (
-            ". Each stem stands on a pair along the contact normal, its length proportional to "
-            "the preload; pairs without a stem are open. Point at a pair for its values. "
-            f"{_totals(sides, tables)} Click a name to switch it on or off, drag to turn."
-        )
+        + ". Each stem stands on a pair along the contact normal, its length proportional to the "
+        "preload; pairs without a stem are open. Point at a pair for its values. "
+        f"{_totals(sides, tables)} Click a name to switch it on or off, drag to turn."
         + (NO_SURFACE if not surfaces else "")
     )
     return Scene(
         "preload_on_damper",
         "Preload and contact pressure on the damper",
         caption,
-        items,
+        [*surroundings(surfaces, box), *_preloads(tables, sides, length)],
         box,
         *view_of(first, axis),
     )
+
+
+def _preloads(
+    tables: Mapping[str, ContactTable], sides: Sequence[PressurePatch], length: float
+) -> Iterator[Item]:
+    """Patches and stems of each load case, the longest of this length."""
+    top = max(float(table.preload.max()) for table in tables.values())
+    scales = _scales(sides, tables)
+    for case, table in tables.items():
+        shown: list[Item] = [
+            item for patch in sides for item in _loaded(table, patch, scales[patch.unit])
+        ]
+        shown += _stems(table, length / top if top > 0 else 0.0)
+        yield from (replace(item, case=case) for item in shown) if len(tables) > 1 else shown
 
 
 def _scales(sides: Sequence[PressurePatch], tables: Mapping[str, ContactTable]) -> dict[str, Scale]:

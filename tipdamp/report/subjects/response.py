@@ -33,12 +33,12 @@ from tipdamp.hbm.drawing.figure import (
     Line,
     Marks,
     Panel,
-    level_colors,
 )
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects.amplitudes import (
     amplitude_panel,
-    level_title,
+    branch,
+    in_colors,
     levels_of,
     of_one_mode,
     orders_of,
@@ -63,7 +63,7 @@ def families(results: Results) -> Iterator[Figure]:
         orders = orders_of(cases)
         per_force: list[Item] = []
         absolute: list[Item] = []
-        for case, color in zip(cases, level_colors(len(cases)), strict=True):
+        for case, color in in_colors(cases):
             per_force += _family_curve(results, case, color, MICRO / case.Fe)
             absolute += _family_curve(results, case, color, MICRO)
         per_force += _stuck(results, MICRO, INK, 1.8)
@@ -107,18 +107,17 @@ def _family_curve(
     error = case.error_of_top(results.first_patch)
     if error is not None:
         yield error_band(case.curve, top, factor * error, color)
-    heights = factor * case.named(results.first_patch).max(axis=1)
-    yield from branch_lines(case.curve, top, heights, level_title(case), color)
+    yield from branch(case, results.first_patch, factor, color)
     named = places(case, factor)
     for one in case.beside:
         columns = in_patch(one.output_names, results.first_patch)
-        highest = factor * one.amplitude()[:, columns].max(axis=1)
-        heights = factor * named_amplitudes(one)[:, columns].max(axis=1)
+        highest, heights = (
+            factor * every[:, columns].max(axis=1)
+            for every in (one.amplitude(), named_amplitudes(one))
+        )
         yield from branch_lines(one, highest, heights, "", color, 0.9)
-        named += [
-            Place(at.kind, at.frequency, height)
-            for at, height in zip(one.named_points, heights, strict=True)
-        ]
+        points = zip(one.named_points, heights, strict=True)
+        named += [Place(at.kind, at.frequency, height) for at, height in points]
     yield from named_marks(named, BIFURCATIONS, color)
     if facts.peak_m is not None and facts.peak_hz is not None:
         yield peak_mark(facts.peak_hz, factor * facts.peak_m, color)
@@ -264,18 +263,7 @@ def trend(results: Results) -> Iterator[Figure]:
     """Height and frequency of the peak over the level, where at least two levels have a peak."""
     if len({case.Fe for case in results.cases if case.has_peak}) < 2:
         return
-    height: list[Item] = []
-    place: list[Item] = []
-    for k, family in enumerate(results.families):
-        rank = (len(results.families) - 1 - k) % 4
-        cases = [c for c in family if c.has_peak]
-        for run in of_one_mode(cases):
-            Fe, hz, peak = _peaks(run)
-            for items, y in ((height, peak), (place, hz)):
-                items.append(Curve(Fe, y, "", COLORS[rank], DASHES[rank]))
-        Fe, hz, peak = _peaks(cases)
-        for items, y in ((height, peak), (place, hz)):
-            items.append(Marks(Fe, y, orders_of(family), COLORS[rank], SYMBOLS[k % 3]))
+    height, place = _over_levels(results)
     beyond = ""
     if results.tune:
         stuck = results.tune.stuck_hz.tuned
@@ -303,6 +291,23 @@ def trend(results: Results) -> Iterator[Figure]:
         ],
         row_height=300,
     )
+
+
+def _over_levels(results: Results) -> tuple[list[Item], list[Item]]:
+    """(height, frequency) of the peaks of each family: lines of one mode, and marks."""
+    height: list[Item] = []
+    place: list[Item] = []
+    for k, family in enumerate(results.families):
+        rank = (len(results.families) - 1 - k) % 4
+        cases = [c for c in family if c.has_peak]
+        for run in of_one_mode(cases):
+            Fe, hz, peak = _peaks(run)
+            for items, y in ((height, peak), (place, hz)):
+                items.append(Curve(Fe, y, "", COLORS[rank], DASHES[rank]))
+        Fe, hz, peak = _peaks(cases)
+        for items, y in ((height, peak), (place, hz)):
+            items.append(Marks(Fe, y, orders_of(family), COLORS[rank], SYMBOLS[k % 3]))
+    return height, place
 
 
 def _peaks(cases: Sequence[ReportedCurve]) -> np.ndarray:

@@ -23,7 +23,7 @@ from tipdamp.hbm.drawing.pictures import KEPT_STATIONS
 from tipdamp.report.drawing.table import Table
 from tipdamp.report.results import Results
 from tipdamp.report.subjects.axial import ACROSS, AXIAL, across, of_side, side_title, with_room
-from tipdamp.report.text import MM, hertz, listing, number
+from tipdamp.report.text import MM, hertz, listing, number, true_minus
 from tipdamp.results.static_results import KeptArea, TuneResult, TuneStep
 
 HOW_STATIONS = {
@@ -65,31 +65,27 @@ def _of_stations(results: Results, tune: TuneResult) -> Figure:
     order, kept = results.study.tune.order, tune.tuned_pairs
     count = np.array([s.front + s.back for s in tune.history], dtype=float)
     even = np.array([order == "least_loaded" or s.front - s.back in (0, 1) for s in tune.history])
+    hz = np.array([s.hz for s in tune.history])
     known = _reference(results.study.reference, count.max())
-    part, graded = 1.0, ""
+    part, chosen = 1.0, f"chosen: {kept.front} + {kept.back}"
     if tune.graded is not None:
         part = tune.graded.part
-        graded = f", of station {tune.graded.station} a part of {part:.3g}"
-    hz = [
-        *_sets(count, np.array([s.hz for s in tune.history]), even),
-        *_target(tune, count.min(), count.max()),
-        _chosen(
-            tune, kept.front + kept.back - 1 + part, f"chosen: {kept.front} + {kept.back}{graded}"
-        ),
-    ]
-    if len(known):
-        hz.append(Marks(known[:, 0], known[:, 1], "reference", INK, "square", filled=False, size=9))
-    mac = list(_sets(count, np.array([s.mac for s in tune.history]), even))
-    seen = [*(s.hz for s in tune.history), *known[:, 1]]
+        chosen += f", of station {tune.graded.station} a part of {part:.3g}"
+    stated = Marks(known[:, 0], known[:, 1], "reference", INK, "square", filled=False, size=9)
     return _history(
         results,
         tune,
         "Tuning by detachment",
         KEPT_STATIONS,
         HOW_STATIONS[order],
-        seen,
-        hz,
-        mac,
+        [*hz, *known[:, 1]],
+        [
+            *_sets(count, hz, even),
+            *_target(tune, count.min(), count.max()),
+            _chosen(tune, kept.front + kept.back - 1 + part, chosen),
+            *[stated] * bool(len(known)),
+        ],
+        list(_sets(count, np.array([s.mac for s in tune.history]), even)),
     )
 
 
@@ -283,6 +279,6 @@ def _set(step: TuneStep, target_hz: float) -> dict[str, str]:
     return {
         "stations, front + back": f"{step.front} + {step.back}",
         "stuck frequency (Hz)": hertz(step.hz),
-        "off the target (Hz)": f"{step.hz - target_hz:+.1f}".replace("-", "\N{MINUS SIGN}"),
+        "off the target (Hz)": true_minus(f"{step.hz - target_hz:+.1f}"),
         "energy-weighted MAC": number(step.mac, 3),
     }

@@ -5,9 +5,18 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tipdamp.hbm.drawing.figure import Curve, Figure, Item, Marks, Panel, level_colors
+from tipdamp.hbm.drawing.figure import Curve, Figure, Item, Marks, Panel
 from tipdamp.report.results import Results
-from tipdamp.report.subjects.axial import AXIAL, by_point, of_side, parted, side_title
+from tipdamp.report.subjects.amplitudes import in_colors
+from tipdamp.report.subjects.axial import (
+    AXIAL,
+    by_point,
+    middles,
+    of_side,
+    parted,
+    side_title,
+    sums,
+)
 from tipdamp.report.text import MM, MM2
 
 HOUR = 3600.0  # s
@@ -45,7 +54,7 @@ def _levels(results: Results, side: str, per_area: bool) -> Iterator[Item]:
     carrying = results.kept.select(results.kept.carrying)
     pairs = of_side(carrying, side)
     stations, lined = np.unique(pairs.station), not (per_area and by_point(results, carrying))
-    for one, color in zip(results.periods, level_colors(len(results.periods)), strict=True):
+    for one, color in in_colors(results.periods):
         power = [one.hz * one.friction_J[name] for name in results.cycles.pairs]
         x, work = wear_index(results, power, side, per_area)
         if not len(x):
@@ -76,19 +85,15 @@ def wear_index(
     if per_area and by_point(one, carrying):
         order = np.argsort(along := one.along(pairs))
         return along[order], (HOUR * own / (MM2 * pairs.area))[order]
-    stations = np.unique(pairs.station)
-    line = np.unique(every.station)
+    line, stations = np.unique(every.station), np.unique(pairs.station)
     if len(line) < 2 or not len(stations):
         return np.empty(0), np.empty(0)
-    places = np.array([one.along(every)[every.station == s].mean() for s in line])
-    length = tributary(places)[np.searchsorted(line, stations)]
-    at = [pairs.station == s for s in stations]
-    x = np.array([one.along(pairs)[here].mean() for here in at])
-    work = HOUR * np.array([own[here].sum() for here in at])
+    length = tributary(middles(one, every))[np.searchsorted(line, stations)]
+    x, work = middles(one, pairs), HOUR * sums(pairs, own)
     if not per_area:
         return x, work / length
     if (pairs.area > 0).all():
-        return x, work / (MM2 * np.array([pairs.area[here].sum() for here in at]))
+        return x, work / (MM2 * sums(pairs, pairs.area))
     return x, work / (MM * (width(one, side) or np.nan) * length)
 
 
