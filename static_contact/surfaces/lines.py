@@ -14,6 +14,8 @@ On each face, w' = w + D (I - T) P M^-1 psi with T = D^-1 W M, the places that w
 and P, which leaves of a linear function of the place what varies in the direction of the curvature.
 w' has the integrals of w and its sum on the face. A point takes of each of its faces as little of
 the change as brings it to its corner (least squares): none where they are alike all around.
+
+Where no corner lies on the line, nothing is read there: `beside_line` says by how much.
 """
 
 from typing import NamedTuple
@@ -89,3 +91,33 @@ def least_changes(
     normed += (DEFAULT.ridge * size + (size == 0)) * np.eye(2)
     by = np.linalg.solve(normed, wanted[:, :, None])[:, :, 0]
     return np.einsum("na,na->n", flat, gather.T @ by)
+
+
+class BesideLine(NamedTuple):
+    """How far a point lies from the line of contact: m across it, and degrees between the
+    normals."""
+
+    distance: float
+    angle: float
+
+
+def beside_line(place: np.ndarray, normal: np.ndarray, turned: np.ndarray) -> BesideLine | None:
+    """The nearest of n points (n, 3) m of two surfaces that part to both sides of a line, with
+    normals (n, 3) of the one and sums of those of both, which are 0 on the line; None where they do
+    not part so."""
+    way = np.linalg.svd(turned - turned.mean(axis=0), full_matrices=False)[2][0]
+    turn = turned @ way
+    if not turn.min() < 0 < turn.max():
+        return None
+    before = np.where(turn < 0, turn, -np.inf).argmax()
+    behind = np.where(turn < 0, np.inf, turn).argmin()
+    if turn[behind] - turn[before] < DEFAULT.parting:
+        return None
+    share = turn[before] / (turn[before] - turn[behind])
+    there = normal[before] + share * (normal[behind] - normal[before])
+    nearest = before if share < 0.5 else behind
+    cosine = normal[nearest] @ there / np.linalg.norm(there)
+    return BesideLine(
+        min(share, 1 - share) * abs(float((place[behind] - place[before]) @ way)),
+        float(np.degrees(np.arccos(np.clip(cosine, -1, 1)))),
+    )

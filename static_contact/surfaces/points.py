@@ -1,6 +1,7 @@
 """Contact between unlike meshes: surfaces of blade and damper become a contact table and the points
 of both bodies."""
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -10,12 +11,12 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.points import ContactPoints
 from tipdamp.modal.body import Body
 from tipdamp.modal.faces import face_keys
 from tipdamp.modal.mesh import Mesh
-from tipdamp.static_contact.surfaces.checks import check_overlap
+from tipdamp.static_contact.surfaces.checks import check_overlap, line_doubt
 from tipdamp.static_contact.surfaces.facets import Surface, facets
 from tipdamp.static_contact.surfaces.overlap import overlap
 from tipdamp.static_contact.surfaces.pairing import Side, contact_frames, join
@@ -67,12 +68,15 @@ def surface_contact(
     axis (3,): along the damper; pull (3,): orders the rows, row 0 is the one farthest against it;
     closed - the surfaces count as touching, wherever they lie; shown - how lengths are written in
     messages. kn, kt and mu are still 0; area and gap come from the surfaces. Raises InputError
-    where surfaces do not face each other, as `checks` has it."""
+    where surfaces do not face each other, as `checks` has it, and warns where a round one has no
+    point on its line of contact."""
     found = []
     _check_once(surfaces)
     for one in surfaces:
         found.append(overlap(one.damper, one.blade))
         check_overlap(one.side, found[-1], one.blade, one.damper, closed, shown)
+        if not closed and (doubt := line_doubt(one.side, found[-1], one.damper, shown)):
+            warnings.warn(doubt, Doubt, stacklevel=2)
     blade, damper = surfaces[0].blade.mesh, surfaces[0].damper.mesh
     direction = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
     start = 10 ** len(str(int(max(blade.node.max(), damper.node.max()))))

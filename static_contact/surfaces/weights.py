@@ -144,7 +144,7 @@ class Sums:
         np.minimum.at(least, corners.vertex, self.least)
         normal = gather @ self.normal
         opposite = gather @ self.opposite
-        smooth = mean @ self.smooth
+        smooth, beyond = (_unit(mean @ one) for one in (self.smooth, self.beyond))
         cosine = (
             np.einsum("nx,nx->n", normal, opposite)
             / np.linalg.norm(normal, axis=1)
@@ -156,7 +156,8 @@ class Sums:
             area,
             on_damper,
             on_blade,
-            smooth / np.linalg.norm(smooth, axis=1)[:, None],
+            smooth,
+            smooth + beyond,
             self._gap(mean, on_damper @ damper, on_blade @ blade),
             np.degrees(np.arccos(np.clip(-cosine, -1, 1))),
             least[vertex],
@@ -198,6 +199,10 @@ class Sums:
         apart = np.einsum("nx,nx->n", blade - damper, n) / np.linalg.norm(n, axis=1)
         mine, theirs = (mean @ self.arm).T
         return apart - above(mine, damper, n) - above(theirs, blade, beyond)
+
+
+def _unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
 def _without_zeros(matrix: sp.spmatrix) -> sp.spmatrix:
