@@ -138,17 +138,9 @@ def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mes
     number, position = _nodes(content, source)
     blocks = _cells(content, len(number), source)
     cells = {k: _lookup(number, nodes, elements, source) for k, (elements, nodes) in blocks.items()}
-    used = np.zeros(len(number), dtype=bool)
-    used[np.concatenate([block.ravel() for block in cells.values()])] = True
+    used = np.isin(np.arange(len(number)), np.concatenate([c.ravel() for c in cells.values()]))
     unused, warnings = list(content.unused), list(content.warnings)
-    lost = int((~used).sum())
-    if lost:
-        unused.append(f"{lost} nodes that no solid cell uses")
-    if lost > 0.2 * len(used):
-        warnings.append(
-            f"{lost} of {len(used)} nodes belong to no solid cell and were left out: is the file "
-            "whole?"
-        )
+    _tell_of_lost(used, unused, warnings)
     groups, dimension = _groups(content, number, used, unused)
     renumber = np.cumsum(used) - 1
     mesh = Mesh(
@@ -167,6 +159,18 @@ def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mes
         dict(content.materials),
     )
     return checked(mesh)
+
+
+def _tell_of_lost(used: np.ndarray, unused: list[str], warnings: list[str]) -> None:
+    """Of nodes that no solid cell uses."""
+    lost = int((~used).sum())
+    if lost:
+        unused.append(f"{lost} nodes that no solid cell uses")
+    if lost > 0.2 * len(used):
+        warnings.append(
+            f"{lost} of {len(used)} nodes belong to no solid cell and were left out: is the file "
+            "whole?"
+        )
 
 
 def _nodes(content: Content, source: str) -> tuple[np.ndarray, np.ndarray]:
