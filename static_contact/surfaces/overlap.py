@@ -38,20 +38,24 @@ def candidates(one: Facets, other: Facets, reach: float) -> tuple[np.ndarray, np
     size, so that one large face among small ones does not make all of them neighbours."""
     gap = np.minimum(cKDTree(other.centre).query(one.centre)[0], reach)
     octave = np.floor(np.log2(other.radius)).astype(int)
-    mine, theirs = [], []
-    for level in np.unique(octave):
-        group = np.flatnonzero(octave == level)
-        tree = cKDTree(other.centre[group])
-        found = tree.query_ball_point(one.centre, one.radius + other.radius[group].max() + gap)
-        length = np.array([len(f) for f in found])
-        mine.append(np.repeat(np.arange(len(one.centre)), length))
-        theirs.append(group[np.concatenate([np.asarray(f, dtype=np.int64) for f in found])])
-    i, j = np.concatenate(mine), np.concatenate(theirs)
-    opposed = np.einsum("ij,ij->i", one.normal[i], other.normal[j]) < -np.cos(
-        np.radians(DEFAULT.facing)
-    )
-    order = np.lexsort((j[opposed], i[opposed]))
-    return i[opposed][order], j[opposed][order]
+    groups = (np.flatnonzero(octave == level) for level in np.unique(octave))
+    found = [_near(one, other, group, gap) for group in groups]
+    i, j = (np.concatenate(part) for part in zip(*found, strict=True))
+    cosine = np.einsum("ij,ij->i", one.normal[i], other.normal[j])
+    opposed = cosine < -np.cos(np.radians(DEFAULT.facing))
+    i, j = i[opposed], j[opposed]
+    order = np.lexsort((j, i))
+    return i[order], j[order]
+
+
+def _near(
+    one: Facets, other: Facets, group: np.ndarray, gap: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """As `candidates`, with those of a group of the other's, whatever their normals; gap (t,) m."""
+    tree = cKDTree(other.centre[group])
+    found = tree.query_ball_point(one.centre, one.radius + other.radius[group].max() + gap)
+    mine = np.repeat(np.arange(len(one.centre)), np.array([len(f) for f in found]))
+    return mine, group[np.concatenate([np.asarray(f, dtype=np.int64) for f in found])]
 
 
 def reach_of(damper: Mesh, reach: float = DEFAULT.reach) -> float:
@@ -74,10 +78,17 @@ def overlap(damper: Surface, blade: Surface, reach: float = DEFAULT.reach) -> Ov
             ):
                 sums.add(points)
                 covers[-1].add(*pieces)
+    return _with_covers(
+        sums.points(kinds, corners, damper.mesh.position, blade.mesh.position), covers
+    )
+
+
+def _with_covers(points: Overlap, covers: "list[_Cover]") -> Overlap:
+    """The contact points with how much is covered, and what twice."""
     whole = sum((one.facets.area.sum() for one in covers), 0.0)
     met = sum((np.minimum(one.area, one.facets.area).sum() for one in covers), 0.0)
     return replace(
-        sums.points(kinds, corners, damper.mesh.position, blade.mesh.position),
+        points,
         covered=met / whole if whole else 0.0,
         doubled=np.concatenate(
             [np.empty((0, 3)), *(one.facets.centre[one.twice] for one in covers)]
@@ -257,30 +268,11 @@ class _Landed:
     def on(
         cls, F: Facets, face: np.ndarray, start: np.ndarray, place: np.ndarray, axes: np.ndarray
     ) -> "_Landed":
-        """Where the lines through `place` (m, 3), normal to axes (m, 2, 3), meet the faces:
-        Newton's method from the reference coordinates `start`. InputError where a face is so
-        distorted that they do not."""
-        xi, k, left = start.copy(), F.faces.shape[1], np.arange(len(face))
-        limit = DEFAULT.landed * F.size
-        for _ in range(DEFAULT.steps):
-            shape, slope = face_shapes(k, xi[left])
-            off = np.einsum("mk,mkx->mx", shape, F.place[face[left]]) - place[left]
-            flat = np.einsum("mx,max->ma", off, axes[left])
-            far = np.abs(flat).max(axis=1) > limit[face[left]]
-            left, flat, slope = left[far], flat[far], slope[far]
-            if not len(left):
-                break
-            J = np.einsum(
-                "mrx,max->mar", np.einsum("mrk,mkx->mrx", slope, F.place[face[left]]), axes[left]
-            )
-            xi[left] -= _solved_in_plane(J, flat)
-        else:
-            at = np.round(place[left[0]], 6).tolist()
-            raise InputError(
-                f"a face near {at} m is so distorted that points near it have no place on it; "
-                "refine the mesh there"
-            )
-        shape, slope = face_shapes(k, xi)
+        """Where the lines through `place` (m, 3), normal to axes (m, 2, 3), meet the faces, from
+        the reference coordinates `start`. InputError where a face is so distorted that they do
+        not."""
+        xi = _met(F, face, start, place, axes)
+        shape, slope = face_shapes(F.faces.shape[1], xi)
         normal = np.cross(*np.einsum("mrk,mkx->rmx", slope, F.place[face]))
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         return cls(
@@ -290,3 +282,25 @@ class _Landed:
             normal,
             np.abs(np.einsum("mx,mx->m", normal, np.cross(axes[:, 0], axes[:, 1]))),
         )
+
+
+def _met(
+    F: Facets, face: np.ndarray, start: np.ndarray, place: np.ndarray, axes: np.ndarray
+) -> np.ndarray:
+    """(m, 2) reference coordinates of `_Landed.on`, by Newton's method."""
+    xi, k, left = start.copy(), F.faces.shape[1], np.arange(len(face))
+    limit = DEFAULT.landed * F.size
+    for _ in range(DEFAULT.steps):
+        shape, slope = face_shapes(k, xi[left])
+        off = np.einsum("mk,mkx->mx", shape, F.place[face[left]]) - place[left]
+        flat = np.einsum("mx,max->ma", off, axes[left])
+        far = np.abs(flat).max(axis=1) > limit[face[left]]
+        left, flat, slope = left[far], flat[far], slope[far]
+        if not len(left):
+            return xi
+        slope = np.einsum("mrk,mkx->mrx", slope, F.place[face[left]])
+        xi[left] -= _solved_in_plane(np.einsum("mrx,max->mar", slope, axes[left]), flat)
+    raise InputError(
+        f"a face near {np.round(place[left[0]], 6).tolist()} m is so distorted that points near it "
+        "have no place on it; refine the mesh there"
+    )
