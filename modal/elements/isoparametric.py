@@ -28,14 +28,11 @@ def stiffness_and_mass(
         k, m = _cell_matrices(position[cells[part]], kind, lame, shear, density)
         place = slot[part].ravel()
         low, high = place.min(), place.max() + 1
-        M[low:high] += np.bincount(place - low, m.ravel(), high - low)
-        for ij in range(9):
-            K[ij, low:high] += np.bincount(place - low, k[:, :, :, ij].ravel(), high - low)
+        for into, values in ((M, m), *zip(K, np.moveaxis(k, 3, 0), strict=True)):
+            into[low:high] += np.bincount(place - low, values.ravel(), high - low)
     blocks = np.ascontiguousarray(K.T).reshape(-1, 3, 3)
     K = sp.bsr_matrix((blocks, indices, indptr), shape=(3 * n, 3 * n)).tocsr()
-    M = sp.bsr_matrix((M[:, None, None] * np.eye(3), indices, indptr), shape=(3 * n, 3 * n)).tocsr()
-    M.eliminate_zeros()
-    return ((K + K.T) / 2).tocsr(), ((M + M.T) / 2).tocsr()
+    return ((K + K.T) / 2).tocsr(), _in_each_direction(M, indices, indptr)
 
 
 def stress_stiffness(
@@ -59,9 +56,18 @@ def stress_stiffness(
             "cqia,cq,cqij,cqjb->cab", gradient, volume, stress, gradient, optimize=True
         )
         G += np.bincount(slot[part].ravel(), cell.ravel(), len(G))
-    K = sp.bsr_matrix((G[:, None, None] * np.eye(3), indices, indptr), shape=(3 * n, 3 * n)).tocsr()
-    K.eliminate_zeros()
-    return ((K + K.T) / 2).tocsr()
+    return _in_each_direction(G, indices, indptr)
+
+
+def _in_each_direction(
+    values: np.ndarray, indices: np.ndarray, indptr: np.ndarray
+) -> sp.csr_matrix:
+    """Symmetric matrix over all dofs of numbers by node pair that act on each direction alike."""
+    A = sp.bsr_matrix(
+        (values[:, None, None] * np.eye(3), indices, indptr), shape=(3 * (len(indptr) - 1),) * 2
+    ).tocsr()
+    A.eliminate_zeros()
+    return ((A + A.T) / 2).tocsr()
 
 
 def _pattern(cells: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -94,7 +94,7 @@ def collect(f: AbaqusFile) -> None:
         content.add_nodes(n, xyz)
     for per, n, nodes in [e for e in model.elements if e[0] > 0]:
         kind, between, _ = SOLID[per]
-        content.add_cells(kind, n, nodes, CELLS[kind].columns(between) if between else None)
+        content.add_cells(kind, n, nodes, between)
     shared = {key for key, owners in f.owners.items() if len(owners) > 1}
     wanted = [key for key in model.sets if f.qualified.get(key) in shared or key not in f.qualified]
     _warn_of_shared(f, shared)

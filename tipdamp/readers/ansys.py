@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from tipdamp.hbm.errors import InputError, shown
-from tipdamp.modal.elements.cells import CELLS
 from tipdamp.modal.mesh_checks import some
 from tipdamp.readers.content import (
     FULL_INTEGRATION,
@@ -311,8 +310,7 @@ def _add_cells(
             f"{f.path}: elements {some(lost)} lack middle nodes; keep them (EMID) or make the "
             "elements linear"
         )
-    order = CELLS[name].columns(_ORDER[name]) if name in _ORDER else None
-    f.content.add_cells(name, [number for number, _ in rows], table, order)
+    f.content.add_cells(name, [number for number, _ in rows], table, _ORDER.get(name))
 
 
 def _shape(

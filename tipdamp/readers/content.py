@@ -1,7 +1,7 @@
 """What a mesh file says, in the file's own numbers, and how it becomes a Mesh. Each format's reader
 fills a Content."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -91,15 +91,20 @@ class Content:
         return joined(numbers for numbers, _ in self.nodes)
 
     def add_cells(
-        self, kind: str, numbers: ArrayLike, nodes: ArrayLike, columns: np.ndarray | None = None
+        self,
+        kind: str,
+        numbers: ArrayLike,
+        nodes: ArrayLike,
+        between: Sequence[tuple[int, ...]] | None = None,
     ) -> None:
         """Cells of one type: numbers (c,), nodes (c, k).
 
-        columns : the order that brings the file's nodes into gmsh's, see Cell.columns
+        between : corners around each middle node, in the file's order, see Cell.columns; None: the
+        order is gmsh's
         """
-        nodes = np.asarray(nodes, dtype=np.int64).reshape(-1, CELLS[kind].nodes)
-        nodes = nodes if columns is None else nodes[:, columns]
-        self.cells.setdefault(kind, []).append((np.asarray(numbers, dtype=np.int64), nodes))
+        rows = np.asarray(nodes, dtype=np.int64).reshape(-1, CELLS[kind].nodes)
+        rows = rows[:, CELLS[kind].columns(between)] if between else rows
+        self.cells.setdefault(kind, []).append((np.asarray(numbers, dtype=np.int64), rows))
 
     def add_group(self, name: str, numbers: ArrayLike, dimension: int = 0) -> None:
         """Numbers join those of a group of the same name."""
