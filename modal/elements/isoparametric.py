@@ -1,12 +1,20 @@
 """K, M and K_g of a block of isoparametric cells, in numpy: any type of `cells.py`, for those
 dolfinx cannot take."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import scipy.sparse as sp
 
 from tipdamp.modal.elements.cells import tables
 
 CHUNK = 2000  # cells at a time
+
+
+def chunks(cells: np.ndarray) -> Iterator[np.ndarray]:
+    """The rows of a table of cells, so many at a time."""
+    for first in range(0, len(cells), CHUNK):
+        yield cells[first : first + CHUNK]
 
 
 def stiffness_and_mass(
@@ -23,10 +31,8 @@ def stiffness_and_mass(
     indptr, indices, slot = _pattern(cells, n)
     K = np.zeros((9, len(indices)))
     M = np.zeros(len(indices))
-    for first in range(0, len(cells), CHUNK):
-        part = slice(first, first + CHUNK)
-        k, m = _cell_matrices(position[cells[part]], kind, lame, shear, density)
-        place = slot[part].ravel()
+    for part, place in zip(chunks(cells), map(np.ravel, chunks(slot)), strict=True):
+        k, m = _cell_matrices(position[part], kind, lame, shear, density)
         low, high = place.min(), place.max() + 1
         for into, values in ((M, m), *zip(K, np.moveaxis(k, 3, 0), strict=True)):
             into[low:high] += np.bincount(place - low, values.ravel(), high - low)
@@ -48,14 +54,13 @@ def stress_stiffness(
     n = len(position)
     indptr, indices, slot = _pattern(cells, n)
     G = np.zeros(len(indices))
-    for first in range(0, len(cells), CHUNK):
-        part = slice(first, first + CHUNK)
-        gradient, volume = gradients(position[cells[part]], kind)
-        stress = hooke(gradient @ displacement[cells[part]][:, None], lame, shear)
+    for part, place in zip(chunks(cells), chunks(slot), strict=True):
+        gradient, volume = gradients(position[part], kind)
+        stress = hooke(gradient @ displacement[part][:, None], lame, shear)
         cell = np.einsum(
             "cqia,cq,cqij,cqjb->cab", gradient, volume, stress, gradient, optimize=True
         )
-        G += np.bincount(slot[part].ravel(), cell.ravel(), len(G))
+        G += np.bincount(place.ravel(), cell.ravel(), len(G))
     return _in_each_direction(G, indices, indptr)
 
 
