@@ -118,11 +118,19 @@ def full_preload(
     u, iterations, residual = _solved(ContactNewton(PETSc, own, equations, settings), B, may_close)
     signed = k * (u - pairs.gap)
     force = np.maximum(signed, 0.0)
+    reactions = _reactions(motions, f, B, force, settings.reported)
+    return _result(pairs, signed, force, iterations, residual, reactions)
+
+
+def _reactions(
+    motions: FreeMotions, f: np.ndarray, B: sp.spmatrix, force: np.ndarray, above: float
+) -> dict[str, float]:
+    """Of loads f (d,) and contact forces (P,) along motions that no contact resists, above a share
+    of their reach; refused where they are no rounding."""
     reaction = motions.shape.T @ (f - B.T @ force)
     scale = f if f.any() else abs(B).T @ force
     motions.refuse(reaction, scale)
-    reactions = motions.reactions(reaction, scale, settings.reported)
-    return _result(pairs, signed, force, iterations, residual, reactions)
+    return motions.reactions(reaction, scale, above)
 
 
 def _own_stiffness(
