@@ -323,21 +323,22 @@ def assemble(*models: ReducedModel) -> ReducedModel:
     C = None
     if any(m.C is not None for m in models):
         C = sl.block_diag(*(np.zeros_like(m.K) if m.C is None else m.C for m in models))
-    join = np.concatenate
+    columns = ("body", "node", "direction", "position")
     return ReducedModel.from_matrices(
         sl.block_diag(*(m.M for m in models)),
         sl.block_diag(*(m.K for m in models)),
         C,
-        body=join([m.body for m in models]),
-        node=join([m.node for m in models]),
-        direction=join([m.direction for m in models]),
-        position=join([m.position for m in models]),
-        groups={k: v for m in models for k, v in m.groups.items()},
+        **{name: np.concatenate([vars(m)[name] for m in models]) for name in columns},
+        groups=_merged(m.groups for m in models),
         loads=side_by_side(models),
-        provenance={k: v for m in models for k, v in m.provenance.items()},
+        provenance=_merged(m.provenance for m in models),
         points=_points_side_by_side(models),
-        rigid={k: v for m in models for k, v in m.rigid.items()},
+        rigid=_merged(m.rigid for m in models),
     )
+
+
+def _merged(parts: Iterable[dict]) -> dict:
+    return {k: v for part in parts for k, v in part.items()}
 
 
 def _points_side_by_side(models: tuple[ReducedModel, ...]) -> "dict[str, ContactPoints]":

@@ -78,9 +78,7 @@ def _mirror(
     area, load = fields
     offset = float(area[rows] @ (pairs.position[rows] @ normal) / area[rows].sum())
     image = pairs.position - 2 * np.outer(pairs.position @ normal - offset, normal)
-    # of what is open it would be the force that would close it, as steep as the gap is stiff
-    pressure = np.maximum(load, 0) / np.where(area > 0, area, 1.0)
-    onto, noise, pairwise = {}, 0.0, True
+    onto, pairwise = {}, True
     of_side = {side: rows[pairs.side[rows] == side] for side in pairs.sides}
     of_side = {side: mine for side, mine in of_side.items() if len(mine)}
     facing = {side: pairs.normal[mine].mean(axis=0) for side, mine in of_side.items()}
@@ -96,12 +94,31 @@ def _mirror(
         pairwise &= bool(far.max() < SETTINGS.alike * near) and len(mine) == len(theirs) == len(
             np.unique(partner)
         )
-        there = _pressure_at(pairs.select(theirs), pressure[theirs], image[mine])
-        noise += float(area[mine] @ np.abs(pressure[mine] - there))
-    noise /= np.maximum(load[rows], 0).sum() or np.inf
+    unlike = _unlike(
+        pairs, [(mine, of_side[onto[s]]) for s, mine in of_side.items()], fields, image
+    )
+    noise = unlike / (np.maximum(load[rows], 0).sum() or np.inf)
     if noise > SETTINGS.map or any(onto[onto[side]] != side for side in onto):
         return None
     return Mirror(normal, offset, image, onto, noise, pairwise)
+
+
+def _unlike(
+    pairs: ContactTable,
+    sides: Iterable[tuple[np.ndarray, np.ndarray]],
+    fields: tuple[np.ndarray, np.ndarray],
+    image: np.ndarray,
+) -> float:
+    """N: by which the map of contacts differs from that at their images, on pairs of sides that are
+    images of each other."""
+    area, load = fields
+    # of what is open it would be the force that would close it, as steep as the gap is stiff
+    pressure = np.maximum(load, 0) / np.where(area > 0, area, 1.0)
+    total = 0.0
+    for mine, theirs in sides:
+        there = _pressure_at(pairs.select(theirs), pressure[theirs], image[mine])
+        total += float(area[mine] @ np.abs(pressure[mine] - there))
+    return total
 
 
 def _nearest_side(
