@@ -104,8 +104,8 @@ class Detachment:
         return tables.frame({n: [vars(one)[n] for one in self.history] for n in names}, "set")
 
     def _repr_html_(self) -> str:
-        rows = {"kept": f"{self.chosen.front} + {self.chosen.back} stations"}
-        rows |= {
+        rows = {
+            "kept": f"{self.chosen.front} + {self.chosen.back} stations",
             "stuck frequency": f"{self.chosen.hz:.6g} Hz",
             "tried": f"{len(self.history)} sets",
         }
@@ -167,8 +167,8 @@ def detach_until(
 
     follow (r,): mass-normalised shape of the tracked mode; progress(step, part done). All sets of
     the order are tried: where two modes come close the tracked frequency may rise as stations go.
-    Raises InputError "not reachable: a..b
-    Hz" when the target lies outside what they give, and where no set is allowed.
+    Raises InputError "not reachable: a..b Hz" when the target lies outside what they give, and
+    where no set is allowed.
 
     >>> model, pairs = two_blades(stations=5)
     >>> mode = model.displacement_row("blade1", 3, [0, 1, 0])
@@ -180,8 +180,7 @@ def detach_until(
     ((0, 1, 3, 4), 1266)
     """
     search = search_of(assembly, pairs, follow, options)
-    sets = _sets(search, options)
-    history = []
+    sets, history = _sets(search, options), list[Step]()
     for i, one in enumerate(sets):
         history.append(_step(search, one))
         if progress:
@@ -308,8 +307,7 @@ def _check_reach(
     history: Sequence[Step], target_hz: float, options: DetachmentOptions, stations: int
 ) -> None:
     found = np.sort([s.hz for s in history])
-    # half a step beyond the last set is still nearest to it; a graded station reaches no further
-    # than the sets
+    # half a step beyond the last set is nearest to it; a graded station reaches not beyond the sets
     reach = 0.0 if options.graded or len(found) < 2 else np.diff(found).max() / 2
     if not found[0] - reach <= target_hz <= found[-1] + reach:
         raise NotReachable(
@@ -388,8 +386,7 @@ def _worth(
     search: StuckSearch, pairs: ContactTable, weight: np.ndarray
 ) -> tuple[StationWorth, ...]:
     """Of every station that has a closed pair, unless nothing would be left without it."""
-    hz, found = search.find(weight)[0], []
-    beside = pairs.stops
+    hz, found, beside = search.find(weight)[0], [], pairs.stops
     for station in np.unique(pairs.station[search.closed & ~beside]):
         mine = (pairs.station == station) & ~beside
         kept = bool((weight[mine & search.closed] > 0).any())
