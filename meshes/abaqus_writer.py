@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tipdamp.meshes.structured import HEX27, HexMesh
+from tipdamp.meshes.structured import HexMesh
+from tipdamp.modal.elements.cells import CELLS
 
 TYPES = {10: "C3D10", 27: "C3D27"}
 # corners of the faces S1, S2, ...                                     [Abaqus Analysis User's
@@ -17,7 +18,7 @@ _FACES: dict[int, list[tuple[int, ...]]] = {
 }
 
 
-def _orders() -> dict[int, list[int]]:
+def _orders() -> dict[int, np.ndarray]:
     """Columns of our cells, which are gmsh's, in the order of Abaqus."""
     # fmt: off
     ring = [
@@ -26,11 +27,9 @@ def _orders() -> dict[int, list[int]]:
         (0, 4), (1, 5), (2, 6), (3, 7),
     ]
     # fmt: on
-    groups = [*ring, tuple(range(8)), *_FACES[27]]
-    places = np.vstack([HEX27[:8], *[HEX27[list(g)].mean(axis=0)[None] for g in groups]])
-    hexahedron = [int(np.abs(HEX27 - p).sum(axis=1).argmin()) for p in places]
+    ours = CELLS["hexahedron27"].columns([*ring, tuple(range(8)), *_FACES[27]])
     # gmsh swaps the last two edges of a tetrahedron
-    return {10: [0, 1, 2, 3, 4, 5, 6, 7, 9, 8], 27: hexahedron}
+    return {10: np.array([0, 1, 2, 3, 4, 5, 6, 7, 9, 8]), 27: np.argsort(ours)}
 
 
 def write(path: str | Path, bodies: Sequence[HexMesh]) -> None:

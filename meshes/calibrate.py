@@ -30,6 +30,7 @@ from tipdamp.meshes.two_blade_rig import build
 if TYPE_CHECKING:
     from tipdamp.hbm.contact import ContactTable
     from tipdamp.hbm.model import ReducedModel
+    from tipdamp.modal.mesh import Mesh
     from tipdamp.modal.reduction import Reduction
     from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 
@@ -107,34 +108,31 @@ def _reduced(
     from tipdamp.modal.craig_bampton import craig_bampton
     from tipdamp.modal.elasticity import Material, elastic_body
     from tipdamp.modal.mesh import Mesh
-    from tipdamp.static_contact.surfaces.pairing import Side, join, pair
 
-    meshes = {}
+    meshes = []
     for m in build(rig, "asymmetric", size, rows, cells):
         groups = {k: np.unique(v) for k, v in (m.node_sets | m.surfaces).items()}
-        meshes[m.name] = Mesh(
-            np.arange(len(m.nodes)), m.nodes, {"hexahedron27": m.cells}, groups, source=m.name
-        )
-    tables = []
-    for side, (kn, kt) in STIFFNESS.items():
-        group = Side(name=side, blade=f"contact_{side}", damper=f"contact_{side}")
-        table = pair(
-            meshes["blades"],
-            meshes["damper"],
-            group,
-            axis=(0, 1, 0),
-            pull=(0, 0, 1),
-            tolerance=1e-9,
-        )
-        tables.append(table.replace(kn=np.full(len(table), kn), kt=np.full(len(table), kt)))
-    pairs = join(*tables)
-    blades = elastic_body(meshes["blades"], Material(**STEEL), "blades", clamp="clamp")
-    damper = elastic_body(meshes["damper"], Material(**STEEL), "damper", free=True)
+        number, kinds = np.arange(len(m.nodes)), {"hexahedron27": m.cells}
+        meshes.append(Mesh(number, m.nodes, kinds, groups, source=m.name))
+    pairs = _pairs(*meshes)
+    blades = elastic_body(meshes[0], Material(**STEEL), "blades", clamp="clamp")
+    damper = elastic_body(meshes[1], Material(**STEEL), "damper", free=True)
     return (
         craig_bampton(blades, pairs.blade_node, MODES),
         craig_bampton(damper, pairs.damper_node, MODES),
         pairs,
     )
+
+
+def _pairs(blades: "Mesh", damper: "Mesh") -> "ContactTable":
+    from tipdamp.static_contact.surfaces.pairing import Side, join, pair
+
+    tables = []
+    for name, (kn, kt) in STIFFNESS.items():
+        side = Side(name, f"contact_{name}", f"contact_{name}")
+        table = pair(blades, damper, side, axis=(0, 1, 0), pull=(0, 0, 1), tolerance=1e-9)
+        tables.append(table.replace(kn=np.full(len(table), kn), kt=np.full(len(table), kt)))
+    return join(*tables)
 
 
 def _free_modes(model: "ReducedModel") -> tuple[dict[str, float], dict[str, np.ndarray]]:

@@ -150,17 +150,8 @@ def blades_volume(rig: Rig, found: Contact) -> float:
 
 
 def _check_groups(rig: Rig, found: Contact, blades: HexMesh, solid: HexMesh) -> None:
-    expected = {"excitation": 1, "patch_1": 5, "patch_2": 5, "load_points": 4}
-    expected |= {f"contact_{s}": STATIONS * len(found.rows[s]) for s in SIDES}
     for mesh in (blades, solid):
-        for name, nodes in mesh.node_sets.items():
-            if len(nodes) != expected[name] or len(np.unique(nodes)) != len(nodes):
-                raise MeshError(
-                    f"{mesh.name}/{name}: {len(np.unique(nodes))} nodes, expected {expected[name]}"
-                )
-        for name, faces in mesh.surfaces.items():
-            if not len(faces):
-                raise MeshError(f"{mesh.name}/{name}: no faces")
+        _check_counts(found, mesh)
     for side in SIDES:
         a, b = (m.nodes[m.node_sets[f"contact_{side}"]] for m in (blades, solid))
         if (distance := np.linalg.norm(a - b, axis=1).max()) > SAME_NODE:
@@ -170,3 +161,16 @@ def _check_groups(rig: Rig, found: Contact, blades: HexMesh, solid: HexMesh) -> 
         area = np.linalg.norm(np.cross(p[2] - p[0], p[3] - p[1])) / 2
         if abs(area - rig.patch_area) > 0.01 * rig.patch_area:
             raise MeshError(f"blades/{name}: area {area:.3e} m2, expected {rig.patch_area:.3e}")
+
+
+def _check_counts(found: Contact, mesh: HexMesh) -> None:
+    expected = {"excitation": 1, "patch_1": 5, "patch_2": 5, "load_points": 4}
+    expected |= {f"contact_{s}": STATIONS * len(found.rows[s]) for s in SIDES}
+    for name, nodes in mesh.node_sets.items():
+        if len(nodes) != expected[name] or len(np.unique(nodes)) != len(nodes):
+            raise MeshError(
+                f"{mesh.name}/{name}: {len(np.unique(nodes))} nodes, expected {expected[name]}"
+            )
+    for name, faces in mesh.surfaces.items():
+        if not len(faces):
+            raise MeshError(f"{mesh.name}/{name}: no faces")

@@ -57,22 +57,19 @@ class Rig:
             value = vars(self)[f.name]
             if not (isinstance(value, int | float) and np.isfinite(value) and value > 0):
                 raise InputError(f"{f.name} = {value}: a positive number is needed")
-        inner = (self.pitch - self.root_thickness) / 2
-        outer = (self.pitch + self.root_thickness) / 2
-        widest = (
-            2
-            * self.damper_radius
-            * np.sin(np.radians(min(self.contact_angle, 90.0 - self.contact_angle)))
-        )
+        inner = self.pitch - self.root_thickness
+        outer = self.pitch + self.root_thickness
+        steepest = np.radians(min(self.contact_angle, 90.0 - self.contact_angle))
+        widest = 2 * self.damper_radius * np.sin(steepest)
         for name, low, high, why in (
             ("root_thickness", 0.0, self.pitch, "pitch: the roots stand apart"),
-            ("free_span", 2 * inner, 2 * outer, "the clamp edge lies under the roots"),
+            ("free_span", inner, outer, "the clamp edge lies under the roots"),
             ("contact_angle", 0.0, 90.0, "degrees"),
             ("flat_width", 0.0, widest, "by damper_radius and contact_angle"),
             ("height", self.cover_height + self.patch_height, np.inf, "cover and patch need it"),
         ):
-            if not low < vars(self)[name] < high:
-                value = vars(self)[name]
+            value = vars(self)[name]
+            if not low < value < high:
                 raise InputError(
                     f"{name} = {value:.6g}: must lie between {low:.6g} and {high:.6g} ({why})"
                 )
@@ -137,22 +134,17 @@ def contact(rig: Rig, damper: str, rows: int = 2) -> Contact:
     distance = {s: rig.damper_radius if shape[s] == "round" else rig.flat_distance for s in SIDES}
     # above the centre
     upper_edge = rig.flat_distance * np.sin(beta) + rig.flat_width / 2 * np.cos(beta)
-    centre = np.array(
-        [
-            (distance["left"] - distance["right"]) / (2 * np.cos(beta)),
-            rig.height - rig.cover_margin_above - upper_edge,
-        ]
-    )
+    aside = (distance["left"] - distance["right"]) / (2 * np.cos(beta))
+    centre = np.array([aside, rig.height - rig.cover_margin_above - upper_edge])
     normal, lines, turn = {}, {}, {}
     for side, sign in zip(SIDES, (-1.0, 1.0), strict=True):
         n = normal[side] = np.array([sign * np.cos(beta), np.sin(beta)])
         along = np.array([-sign * np.sin(beta), np.cos(beta)])  # up the face
-        offsets = (
-            np.linspace(-0.5, 0.5, rows) * rig.flat_width if shape[side] == "flat" else np.zeros(1)
-        )
+        flat = shape[side] == "flat"
+        offsets = np.linspace(-0.5, 0.5, rows) * rig.flat_width if flat else np.zeros(1)
         lines[side] = centre + distance[side] * n + offsets[:, None] * along
         top = lines[side][-1, 1]
-        turn[side] = top if shape[side] == "flat" else (top + rig.height) / 2
+        turn[side] = top if flat else (top + rig.height) / 2
     found = Contact(centre, shape, normal, distance, lines, turn)
     _check_covers(rig, found)
     return found

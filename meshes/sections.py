@@ -71,38 +71,46 @@ def damper_section(
     rig: Rig, found: Contact, cells: Cells, rows: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """The damper: a core of straight lines through the axis, and a ring around it."""
-    r, centre = rig.damper_radius, found.centre
     beta = np.radians(rig.contact_angle)
     half = np.arcsin(rig.flat_width / (2 * rig.damper_radius))
-    low, high = beta - half, beta + half
-    counts = {"flat": flat_cells(cells, rows), "round": 2 * -(-cells.flat // 2)}
-    right, left = counts[found.shape["right"]], counts[found.shape["left"]]
-    ends = [low, high, np.pi - high, np.pi - low]
-    # angles over the top, from the right to the left
-    over = subdivide(ends, [right, cells.gap, left])
-    under = np.linspace(-low, -np.pi + low, len(over))
-    beside = np.linspace(-low, low, 2 * cells.gap + 1)
-
-    def arc(angles: np.ndarray) -> np.ndarray:
-        return r * np.column_stack([np.cos(angles), np.sin(angles)])
-
-    top = arc(over)
-    for side, inside in (("right", over <= high), ("left", over >= np.pi - high)):
-        if found.shape[side] == "flat":
-            first, last = top[inside][[0, -1]]
-            top[inside] = first + (last - first) * np.linspace(0, 1, inside.sum())[:, None]
+    low = beta - half
+    top = _over_the_top(rig, found, cells, rows, (low, beta + half))
+    under = _arc(rig, np.linspace(-low, -np.pi + low, len(top)))
+    right = _arc(rig, np.linspace(-low, low, 2 * cells.gap + 1))
     # of the core; keeps the angles at the corners below 150 degrees
-    corner = arc(np.array([low]))[0] * [0.667, 0.4]
-    x, z = np.linspace(corner[0], -corner[0], len(over)), np.full(len(over), corner[1])
+    corner = _arc(rig, np.array([low]))[0] * [0.667, 0.4]
+    x, z = np.linspace(corner[0], -corner[0], len(top)), np.full(len(top), corner[1])
     core_top, core_under = np.column_stack([x, z]), np.column_stack([x, -z])
     core_right = np.column_stack(
-        [np.full(len(beside), corner[0]), np.linspace(-corner[1], corner[1], len(beside))]
+        [np.full(len(right), corner[0]), np.linspace(-corner[1], corner[1], len(right))]
     )
     blocks = [
         ruled(core_under, core_top, cells.gap),
         ruled(core_top, top, cells.ring),
-        ruled(core_under, arc(under), cells.ring),
-        ruled(core_right, arc(beside), cells.ring),
-        ruled(core_right * [-1, 1], arc(beside) * [-1, 1], cells.ring),
+        ruled(core_under, under, cells.ring),
+        ruled(core_right, right, cells.ring),
+        ruled(core_right * [-1, 1], right * [-1, 1], cells.ring),
     ]
-    return join([centre + block for block in blocks])
+    return join([found.centre + block for block in blocks])
+
+
+def _over_the_top(
+    rig: Rig, found: Contact, cells: Cells, rows: int, ends: tuple[float, float]
+) -> np.ndarray:
+    """The damper's surface from the lower end of its right side over the top to that of its left,
+    around the axis; ends - angles of the lower and the upper end of the right side."""
+    low, high = ends
+    counts = {"flat": flat_cells(cells, rows), "round": 2 * -(-cells.flat // 2)}
+    right, left = counts[found.shape["right"]], counts[found.shape["left"]]
+    over = subdivide([low, high, np.pi - high, np.pi - low], [right, cells.gap, left])
+    top = _arc(rig, over)
+    for side, inside in (("right", over <= high), ("left", over >= np.pi - high)):
+        if found.shape[side] == "flat":
+            first, last = top[inside][[0, -1]]
+            top[inside] = first + (last - first) * np.linspace(0, 1, inside.sum())[:, None]
+    return top
+
+
+def _arc(rig: Rig, angles: np.ndarray) -> np.ndarray:
+    """Places on the damper's circle, around its axis."""
+    return rig.damper_radius * np.column_stack([np.cos(angles), np.sin(angles)])

@@ -35,31 +35,34 @@ def blades(rig: Rig, found: Contact, edge: float, contact_edge: float, axial: in
     loop = _polygon(rig, found, points[outline(quads)], bool(axial))
     named = np.concatenate(list(blade_node_sets(rig).values()))[:, [0, 2]]
     clamp = np.array([[-1, 1], [1, 1]]) * [rig.free_span / 2, -rig.fixture_height]  # its edges
-    held = cKDTree(np.vstack([named, clamp, *found.rows.values()])).query(loop)[0] < ON_SURFACE
-    sharp = np.flatnonzero(_sharp(loop) | held)
+    sharp = np.flatnonzero(
+        _sharp(loop) | _at(np.vstack([named, clamp, *found.rows.values()]), loop)
+    )
     corners = loop[sharp]
     on_face = np.logical_or.reduce([_on_face(rig, found, side, *corners.T) for side in SIDES])
     # a node at each station
-    pieces = (STATIONS // 2) * (cKDTree(named).query(corners)[0] < ON_SURFACE)
+    pieces = (STATIONS // 2) * _at(named, corners)
     if axial:
-        pieces[cKDTree(np.vstack(list(found.rows.values()))).query(corners)[0] < ON_SURFACE] = axial
+        pieces[_at(np.vstack(list(found.rows.values())), corners)] = axial
     ruled = _on_flat(found, (corners + np.roll(corners, -1, axis=0)) / 2) & bool(axial)
     nodes, cells, faces = mesh_file.extruded_tetrahedra(
         loop, sharp, rig.length, np.where(on_face, contact_edge, edge), pieces, ruled
     )
-    sets = {name: find_nodes(nodes, at) for name, at in blade_node_sets(rig).items()}
-    if axial:
-        sets |= {
-            f"contact_{side}": find_nodes(nodes, contact_points(rig, found.rows[side]))
-            for side in SIDES
-        }
+    places = blade_node_sets(rig)
+    for side in SIDES if axial else ():
+        places[f"contact_{side}"] = contact_points(rig, found.rows[side])
     return HexMesh(
         "blades",
         nodes,
         cells,
         {name: faces[its] for name, its in _surfaces(rig, found, nodes[faces])},
-        sets,
+        {name: find_nodes(nodes, at) for name, at in places.items()},
     )
+
+
+def _at(known: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """(m,) bool: which places (m, 2) are among the known ones (n, 2)."""
+    return cKDTree(known).query(places)[0] < ON_SURFACE
 
 
 def _polygon(rig: Rig, found: Contact, loop: np.ndarray, matching: bool) -> np.ndarray:

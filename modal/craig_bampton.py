@@ -29,7 +29,7 @@ from tipdamp.modal.contact_shapes import contact_shapes, holding_nodes, spread
 from tipdamp.modal.definite import check_condensed, definite_factor
 from tipdamp.modal.eigen import Factor, Modes
 from tipdamp.modal.load_modes import with_load_modes
-from tipdamp.modal.reduction import Reduction, labelled, points_on
+from tipdamp.modal.reduction import EQUAL, Reduction, labelled, points_on
 from tipdamp.modal.truncation import Truncation, highest_frequency
 
 if TYPE_CHECKING:
@@ -41,8 +41,7 @@ class ReductionSettings:
     """Of the reduction of a body."""
 
     rigid: float = 1e-9  # stiffness, of the largest entry: more is an error, a free body must float
-    # of a frequency: modes nearer to each other are a cluster, which is not parted
-    equal: float = 1e-4
+    equal: float = EQUAL
 
 
 SETTINGS = ReductionSettings()
@@ -116,17 +115,6 @@ def craig_bampton(
         omega,
     )
     model = replace(model, points=points_on(body, boundary, interior, Psi, Phi))
-    truncation = (
-        None
-        if G is None
-        else Truncation(
-            np.array([body.name]),
-            np.array([model.size]),
-            np.array([found.free_to]),
-            (G,),
-            np.array([highest_frequency(body.K, body.M)]),
-        )
-    )
     return Reduction(
         body,
         model,
@@ -138,9 +126,16 @@ def craig_bampton(
         rigid,
         shapes,
         len(omega) - len(found.omega),
-        truncation,
+        None if G is None else _truncation(body, model.size, found.free_to, G),
         tractions,
     )
+
+
+def _truncation(body: Body, size: int, free_to: float, G: np.ndarray) -> Truncation:
+    """Of one body, reduced to so many dofs."""
+    highest = highest_frequency(body.K, body.M)
+    name, sizes, omega, top = (np.array([one]) for one in (body.name, size, free_to, highest))
+    return Truncation(name, sizes, omega, (G,), top)
 
 
 def _reduced_model(
@@ -328,21 +323,22 @@ def assemble(*models: ReducedModel) -> ReducedModel:
     C = None
     if any(m.C is not None for m in models):
         C = sl.block_diag(*(np.zeros_like(m.K) if m.C is None else m.C for m in models))
-    join = np.concatenate
+    columns = ("body", "node", "direction", "position")
     return ReducedModel.from_matrices(
         sl.block_diag(*(m.M for m in models)),
         sl.block_diag(*(m.K for m in models)),
         C,
-        body=join([m.body for m in models]),
-        node=join([m.node for m in models]),
-        direction=join([m.direction for m in models]),
-        position=join([m.position for m in models]),
-        groups={k: v for m in models for k, v in m.groups.items()},
+        **{name: np.concatenate([vars(m)[name] for m in models]) for name in columns},
+        groups=_merged(m.groups for m in models),
         loads=side_by_side(models),
-        provenance={k: v for m in models for k, v in m.provenance.items()},
+        provenance=_merged(m.provenance for m in models),
         points=_points_side_by_side(models),
-        rigid={k: v for m in models for k, v in m.rigid.items()},
+        rigid=_merged(m.rigid for m in models),
     )
+
+
+def _merged(parts: Iterable[dict]) -> dict:
+    return {k: v for part in parts for k, v in part.items()}
 
 
 def _points_side_by_side(models: tuple[ReducedModel, ...]) -> "dict[str, ContactPoints]":

@@ -105,10 +105,9 @@ class Factor:
         )
         over = ~(left <= np.maximum(allowed, np.minimum(rounding, SETTINGS.singular)))
         if over.any():
-            worst = np.max(left[over])
             raise SingularStiffness(
-                f"the residual of a linear solve is {worst:.1e} of its load (allowed {allowed:g}): "
-                "the stiffness matrix leaves a motion free or is badly scaled"
+                f"the residual of a linear solve is {left[over].max():.1e} of its load (allowed "
+                f"{allowed:g}): the stiffness matrix leaves a motion free or is badly scaled"
             )
 
     def lowest_modes(self, M: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -149,10 +148,7 @@ class Factor:
         if not size:
             return Modes(np.empty(0), np.empty((0, 0)), np.inf)
         if size <= SETTINGS.dense or count > size // 4:
-            lam, phi = sl.eigh(self.K.toarray(), M.toarray())
-            free = lam[count] if count < size else np.inf
-            _refuse_negative(lam)
-            return self._checked(M, lam[:count], phi[:, :count], free)
+            return self._of_dense(M, count)
         keep = max(int(count), 1)
         lam, phi = self._lowest(M, keep)
         if at_most is not None and (np.sqrt(lam[:count]) <= at_most * (1 + SETTINGS.bound)).all():
@@ -166,6 +162,13 @@ class Factor:
         return self._checked(
             M, lam[:count], phi[:, :count], lam[count] if len(lam) > count else free
         )
+
+    def _of_dense(self, M: sp.spmatrix, count: int) -> Modes:
+        """The `count` lowest of all modes, by LAPACK."""
+        lam, phi = sl.eigh(self.K.toarray(), M.toarray())
+        free = lam[count] if count < len(lam) else np.inf
+        _refuse_negative(lam)
+        return self._checked(M, lam[:count], phi[:, :count], free)
 
     def _lowest(self, M: sp.spmatrix, count: int) -> tuple[np.ndarray, np.ndarray]:
         """omega^2 of the `count` lowest modes and a few more, ascending, and the shapes (d, count):

@@ -79,12 +79,7 @@ def elastic_body(
     """
     check_memory((len(mesh.node), 0, mesh.source))
     fixed = fixed_nodes(mesh, clamp)
-    K: Any = None
-    M: Any = None
-    for kind, cells, of in blocks(mesh, material, other_materials or {}):
-        assemble = _dolfinx if dolfinx_compat.takes(kind) else stiffness_and_mass
-        k, m = assemble(mesh.position, kind, cells, of.lame, of.shear, of.density)
-        K, M = (k, m) if K is None else (K + k, M + m)
+    K, M = _assembled(mesh, material, other_materials or {})
     keep, clamped = (np.flatnonzero(np.repeat(m, 3)) for m in (~fixed, fixed))
     return Body(
         name=name,
@@ -102,6 +97,19 @@ def elastic_body(
             "cells": ", ".join(f"{len(c)} {k}" for k, c in mesh.cells.items()),
         },
     )
+
+
+def _assembled(
+    mesh: Mesh, material: Material, others: dict[str, Material]
+) -> "tuple[sp.spmatrix, sp.spmatrix]":
+    """K and M over all dofs of the mesh."""
+    K: Any = None
+    M: Any = None
+    for kind, cells, of in blocks(mesh, material, others):
+        assemble = _dolfinx if dolfinx_compat.takes(kind) else stiffness_and_mass
+        k, m = assemble(mesh.position, kind, cells, of.lame, of.shear, of.density)
+        K, M = (k, m) if K is None else (K + k, M + m)
+    return K, M
 
 
 def fixed_nodes(mesh: Mesh, clamp: str | Sequence[str] | None) -> np.ndarray:

@@ -31,7 +31,7 @@ def boundary_faces(mesh: Mesh) -> list[np.ndarray]:
         return_inverse=True,
         return_counts=True,
     )
-    single = np.split(count[inverse.ravel()] == 1, np.cumsum([len(b) for b in blocks])[:-1])
+    single = _by_block(count[inverse.ravel()] == 1, blocks)
     return [b[s] for b, s in zip(blocks, single, strict=True)]
 
 
@@ -40,15 +40,18 @@ def group_faces(mesh: Mesh, name: str) -> list[np.ndarray]:
     one, otherwise those whose nodes all belong to it."""
     blocks = boundary_faces(mesh)
     if name in mesh.face_groups:
-        keys = np.concatenate([mesh.face_groups[name], *(face_keys(mesh.node[b]) for b in blocks)])
-        label = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
-        own, *others = np.split(
-            label, np.cumsum([len(mesh.face_groups[name]), *(len(b) for b in blocks)])[:-1]
-        )
+        parts = [mesh.face_groups[name], *(face_keys(mesh.node[b]) for b in blocks)]
+        label = np.unique(np.concatenate(parts), axis=0, return_inverse=True)[1].ravel()
+        own, *others = _by_block(label, parts)
         return [b[np.isin(their, own)] for b, their in zip(blocks, others, strict=True)]
     member = np.zeros(len(mesh.node), dtype=bool)
     member[mesh.index(mesh.group(name))] = True
     return [b[member[b].all(axis=1)] for b in blocks]
+
+
+def _by_block(values: np.ndarray, blocks: list[np.ndarray]) -> list[np.ndarray]:
+    """Values of the rows of all blocks in turn, parted as these are."""
+    return np.split(values, np.cumsum([len(b) for b in blocks])[:-1])
 
 
 def face_blocks(mesh: Mesh) -> list[np.ndarray]:

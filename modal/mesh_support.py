@@ -5,7 +5,7 @@ import numpy as np
 
 from tipdamp.modal.elasticity import Material, blocks
 from tipdamp.modal.elements.cells import tables
-from tipdamp.modal.elements.isoparametric import CHUNK, gradients
+from tipdamp.modal.elements.isoparametric import chunks, gradients
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.mesh_checks import parts
 
@@ -20,8 +20,7 @@ def moving_mass(
     moves, mass = np.where(fixed, 0.0, 1.0), 0.0
     for kind, cells, of in blocks(mesh, material, others):
         N = tables(kind)[0]
-        for first in range(0, len(cells), CHUNK):
-            part = cells[first : first + CHUNK]
+        for part in chunks(cells):
             volume = gradients(mesh.position[part], kind)[1]
             mass += of.density * float((volume * (moves[part] @ N.T) ** 2).sum())
     return mass

@@ -19,6 +19,9 @@ from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.stress_recovery import nodal_stress
 from tipdamp.modal.truncation import Truncation
 
+# of a frequency: modes nearer to each other are a cluster, which is not parted
+EQUAL = 1e-4
+
 
 @dataclass(frozen=True)
 class Reduction:
@@ -99,11 +102,11 @@ class Reduction:
         """rad/s of the fixed-interface modes."""
         return self.omega[self.contact_shapes : len(self.omega) - self.load_modes]
 
-    def whole_cluster(self, count: int, equal: float = 1e-4) -> int:
+    def whole_cluster(self, count: int) -> int:
         """Number of modes, at least `count`, that does not part modes whose frequencies differ by
-        less than `equal`."""
+        less than `EQUAL`."""
         omega = self.mode_omega
-        while 0 < count < len(omega) and omega[count] <= (1 + equal) * omega[count - 1]:
+        while 0 < count < len(omega) and omega[count] <= (1 + EQUAL) * omega[count - 1]:
             count += 1
         return count
 
@@ -133,36 +136,39 @@ class Reduction:
                 f"body '{self.body.name}': it was reduced without the bound that fewer modes need; "
                 "reduce with bound = True"
             )
-        b, c, M = len(self.boundary), self.contact_shapes, self.model.M
+        b, c = len(self.boundary), self.contact_shapes
         drop = np.arange(c + count, c + true)
         part = np.r_[np.arange(c), drop]
         rest = np.setdiff1d(np.arange(len(self.omega)), part)
         w, omega, T = self.omega[part], np.empty(0), np.empty((len(part), 0))
         if c:  # made again: they were orthogonal to the modes that are dropped
             omega, T = self._shapes_again(b + part, w)
-        # what is dropped beside the shapes, by its coupling with masters and shapes
-        left = np.vstack([M[:b, b + part], T.T]) / w
-        energy = w[:, None] * T / omega
-        left -= left @ energy @ energy.T
-        G = self.truncation.G[0]
-        if c:
-            turn = sl.block_diag(np.eye(b), T[:c])
-            G = turn.T @ G @ turn
-        unit = sp.identity(len(M), format="csr")
+        unit = sp.identity(self.model.size, format="csr")
         X = sp.hstack(
             [unit[:, :b], sp.csr_matrix(unit[:, b + part] @ T), unit[:, b + rest]], format="csr"
         )
-        free_to = self.omega[drop[:1]] if len(drop) else self.truncation.omega
-        return Cut(
-            X,
-            np.r_[omega, self.omega[rest]],
-            replace(
-                self.truncation,
-                size=np.array([X.shape[1]]),
-                omega=free_to,
-                G=(G + left @ left.T,),
-            ),
+        truncation = replace(
+            self.truncation,
+            size=np.array([X.shape[1]]),
+            omega=self.omega[drop[:1]] if len(drop) else self.truncation.omega,
+            G=(self._left_out(self.truncation.G[0], b + part, w, omega, T),),
         )
+        return Cut(X, np.r_[omega, self.omega[rest]], truncation)
+
+    def _left_out(
+        self, G: np.ndarray, part: np.ndarray, w: np.ndarray, omega: np.ndarray, T: np.ndarray
+    ) -> np.ndarray:
+        """G of `truncation` where the dofs `part`, of frequencies w rad/s, give way to contact
+        shapes T of omega."""
+        b, c = len(self.boundary), self.contact_shapes
+        # what is dropped beside the shapes, by its coupling with masters and shapes
+        left = np.vstack([self.model.M[:b, part], T.T]) / w
+        energy = w[:, None] * T / omega
+        left -= left @ energy @ energy.T
+        if c:
+            turn = sl.block_diag(np.eye(b), T[:c])
+            G = turn.T @ G @ turn
+        return G + left @ left.T
 
     def _shapes_again(self, part: np.ndarray, w: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(omega, T) of the contact shapes in the dofs `part`, of frequencies w rad/s."""
@@ -201,12 +207,8 @@ def labelled(
     body: Body, boundary: np.ndarray, M: np.ndarray, K: np.ndarray, modes: int
 ) -> ReducedModel:
     """M, K on the boundary dofs of a body and so many modal ones."""
-    node = np.concatenate([body.node[body.dof_node[boundary]], np.arange(1, modes + 1)])
-    direction = np.concatenate(
-        [np.array(DIRECTIONS)[body.dof_direction[boundary]], np.full(modes, "mode")]
-    )
-    position = np.vstack([body.position[body.dof_node[boundary]], np.full((modes, 3), np.nan)])
-    present = set(node[: len(boundary)].tolist())
+    at, way = body.dof_node[boundary], body.dof_direction[boundary]
+    present = set(body.node[at].tolist())
     groups = {f"{body.name}/{k}": v for k, v in body.groups.items() if set(v.tolist()) <= present}
     motions = body.rigid_motions()[boundary] if body.free else np.zeros((len(boundary), 0))
     rigid = np.vstack([motions, np.zeros((modes, motions.shape[1]))])
@@ -214,9 +216,9 @@ def labelled(
         M,
         K,
         body=body.name,
-        node=node,
-        direction=direction,
-        position=position,
+        node=np.concatenate([body.node[at], np.arange(1, modes + 1)]),
+        direction=np.concatenate([np.array(DIRECTIONS)[way], np.full(modes, "mode")]),
+        position=np.vstack([body.position[at], np.full((modes, 3), np.nan)]),
         groups=groups,
         provenance={body.name: body.provenance.get("mesh", "matrices")},
         rigid={body.name: rigid},

@@ -5,7 +5,7 @@ import numpy as np
 
 from tipdamp.modal.elasticity import Material, blocks
 from tipdamp.modal.elements.cells import CELLS
-from tipdamp.modal.elements.isoparametric import CHUNK, gradients, hooke
+from tipdamp.modal.elements.isoparametric import chunks, gradients, hooke
 from tipdamp.modal.mesh import Mesh
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "zx")
@@ -31,8 +31,7 @@ def nodal_stress(
     weight = np.zeros(len(mesh.node))
     for kind, cells, of in blocks(mesh, material, other_materials or {}):
         to_nodes = _continuation(kind)
-        for first in range(0, len(cells), CHUNK):
-            part = cells[first : first + CHUNK]
+        for part in chunks(cells):
             gradient, volume = gradients(mesh.position[part], kind)
             stress = hooke(gradient @ displacement[part][:, None], of.lame, of.shear)
             at_nodes = np.einsum(

@@ -87,12 +87,10 @@ class Truncation:
 
 def join(*parts: Truncation) -> Truncation:
     """Bodies side by side, as `craig_bampton.assemble` joins their models."""
+    columns = ("body", "size", "omega", "highest")
     return Truncation(
-        np.concatenate([p.body for p in parts]),
-        np.concatenate([p.size for p in parts]),
-        np.concatenate([p.omega for p in parts]),
-        sum((p.G for p in parts), ()),
-        np.concatenate([p.highest for p in parts]),
+        G=sum((p.G for p in parts), ()),
+        **{name: np.concatenate([vars(p)[name] for p in parts]) for name in columns},
     )
 
 

@@ -163,11 +163,11 @@ class Cell:
         exchanged."""
         return _find(self.reference, self.reference[:, [1, 0, 2]])
 
-    def columns(self, edges: Sequence[tuple[int, int]]) -> np.ndarray:
-        """Columns that bring a cell whose middle nodes come in the order of `edges` (corner pairs)
-        into ours."""
+    def columns(self, between: Sequence[tuple[int, ...]]) -> np.ndarray:
+        """Columns that bring a cell whose middle nodes come in the order of the corners that they
+        lie between, pairs of them on edges, into ours."""
         corner = self.reference[: self.corners]
-        theirs = np.vstack([corner, *[corner[list(e)].mean(axis=0) for e in edges]])
+        theirs = np.vstack([corner, *[corner[list(e)].mean(axis=0) for e in between]])
         return _find(theirs, self.reference)
 
 

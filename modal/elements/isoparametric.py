@@ -1,12 +1,20 @@
 """K, M and K_g of a block of isoparametric cells, in numpy: any type of `cells.py`, for those
 dolfinx cannot take."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import scipy.sparse as sp
 
 from tipdamp.modal.elements.cells import tables
 
 CHUNK = 2000  # cells at a time
+
+
+def chunks(cells: np.ndarray) -> Iterator[np.ndarray]:
+    """The rows of a table of cells, so many at a time."""
+    for first in range(0, len(cells), CHUNK):
+        yield cells[first : first + CHUNK]
 
 
 def stiffness_and_mass(
@@ -23,19 +31,14 @@ def stiffness_and_mass(
     indptr, indices, slot = _pattern(cells, n)
     K = np.zeros((9, len(indices)))
     M = np.zeros(len(indices))
-    for first in range(0, len(cells), CHUNK):
-        part = slice(first, first + CHUNK)
-        k, m = _cell_matrices(position[cells[part]], kind, lame, shear, density)
-        place = slot[part].ravel()
+    for part, place in zip(chunks(cells), map(np.ravel, chunks(slot)), strict=True):
+        k, m = _cell_matrices(position[part], kind, lame, shear, density)
         low, high = place.min(), place.max() + 1
-        M[low:high] += np.bincount(place - low, m.ravel(), high - low)
-        for ij in range(9):
-            K[ij, low:high] += np.bincount(place - low, k[:, :, :, ij].ravel(), high - low)
+        for into, values in ((M, m), *zip(K, np.moveaxis(k, 3, 0), strict=True)):
+            into[low:high] += np.bincount(place - low, values.ravel(), high - low)
     blocks = np.ascontiguousarray(K.T).reshape(-1, 3, 3)
     K = sp.bsr_matrix((blocks, indices, indptr), shape=(3 * n, 3 * n)).tocsr()
-    M = sp.bsr_matrix((M[:, None, None] * np.eye(3), indices, indptr), shape=(3 * n, 3 * n)).tocsr()
-    M.eliminate_zeros()
-    return ((K + K.T) / 2).tocsr(), ((M + M.T) / 2).tocsr()
+    return ((K + K.T) / 2).tocsr(), _in_each_direction(M, indices, indptr)
 
 
 def stress_stiffness(
@@ -51,17 +54,25 @@ def stress_stiffness(
     n = len(position)
     indptr, indices, slot = _pattern(cells, n)
     G = np.zeros(len(indices))
-    for first in range(0, len(cells), CHUNK):
-        part = slice(first, first + CHUNK)
-        gradient, volume = gradients(position[cells[part]], kind)
-        stress = hooke(gradient @ displacement[cells[part]][:, None], lame, shear)
+    for part, place in zip(chunks(cells), chunks(slot), strict=True):
+        gradient, volume = gradients(position[part], kind)
+        stress = hooke(gradient @ displacement[part][:, None], lame, shear)
         cell = np.einsum(
             "cqia,cq,cqij,cqjb->cab", gradient, volume, stress, gradient, optimize=True
         )
-        G += np.bincount(slot[part].ravel(), cell.ravel(), len(G))
-    K = sp.bsr_matrix((G[:, None, None] * np.eye(3), indices, indptr), shape=(3 * n, 3 * n)).tocsr()
-    K.eliminate_zeros()
-    return ((K + K.T) / 2).tocsr()
+        G += np.bincount(place.ravel(), cell.ravel(), len(G))
+    return _in_each_direction(G, indices, indptr)
+
+
+def _in_each_direction(
+    values: np.ndarray, indices: np.ndarray, indptr: np.ndarray
+) -> sp.csr_matrix:
+    """Symmetric matrix over all dofs of numbers by node pair that act on each direction alike."""
+    A = sp.bsr_matrix(
+        (values[:, None, None] * np.eye(3), indices, indptr), shape=(3 * (len(indptr) - 1),) * 2
+    ).tocsr()
+    A.eliminate_zeros()
+    return ((A + A.T) / 2).tocsr()
 
 
 def _pattern(cells: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

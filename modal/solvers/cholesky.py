@@ -5,6 +5,7 @@ Both have `solve(right)` -> K^-1 right for (d, m).
 """
 
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -57,19 +58,25 @@ class Cholmod:
         return x
 
 
+def on_diagonal(K: sp.spmatrix) -> Any:
+    """SuperLU's factor of K, whose pivots stay on the diagonal where they can. RuntimeError where
+    there is none."""
+    from scipy.sparse.linalg import splu
+
+    return splu(
+        K.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+
+
 class SuperLU:
     """L D L' factor of K that stays on the diagonal."""
 
     def __init__(self, K: sp.csr_matrix) -> None:
-        from scipy.sparse.linalg import splu
-
         try:
-            self.factor = splu(
-                K.tocsc(),
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
-            )
+            self.factor = on_diagonal(K)
         except RuntimeError as error:
             raise SingularStiffness(f"the factorisation failed: {error}") from None
 

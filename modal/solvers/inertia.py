@@ -16,6 +16,7 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 
 from tipdamp.modal.solvers import petsc
+from tipdamp.modal.solvers.cholesky import on_diagonal
 
 
 @dataclass(frozen=True)
@@ -108,15 +109,8 @@ def mumps_inertia(PETSc: Any, matrix: Any, right: Any) -> tuple[int | None, Any]
 
 
 def _superlu(A: sp.spmatrix, b: np.ndarray) -> tuple[int | None, np.ndarray | None]:
-    from scipy.sparse.linalg import splu
-
     try:
-        factor = splu(
-            A.tocsc(),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
+        factor = on_diagonal(A)
     except RuntimeError:
         return None, None
     if not np.array_equal(factor.perm_r, factor.perm_c):

@@ -57,21 +57,10 @@ def lowest(A: Any, B: Any, count: int, *, factor: Any = None) -> tuple[np.ndarra
     and left as it is, otherwise MUMPS makes one over the ranks of A. Raises RuntimeError when fewer
     converge.
     """
-    SLEPc = start()
-    eps = SLEPc.EPS().create(A.comm)
-    eps.setOptionsPrefix("tipdamp_")
-    eps.setOperators(A, B)
-    eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
-    eps.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
-    eps.setDimensions(count, min(max(SETTINGS.basis * count, count + 15), A.size[0]))
-    eps.setTolerances(SETTINGS.tolerance, SETTINGS.restarts)
-    eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
-    eps.setTarget(0.0)
+    eps = _krylov_schur(A, B, count)
     # a back-solve a mode; `Factor` does better with all modes at once
     eps.setPurify(factor is None)
     transform = eps.getST()
-    transform.setType(SLEPc.ST.Type.SINVERT)
-    transform.setShift(0.0)
     ksp = transform.getKSP()
     ksp.setType("preonly")
     if factor is None:
@@ -94,6 +83,24 @@ def lowest(A: Any, B: Any, count: int, *, factor: Any = None) -> tuple[np.ndarra
             one.destroy()
     order = np.argsort(lam)
     return lam[order], [shapes[i] for i in order]
+
+
+def _krylov_schur(A: "Mat", B: "Mat", count: int) -> Any:
+    """SLEPc's solver for the `count` lowest modes, by the inverse of A."""
+    SLEPc = start()
+    eps = SLEPc.EPS().create(A.comm)
+    eps.setOptionsPrefix("tipdamp_")
+    eps.setOperators(A, B)
+    eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+    eps.setType(SLEPc.EPS.Type.KRYLOVSCHUR)
+    eps.setDimensions(count, min(max(SETTINGS.basis * count, count + 15), A.size[0]))
+    eps.setTolerances(SETTINGS.tolerance, SETTINGS.restarts)
+    eps.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
+    eps.setTarget(0.0)
+    transform = eps.getST()
+    transform.setType(SLEPc.ST.Type.SINVERT)
+    transform.setShift(0.0)
+    return eps
 
 
 def _lent(A: "Mat", factor: "Mat") -> "PC":

@@ -247,6 +247,15 @@ def name_motions(
     way, share, _ = np.linalg.svd(rows[:, rolls])
     rows = way.T @ rows
     rolled = np.r_[share, np.zeros(len(rows) - len(share))] > SETTINGS.roll
+    names = _reduce_rows(rows, weight, rolls, rolled)
+    return np.divide(rows, weight, out=np.zeros_like(rows), where=weight > 0), names
+
+
+def _reduce_rows(
+    rows: np.ndarray, weight: np.ndarray, rolls: np.ndarray, rolled: np.ndarray
+) -> list[tuple[str, str]]:
+    """Row reduces motions (m, 6 b) in place, those that are `rolled` (m,) by the columns of `rolls`
+    (6 b,) and the others by slides; the names of what leads them."""
     names: dict[int, tuple[str, str]] = {}
     for kind in (False, True):
         mine = list(map(int, np.flatnonzero(rolled == kind)))
@@ -260,9 +269,7 @@ def name_motions(
             for other in np.flatnonzero(rolled >= kind):
                 if other != i:
                     rows[other] -= rows[other, j] / rows[i, j] * rows[i]
-    return np.divide(rows, weight, out=np.zeros_like(rows), where=weight > 0), [
-        names[i] for i in range(len(rows))
-    ]
+    return [names[i] for i in range(len(rows))]
 
 
 def name_of_drift(

@@ -79,16 +79,10 @@ class StuckBodies:
             if opened.any()
             else np.zeros((len(F), 1 + len(rows)))
         )
-        own = np.arange(len(rows)).reshape(-1, 3)
-        system = _times(
-            self.G[np.ix_(rows, rows)] + self.G[np.ix_(rows, opened)] @ V[opened, 1:], D[moved]
-        )
+        own, felt = np.arange(len(rows)).reshape(-1, 3), self.G[np.ix_(rows, opened)]
+        system = _times(self.G[np.ix_(rows, rows)] + felt @ V[opened, 1:], D[moved])
         system[own[:, :, None], own[:, None]] += E[moved]
-        right = -F[rows] - self.G[np.ix_(rows, opened)] @ V[opened, 0]
-        try:
-            y = np.linalg.solve(system, right)
-        except np.linalg.LinAlgError:
-            y = np.linalg.lstsq(system, right, rcond=None)[0]
+        y = _solved(system, -F[rows] - felt @ V[opened, 0])
         push = np.einsum("pij,pj->pi", D[moved], y.reshape(-1, 3)).ravel()
         dz = -F - self.G[:, rows] @ push - self.G @ (V[:, 0] + V[:, 1:] @ push)
         dz[rows] = y
@@ -100,6 +94,14 @@ class StuckBodies:
         A = -self.G
         A[np.diag_indices(len(A))] += np.divide(1.0, self.k, out=np.ones(len(A)), where=self.k > 0)
         return ClosedFactor(A)
+
+
+def _solved(system: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """By least squares where the system is singular."""
+    try:
+        return np.linalg.solve(system, right)
+    except np.linalg.LinAlgError:
+        return np.linalg.lstsq(system, right, rcond=None)[0]
 
 
 def _times(G: np.ndarray, D: np.ndarray) -> np.ndarray:
@@ -125,6 +127,11 @@ def stuck_springs(
     k0 = np.where(np.isinf(k), reference_stiffness(model.K, B, k), k).reshape(-1, 3)
     k0[:, :2] = k0[:, :2].min(axis=1, keepdims=True)
     return k0.ravel(), np.isinf(k)
+
+
+def normal_springs(pairs: ContactTable) -> np.ndarray:
+    """(P,) N/m: kn of the pairs times their weight, may be inf; 0 of those that do not carry."""
+    return np.multiply(pairs.kn, pairs.weight, out=np.zeros(len(pairs)), where=pairs.carrying)
 
 
 def reference_stiffness(

@@ -94,17 +94,25 @@ def fade_of(
         if not closed[mine].any():
             continue
         cell = np.unique(cells[mine], return_inverse=True)[1].ravel()
-        own = np.bincount(cell, np.where(closed[mine], area[mine], 0.0))
-        force = np.bincount(cell, np.where(closed[mine], load[mine], 0.0))
+        own, force = (
+            np.bincount(cell, np.where(closed[mine], one[mine], 0.0)) for one in (area, load)
+        )
         if order == "from_middle":
             leaves = _from_middle(along[mine], cell)
         else:
             pressure = np.where(own > 0, force / np.where(own > 0, own, 1.0), -np.inf)
             leaves = _by_pressure(pressure, order, pairs.select(mine), cell)
-        left = 1 - np.r_[0.0, np.cumsum(own[leaves])] / own.sum()
-        place = np.argsort(leaves)
-        begins[mine], gone[mine] = left[place][cell], np.maximum(left[place + 1][cell], 0.0)
+        before, after = _shares(own, leaves)
+        begins[mine], gone[mine] = before[cell], after[cell]
     return Fade(begins, gone)
+
+
+def _shares(own: np.ndarray, leaves: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(c,) shares of the area that are there before each cell leaves, and after; own (c,) areas,
+    leaves (c,) cells in their order."""
+    left = 1 - np.r_[0.0, np.cumsum(own[leaves])] / own.sum()
+    place = np.argsort(leaves)
+    return left[place], np.maximum(left[place + 1], 0.0)
 
 
 def _from_middle(along: np.ndarray, cell: np.ndarray) -> np.ndarray:
@@ -202,20 +210,19 @@ def _rim_of(plane: np.ndarray, corner: np.ndarray) -> tuple[np.ndarray, np.ndarr
     that span a bay or a row of points which is not quite straight."""
     length = np.linalg.norm(plane[corner] - plane[np.roll(corner, -1, axis=1)], axis=2)
     usual = np.median(length)
+    a, b = (plane[corner[:, k]] - plane[corner[:, 0]] for k in (1, 2))
+    height = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])[:, None] / length
+    spans = (length > SETTINGS.reach * usual) | (height < SETTINGS.straight * length)
     while True:
         lines = np.sort(np.stack([corner, np.roll(corner, -1, axis=1)], axis=2), axis=2)
         found, place, times = np.unique(
             lines.reshape(-1, 2), axis=0, return_inverse=True, return_counts=True
         )
-        outer = (times == 1)[place.ravel()].reshape(-1, 3)
-        a, b = (plane[corner[:, k]] - plane[corner[:, 0]] for k in (1, 2))
-        height = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])[:, None] / length
-        bad = (
-            outer & ((length > SETTINGS.reach * usual) | (height < SETTINGS.straight * length))
-        ).any(axis=1)
+        place = place.reshape(-1, 3)
+        bad = ((times == 1)[place] & spans).any(axis=1)
         if not bad.any() or bad.all():
-            return found[~_either_way(plane, corner, place.reshape(-1, 3))], found[times == 1]
-        corner, length = corner[~bad], length[~bad]
+            return found[~_either_way(plane, corner, place)], found[times == 1]
+        corner, spans = corner[~bad], spans[~bad]
 
 
 def _either_way(plane: np.ndarray, corner: np.ndarray, line: np.ndarray) -> np.ndarray:

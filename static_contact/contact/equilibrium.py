@@ -90,27 +90,24 @@ def side_forces(
     pull = beside(held, np.asarray(pull, dtype=float))
     A = beside(held, np.column_stack(list(normals.values())))
     force, *_ = np.linalg.lstsq(A, pull, rcond=None)
-    left = pull - A @ force
-    size = np.linalg.norm(pull)
+    left, size = pull - A @ force, np.linalg.norm(pull)
+    remains = np.linalg.norm(left)
+    if remains > settings.taken_up * size:
+        along = (np.round(left / remains, 3) + 0.0).tolist()  # no -0.0
+        raise InputError(
+            f"sides {', '.join(normals)} cannot balance the pull {pull.tolist()} N without "
+            f"friction: a residual of {remains:.3g} N along {along} remains; take it "
+            "off, or hold the damper there (hold, in [damper] or [model] of a study)"
+        )
     _, amount, way = np.linalg.svd(A)
     # of forces: what changes nothing on the damper
     shared = way[(amount > settings.parallel).sum() :]
     alone = np.abs(shared).max(axis=0, initial=0.0) < settings.parallel
-    if np.linalg.norm(left) > settings.taken_up * size:
-        along = (np.round(left / np.linalg.norm(left), 3) + 0.0).tolist()  # no -0.0
-        raise InputError(
-            f"sides {', '.join(normals)} cannot balance the pull {pull.tolist()} N without "
-            f"friction: a residual of {np.linalg.norm(left):.3g} N along {along} remains; take it "
-            "off, or hold the damper there (hold, in [damper] or [model] of a study)"
-        )
-    for name, value, known in zip(normals, force, alone, strict=True):
-        if known and value < -settings.rounding * size:
+    found = {n: f for n, f, known in zip(normals, force.tolist(), alone, strict=True) if known}
+    for name, value in found.items():
+        if value < -settings.rounding * size:
             raise InputError(
                 f"side '{name}' would have to pull the damper ({value:.3g} N): check the pull "
                 "direction and the normals"
             )
-    return {
-        name: value
-        for name, value, known in zip(normals, force.tolist(), alone, strict=True)
-        if known
-    }
+    return found

@@ -189,14 +189,7 @@ class FrictionalContact:
         that does not help the history ends with a state that says so (converged=False): a load
         beyond what friction holds, or one that lifts the damper off, has no equilibrium.
         """
-        if isinstance(steps, bool) or not isinstance(steps, Integral) or steps < 1:
-            raise InputError(f"steps = {steps!r}: must be a whole number, 1 or more")
-        loads = [
-            finite_values("load", load, self.model.size, "dofs of the model")
-            for load in np.atleast_2d(loads)
-        ]
-        loads = np.vstack([np.zeros(self.model.size), *loads])
-        gaps = _at_each(self.pairs.gap if gap is None else gap, len(loads), len(self.pairs))
+        loads, gaps = self._history(loads, steps, gap)
         scale = np.linalg.norm(loads, axis=1).max()
         w = np.zeros((len(self.pairs), 2))
         z, time, states = np.zeros(3 * len(self.pairs)), 0.0, []
@@ -219,6 +212,19 @@ class FrictionalContact:
                     return tuple(states)
                 w, time = states[-1].slider, now
         return tuple(states)
+
+    def _history(
+        self, loads: ArrayLike, steps: int, gap: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Loads (n + 1, r) from none on, and the gaps (n + 1, P) with them, looked at."""
+        if isinstance(steps, bool) or not isinstance(steps, Integral) or steps < 1:
+            raise InputError(f"steps = {steps!r}: must be a whole number, 1 or more")
+        checked = [
+            finite_values("load", load, self.model.size, "dofs of the model")
+            for load in np.atleast_2d(loads)
+        ]
+        loads = np.vstack([np.zeros(self.model.size), *checked])
+        return loads, _at_each(self.pairs.gap if gap is None else gap, len(loads), len(self.pairs))
 
     def _increment(
         self, load: np.ndarray, before: np.ndarray, z: np.ndarray, w: np.ndarray, gap: np.ndarray
@@ -259,20 +265,15 @@ class FrictionalContact:
             ), tangent
 
         size = float(np.linalg.norm(u0) + np.linalg.norm(z))
+        enough = self.settings.tolerance * size
         F, tangent = residual(z)
         for step in range(1, self.settings.iterations + 1):
-            norm, enough = np.linalg.norm(F), self.settings.tolerance * size
-            if norm <= enough:
+            if np.linalg.norm(F) <= enough:
                 return z, step
             dz = self._newton(F, tangent, self.bodies.k - damped * self.k0, damped, 0.1 * enough)
             if not np.linalg.norm(dz) <= self.settings.far * size:
                 break
-            # where none of these helps the full step is taken
-            for part in (1.0, 0.5, 0.25, 0.125, 1.0):
-                G, tangent = residual(z + part * dz)
-                if np.linalg.norm(G) < norm:
-                    break
-            z, F = z + part * dz, G
+            z, F, tangent = _nearer(residual, z, F, dz)
             if self.bodies.renew(tangent):
                 u0 = self.bodies.felt(load)
                 F, tangent = residual(z)
@@ -299,19 +300,16 @@ class FrictionalContact:
         q = self.bodies.solve(load - self.B.T @ (f - self.bodies.k * u))
         left = np.linalg.norm(self.model.K @ q + self.B.T @ f - load)
         residual = float(left / outcome.scale) if outcome.scale > 0 else float(left)
-        f, motion, z = f.reshape(-1, 3), u.reshape(-1, 3), z.reshape(-1, 3)
-        reach = np.divide(
-            f[:, :2], self.kt[:, None], out=np.zeros((len(f), 2)), where=self.kt[:, None] > 0
-        )
-        slider = np.where(slips, z[:, :2] - reach, w)
-        open_by = gap - motion[:, 2]
-        preload = np.where(self.rigid[2::3] | (f[:, 2] > 0), f[:, 2], -self.kn * open_by)
+        T, N = np.split(f.reshape(-1, 3), [2], axis=1)
+        reach = np.divide(T, self.kt[:, None], out=np.zeros(T.shape), where=self.kt[:, None] > 0)
+        N, open_by = N[:, 0], gap - u[2::3]
+        preload = np.where(self.rigid[2::3] | (N > 0), N, -self.kn * open_by)
         return FrictionState(
             self.pairs.replace(preload=preload, gap=gap),
-            np.where(f[:, 2] > 0, 0.0, open_by),
-            f[:, :2].copy(),
-            slider,
-            slips.any(axis=1) & (f[:, 2] > 0),
+            np.where(N > 0, 0.0, open_by),
+            T.copy(),
+            np.where(slips, z.reshape(-1, 3)[:, :2] - reach, w),
+            slips.any(axis=1) & (N > 0),
             q,
             load,
             float(outcome.time),
@@ -319,6 +317,18 @@ class FrictionalContact:
             outcome.iterations,
             outcome.converged and residual <= self.settings.residual,
         )
+
+
+def _nearer(
+    residual: Callable, z: np.ndarray, F: np.ndarray, dz: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """z after so much of the step dz as reduces the residual F, with residual and tangents there;
+    where no part does, after the full step."""
+    for part in (1.0, 0.5, 0.25, 0.125, 1.0):
+        G, tangent = residual(z + part * dz)
+        if np.linalg.norm(G) < np.linalg.norm(F):
+            break
+    return z + part * dz, G, tangent
 
 
 def _at_each(gap: ArrayLike, count: int, pairs: int) -> np.ndarray:

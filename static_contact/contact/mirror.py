@@ -78,17 +78,14 @@ def _mirror(
     area, load = fields
     offset = float(area[rows] @ (pairs.position[rows] @ normal) / area[rows].sum())
     image = pairs.position - 2 * np.outer(pairs.position @ normal - offset, normal)
-    onto, noise, pairwise = {}, 0.0, True
-    of_side = {
-        side: rows[pairs.side[rows] == side]
-        for side in pairs.sides
-        if (pairs.side[rows] == side).any()
-    }
+    onto, pairwise = {}, True
+    of_side = {side: rows[pairs.side[rows] == side] for side in pairs.sides}
+    of_side = {side: mine for side, mine in of_side.items() if len(mine)}
     facing = {side: pairs.normal[mine].mean(axis=0) for side, mine in of_side.items()}
     for side, mine in of_side.items():
         turned = facing[side] - 2 * (facing[side] @ normal) * normal
-        sides = sorted(of_side, key=lambda other: other != side)
-        places = {other: pairs.position[of_side[other]] for other in sides}
+        # itself first
+        places = {other: pairs.position[of_side[other]] for other in (side, *of_side)}
         far, partner, onto[side] = _nearest_side(places, facing, image[mine], turned)
         theirs = of_side[onto[side]]
         near, around = _spacing(pairs.position[theirs])
@@ -97,14 +94,31 @@ def _mirror(
         pairwise &= bool(far.max() < SETTINGS.alike * near) and len(mine) == len(theirs) == len(
             np.unique(partner)
         )
-        # of what is open it would be the force that would close it, as steep as the gap is stiff
-        pressure = np.maximum(load, 0) / np.where(area > 0, area, 1.0)
-        there = _pressure_at(pairs.select(theirs), pressure[theirs], image[mine])
-        noise += float(area[mine] @ np.abs(pressure[mine] - there))
-    noise /= np.maximum(load[rows], 0).sum() or np.inf
+    unlike = _unlike(
+        pairs, [(mine, of_side[onto[s]]) for s, mine in of_side.items()], fields, image
+    )
+    noise = unlike / (np.maximum(load[rows], 0).sum() or np.inf)
     if noise > SETTINGS.map or any(onto[onto[side]] != side for side in onto):
         return None
     return Mirror(normal, offset, image, onto, noise, pairwise)
+
+
+def _unlike(
+    pairs: ContactTable,
+    sides: Iterable[tuple[np.ndarray, np.ndarray]],
+    fields: tuple[np.ndarray, np.ndarray],
+    image: np.ndarray,
+) -> float:
+    """N: by which the map of contacts differs from that at their images, on pairs of sides that are
+    images of each other."""
+    area, load = fields
+    # of what is open it would be the force that would close it, as steep as the gap is stiff
+    pressure = np.maximum(load, 0) / np.where(area > 0, area, 1.0)
+    total = 0.0
+    for mine, theirs in sides:
+        there = _pressure_at(pairs.select(theirs), pressure[theirs], image[mine])
+        total += float(area[mine] @ np.abs(pressure[mine] - there))
+    return total
 
 
 def _nearest_side(
@@ -152,28 +166,21 @@ def mirrored_cells(pairs: ContactTable, cell: np.ndarray, mirrors: Iterable[Mirr
     lies nearest to."""
     used = np.flatnonzero(cell >= 0)
     count, links = int(cell.max(initial=-1)) + 1, [np.empty((0, 2), dtype=int)]
-    size = np.maximum(np.bincount(cell[used], minlength=count), 1)[:, None]
-    first = np.zeros(count, dtype=int)
-    first[cell[used]] = used
-
-    def middles(place: np.ndarray) -> np.ndarray:
-        return (
-            np.column_stack([np.bincount(cell[used], place[used, k], count) for k in range(3)])
-            / size
-        )
-
-    middle, side = middles(pairs.position), pairs.side[first]
+    middle = _middles(pairs.position[used], cell[used], count)
     for mirror in mirrors:
-        image = middles(mirror.image)
+        image = _middles(mirror.image[used], cell[used], count)
         for name, other in mirror.onto.items():
-            mine, theirs = (
-                np.intersect1d(np.flatnonzero(side == s), cell[used]) for s in (name, other)
-            )
+            mine, theirs = (np.unique(cell[used[pairs.side[used] == s]]) for s in (name, other))
             if len(mine) and len(theirs):
-                links.append(
-                    np.column_stack([mine, theirs[cKDTree(middle[theirs]).query(image[mine])[1]]])
-                )
+                nearest = cKDTree(middle[theirs]).query(image[mine])[1]
+                links.append(np.column_stack([mine, theirs[nearest]]))
     a, b = np.concatenate(links).T
     graph = sp.coo_matrix((np.ones(len(a), dtype=np.int8), (a, b)), shape=(count, count))
     label = sp.csgraph.connected_components(graph, directed=False)[1]
     return np.where(cell >= 0, label[cell], -1)
+
+
+def _middles(place: np.ndarray, cell: np.ndarray, count: int) -> np.ndarray:
+    """(count, 3) m: mean of the places (p, 3) of each cell (p,), 0 of one that has none."""
+    size = np.maximum(np.bincount(cell, minlength=count), 1)[:, None]
+    return np.column_stack([np.bincount(cell, place[:, k], count) for k in range(3)]) / size

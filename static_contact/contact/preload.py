@@ -25,7 +25,7 @@ from tipdamp.static_contact.bodies.compliance import Compliance
 from tipdamp.static_contact.bodies.free_motions import name_of_drift
 from tipdamp.static_contact.bodies.rigid_motions import SETTINGS as RIGID
 from tipdamp.static_contact.bodies.rigid_motions import RigidMotionSettings
-from tipdamp.static_contact.bodies.stuck_bodies import reference_stiffness
+from tipdamp.static_contact.bodies.stuck_bodies import normal_springs, reference_stiffness
 from tipdamp.static_contact.contact.contact_forces import LoadedMotion, Preload, StaticForces
 from tipdamp.static_contact.normal.complementarity import (
     ContactSolution,
@@ -70,9 +70,7 @@ class StaticContact:
         not known to be rigid meets no stiffness."""
         check_pairs(pairs)
         self.model, self.pairs, self.settings, self.held = model, pairs, settings, held
-        self.kn = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(
-            pairs.carrying, pairs.weight, 1.0
-        )
+        self.kn = normal_springs(pairs)
         self.bodies = compliance(model, pairs, self.kn, held, settings.rigid)
         self.B, self.motions, self.loose = self.bodies.B, self.bodies.loose.free, self.bodies.loose
         c = np.divide(1.0, self.kn, out=np.zeros(len(pairs)), where=self.kn > 0)
@@ -180,45 +178,45 @@ class StaticContact:
     ) -> tuple[StaticForces, float]:
         """StaticForces of a solution that leaves `left` (r,) N of the load unbalanced, and how much
         that is."""
-        force, kn = found.N, self.kn
-        along, applied = self.motions.shape.T @ load, load - taken
-        scale = load if load.any() else abs(self.B).T @ np.abs(force)
+        applied = load - taken
+        scale = load if load.any() else abs(self.B).T @ np.abs(found.N)
         reaction: dict[str, float] = {}
         if _ratio(left, scale) > self.settings.residual:
             taken, reaction = self._taken_by_constraints(left, taken, scale, constrain)
             left = left + taken
-        if not _ratio(left, scale) <= self.settings.residual:
+        residual = _ratio(left, scale)
+        if not residual <= self.settings.residual:
             raise InputError(
-                f"the static solution leaves {_ratio(left, scale):.1e} of the load unbalanced "
+                f"the static solution leaves {residual:.1e} of the load unbalanced "
                 f"(allowed: {self.settings.residual:g}): the model's K is too ill-conditioned"
             )
-        held = self.bodies.spring_forces(applied, force, found.amount)
+        held = self.bodies.spring_forces(applied, found.N, found.amount)
         balance = self._balance(
-            (load - taken if reaction else load) - self.bodies.held.T @ held, force
+            (load - taken if reaction else load) - self.bodies.held.T @ held, found.N
         )
-        if balance is not None and not balance <= self.settings.residual:
-            raise InputError(
-                f"the contact forces leave {balance:.1e} of the load on the damper unbalanced "
-                f"(allowed: {self.settings.residual:g}): the model's K resists, or drives, the "
-                "motion of a damper that floats"
-            )
-        spring = np.where(np.isinf(kn), 0.0, kn)
         return StaticForces(
-            pairs=self.pairs.replace(
-                preload=np.where(found.closed, force, spring * (found.u - gap)), gap=gap
-            ),
-            force=force,
+            pairs=self.pairs.replace(preload=self._preload(found, gap), gap=gap),
+            force=found.N,
             opening=np.where(found.closed, 0.0, gap - found.u),
-            motions=tuple(
-                LoadedMotion(*name, float(amount))
-                for name, amount in zip(self.motions.names, along, strict=True)
-            ),
+            motions=self._loaded(load),
             reactions=reaction,
             held={one.name: float(f) for one, f in zip(self.held, held, strict=True)},
             balance=balance,
             iterations=found.sets,
             method=found.method,
-        ), _ratio(left, scale)
+        ), residual
+
+    def _preload(self, found: ContactSolution, gap: np.ndarray) -> np.ndarray:
+        """(P,) N, negative where a pair stands open."""
+        spring = np.where(np.isinf(self.kn), 0.0, self.kn)
+        return np.where(found.closed, found.N, spring * (found.u - gap))
+
+    def _loaded(self, load: np.ndarray) -> tuple[LoadedMotion, ...]:
+        along = self.motions.shape.T @ load
+        return tuple(
+            LoadedMotion(*name, float(amount))
+            for name, amount in zip(self.motions.names, along, strict=True)
+        )
 
     def _taken_by_constraints(
         self, left: np.ndarray, taken: np.ndarray, scale: np.ndarray, constrain: bool
@@ -282,10 +280,18 @@ class StaticContact:
 
     def _balance(self, load: np.ndarray, force: np.ndarray) -> float | None:
         """Sum of the contact forces and the load on the dampers that float, against the load; None
-        where none does."""
+        where none does. InputError where it is more than rounding."""
         total = np.linalg.norm(self._dampers.T @ load)
-        left = np.linalg.norm(self._dampers.T @ (load - self.B.T @ force))
-        return float(left / total) if total > 0 else None
+        if not total > 0:
+            return None
+        balance = float(np.linalg.norm(self._dampers.T @ (load - self.B.T @ force)) / total)
+        if not balance <= self.settings.residual:
+            raise InputError(
+                f"the contact forces leave {balance:.1e} of the load on the damper unbalanced "
+                f"(allowed: {self.settings.residual:g}): the model's K resists, or drives, the "
+                "motion of a damper that floats"
+            )
+        return balance
 
 
 def check_pairs(pairs: ContactTable) -> None:

@@ -46,15 +46,7 @@ def _on_line(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lever rule between the two nodes beside each position, on the line through the load
     points."""
-    origin = mesh.position[mesh.index(points)].mean(axis=0)
-    arm = mesh.position - origin
-    off = np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1)
-    line = np.flatnonzero(off < 1e-6)
-    line = line[np.argsort(mesh.position[line] @ axis)]
-    if len(line) < 2:
-        raise InputError(
-            "[damper] positions: the load points do not lie on one line of nodes along the axis"
-        )
+    line = _line_of_nodes(mesh, points, axis)
     along = mesh.position[line] @ axis
     low, high = (mesh.position @ axis).min(), (mesh.position @ axis).max()
     found = np.zeros(len(line))
@@ -70,3 +62,15 @@ def _on_line(
         found[k + 1] += t * weight
     used = found != 0
     return mesh.node[line[used]], found[used]
+
+
+def _line_of_nodes(mesh: Mesh, points: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Nodes on the line through the load points, in the order of the axis."""
+    arm = mesh.position - mesh.position[mesh.index(points)].mean(axis=0)
+    off = np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1)
+    line = np.flatnonzero(off < 1e-6)
+    if len(line) < 2:
+        raise InputError(
+            "[damper] positions: the load points do not lie on one line of nodes along the axis"
+        )
+    return line[np.argsort(mesh.position[line] @ axis)]

@@ -7,10 +7,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from tipdamp.static_contact.normal.complementarity import (
+    SETTINGS,
     SetSolution,
     no_equilibrium,
     solve_complementarity,
-    wrong_pairs,
 )
 
 if TYPE_CHECKING:
@@ -23,6 +23,8 @@ class FullSets:
 
     B : (P, n) motion of the pairs, without the multipliers of hard ones; free : (P,) bool - pairs
     that may close"""
+
+    rounding = SETTINGS.rounding
 
     def __init__(self, newton: "ContactNewton", B: sp.spmatrix, free: np.ndarray) -> None:
         self.newton, self.free, self.k0, self.factored = newton, free, newton.k, 0
@@ -42,12 +44,6 @@ class FullSets:
             self.found[found.u.tobytes()],
         )
 
-    def wrong(
-        self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray
-    ) -> np.ndarray:
-        """(P,) bool - closed pairs that pull, open pairs that overlap."""
-        return wrong_pairs(self, closed, u, N, gap)
-
     def solve_set(
         self,
         closed: np.ndarray,
@@ -62,10 +58,23 @@ class FullSets:
         anchors = anchor * (self.B_own.T @ sp.diags(k) @ self.B)
         newton.set_closed(newton.tangent, closed.astype(float), anchors)
         self.factored += 1
-        right, x, F = newton.x.duplicate(), newton.x.duplicate(), newton.x.duplicate()
+        right, x, F = (newton.x.duplicate() for _ in range(3))
         right.getArray()[:] = (
             newton.f + newton.C_own.T @ (closed * k * gap) + self.B_own.T @ (anchor * k * at)
         )
+        if not self._solved(right, x, F):
+            raise no_equilibrium(closed)
+        u = newton.comm.tompi4py().allreduce(self.B_own @ x.getArray(readonly=True))
+        N = np.where(closed, k * (newton.motion(x) - gap), 0.0)
+        newton.residual(None, x, F)
+        self.found[u.tobytes()] = F.norm() / newton.load
+        for one in (right, x, F):
+            one.destroy()
+        return SetSolution(u, N, np.zeros(0))
+
+    def _solved(self, right: Any, x: Any, F: Any) -> bool:
+        """Whether x now solves the tangent's equations; F is scratch."""
+        newton = self.newton
         ksp = newton.direct(newton.PETSc.KSP().create(newton.comm))
         ksp.setOptionsPrefix("tipdamp_full_")
         ksp.setOperators(newton.tangent)
@@ -74,15 +83,8 @@ class FullSets:
             newton.tangent.mult(x, F)
             F.axpy(-1.0, right)
             # not so where it is no number
-            solved = F.norm() <= newton.settings.set_residual * right.norm()
+            return F.norm() <= newton.settings.set_residual * right.norm()
         except newton.PETSc.Error:
-            solved = False
-        if not solved:
-            raise no_equilibrium(closed)
-        u = newton.comm.tompi4py().allreduce(self.B_own @ x.getArray(readonly=True))
-        N = np.where(closed, k * (newton.motion(x) - gap), 0.0)
-        newton.residual(None, x, F)
-        self.found[u.tobytes()] = F.norm() / newton.load
-        for one in (ksp, right, x, F):
-            one.destroy()
-        return SetSolution(u, N, np.zeros(0))
+            return False
+        finally:
+            ksp.destroy()

@@ -28,6 +28,7 @@ from tipdamp.modal.solvers import petsc
 from tipdamp.static_contact.bodies.free_motions import FreeMotions, unresisted
 from tipdamp.static_contact.bodies.rigid_motions import moving
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
+from tipdamp.static_contact.bodies.stuck_bodies import normal_springs
 from tipdamp.static_contact.full.closed_sets import FullSets
 from tipdamp.static_contact.full.ranks import own_rows
 from tipdamp.static_contact.normal.complementarity import unstressed
@@ -86,32 +87,28 @@ def full_preload(
     PETSc = petsc.start()
     if PETSc is None:
         raise InputError("the full Newton route needs petsc4py")
-    comm = PETSc.COMM_WORLD
     f = np.concatenate([loads.get(b.name, np.zeros(b.dofs)) for b in bodies])
     motion = relative_motion(AssembledBodies(bodies), pairs)
     B = motion[2::3].tocsr()
-    hard = np.flatnonzero(np.isinf(pairs.kn) & pairs.carrying)
-    low, high = own = own_rows(comm, len(f) + len(hard))
-    blocks = [*(b.K for b in bodies), sp.csr_matrix((len(hard), len(hard)))]
-    K = sp.block_diag(blocks, format="csr")[low:high]
-    diagonal = _whole_diagonal(comm, K, low)[: len(f)]
-    k = np.where(pairs.carrying, pairs.kn, 0.0) * np.where(pairs.carrying, pairs.weight, 1.0)
+    k = normal_springs(pairs)
+    hard = np.flatnonzero(np.isinf(k))
+    own = own_rows(PETSc.COMM_WORLD, len(f) + len(hard))
+    K, diagonal = _own_stiffness(PETSc.COMM_WORLD, bodies, len(hard), own)
     k[hard] = (B.power(2) @ diagonal)[hard]  # the bodies' own stiffness, for the scale alone
     may_close = pairs.carrying & (k > 0)
     rigid = sl.block_diag(*(b.rigid_motions() if b.free else np.zeros((b.dofs, 0)) for b in bodies))
+    floats = moving(rigid)
     if not f.any():
-        q = unstressed(rigid @ moving(rigid), B[may_close], pairs.gap[may_close])
+        q = unstressed(rigid @ floats, B[may_close], pairs.gap[may_close])
         if q is not None:
             return _result(pairs, k * (B @ q - pairs.gap), np.zeros(len(pairs)), 0, 0.0, {})
     owner = np.repeat([b.name for b in bodies], [b.dofs for b in bodies])
-    resisted = 3 * np.flatnonzero(may_close) + 2
-    motions = unresisted(rigid, moving(rigid), motion, resisted, owner)
+    motions = unresisted(rigid, floats, motion, 3 * np.flatnonzero(may_close) + 2, owner)
     work = motions.shape.T @ f
     motions.refuse(work, f)
     pinned = np.concatenate([_pins(motions, diagonal), -k[hard]])
-    K = (K + sp.diags(pinned, format="csr")[low:high]).tocsr()
     equations = Equations(
-        K,
+        (K + sp.diags(pinned, format="csr")[slice(*own)]).tocsr(),
         _with_multipliers(B, hard),
         k,
         pairs.gap,
@@ -121,11 +118,31 @@ def full_preload(
     u, iterations, residual = _solved(ContactNewton(PETSc, own, equations, settings), B, may_close)
     signed = k * (u - pairs.gap)
     force = np.maximum(signed, 0.0)
+    reactions = _reactions(motions, f, B, force, settings.reported)
+    return _result(pairs, signed, force, iterations, residual, reactions)
+
+
+def _reactions(
+    motions: FreeMotions, f: np.ndarray, B: sp.spmatrix, force: np.ndarray, above: float
+) -> dict[str, float]:
+    """Of loads f (d,) and contact forces (P,) along motions that no contact resists, above a share
+    of their reach; refused where they are no rounding."""
     reaction = motions.shape.T @ (f - B.T @ force)
     scale = f if f.any() else abs(B).T @ force
     motions.refuse(reaction, scale)
-    reactions = motions.reactions(reaction, scale, settings.reported)
-    return _result(pairs, signed, force, iterations, residual, reactions)
+    return motions.reactions(reaction, scale, above)
+
+
+def _own_stiffness(
+    comm: "Comm", bodies: list[Body], multipliers: int, own: tuple[int, int]
+) -> tuple[sp.csr_matrix, np.ndarray]:
+    """This rank's rows of K, behind it zeros of so many multipliers, and its whole diagonal (d,),
+    on every rank."""
+    blocks = [*(b.K for b in bodies), sp.csr_matrix((multipliers, multipliers))]
+    K = sp.block_diag(blocks, format="csr")[slice(*own)]
+    mine = np.zeros(K.shape[1])
+    mine[slice(*own)] = K.diagonal(own[0])
+    return K, comm.tompi4py().allreduce(mine)[: K.shape[1] - multipliers]
 
 
 def _with_multipliers(B: sp.spmatrix, hard: np.ndarray) -> sp.spmatrix:
@@ -167,13 +184,6 @@ def _solved(
             f"Newton on the full model ended at a residual of {residual:.1e} of the load"
         )
     return u, iterations, residual
-
-
-def _whole_diagonal(comm: "Comm", rows: sp.spmatrix, low: int) -> np.ndarray:
-    """(n,) diagonal of a matrix of which each rank has the rows from `low`, on every rank."""
-    own = np.zeros(rows.shape[1])
-    own[low : low + rows.shape[0]] = rows.diagonal(low)
-    return comm.tompi4py().allreduce(own)
 
 
 def _pins(motions: FreeMotions, diagonal: np.ndarray) -> np.ndarray:
@@ -270,20 +280,8 @@ class ContactNewton:
     def solve(self) -> tuple[np.ndarray, int, float]:
         """Motion of the pairs (P,), Newton steps, residual; from the state with every pair
         closed."""
-        snes = self.PETSc.SNES().create(self.comm)
-        snes.setOptionsPrefix("tipdamp_full_")
         F = self.x.duplicate()
-        snes.setFunction(self.residual, F)
-        snes.setJacobian(self.jacobian, self.tangent)
-        snes.setType("newtonls")
-        self.PETSc.Options()["tipdamp_full_snes_linesearch_type"] = "basic"
-        snes.setFromOptions()
-        snes.setTolerances(
-            rtol=0.0,
-            atol=self.settings.tolerance * self.load,
-            stol=0.0,
-            max_it=self.settings.iterations,
-        )
+        snes = self._newton(F)
         ksp = self.direct(snes.getKSP())
         start = F.duplicate()
         start.getArray()[:] = self.f + self.C_own.T @ (self.k * self.gap)
@@ -300,6 +298,23 @@ class ContactNewton:
         for one in (snes, F, start):  # on all ranks alike: the collector is not
             one.destroy()
         return out
+
+    def _newton(self, F: Any) -> Any:
+        """PETSc's solver; F - where it puts the residual."""
+        snes = self.PETSc.SNES().create(self.comm)
+        snes.setOptionsPrefix("tipdamp_full_")
+        snes.setFunction(self.residual, F)
+        snes.setJacobian(self.jacobian, self.tangent)
+        snes.setType("newtonls")
+        self.PETSc.Options()["tipdamp_full_snes_linesearch_type"] = "basic"
+        snes.setFromOptions()
+        snes.setTolerances(
+            rtol=0.0,
+            atol=self.settings.tolerance * self.load,
+            stol=0.0,
+            max_it=self.settings.iterations,
+        )
+        return snes
 
     def destroy(self) -> None:
         """Free what PETSc holds."""

@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tipdamp.modal.body import Body
-from tipdamp.modal.elasticity import Material, blocks
+from tipdamp.modal.elasticity import Material, blocks, fixed_nodes
 from tipdamp.modal.elements.isoparametric import stiffness_and_mass
 from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.mesh_checks import parts
@@ -33,10 +33,7 @@ class Part:
     @property
     def clamped(self) -> np.ndarray:
         """(n,) bool - clamped nodes."""
-        clamped = np.zeros(len(self.mesh.node), dtype=bool)
-        for group in self.clamp:
-            clamped[self.mesh.index(self.mesh.group(group))] = True
-        return clamped
+        return fixed_nodes(self.mesh, self.clamp)
 
 
 def own_rows(comm: Any, size: int) -> tuple[int, int]:
@@ -80,18 +77,24 @@ def _rows(part: Part, low: int, high: int) -> Body:
         provenance={"mesh": mesh.source},
         piece_of_node=parts(mesh)[1],
     )
-    if not mine.any():
-        return body
-    piece, used = _touching(mesh, mine)
+    return _with_rows(body, part, mine, keep, (low, high)) if mine.any() else body
+
+
+def _with_rows(
+    body: Body, part: Part, mine: np.ndarray, keep: np.ndarray, own: tuple[int, int]
+) -> Body:
+    """The body with its rows own[0]..own[1], which are at the nodes `mine` (n,) bool; keep (d,) -
+    its free dofs among all."""
+    piece, used = _touching(part.mesh, mine)
     K, M = _assembled(piece, part)
-    held = np.setdiff1d(np.arange(3 * count), keep)
-    place, to_held = _places(keep, used, count), _places(held, used, count)
+    held = np.setdiff1d(np.arange(3 * len(mine)), keep)
+    place, to_held = (_places(dofs, used, len(mine)) for dofs in (keep, held))
     size = (len(keep), len(keep))
     return replace(
         body,
-        K=_spread(K, (place, place), (low, high), size),
-        M=_spread(M, (place, place), (low, high), size),
-        M_clamped=_spread(M, (place, to_held), (low, high), (len(keep), len(held))),
+        K=_spread(K, (place, place), own, size),
+        M=_spread(M, (place, place), own, size),
+        M_clamped=_spread(M, (place, to_held), own, (len(keep), len(held))),
     )
 
 

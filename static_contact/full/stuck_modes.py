@@ -16,7 +16,7 @@ from tipdamp.modal.solvers.inertia import mumps_inertia
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.static_contact.full.common_space import lowest_of_sets
 from tipdamp.static_contact.full.ranks import own_rows
-from tipdamp.static_contact.tuning.roll_springs import RollSpring
+from tipdamp.static_contact.tuning.roll_springs import RollSpring, rolls
 from tipdamp.static_contact.tuning.stuck_assembly import stuck_springs
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def full_stuck_sets(bodies: list[Body], sets: Sequence[StuckSet]) -> list[np.nda
     springs = list({(s.low, s.high): s for one in sets for s in one.springs}.values())
     K, M, rows = _matrices(bodies, sets[0].pairs, springs)
     k = np.array([_stiffness(one.pairs, one.springs, springs) for one in sets])
-    motion = [np.vstack([one.motion, *_roll(one.motion, springs)]) for one in sets]
+    motion = [np.vstack([one.motion, *rolls(one.motion, springs)]) for one in sets]
     common = lowest_of_sets(K, M, rows, k, motion)
 
     def found(i: int) -> np.ndarray:
@@ -97,15 +97,8 @@ def _matrices(
     B = relative_motion(AssembledBodies(bodies), pairs)
     return (
         *(_side_by_side(part) for part in ([b.K for b in bodies], [b.M for b in bodies])),
-        sp.vstack([B, *_roll(B, springs)], format="csr"),
+        sp.vstack([B, *rolls(B, springs)], format="csr"),
     )
-
-
-def _roll(
-    B: sp.spmatrix | np.ndarray, springs: Sequence[RollSpring]
-) -> list[sp.spmatrix | np.ndarray]:
-    """Of relative motion B (3P, ...) t1, t2, n of the pairs: the roll at each spring."""
-    return [(B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance for s in springs]
 
 
 def _side_by_side(parts: Sequence[sp.spmatrix]) -> sp.spmatrix:

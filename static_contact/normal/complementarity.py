@@ -72,7 +72,11 @@ class ContactSolution(NamedTuple):
 
 class ComplementarityProblem(Protocol):
     """What `solve_complementarity` asks of a problem; k0 : (P,) N/m reference springs, free : (P,)
-    bool - may close."""
+    bool - may close; rounding - of the largest force: below it the sign of a force is rounding."""
+
+    @property
+    def rounding(self) -> float:
+        """Of the largest force."""
 
     @property
     def k0(self) -> np.ndarray:
@@ -93,23 +97,14 @@ class ComplementarityProblem(Protocol):
         """With the pairs `closed` (P,) bool closed and all others open, under a load u0 in the
         problem's own terms."""
 
-    def wrong(
-        self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray
-    ) -> np.ndarray:
-        """(P,) bool - closed pairs that pull, open pairs that overlap."""
-
 
 def wrong_pairs(
-    problem: ComplementarityProblem,
-    closed: np.ndarray,
-    u: np.ndarray,
-    N: np.ndarray,
-    gap: np.ndarray,
-    rounding: float = SETTINGS.rounding,
+    problem: ComplementarityProblem, closed: np.ndarray, found: SetSolution, gap: np.ndarray
 ) -> np.ndarray:
     """(P,) bool - closed pairs that pull and open pairs that overlap, by more than rounding."""
-    push = np.where(closed, -N, problem.k0 * (u - gap))
-    return problem.free & (push > rounding * np.abs(np.where(closed, N, push)).max(initial=0.0))
+    push = np.where(closed, -found.N, problem.k0 * (found.u - gap))
+    most = np.abs(np.where(closed, found.N, push)).max(initial=0.0)
+    return problem.free & (push > problem.rounding * most)
 
 
 def no_equilibrium(closed: np.ndarray, drift: np.ndarray | None = None) -> NoEquilibrium:
@@ -148,10 +143,8 @@ def _proximal(problem: ComplementarityProblem, u0: Any, gap: np.ndarray) -> Cont
     It converges whenever there is a solution [Rockafellar 1976], also where several positions of
     the bodies are solutions, as under a load that balances on a single line of pairs.
     """
-    at = gap
-    total = 0
-    anchor = SETTINGS.anchor
-    weakest = SETTINGS.weakest
+    at, total = gap, 0
+    anchor, weakest = SETTINGS.anchor, SETTINGS.weakest
     best, least, drift = None, SETTINGS.anchor_forces, None
     for _ in range(SETTINGS.rounds):
         try:
@@ -163,13 +156,13 @@ def _proximal(problem: ComplementarityProblem, u0: Any, gap: np.ndarray) -> Cont
         found = found._replace(sets=total, method="proximal")
         exact = _without_anchors(problem, found.closed, u0, gap)
         if exact is not None:
-            return ContactSolution(exact.u, exact.N, exact.amount, found.closed, total, "proximal")
+            return ContactSolution(*exact, found.closed, total, "proximal")
         drift = found.u - at
-        anchored = anchor * problem.k0 * drift
-        if np.abs(anchored).max() <= SETTINGS.anchor_force * np.abs(found.N).max():
+        anchored, force = np.abs(anchor * problem.k0 * drift), np.abs(found.N)
+        if anchored.max() <= SETTINGS.anchor_force * force.max():
             return found
-        if np.abs(anchored).sum() <= least * np.abs(found.N).sum():
-            best, least = found, 0.5 * np.abs(anchored).sum() / np.abs(found.N).sum()
+        if anchored.sum() <= least * force.sum():
+            best, least = found, 0.5 * anchored.sum() / force.sum()
         at, anchor = found.u, max(anchor / 100, weakest)
     if best is None and drift is not None:
         raise no_equilibrium(found.closed, drift)
@@ -184,7 +177,7 @@ def _without_anchors(
         found = problem.solve_set(closed, u0, gap)
     except NoEquilibrium:
         return None
-    return None if problem.wrong(closed, found.u, found.N, gap).any() else found
+    return None if wrong_pairs(problem, closed, found, gap).any() else found
 
 
 def _pivot(
@@ -199,10 +192,10 @@ def _pivot(
     fewest, patience, method = np.inf, SETTINGS.patience, "newton"
     for step in range(1, SETTINGS.steps + 1):
         found = problem.solve_set(closed, u0, gap, anchor, at)
-        wrong = problem.wrong(closed, found.u, found.N, gap)
+        wrong = wrong_pairs(problem, closed, found, gap)
         count = int(wrong.sum())
         if not count:
-            return ContactSolution(found.u, found.N, found.amount, closed, step, method)
+            return ContactSolution(*found, closed, step, method)
         if count < fewest:
             fewest, patience = count, SETTINGS.patience
         else:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tipdamp.static_contact.normal.closed_factor import ClosedFactor
-from tipdamp.static_contact.normal.complementarity import SetSolution, no_equilibrium, wrong_pairs
+from tipdamp.static_contact.normal.complementarity import SetSolution, no_equilibrium
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,7 @@ class NormalContact:
     E: np.ndarray
     k0: np.ndarray
     free: np.ndarray
+    rounding: float = SETTINGS.rounding
 
     def solve_set(
         self,
@@ -134,17 +135,15 @@ class NormalContact:
             max(np.linalg.norm(left) / size if size > 0 else 0.0, unbalanced.max(initial=0.0)),
         )
 
-    def wrong(
-        self, closed: np.ndarray, u: np.ndarray, N: np.ndarray, gap: np.ndarray
-    ) -> np.ndarray:
-        """(P,) bool - closed pairs that pull, open pairs that overlap."""
-        return wrong_pairs(self, closed, u, N, gap, SETTINGS.rounding)
-
     def held(self) -> bool:
         """Whether all pairs together hold the bodies, were they as stiff as they look one by
         one."""
-        k = np.divide(1.0, self.A.diagonal(), out=np.zeros(len(self.c)), where=self.free)
-        return self._holds(self.E + self.Y.T * k @ self.Y)
+        return self._holds(self.E + self.Y.T * self._looks @ self.Y)
+
+    @cached_property
+    def _looks(self) -> np.ndarray:
+        """(P,) N/m: how stiff each pair looks by itself."""
+        return np.divide(1.0, self.A.diagonal(), out=np.zeros(len(self.c)), where=self.free)
 
     @cached_property
     def _factor(self) -> ClosedFactor:
@@ -153,8 +152,7 @@ class NormalContact:
     @cached_property
     def _scale(self) -> np.ndarray:
         """(h,) stiffness of each loose motion, with all pairs closed."""
-        k = np.divide(1.0, self.A.diagonal(), out=np.zeros(len(self.c)), where=self.free)
-        return np.sqrt(np.abs(self.E.diagonal()) + k @ self.Y**2)
+        return np.sqrt(np.abs(self.E.diagonal()) + self._looks @ self.Y**2)
 
     def _holds(self, T: np.ndarray) -> bool:
         if not len(T):

@@ -43,6 +43,11 @@ def require(
     return value
 
 
+def positive(name: str, value: Any, unit: str = "") -> Any:
+    """As `require`, above 0."""
+    return require(name, value, 0, open_low=True, unit=unit)
+
+
 @dataclass(frozen=True)
 class MaterialPair:
     """Young's moduli (Pa) and Poisson's ratios of the two bodies in contact."""
@@ -54,7 +59,7 @@ class MaterialPair:
 
     def __post_init__(self) -> None:
         for name in ("E1", "E2"):
-            require(name, vars(self)[name], 0, open_low=True, unit="Pa")
+            positive(name, vars(self)[name], "Pa")
         for name in ("nu1", "nu2"):
             require(name, vars(self)[name], 0, 0.5)
 

@@ -29,6 +29,7 @@ from tipdamp.static_contact.stiffness.elastic_constants import (
     MaterialPair,
     Stiffness,
     Values,
+    positive,
     require,
 )
 
@@ -44,8 +45,8 @@ def rectangle_stiffness(pair: MaterialPair, length: Values, width: Values) -> St
     Rigid punch in the sense that all points of the contact move together; sharp edges; no coupling
     (beta = 0). 'along' is parallel to `length`, which may be the shorter side.
     """
-    length = np.asarray(require("length", length, 0, open_low=True, unit="m"), dtype=float)
-    width = np.asarray(require("width", width, 0, open_low=True, unit="m"), dtype=float)
+    length = np.asarray(positive("length", length, "m"), dtype=float)
+    width = np.asarray(positive("width", width, "m"), dtype=float)
     longer, shorter = np.maximum(length, width), np.minimum(length, width)
     normal = rectangle_compliance(longer / shorter, 0.0)[0]
     by_longer, by_shorter = rectangle_compliance(longer / shorter, pair.nu_tangential)
@@ -87,8 +88,8 @@ def ellipse_integrals(a: float, b: float) -> tuple[float, float, float]:
 def ellipse_stiffness(pair: MaterialPair, a: float, b: float) -> Stiffness:
     """Normal stiffness and tangential ones along the semi-axis a and across it (along b), N/m; a, b
     in m."""
-    require("a", a, 0, open_low=True, unit="m")
-    require("b", b, 0, open_low=True, unit="m")
+    positive("a", a, "m")
+    positive("b", b, "m")
     s0, *directions = ellipse_integrals(a, b)
     nu, shear = pair.nu_tangential, pair.shear_compliance
     along, across = (2 * np.pi / (shear * ((1 - nu) * s0 + nu * s)) for s in directions)

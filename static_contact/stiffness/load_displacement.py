@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from tipdamp.static_contact.stiffness.elastic_constants import Values, require
+from tipdamp.static_contact.stiffness.elastic_constants import Values, positive, require
 
 PANELS, POINTS = 50, 12
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(POINTS)
@@ -29,7 +29,7 @@ def approach(compliance: Callable, load: float, start: float = 0.0) -> np.ndarra
 
 def secant_stiffness(compliance: Callable, load: float) -> np.ndarray:
     """Secant stiffness P / delta(P), N/m (N/m2 for a line); P > 0."""
-    require("load", load, 0, open_low=True, unit="N or N/m")
+    positive("load", load, "N or N/m")
     return load / approach(compliance, load)
 
 

@@ -19,7 +19,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair, Stiffness, require
+from tipdamp.static_contact.stiffness.elastic_constants import (
+    MaterialPair,
+    Stiffness,
+    positive,
+    require,
+)
 from tipdamp.static_contact.stiffness.load_displacement import secant_stiffness
 from tipdamp.static_contact.stiffness.rough_surfaces import Roughness, rough_stiffness
 from tipdamp.static_contact.stiffness.side_stiffness import (
@@ -55,7 +60,7 @@ class StiffnessModel:
         for name, value, allowed in (("model", self.name, MODELS), ("kind", self.kind, KINDS)):
             if value not in allowed:
                 raise InputError(f"{name} = {value!r}: {nearest(value, allowed)}")
-        require("scale", self.scale, 0, open_low=True)
+        positive("scale", self.scale)
         of_one_model: tuple[tuple[str, Any, str], ...] = (
             ("depth", self.depth, "plane_depth"),
             ("roughness", self.roughness, "rough_series"),
@@ -110,10 +115,10 @@ class NodalStiffness:
     load: float
     size: float | None
     length: float
-    depth: tuple[float, float] | None
-    roughness: Roughness | None
-    scale: float
-    pair: MaterialPair | None
+    depth: tuple[float, float] | None = None
+    roughness: Roughness | None = None
+    scale: float = 1.0
+    pair: MaterialPair | None = None
 
     @property
     def total(self) -> Stiffness:
@@ -127,7 +132,7 @@ def nodal_stiffness(
     """kn and kt (N/m) of one node of a side pressed by `force` (N), which `n_nodes` nodes carry in
     equal parts."""
     _check_count(n_nodes)
-    require("force", force, 0, open_low=True, unit="N")
+    positive("force", force, "N")
     if model.kind == "tangent":
         total = side_stiffness(side, force, model.depth)
     else:
@@ -172,7 +177,7 @@ def given_stiffness(
             f"given = {given!r}: allowed are (kn, kt) or (kn, kt_along, kt_across), N/m per node"
         )
     for name, value in zip(("given kn", "given kt", "given kt"), values, strict=False):
-        require(name, value, 0, open_low=True, unit="N/m")
+        positive(name, value, "N/m")
     kn, along, across = float(values[0]), float(values[1]), float(values[-1])
     return NodalStiffness(
         kn=kn,
@@ -185,9 +190,6 @@ def given_stiffness(
         load=float(force),
         size=None,
         length=float(length),
-        depth=None,
-        roughness=None,
-        scale=1.0,
         pair=pair,
     )
 

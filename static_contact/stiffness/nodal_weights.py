@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from tipdamp.hbm.errors import InputError
-from tipdamp.static_contact.stiffness.elastic_constants import require
+from tipdamp.static_contact.stiffness.elastic_constants import positive, require
 
 
 def tributary_weights(axial: ArrayLike, across: ArrayLike | None = None) -> np.ndarray:
@@ -72,8 +72,8 @@ def calibrate_scale(
 ) -> float:
     """The factor on all contact stiffness for which `frequency(scale)` (Hz, rising) meets `target`
     (Hz) to 1e-10."""
-    require("target", target, 0, open_low=True, unit="Hz")
-    require("low", low, 0, open_low=True)
+    positive("target", target, "Hz")
+    positive("low", low)
     require("high", high, low, open_low=True)
     bottom, top = frequency(low), frequency(high)
     if not bottom <= target <= top:

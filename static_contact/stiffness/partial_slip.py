@@ -23,7 +23,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import toms748
 
-from tipdamp.static_contact.stiffness.elastic_constants import require
+from tipdamp.static_contact.stiffness.elastic_constants import positive, require
 from tipdamp.static_contact.stiffness.load_displacement import approach, graded_nodes
 
 Loop = tuple[np.ndarray, np.ndarray]
@@ -32,8 +32,8 @@ Loop = tuple[np.ndarray, np.ndarray]
 def stick_load(load: float, mu: float, tangential: float) -> float:
     """Reduced load P - Q/mu whose contact is the region that sticks; 0 at gross slip, 0 <= Q <= mu
     P."""
-    require("load", load, 0, open_low=True, unit="N or N/m")
-    require("mu", mu, 0, open_low=True)
+    positive("load", load, "N or N/m")
+    positive("mu", mu)
     require(
         "tangential", tangential, 0, mu * load, unit="N or N/m (gross slip at mu times the load)"
     )

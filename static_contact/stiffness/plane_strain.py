@@ -20,7 +20,7 @@ from tipdamp.static_contact.stiffness.elastic_constants import (
     MaterialPair,
     Stiffness,
     Values,
-    require,
+    positive,
 )
 
 
@@ -29,8 +29,8 @@ def plane_compliance(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Compliances (normal, across, along) of one body, m2/N; half_width and depth in m, scalar or
     array."""
-    require("half_width", half_width, 0, open_low=True, unit="m")
-    require("depth", depth, 0, open_low=True, unit="m")
+    positive("half_width", half_width, "m")
+    positive("depth", depth, "m")
     plane = (1 - nu**2) / (np.pi * E)
     spread = 2 * np.arcsinh(depth / half_width)
     shape = depth / np.hypot(depth, half_width) / (1 - nu)

@@ -14,7 +14,7 @@ from tipdamp.static_contact.stiffness.elastic_constants import (
     MaterialPair,
     Stiffness,
     Values,
-    require,
+    positive,
 )
 from tipdamp.static_contact.stiffness.flat_punch import ellipse_stiffness
 
@@ -28,13 +28,13 @@ class Roughness:
     gamma: float
 
     def __post_init__(self) -> None:
-        require("h_rms", self.h_rms, 0, open_low=True, unit="m")
-        require("gamma", self.gamma, 0, open_low=True)
+        positive("h_rms", self.h_rms, "m")
+        positive("gamma", self.gamma)
 
 
 def rough_stiffness(pair: MaterialPair, force: Values, roughness: Roughness) -> Stiffness:
     """Tangent stiffness (N/m) of the rough interface alone under the normal force N (N)."""
-    require("force", force, 0, open_low=True, unit="N")
+    positive("force", force, "N")
     normal = force / (roughness.gamma * roughness.h_rms)
     circle = ellipse_stiffness(pair, 1.0, 1.0)
     tangential = normal * circle.along / circle.normal

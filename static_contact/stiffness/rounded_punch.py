@@ -24,6 +24,7 @@ from tipdamp.static_contact.stiffness.elastic_constants import (
     MaterialPair,
     Stiffness,
     Values,
+    positive,
     require,
 )
 from tipdamp.static_contact.stiffness.flat_punch import rectangle_stiffness
@@ -37,7 +38,7 @@ def punch_load(
     a = np.asarray(require("half_width", half_width, 0, unit="m"), dtype=float)
     b = flat_half_width
     require("flat_half_width", b, 0, unit="m")
-    require("radius", radius, 0, open_low=True, unit="m")
+    positive("radius", radius, "m")
     if np.any(a < b):
         raise InputError(
             f"half_width = {half_width!r} is out of range: allowed >= flat_half_width = {b:g} m, "
@@ -87,8 +88,8 @@ def punch_peak(
     With w = sqrt(a^2/x^2 - 1) b/s the condition dp/dx = 0 reads  w atanh(w) = (b/s) atan(s/b),  0 <
     w < 1.
     """
-    require("radius", radius, 0, open_low=True, unit="m")
-    require("load", load, 0, open_low=True, unit="N/m")
+    positive("radius", radius, "m")
+    positive("load", load, "N/m")
     b, s = flat_half_width, _rim(load, flat_half_width, radius, e_star)
     x = 0.0
     if b > 0:
@@ -121,7 +122,7 @@ def _rim(load: Values, flat_half_width: Values, radius: Values, e_star: Values) 
     s = a."""
     b = require("flat_half_width", flat_half_width, 0, unit="m")
     require("radius", radius, 0, unit="m")
-    require("e_star", e_star, 0, open_low=True, unit="Pa")
+    positive("e_star", e_star, "Pa")
     load = np.asarray(require("load", load, 0, unit="N/m"), dtype=float)
     if b == 0 and radius == 0:
         raise InputError("flat_half_width = 0 and radius = 0: a punch needs one of them above 0 m")

@@ -14,7 +14,7 @@ from tipdamp.static_contact.stiffness.elastic_constants import (
     MaterialPair,
     Stiffness,
     Values,
-    require,
+    positive,
 )
 from tipdamp.static_contact.stiffness.flat_punch import rectangle_stiffness
 from tipdamp.static_contact.stiffness.plane_strain import plane_stiffness
@@ -47,7 +47,7 @@ class ContactSide:
             raise InputError(f"shape = {self.shape!r}: {nearest(self.shape, tuple(SHAPES))}")
         if not isinstance(self.pair, MaterialPair):
             raise InputError(f"pair = {self.pair!r}: allowed is MaterialPair(E1, nu1, E2, nu2)")
-        require("length", self.length, 0, open_low=True, unit="m")
+        positive("length", self.length, "m")
         needed = SHAPES[self.shape]
         for name, value in (("radius", self.radius), ("width", self.width)):
             if name in needed and value is None:
@@ -60,7 +60,7 @@ class ContactSide:
                     f"{name} = {value!r} has no meaning for shape = '{self.shape}': leave it out"
                 )
             if value is not None:
-                require(name, value, 0, open_low=True, unit="m")
+                positive(name, value, "m")
 
 
 def half_width(side: ContactSide, force: Values) -> np.ndarray:

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.ties import SAME, first_largest
 from tipdamp.static_contact.surfaces.facets import Surface, facets
+from tipdamp.static_contact.surfaces.lines import BesideLine, beside_line
 from tipdamp.static_contact.surfaces.overlap import overlap, reach_of
 from tipdamp.static_contact.surfaces.pairing import Side
 from tipdamp.static_contact.surfaces.records import Overlap
@@ -68,6 +69,26 @@ def check_overlap(
             f"{place}; move the meshes apart, or let them count "
             'as touching: [contact] distance = "closed"'
         )
+
+
+def line_doubt(
+    side: Side, met: Overlap, damper: Surface, shown: Callable[[float], str]
+) -> str | None:
+    """A sentence where a round side has no contact point on the line in which it touches."""
+    off = beside_line(met.damper @ damper.mesh.position, met.normal, met.turned)
+    if off is None or off.angle <= DEFAULT.beside * (1 + SAME):
+        return None
+    return (
+        f"side '{side.name}': the nearest contact points lie {shown(off.distance)} beside the "
+        f"line in which the surfaces touch, {off.angle:.2g} degrees around the damper: it rests "
+        "on these, and the directions of its forces are off by as much; mesh the damper with a "
+        f"row of nodes along that line, or with faces of {shown(_narrow_enough(off))} across it"
+    )
+
+
+def _narrow_enough(off: BesideLine) -> float:
+    """m: faces among which one corner lies as near to the line as is allowed."""
+    return 2 * off.distance * DEFAULT.beside / off.angle
 
 
 def _why_apart(blade: Surface, damper: Surface, shown: Callable) -> str:

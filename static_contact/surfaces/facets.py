@@ -75,14 +75,9 @@ def _cut(position: np.ndarray, faces: np.ndarray) -> Facets:
     place, k = position[faces], faces.shape[1]
     corners = face_corners(k)
     curved = bulge(place) > DEFAULT.straight
-    faces_of, references = [], []
-    for mine, cut in (
-        (np.flatnonzero(~curved), _cuts(corners, False)),
-        (np.flatnonzero(curved), _cuts(corners, True)),
-    ):
-        faces_of.append(np.repeat(mine, len(cut)))
-        references.append(np.tile(cut, (len(mine), 1, 1)))
-    face, reference = np.concatenate(faces_of), np.concatenate(references)
+    cuts = [(np.flatnonzero(curved == bent), _cuts(corners, bent)) for bent in (False, True)]
+    face = np.concatenate([np.repeat(mine, len(cut)) for mine, cut in cuts])
+    reference = np.concatenate([np.tile(cut, (len(mine), 1, 1)) for mine, cut in cuts])
     shape = face_shapes(k, reference.reshape(-1, 2))[0].reshape(len(face), 3, k)
     corner = np.einsum("tck,tkx->tcx", shape, place[face])
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])

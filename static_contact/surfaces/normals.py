@@ -48,7 +48,6 @@ def smooth_normals(kinds: Faces) -> list[np.ndarray]:
     has the mean of their normals. Nothing is smooth across edges where faces meet at more than
     `crease` degrees.
     """
-    kinds = [(faces, place) for faces, place in kinds]
     between = [_between_corners(place) for _, place in kinds]
     sheet = _sheet(kinds)
     normal = _chordal(sheet, _near(kinds, sheet, between))
@@ -86,6 +85,11 @@ def above(arm: np.ndarray, place: np.ndarray, normal: np.ndarray) -> np.ndarray:
     return (arm - np.einsum("mx,mx->m", place, normal)) / (1 + size)
 
 
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """(m, 3) of length 1 along vectors (m, 3); 0 of none."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None]
+
+
 def tangents(normal: np.ndarray) -> np.ndarray:
     """(m, 2, 3): two axes of the planes with the normals (m, 3), so that axis 1 x axis 2 is the
     normal."""
@@ -110,25 +114,23 @@ def _between_corners(place: np.ndarray) -> np.ndarray:
     return found
 
 
-def _sheet(kinds: Sequence[tuple[np.ndarray, np.ndarray]]) -> _Sheet:
+def _sheet(kinds: Faces) -> _Sheet:
     """The _Sheet of the faces."""
     across = np.concatenate([_outward(place) for _, place in kinds])
-    unit = across / np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
-    edges, one, other = _edges(kinds)
-    cosine = np.einsum("emx,emx->em", unit[edges[one]], unit[edges[other]]).min(axis=1, initial=1.0)
-    smooth = cosine > np.cos(np.radians(DEFAULT.crease))
-    a, b = edges[one[smooth]].ravel(), edges[other[smooth]].ravel()
+    own = unit(across)
+    edges, one, other = _smooth_edges(kinds, own)
+    a, b = edges[one].ravel(), edges[other].ravel()
     count, of = connected_components(
-        sp.csr_matrix((np.ones(len(a)), (a, b)), shape=(len(unit),) * 2), directed=False
+        sp.csr_matrix((np.ones(len(a)), (a, b)), shape=(len(own),) * 2), directed=False
     )
     mean = np.zeros((count, 3))
     place = np.empty((count, 3))
     known = np.ones(count, dtype=bool)
     np.add.at(mean, of, across)
-    mean /= np.maximum(np.linalg.norm(mean, axis=1), 1e-300)[:, None]
+    mean = unit(mean)
     place[of] = np.concatenate([p.reshape(-1, 3) for _, p in kinds])
-    known[of[np.linalg.norm(unit - mean[of], axis=1) > DEFAULT.straight]] = False
-    known[of[np.delete(edges, np.r_[one[smooth], other[smooth]], axis=0)]] = False
+    known[of[np.linalg.norm(own - mean[of], axis=1) > DEFAULT.straight]] = False
+    known[of[np.delete(edges, np.r_[one, other], axis=0)]] = False
     return _Sheet(of, place, mean, known)
 
 
@@ -143,37 +145,43 @@ def _outward(place: np.ndarray) -> np.ndarray:
     ).reshape(-1, 3)
 
 
-def _edges(
-    kinds: Sequence[tuple[np.ndarray, np.ndarray]],
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """(h, 3) int: first, last and middle node of the edges of each face in turn, counted face by
-    face, the node of the lower index first (and again where there is none in the middle); and pairs
-    (e,), (e,) of those that are one edge."""
-    ends, nodes, start = [], [], 0
-    for faces, _ in kinds:
-        k = faces.shape[1]
-        side = np.arange(face_corners(k))
-        local = np.column_stack(
-            [side, np.roll(side, -1), side + len(side) if k > len(side) else side]
-        )
-        its = start + k * np.arange(len(faces))[:, None, None] + local
-        turned = faces[:, local[:, 0]] > faces[:, local[:, 1]]
-        its[turned, :2] = its[turned, 1::-1]
-        if k == len(side):
-            its[:, :, 2] = its[:, :, 0]
-        ends.append(its.reshape(-1, 3))
-        nodes.append(np.sort(faces[:, local[:, :2]], axis=2).reshape(-1, 2))
-        start += faces.size
+def _smooth_edges(kinds: Faces, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Edges (h, 3) as of `_edges_of` of all faces in turn, and pairs (e,), (e,) of those that are
+    one edge across which the normals (i, 3) at the nodes of the faces turn little."""
+    starts = np.cumsum([0, *(faces.size for faces, _ in kinds)])
+    ends, nodes = zip(
+        *(_edges_of(faces, start) for (faces, _), start in zip(kinds, starts, strict=False)),
+        strict=True,
+    )
+    edges = np.concatenate(ends)
     _, label, count = np.unique(
         np.concatenate(nodes), axis=0, return_inverse=True, return_counts=True
     )
     order = np.argsort(label.ravel(), kind="stable")
     first = (np.cumsum(count) - count)[count == 2]
-    return np.concatenate(ends), order[first], order[first + 1]
+    one, other = order[first], order[first + 1]
+    cosine = np.einsum("emx,emx->em", normal[edges[one]], normal[edges[other]])
+    smooth = cosine.min(axis=1, initial=1.0) > np.cos(np.radians(DEFAULT.crease))
+    return edges, one[smooth], other[smooth]
+
+
+def _edges_of(faces: np.ndarray, start: int) -> tuple[np.ndarray, np.ndarray]:
+    """(h, 3) int: first, last and middle node of the edges of faces (f, k), whose nodes are counted
+    face by face from `start`, the one of the lower index first (and again where there is none in
+    the middle); (h, 2) indices of the ends."""
+    k = faces.shape[1]
+    side = np.arange(face_corners(k))
+    local = np.column_stack([side, np.roll(side, -1), side + len(side) if k > len(side) else side])
+    its = start + k * np.arange(len(faces))[:, None, None] + local
+    turned = faces[:, local[:, 0]] > faces[:, local[:, 1]]
+    its[turned, :2] = its[turned, 1::-1]
+    if k == len(side):
+        its[:, :, 2] = its[:, :, 0]
+    return its.reshape(-1, 3), np.sort(faces[:, local[:, :2]], axis=2).reshape(-1, 2)
 
 
 def _near(
-    kinds: Sequence[tuple[np.ndarray, np.ndarray]], sheet: _Sheet, between: Sequence[np.ndarray]
+    kinds: Faces, sheet: _Sheet, between: Sequence[np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pairs (p,), (p,) of nodes of the sheet that are in one face, or in two that have a node in
     common; without those between corners."""
@@ -195,26 +203,31 @@ def _chordal(sheet: _Sheet, pairs: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     the better."""
     normal, free = sheet.mean.copy(), np.flatnonzero(~sheet.known)
     i, j = pairs
-    chord = sheet.place[i] - sheet.place[j]
-    length = np.linalg.norm(chord, axis=1)
-    weighed = np.divide(
-        chord, length[:, None] ** 2, out=np.zeros_like(chord), where=length[:, None] > 0
-    )
-    weighed *= length.min(initial=np.inf, where=length > 0)
+    weighed = _weighed(sheet.place[i] - sheet.place[j])
     for _ in range(DEFAULT.turns if len(free) and len(i) else 0):
         axes = tangents(normal)
         A = (_along(weighed, axes, i) + _along(weighed, axes, j))[
             :, np.column_stack([2 * free, 2 * free + 1]).ravel()
         ]
         off = np.einsum("px,px->p", weighed, normal[i] + normal[j])
-        close = DEFAULT.solved
-        turn, *_ = lsmr(A, -off, atol=close, btol=close, maxiter=DEFAULT.most_steps)
+        turn, *_ = lsmr(
+            A, -off, atol=DEFAULT.solved, btol=DEFAULT.solved, maxiter=DEFAULT.most_steps
+        )
         turn = turn.reshape(-1, 2)
         normal[free] += np.einsum("sa,sax->sx", turn, axes[free])
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         if np.abs(turn).max() < DEFAULT.turned:
             break
     return normal
+
+
+def _weighed(chord: np.ndarray) -> np.ndarray:
+    """Chords (p, 3) over their squared length, that of the shortest as 1."""
+    length = np.linalg.norm(chord, axis=1)
+    found = np.divide(
+        chord, length[:, None] ** 2, out=np.zeros_like(chord), where=length[:, None] > 0
+    )
+    return found * length.min(initial=np.inf, where=length > 0)
 
 
 def _along(vector: np.ndarray, axes: np.ndarray, node: np.ndarray) -> sp.spmatrix:

@@ -9,6 +9,7 @@ normal, so that the forces and moments of both sides are in balance, whatever is
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -37,20 +38,24 @@ def candidates(one: Facets, other: Facets, reach: float) -> tuple[np.ndarray, np
     size, so that one large face among small ones does not make all of them neighbours."""
     gap = np.minimum(cKDTree(other.centre).query(one.centre)[0], reach)
     octave = np.floor(np.log2(other.radius)).astype(int)
-    mine, theirs = [], []
-    for level in np.unique(octave):
-        group = np.flatnonzero(octave == level)
-        tree = cKDTree(other.centre[group])
-        found = tree.query_ball_point(one.centre, one.radius + other.radius[group].max() + gap)
-        length = np.array([len(f) for f in found])
-        mine.append(np.repeat(np.arange(len(one.centre)), length))
-        theirs.append(group[np.concatenate([np.asarray(f, dtype=np.int64) for f in found])])
-    i, j = np.concatenate(mine), np.concatenate(theirs)
-    opposed = np.einsum("ij,ij->i", one.normal[i], other.normal[j]) < -np.cos(
-        np.radians(DEFAULT.facing)
-    )
-    order = np.lexsort((j[opposed], i[opposed]))
-    return i[opposed][order], j[opposed][order]
+    groups = (np.flatnonzero(octave == level) for level in np.unique(octave))
+    found = [_near(one, other, group, gap) for group in groups]
+    i, j = (np.concatenate(part) for part in zip(*found, strict=True))
+    cosine = np.einsum("ij,ij->i", one.normal[i], other.normal[j])
+    opposed = cosine < -np.cos(np.radians(DEFAULT.facing))
+    i, j = i[opposed], j[opposed]
+    order = np.lexsort((j, i))
+    return i[order], j[order]
+
+
+def _near(
+    one: Facets, other: Facets, group: np.ndarray, gap: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """As `candidates`, with those of a group of the other's, whatever their normals; gap (t,) m."""
+    tree = cKDTree(other.centre[group])
+    found = tree.query_ball_point(one.centre, one.radius + other.radius[group].max() + gap)
+    mine = np.repeat(np.arange(len(one.centre)), np.array([len(f) for f in found]))
+    return mine, group[np.concatenate([np.asarray(f, dtype=np.int64) for f in found])]
 
 
 def reach_of(damper: Mesh, reach: float = DEFAULT.reach) -> float:
@@ -60,52 +65,90 @@ def reach_of(damper: Mesh, reach: float = DEFAULT.reach) -> float:
 
 def overlap(damper: Surface, blade: Surface, reach: float = DEFAULT.reach) -> Overlap:
     """The contact points of two surfaces; reach - as of `reach_of`."""
-    mine = facets(damper)
-    theirs = facets(blade)
-    reach = reach_of(damper.mesh, reach)
-    local = Corners.of(mine)
-    sums = Sums(local.first[-1], len(damper.mesh.node), len(blade.mesh.node))
-    doubled = [np.empty((0, 3))]
-    layers = [np.empty((0, 2))]
-    total = 0.0
-    covered = 0.0
-    its, others = (smooth_normals([(F.faces, F.place) for F in kinds]) for kinds in (mine, theirs))
-    for D, normals, first in zip(mine, its, local.first, strict=False):
-        cover = np.zeros(len(D.area))
-        gaps = np.tile([np.inf, -np.inf], (len(D.area), 1))
-        for B, opposite in zip(theirs, others, strict=True):
-            for points, pair, area, gap in _pieces(
-                (D, B),
-                (normals, opposite),
-                (first, *sums.damper.shape, len(blade.mesh.node)),
-                reach,
+    mine, theirs = _Smooth.of(damper), _Smooth.of(blade)
+    kinds = [one.facets for one in mine]
+    corners = Corners.of(kinds)
+    sums = Sums(corners.first[-1], len(damper.mesh.node), len(blade.mesh.node))
+    covers = []
+    for one, first in zip(mine, corners.first, strict=False):
+        covers.append(_Cover(one.facets))
+        for other in theirs:
+            for points, *pieces in _pieces(
+                one, other, (first, corners.first[-1]), reach_of(damper.mesh, reach)
             ):
                 sums.add(points)
-                np.add.at(cover, pair, area)
-                np.minimum.at(gaps[:, 0], pair[area > 0], gap[area > 0])
-                np.maximum.at(gaps[:, 1], pair[area > 0], gap[area > 0])
-        twice = cover > DEFAULT.doubled * D.area
-        doubled.append(D.centre[twice])
-        layers.append(gaps[twice])
-        total, covered = total + D.area.sum(), covered + np.minimum(cover, D.area).sum()
-    return replace(
-        sums.points(mine, local, damper.mesh.position, blade.mesh.position),
-        covered=covered / total if total else 0.0,
-        doubled=np.concatenate(doubled),
-        layers=np.concatenate(layers),
+                covers[-1].add(*pieces)
+    return _with_covers(
+        sums.points(kinds, corners, damper.mesh.position, blade.mesh.position), covers
     )
 
 
+def _with_covers(points: Overlap, covers: "list[_Cover]") -> Overlap:
+    """The contact points with how much is covered, and what twice."""
+    whole = sum((one.facets.area.sum() for one in covers), 0.0)
+    met = sum((np.minimum(one.area, one.facets.area).sum() for one in covers), 0.0)
+    return replace(
+        points,
+        covered=met / whole if whole else 0.0,
+        doubled=np.concatenate(
+            [np.empty((0, 3)), *(one.facets.centre[one.twice] for one in covers)]
+        ),
+        layers=np.concatenate([np.empty((0, 2)), *(one.gaps[one.twice] for one in covers)]),
+    )
+
+
+class _Cover:
+    """What of facets is covered: area (t,) m2, and the smallest and the largest gap, gaps (t, 2)
+    m."""
+
+    def __init__(self, facets: Facets) -> None:
+        self.facets, self.area = facets, np.zeros(len(facets.area))
+        self.gaps = np.tile([np.inf, -np.inf], (len(facets.area), 1))
+
+    def add(self, facet: np.ndarray, area: np.ndarray, gap: np.ndarray) -> None:
+        """Pieces (s,) of facets, with their areas and mean gaps."""
+        np.add.at(self.area, facet, area)
+        met = area > 0
+        np.minimum.at(self.gaps[:, 0], facet[met], gap[met])
+        np.maximum.at(self.gaps[:, 1], facet[met], gap[met])
+
+    @property
+    def twice(self) -> np.ndarray:
+        """(t,) bool."""
+        return self.area > DEFAULT.doubled * self.facets.area
+
+
+class _Smooth(NamedTuple):
+    """Facets of the faces of one kind, the smooth normals (f, k, 3) at the nodes of these, and the
+    number of nodes of the mesh."""
+
+    facets: Facets
+    normals: np.ndarray
+    nodes: int
+
+    @classmethod
+    def of(cls, surface: Surface) -> "list[_Smooth]":
+        kinds = facets(surface)
+        normals = smooth_normals([(F.faces, F.place) for F in kinds])
+        return [cls(F, n, len(surface.mesh.node)) for F, n in zip(kinds, normals, strict=True)]
+
+    def at(
+        self, face: np.ndarray, shape: np.ndarray
+    ) -> tuple[sp.spmatrix, np.ndarray, np.ndarray, np.ndarray]:
+        """At points (m,) on faces with the functions (m, k) of their nodes: these as rows of all
+        nodes, normals and height above the face as of `bulge`, and `arms`."""
+        F, normals = self.facets, self.normals[face]
+        n, high = bulge(shape, F.place[face], normals)
+        rows = _rows(shape, F.faces[face], self.nodes)
+        return rows, n, high, arms(shape, F.place[face], normals)
+
+
 def _pieces(
-    both: tuple[Facets, Facets],
-    smooth: tuple[np.ndarray, np.ndarray],
-    sizes: tuple[int, int, int, int],
-    reach: float,
+    damper: _Smooth, blade: _Smooth, corners: tuple[int, int], reach: float
 ) -> Iterator[tuple[QuadraturePoints, np.ndarray, np.ndarray, np.ndarray]]:
-    """QuadraturePoints of the overlap of both, facets D of the damper and B of the blade; and of
-    the pieces the facet of the damper, area and mean gap (s,). smooth - the normals at the nodes of
-    their faces; sizes - first of the Corners of D, their number, nodes of both."""
-    D, B = both
+    """QuadraturePoints of the overlap of both; and of the pieces the facet of the damper, area and
+    mean gap (s,). corners - first of the Corners of the damper's faces, and the number of all."""
+    D, B = damper.facets, blade.facets
     i, j = candidates(D, B, reach)
     rule = triangle_rule(
         3 if face_corners(D.faces.shape[1]) == face_corners(B.faces.shape[1]) == 3 else 4
@@ -114,48 +157,36 @@ def _pieces(
         block = slice(start, start + DEFAULT.block)
         found = _integrate(D, B, i[block], j[block], rule)
         if found is not None:
-            yield _within(found, both, smooth, sizes, reach)
+            yield _within(found, damper, blade, corners, reach)
 
 
 def _within(
-    found: "tuple[tuple[np.ndarray, np.ndarray], np.ndarray, _Landed, _Landed]",
-    both: tuple[Facets, Facets],
-    smooth: tuple[np.ndarray, np.ndarray],
-    sizes: tuple[int, int, int, int],
-    reach: float,
+    found: "_Pieces", damper: _Smooth, blade: _Smooth, corners: tuple[int, int], reach: float
 ) -> tuple[QuadraturePoints, np.ndarray, np.ndarray, np.ndarray]:
-    """The points found by `_integrate` whose gap is small enough, the covered areas and gaps."""
-    ((i, j), weight, on_damper, on_blade), (D, B) = found, both
-    q = len(weight) // len(i)
-    gap = np.einsum("mx,mx->m", on_blade.place - on_damper.place, np.repeat(D.normal[i], q, axis=0))
+    """The points of pieces whose gap is small enough; facets, covered areas and gaps of these."""
+    i, j, weight, on_damper, on_blade = found
+    D, B, q = damper.facets, blade.facets, len(weight) // len(i)
+    apart = on_blade.place - on_damper.place
+    gap = np.einsum("mx,mx->m", apart, np.repeat(D.normal[i], q, axis=0))
     near = np.abs(gap) <= reach
     per_piece = np.add.reduceat(weight * near, np.arange(0, len(weight), q))
     face, other = np.repeat(D.face[i], q)[near], np.repeat(B.face[j], q)[near]
-    first, corners, damper, blade = sizes
     width = face_corners(D.faces.shape[1])
-    own = first + width * face[:, None] + np.arange(width)
+    first, count = corners
     psi = vertex_shapes(width, on_damper.reference[near])
-    normal, high = bulge(on_damper.shape[near], D.place[face], smooth[0][face])
-    beyond, higher = bulge(on_blade.shape[near], B.place[other], smooth[1][other])
-    arm = np.column_stack(
-        [
-            arms(on_damper.shape[near], D.place[face], smooth[0][face]),
-            arms(on_blade.shape[near], B.place[other], smooth[1][other]),
-        ]
-    )
-    apart = np.einsum(
-        "mx,mx->m", on_blade.place[near] - on_damper.place[near], normal
-    ) / np.linalg.norm(normal, axis=1)
+    mine, normal, high, arm = damper.at(face, on_damper.shape[near])
+    theirs, beyond, higher, other_arm = blade.at(other, on_blade.shape[near])
+    apart = np.einsum("mx,mx->m", apart[near], normal) / np.linalg.norm(normal, axis=1)
     points = QuadraturePoints(
         (weight / on_damper.slant)[near],
-        _rows(psi, own, corners),
-        _rows(on_damper.shape[near], D.faces[face], damper),
-        _rows(on_blade.shape[near], B.faces[other], blade),
+        _rows(psi, first + width * face[:, None] + np.arange(width), count),
+        mine,
+        theirs,
         on_damper.normal[near],
         on_blade.normal[near],
         normal,
         beyond,
-        arm,
+        np.column_stack([arm, other_arm]),
         apart - high - higher,
     )
     return points, i, per_piece, gap.reshape(-1, q).mean(axis=1)
@@ -169,11 +200,21 @@ def _rows(values: np.ndarray, columns: np.ndarray, size: int) -> sp.spmatrix:
     )
 
 
+class _Pieces(NamedTuple):
+    """Pieces (s,) of facets of damper and blade, with q quadrature points a piece in turn: weights
+    (m,) m2, and the points on both faces."""
+
+    damper: np.ndarray
+    blade: np.ndarray
+    weight: np.ndarray
+    on_damper: "_Landed"
+    on_blade: "_Landed"
+
+
 def _integrate(
     D: Facets, B: Facets, i: np.ndarray, j: np.ndarray, rule: tuple[np.ndarray, np.ndarray]
-) -> "tuple[tuple[np.ndarray, np.ndarray], np.ndarray, _Landed, _Landed] | None":
-    """Quadrature points of the pieces of pairs of facets, q a piece in turn: (facet of D, of B) of
-    each piece, weights (m,) m2, the points on both faces; None where no two facets overlap."""
+) -> _Pieces | None:
+    """Of pairs of facets; None where no two overlap."""
     origin, axes = D.corner[i, 0], tangents(D.normal[i])
     mine = np.einsum("mcx,max->mca", D.corner[i] - origin[:, None], axes)
     theirs = np.einsum("mcx,max->mca", B.corner[j] - origin[:, None], axes)
@@ -201,7 +242,7 @@ def _integrate(
         )
         for F, k, flat in ((D, i, mine), (B, j, theirs))
     ]
-    return (i[pair], j[pair]), weight, *faces
+    return _Pieces(i[pair], j[pair], weight, *faces)
 
 
 def _solved_in_plane(J: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -227,30 +268,11 @@ class _Landed:
     def on(
         cls, F: Facets, face: np.ndarray, start: np.ndarray, place: np.ndarray, axes: np.ndarray
     ) -> "_Landed":
-        """Where the lines through `place` (m, 3), normal to axes (m, 2, 3), meet the faces:
-        Newton's method from the reference coordinates `start`. InputError where a face is so
-        distorted that they do not."""
-        xi, k, left = start.copy(), F.faces.shape[1], np.arange(len(face))
-        limit = DEFAULT.landed * F.size
-        for _ in range(DEFAULT.steps):
-            shape, slope = face_shapes(k, xi[left])
-            off = np.einsum("mk,mkx->mx", shape, F.place[face[left]]) - place[left]
-            flat = np.einsum("mx,max->ma", off, axes[left])
-            far = np.abs(flat).max(axis=1) > limit[face[left]]
-            left, flat, slope = left[far], flat[far], slope[far]
-            if not len(left):
-                break
-            J = np.einsum(
-                "mrx,max->mar", np.einsum("mrk,mkx->mrx", slope, F.place[face[left]]), axes[left]
-            )
-            xi[left] -= _solved_in_plane(J, flat)
-        else:
-            at = np.round(place[left[0]], 6).tolist()
-            raise InputError(
-                f"a face near {at} m is so distorted that points near it have no place on it; "
-                "refine the mesh there"
-            )
-        shape, slope = face_shapes(k, xi)
+        """Where the lines through `place` (m, 3), normal to axes (m, 2, 3), meet the faces, from
+        the reference coordinates `start`. InputError where a face is so distorted that they do
+        not."""
+        xi = _met(F, face, start, place, axes)
+        shape, slope = face_shapes(F.faces.shape[1], xi)
         normal = np.cross(*np.einsum("mrk,mkx->rmx", slope, F.place[face]))
         normal /= np.linalg.norm(normal, axis=1)[:, None]
         return cls(
@@ -260,3 +282,25 @@ class _Landed:
             normal,
             np.abs(np.einsum("mx,mx->m", normal, np.cross(axes[:, 0], axes[:, 1]))),
         )
+
+
+def _met(
+    F: Facets, face: np.ndarray, start: np.ndarray, place: np.ndarray, axes: np.ndarray
+) -> np.ndarray:
+    """(m, 2) reference coordinates of `_Landed.on`, by Newton's method."""
+    xi, k, left = start.copy(), F.faces.shape[1], np.arange(len(face))
+    limit = DEFAULT.landed * F.size
+    for _ in range(DEFAULT.steps):
+        shape, slope = face_shapes(k, xi[left])
+        off = np.einsum("mk,mkx->mx", shape, F.place[face[left]]) - place[left]
+        flat = np.einsum("mx,max->ma", off, axes[left])
+        far = np.abs(flat).max(axis=1) > limit[face[left]]
+        left, flat, slope = left[far], flat[far], slope[far]
+        if not len(left):
+            return xi
+        slope = np.einsum("mrk,mkx->mrx", slope, F.place[face[left]])
+        xi[left] -= _solved_in_plane(np.einsum("mrx,max->mar", slope, axes[left]), flat)
+    raise InputError(
+        f"a face near {np.round(place[left[0]], 6).tolist()} m is so distorted that points near it "
+        "have no place on it; refine the mesh there"
+    )

@@ -59,28 +59,38 @@ def pair(
     both = _normals(blade, side.blade, b_index), _normals(damper, side.damper, d_index)
     frame = contact_frames(_shared_normals(*both, side, b_nodes), along_axis, side)
     position = blade.position[b_index]
-    along = position @ along_axis
-    station, row = _grid(along, position @ np.asarray(pull, float), side, tolerance)
-    order = np.lexsort((row, station))
-    P = len(order)
-    full = np.full
-    return ContactTable(
-        side=full(P, side.name),
-        station=station,
-        row=row,
-        blade_body=full(P, side.blade_body),
-        blade_node=b_nodes,
-        damper_body=full(P, side.damper_body),
-        damper_node=d_nodes,
+    station, row = _grid(position @ along_axis, position @ np.asarray(pull, float), side, tolerance)
+    return new_table(
+        side,
+        (station, row),
+        (b_nodes, d_nodes),
         position=position,
         frame=frame,
-        gap=np.zeros(P),
-        kn=np.zeros(P),
-        kt=np.zeros(P),
-        mu=np.zeros(P),
-        preload=np.zeros(P),
+        gap=np.zeros(len(row)),
+    )
+
+
+def new_table(
+    side: Side,
+    grid: tuple[np.ndarray, np.ndarray],
+    nodes: tuple[np.ndarray, np.ndarray],
+    **known: np.ndarray,
+) -> ContactTable:
+    """Pairs of nodes of blade and damper at stations and rows, in their order, with what is known
+    of them; stiffness, friction and preload are 0."""
+    (station, row), (blade, damper), P = grid, nodes, len(grid[0])
+    return ContactTable(
+        side=np.full(P, side.name),
+        station=station,
+        row=row,
+        blade_body=np.full(P, side.blade_body),
+        blade_node=blade,
+        damper_body=np.full(P, side.damper_body),
+        damper_node=damper,
+        **dict.fromkeys(("kn", "kt", "mu", "preload"), np.zeros(P)),
         weight=np.ones(P),
-    ).select(order)
+        **known,
+    ).select(np.lexsort((row, station)))
 
 
 def _shared_normals(

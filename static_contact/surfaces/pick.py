@@ -66,18 +66,11 @@ class FacePick:
                 if self.box
                 else f"group '{self.group}' has none"
             )
-        part = facets(Surface(mesh, boxed))
-        off = [self._off(mesh.position[p.faces]).max(axis=1) for p in part]
-        k = int(np.argmin([o.min() for o in off]))
-        i = int(off[k].argmin())
-        t = int(np.flatnonzero(part[k].face == i)[0])
-        form, normal = "plane", self.plane
-        if self.cylinder is not None:
-            axis, arm = _unit(self.cylinder), part[k].centre[t] - np.array(self.point)
-            form, normal = "cylinder", arm - (arm @ axis) * axis
-        angle = np.degrees(np.arccos(np.clip(abs(part[k].normal[t] @ _unit(normal)), 0, 1)))
+        nearest = map(self._nearest, facets(Surface(mesh, boxed)))
+        off, angle = min(nearest, key=lambda one: one[0])
+        form = "plane" if self.cylinder is None else "cylinder"
         return (
-            f"the nearest lies {shown(off[k][i])} off the {form} and its normal {angle:.2g} "
+            f"the nearest lies {shown(off)} off the {form} and its normal {angle:.2g} "
             f"degrees; correct the {form}, or state tolerance, how far nodes may be off (now "
             + (
                 "a hundredth of the face's size)"
@@ -85,6 +78,17 @@ class FacePick:
                 else f"{shown(self.tolerance)})"
             )
         )
+
+    def _nearest(self, part: Facets) -> tuple[float, float]:
+        """m that the nearest of the faces lies off the form, and degrees of its normal."""
+        off = self._off(part.place).max(axis=1)
+        t = int(np.flatnonzero(part.face == off.argmin())[0])
+        normal = self.plane
+        if self.cylinder is not None:
+            axis, arm = _unit(self.cylinder), part.centre[t] - np.array(self.point)
+            normal = arm - (arm @ axis) * axis
+        cosine = abs(part.normal[t] @ _unit(normal))
+        return float(off.min()), float(np.degrees(np.arccos(np.clip(cosine, 0, 1))))
 
     def _on_form(self, place: np.ndarray, size: np.ndarray) -> np.ndarray:
         return self._off(place).max(axis=1, initial=0.0) <= (
@@ -133,8 +137,7 @@ def _near(
     found = []
     for block in blocks:
         near = np.zeros(len(block), dtype=bool)
-        if len(block):
-            [mine] = facets(Surface(mesh, [block]))
+        for mine in facets(Surface(mesh, [block])):  # one, or none of an empty block
             points = _spread(mine)
             normals = np.tile(mine.normal, (len(points) // len(mine.normal), 1))
             for facet in theirs:
@@ -179,22 +182,14 @@ def _facing(
 
 def triangle_distance(corner: np.ndarray, point: np.ndarray) -> np.ndarray:
     """(m,) m: distance of points (m, 3) from triangles (m, 3, 3)."""
-    best = np.full(len(point), np.inf)
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        along, arm = corner[:, b] - corner[:, a], point - corner[:, a]
-        share = np.clip(
-            np.einsum("mx,mx->m", arm, along) / np.einsum("mx,mx->m", along, along), 0, 1
-        )
-        best = np.minimum(best, np.linalg.norm(arm - share[:, None] * along, axis=1))
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
-    over = np.ones(len(point), dtype=bool)
+    best, over = np.full(len(point), np.inf), np.ones(len(point), dtype=bool)
     for a, b in ((0, 1), (1, 2), (2, 0)):
-        over &= (
-            np.einsum(
-                "mx,mx->m", np.cross(corner[:, b] - corner[:, a], point - corner[:, a]), normal
-            )
-            >= 0
-        )
+        along, arm = corner[:, b] - corner[:, a], point - corner[:, a]
+        share = np.einsum("mx,mx->m", arm, along) / np.einsum("mx,mx->m", along, along)
+        away = arm - np.clip(share, 0, 1)[:, None] * along
+        best = np.minimum(best, np.linalg.norm(away, axis=1))
+        over &= np.einsum("mx,mx->m", np.cross(along, arm), normal) >= 0
     height = np.abs(np.einsum("mx,mx->m", point - corner[:, 0], normal))
     return np.where(over, height, best)

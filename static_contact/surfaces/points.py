@@ -1,6 +1,7 @@
 """Contact between unlike meshes: surfaces of blade and damper become a contact table and the points
 of both bodies."""
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -10,15 +11,15 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.hbm.errors import InputError
+from tipdamp.hbm.errors import Doubt, InputError
 from tipdamp.hbm.points import ContactPoints
 from tipdamp.modal.body import Body
 from tipdamp.modal.faces import face_keys
 from tipdamp.modal.mesh import Mesh
-from tipdamp.static_contact.surfaces.checks import check_overlap
+from tipdamp.static_contact.surfaces.checks import check_overlap, line_doubt
 from tipdamp.static_contact.surfaces.facets import Surface, facets
 from tipdamp.static_contact.surfaces.overlap import overlap
-from tipdamp.static_contact.surfaces.pairing import Side, contact_frames, join
+from tipdamp.static_contact.surfaces.pairing import Side, contact_frames, join, new_table
 from tipdamp.static_contact.surfaces.records import Overlap
 from tipdamp.static_contact.surfaces.stations import stations_and_rows
 
@@ -67,26 +68,30 @@ def surface_contact(
     axis (3,): along the damper; pull (3,): orders the rows, row 0 is the one farthest against it;
     closed - the surfaces count as touching, wherever they lie; shown - how lengths are written in
     messages. kn, kt and mu are still 0; area and gap come from the surfaces. Raises InputError
-    where surfaces do not face each other, as `checks` has it."""
-    found = []
+    where surfaces do not face each other, as `checks` has it, and warns where a round one has no
+    point on its line of contact."""
     _check_once(surfaces)
-    for one in surfaces:
-        found.append(overlap(one.damper, one.blade))
-        check_overlap(one.side, found[-1], one.blade, one.damper, closed, shown)
+    found = _overlaps(surfaces, closed, shown)
     blade, damper = surfaces[0].blade.mesh, surfaces[0].damper.mesh
     direction = np.asarray(axis, dtype=float) / np.linalg.norm(axis)
-    start = 10 ** len(str(int(max(blade.node.max(), damper.node.max()))))
-    counts = [len(met.vertex) for met in found]
-    numbers = np.split(start + 1 + np.arange(sum(counts)), np.cumsum(counts)[:-1])
-    places = [damper.position[met.vertex] for met in found]
-    sizes = [
-        float(np.mean(np.concatenate([kind.size for kind in facets(one.damper)])))
-        for one in surfaces
-    ]
-    grid = stations_and_rows(places, sizes, direction, np.asarray(pull, dtype=float))
+    numbers = _numbers((blade, damper), [len(met.vertex) for met in found])
+    grids = stations_and_rows(
+        [damper.position[met.vertex] for met in found],
+        [_face_size(one.damper) for one in surfaces],
+        direction,
+        np.asarray(pull, dtype=float),
+    )
     tables = [
-        _table(one.side, met, number, damper, direction, at, closed)
-        for one, met, number, at in zip(surfaces, found, numbers, grid, strict=True)
+        new_table(
+            one.side,
+            grid,
+            (number, number),
+            position=met.damper @ damper.position,
+            frame=contact_frames(met.normal, direction, one.side),
+            gap=np.zeros(len(number)) if closed else met.gap,
+            area=met.area,
+        )
+        for one, met, number, grid in zip(surfaces, found, numbers, grids, strict=True)
     ]
     number = np.concatenate(numbers)
     return (
@@ -94,6 +99,30 @@ def surface_contact(
         _points(number, blade, [m.blade for m in found]),
         _points(number, damper, [m.damper for m in found]),
     )
+
+
+def _overlaps(
+    surfaces: Sequence[FacingSides], closed: bool, shown: Callable[[float], str]
+) -> list[Overlap]:
+    """Of each side, looked at."""
+    found = []
+    for one in surfaces:
+        found.append(overlap(one.damper, one.blade))
+        check_overlap(one.side, found[-1], one.blade, one.damper, closed, shown)
+        if not closed and (doubt := line_doubt(one.side, found[-1], one.damper, shown)):
+            warnings.warn(doubt, Doubt, stacklevel=3)
+    return found
+
+
+def _numbers(meshes: Sequence[Mesh], counts: Sequence[int]) -> list[np.ndarray]:
+    """Numbers of so many contact points of each side, which are none of nodes."""
+    start = 10 ** len(str(int(max(mesh.node.max() for mesh in meshes))))
+    return np.split(start + 1 + np.arange(sum(counts)), np.cumsum(counts)[:-1])
+
+
+def _face_size(surface: Surface) -> float:
+    """m: mean size of the faces."""
+    return float(np.mean(np.concatenate([kind.size for kind in facets(surface)])))
 
 
 def _check_once(surfaces: Sequence[FacingSides]) -> None:
@@ -125,37 +154,6 @@ def _shared(one: Surface, other: Surface) -> Surface:
             if len(block)
         ],
     )
-
-
-def _table(
-    side: Side,
-    met: Overlap,
-    number: np.ndarray,
-    damper: Mesh,
-    axis: np.ndarray,
-    at: tuple[np.ndarray, np.ndarray],
-    closed: bool,
-) -> ContactTable:
-    station, row = at
-    order, P = np.lexsort((row, station)), len(number)
-    return ContactTable(
-        side=np.full(P, side.name),
-        station=station,
-        row=row,
-        blade_body=np.full(P, side.blade_body),
-        blade_node=number,
-        damper_body=np.full(P, side.damper_body),
-        damper_node=number,
-        position=met.damper @ damper.position,
-        frame=contact_frames(met.normal, axis, side),
-        gap=np.zeros(P) if closed else met.gap,
-        kn=np.zeros(P),
-        kt=np.zeros(P),
-        mu=np.zeros(P),
-        preload=np.zeros(P),
-        weight=np.ones(P),
-        area=met.area,
-    ).select(order)
 
 
 def _points(number: np.ndarray, mesh: Mesh, weights: Sequence[sp.spmatrix]) -> MeshPoints:

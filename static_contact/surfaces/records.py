@@ -14,6 +14,7 @@ class Overlap:
     damper, blade : (n, nodes) CSR - weights of the nodes of either mesh, rows of sum 1
     normal : (n, 3) - from the damper into the blade, read where the motions are: of the smooth
     surface (normals.py), on lines of contact that of the corner (lines.py)
+    turned : (n, 3) - sum of the unit normals of both smooth surfaces there: 0 where they touch
     gap : (n,) m - between the smooth surfaces, read there too, negative: overlapping
     opposed : (n,) degrees - mean normals of damper and blade off opposition; least : (n,) m -
     smallest gap
@@ -27,6 +28,7 @@ class Overlap:
     damper: sp.csr_matrix
     blade: sp.csr_matrix
     normal: np.ndarray
+    turned: np.ndarray
     gap: np.ndarray
     opposed: np.ndarray
     least: np.ndarray

@@ -30,6 +30,9 @@ class SurfaceSettings:
     # rad that the normals of both surfaces turn against each other over a face, twice that in full:
     # they touch along a line
     parting: float = 0.01
+    # degrees around a round side from its line of contact to the nearest point, which is how far
+    # the directions of its forces are off: those of flanks at 45 degrees by 2 %
+    beside: float = 1.0
     # of the functions that move points there: 1 on whole triangles, more where a strip is covered;
     # beyond it single nodes would count for more than once
     steep: float = 4.0

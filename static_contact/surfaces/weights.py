@@ -17,7 +17,7 @@ part less of the second is taken, so that places stay in the part that is covere
 not lose by it, since on each face the sum of area_A u_A is that of the corners whatever the share.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +26,7 @@ import scipy.sparse as sp
 from tipdamp.modal.faces import face_corners
 from tipdamp.static_contact.surfaces.facets import Facets, vertex_shapes
 from tipdamp.static_contact.surfaces.lines import FaceCorners, changes, least_changes
-from tipdamp.static_contact.surfaces.normals import above
+from tipdamp.static_contact.surfaces.normals import above, unit
 from tipdamp.static_contact.surfaces.records import Overlap, QuadraturePoints
 from tipdamp.static_contact.surfaces.settings import DEFAULT
 
@@ -59,15 +59,20 @@ class Corners:
             ),
         )
 
+    @property
+    def kinds(self) -> Iterator[tuple[int, slice]]:
+        """Width and place of each kind."""
+        for w, start, end in zip(self.width, self.first[:-1], self.first[1:], strict=True):
+            yield w, slice(start, end)
+
     def owners(self, kept: np.ndarray, area: np.ndarray) -> np.ndarray:
         """(n,) the vertex whose point takes what is covered of each corner: its own where that is
         kept (nodes,) bool, or else the one most covered, area (n,) m2, of the face."""
         found = self.vertex.copy()
-        for w, start, end in zip(self.width, self.first[:-1], self.first[1:], strict=True):
-            vertex = self.vertex[start:end].reshape(-1, w)
-            share = area[start:end].reshape(-1, w)
+        for w, mine in self.kinds:
+            vertex, share = (one[mine].reshape(-1, w) for one in (self.vertex, area))
             most = np.take_along_axis(vertex, share.argmax(axis=1)[:, None], axis=1)
-            found[start:end] = np.where(kept[vertex], vertex, most).ravel()
+            found[mine] = np.where(kept[vertex], vertex, most).ravel()
         return found
 
     def weights(self, mass: sp.csr_matrix, most: np.ndarray) -> sp.csr_matrix:
@@ -75,38 +80,38 @@ class Corners:
         of all faces; most (n,) - largest psi where the face is covered, beyond which none is read
         at its place."""
         found = []
-        for w, start, end in zip(self.width, self.first[:-1], self.first[1:], strict=True):
-            block = mass[start:end, start:end].tobsr((w, w))
-            M = block.data.copy()
-            good = np.linalg.cond(M) < DEFAULT.conditioned
-            M[~good] = np.eye(w)
-            own, covered = M.sum(axis=2), most[start:end].reshape(-1, w)[block.indices]
-            dual = own[:, :, None] * np.linalg.inv(M)
-            mean = np.einsum("faa->fa", M) / own
-            within = ((covered - mean) / np.maximum(1 - mean, DEFAULT.dropped)).min(
-                axis=1, initial=1.0
-            )
-            # 0.5: halfway at most
-            shift = (DEFAULT.shift * np.clip(within / 0.5, 0, 1) * good)[:, None, None]
-            found.append(
-                sp.bsr_matrix(
-                    ((1 - shift) * np.eye(w) + shift * dual, block.indices, block.indptr),
-                    shape=block.shape,
-                )
-            )
+        for w, mine in self.kinds:
+            block = mass[mine, mine].tobsr((w, w))
+            data = _shifted(block.data, most[mine].reshape(-1, w)[block.indices])
+            found.append(sp.bsr_matrix((data, block.indices, block.indptr), shape=block.shape))
         return sp.block_diag(found, format="csr")
+
+
+def _shifted(mass: np.ndarray, covered: np.ndarray) -> np.ndarray:
+    """(f, w, w): I + shift (D M^-1 - I) of faces of one kind with masses (f, w, w) and the largest
+    psi where they are covered, (f, w)."""
+    one = np.eye(mass.shape[1])
+    good = np.linalg.cond(mass) < DEFAULT.conditioned
+    M = np.where(good[:, None, None], mass, one)
+    own = M.sum(axis=2)
+    dual = own[:, :, None] * np.linalg.inv(M)
+    mean = np.einsum("faa->fa", M) / own
+    within = ((covered - mean) / np.maximum(1 - mean, DEFAULT.dropped)).min(axis=1, initial=1.0)
+    # 0.5: halfway at most
+    shift = (DEFAULT.shift * np.clip(within / 0.5, 0, 1) * good)[:, None, None]
+    return (1 - shift) * one + shift * dual
 
 
 class Sums:
     """Integrals over the pieces so far, on so many corners and on the nodes of damper and blade."""
 
     def __init__(self, corners: int, damper: int, blade: int) -> None:
-        local = corners
-        self.area, self.arm = np.zeros(local), np.zeros((local, 2))
-        self.normal, self.opposite, self.smooth, self.beyond = np.zeros((4, local, 3))
-        self.least, self.most = np.full(local, np.inf), np.zeros(local)
-        self.mass = sp.csr_matrix((local, local))
-        self.damper, self.blade = sp.csr_matrix((local, damper)), sp.csr_matrix((local, blade))
+        self.area, self.arm = np.zeros(corners), np.zeros((corners, 2))
+        self.normal, self.opposite, self.smooth, self.beyond = np.zeros((4, corners, 3))
+        self.least, self.most = np.full(corners, np.inf), np.zeros(corners)
+        self.mass, self.damper, self.blade = (
+            sp.csr_matrix((corners, columns)) for columns in (corners, damper, blade)
+        )
 
     def add(self, points: QuadraturePoints) -> None:
         """Points of further pieces."""
@@ -118,10 +123,8 @@ class Sums:
         self.smooth += weighted @ points.smooth
         self.beyond += weighted @ points.beyond
         self.arm += weighted @ points.arm
-        self.damper, self.blade = (
-            self.damper + weighted @ points.damper,
-            self.blade + weighted @ points.blade,
-        )
+        self.damper = self.damper + weighted @ points.damper
+        self.blade = self.blade + weighted @ points.blade
         near = points.corners.tocoo()
         np.minimum.at(self.least, near.col, points.gap[near.row])
         np.maximum.at(self.most, near.col, near.data)
@@ -131,20 +134,14 @@ class Sums:
     ) -> Overlap:
         """The contact points; how much of the faces is covered, and what twice, is left open.
         damper, blade (nodes, 3) m - places of the nodes."""
-        whole, n = whole_corners(kinds, self.damper.shape[1]), len(corners.vertex)
-        least_of = DEFAULT.dropped * whole
-        owner = corners.owners(
-            np.bincount(corners.vertex, self.area, len(whole)) > least_of, self.area
+        vertex, gather = self._gathered(
+            corners, DEFAULT.dropped * whole_corners(kinds, len(damper))
         )
-        gather = sp.csr_matrix((np.ones(n), (owner, np.arange(n))), shape=(len(whole), n))
-        area = gather @ self.area
-        vertex = np.flatnonzero(area > least_of)
-        area, gather, least = area[vertex], gather[vertex], np.full(len(whole), np.inf)
+        area, least = gather @ self.area, np.full(len(damper), np.inf)
         mean = sp.diags(1 / area) @ self._read(corners, gather, damper)
         np.minimum.at(least, corners.vertex, self.least)
-        normal = gather @ self.normal
-        opposite = gather @ self.opposite
-        smooth = mean @ self.smooth
+        normal, opposite = gather @ self.normal, gather @ self.opposite
+        smooth, beyond = (unit(mean @ one) for one in (self.smooth, self.beyond))
         cosine = (
             np.einsum("nx,nx->n", normal, opposite)
             / np.linalg.norm(normal, axis=1)
@@ -156,35 +153,37 @@ class Sums:
             area,
             on_damper,
             on_blade,
-            smooth / np.linalg.norm(smooth, axis=1)[:, None],
+            smooth,
+            smooth + beyond,
             self._gap(mean, on_damper @ damper, on_blade @ blade),
             np.degrees(np.arccos(np.clip(-cosine, -1, 1))),
             least[vertex],
         )
 
+    def _gathered(self, corners: Corners, dropped: np.ndarray) -> tuple[np.ndarray, sp.csr_matrix]:
+        """Vertices (points,) of which more than `dropped` (nodes,) m2 is covered, and what of the
+        corners of faces belongs to each, (points, n)."""
+        n, nodes = len(corners.vertex), len(dropped)
+        kept = np.bincount(corners.vertex, self.area, nodes) > dropped
+        owner = corners.owners(kept, self.area)
+        gather = sp.csr_matrix((np.ones(n), (owner, np.arange(n))), shape=(nodes, n))
+        vertex = np.flatnonzero(gather @ self.area > dropped)
+        return vertex, gather[vertex]
+
     def _read(self, corners: Corners, gather: sp.csr_matrix, place: np.ndarray) -> sp.csr_matrix:
         """(points, n) of the n corners of faces: the functions w of each point in the psi, on lines
         of contact moved onto its vertex."""
-        weights = corners.weights(self.mass, self.most)
-        turned, found = self.smooth + self.beyond, []
-        read, normal = self.damper @ place, gather @ self.smooth
-        normal = gather.T @ (normal / np.linalg.norm(normal, axis=1)[:, None])
+        weights, found = corners.weights(self.mass, self.most), []
+        turned, read = self.smooth + self.beyond, self.damper @ place
+        normal = gather.T @ unit(gather @ self.smooth)
         normal[~normal.any(axis=1)] = [0, 0, 1]  # what belongs to no point
         moves, off = np.zeros((2, *turned.shape))
-        for w, start, end in zip(corners.width, corners.first[:-1], corners.first[1:], strict=True):
-            mine = slice(start, end)
+        by_corner = turned, read, place[corners.vertex], normal
+        for w, mine in corners.kinds:
             M, W = (one[mine, mine].tobsr((w, w)) for one in (self.mass, weights))
             there = M.indices
-            change, *both = changes(
-                FaceCorners(
-                    M.data,
-                    W.data,
-                    turned[mine].reshape(-1, w, 3)[there],
-                    read[mine].reshape(-1, w, 3)[there],
-                    place[corners.vertex[mine]].reshape(-1, w, 3)[there],
-                    normal[mine].reshape(-1, w, 3)[there],
-                )
-            )
+            own = (one[mine].reshape(-1, w, 3)[there] for one in by_corner)
+            change, *both = changes(FaceCorners(M.data, W.data, *own))
             for one, its in zip((moves, off), both, strict=True):
                 one[mine].reshape(-1, w, 3)[there] = its
             found.append(sp.bsr_matrix((change, there, M.indptr), shape=M.shape))

@@ -77,7 +77,7 @@ def detach_area(
     options springs, load, conserve and met_hz count. The largest share that meets the target is
     taken. Raises InputError "not reachable: a..b Hz" where none does.
     """
-    search, settings = search_of(assembly, pairs, follow, options), SETTINGS
+    search = search_of(assembly, pairs, follow, options)
     whole, shares, tried = _tried(fade)
     history: list[AreaStep] = []
     for k, i in enumerate(tried):
@@ -91,21 +91,13 @@ def detach_area(
         ]
         chosen = min(history[i:], key=lambda step: abs(step.hz - target_hz))
     else:
-        high, low = history[i], history[i + 1]
-        share = float(
-            brentq(
-                lambda s: search.find(fade.factors(s) * pairs.weight)[0] - target_hz,
-                low.share,
-                high.share,
-                xtol=settings.nearest,
-            )
-        )
-        chosen = _step(search, fade, share)
+        ends = history[i + 1].share, history[i].share
+        chosen = _between(search, fade, ends, target_hz)
         if abs(chosen.hz - target_hz) > options.met_hz:
             raise InputError(
                 f"target {target_hz:g} Hz: the tracked mode jumps from one mode to another where "
-                f"{100 * share:.3g} % of the closed area are kept, and no share meets the target "
-                f"(nearest {chosen.hz:.1f} Hz)"
+                f"{100 * chosen.share:.3g} % of the closed area are kept, and no share meets the "
+                f"target (nearest {chosen.hz:.1f} Hz)"
             )
     return _found(search, fade, chosen, history, target_hz)
 
@@ -139,6 +131,14 @@ def _tried(fade: Fade) -> tuple[bool, np.ndarray, np.ndarray]:
     whole = bool((fade.begins == fade.gone).all())
     shares = fade.shares if whole else np.linspace(1, 0, SETTINGS.tried)[:-1]
     return whole, shares, np.unique(np.linspace(0, len(shares) - 1, SETTINGS.tried).astype(int))
+
+
+def _between(
+    search: "StuckSearch", fade: Fade, ends: tuple[float, float], target_hz: float
+) -> AreaStep:
+    """Where the frequency passes the target between two shares."""
+    share = brentq(lambda s: _step(search, fade, s).hz - target_hz, *ends, xtol=SETTINGS.nearest)
+    return _step(search, fade, share)
 
 
 def _step(search: "StuckSearch", fade: Fade, share: float) -> AreaStep:

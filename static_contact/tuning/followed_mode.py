@@ -14,7 +14,7 @@ and columns of it. Where there are more springs than modes, A itself is made, fr
 before it, and factored.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -131,16 +131,24 @@ def _lanczos(solve: Callable, f: np.ndarray, shift: float) -> tuple[float, float
         alpha.append(Q[j] @ w)
         for _ in range(2):
             w = w - (Q[: j + 1] @ w) @ Q[: j + 1]
-        beta.append(np.linalg.norm(w))
+        beta.append(float(np.linalg.norm(w)))
         whole = j + 1 == size or beta[-1] <= np.finfo(float).eps * np.abs(alpha).max()
         if whole or j + 1 >= SETTINGS.fewest:
-            theta, s = np.linalg.eigh(
-                np.diag(alpha) + np.diag(beta[:-1], 1) + np.diag(beta[:-1], -1)
-            )
-            part = s[0] ** 2
-            good = whole | (beta[-1] * np.abs(s[-1]) <= SETTINGS.residual * np.abs(theta))
-            best = _best(shift + 1 / theta, np.where(good, part, 0.0))
-            if whole or part[best] * (1 - REPEATED.alike) > 1 - part[good].sum():
+            lam, part, sure = _looked_at(alpha, beta, shift, whole)
+            if sure:
                 break
         Q[j + 1] = w / beta[-1]
-    return float(shift + 1 / theta[best]), float(total * part[best])
+    return lam, total * part
+
+
+def _looked_at(
+    alpha: Sequence[float], beta: Sequence[float], shift: float, whole: bool
+) -> tuple[float, float, bool]:
+    """omega^2 of the eigenvector of the largest part so far, that part of all, and whether no other
+    one can have more; whole - there are no others."""
+    theta, s = np.linalg.eigh(np.diag(alpha) + np.diag(beta[:-1], 1) + np.diag(beta[:-1], -1))
+    part = s[0] ** 2
+    good = whole | (beta[-1] * np.abs(s[-1]) <= SETTINGS.residual * np.abs(theta))
+    best = _best(shift + 1 / theta, np.where(good, part, 0.0))
+    sure = whole or part[best] * (1 - REPEATED.alike) > 1 - part[good].sum()
+    return float(shift + 1 / theta[best]), float(part[best]), bool(sure)

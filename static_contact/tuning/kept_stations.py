@@ -23,17 +23,14 @@ def from_middle(pairs: ContactTable, closed: np.ndarray, at_least: int) -> Itera
     pairs alone once."""
     stations = pairs.stations
     yield KeptStations((stations + 1) // 2, stations // 2, pairs.carrying)
-    counts = range(1, stations)
-    front = [
-        n
-        for n in counts
-        if n == 1 or (closed & ends_of(pairs, n, 0) & ~ends_of(pairs, n - 1, 0)).any()
-    ]
-    back = [
-        n
-        for n in counts
-        if n == 1 or (closed & ends_of(pairs, 0, n) & ~ends_of(pairs, 0, n - 1)).any()
-    ]
+    front, back = (
+        [
+            n
+            for n in range(1, stations)
+            if n == 1 or (closed & ends_of(pairs, *ends(n)) & ~ends_of(pairs, *ends(n - 1))).any()
+        ]
+        for ends in (lambda n: (n, 0), lambda n: (0, n))
+    )
     for count in range(stations - 1, max(at_least, 2) - 1, -1):
         for f in sorted(
             (f for f in front if count - f in back), key=lambda f: abs(2 * f - count - 0.5)

@@ -41,12 +41,11 @@ class Redistribution:
     ) -> np.ndarray:
         """(3,) N m: `moment` with the friction forces (P, 2) N of the whole map, and those of the
         kept pairs."""
-        none = np.zeros(len(whole)), np.zeros(len(self.pairs))
         middle = whole.position.mean(axis=0)
         return (
             self.moment
-            + _moment(whole, none[0], middle, tangential)
-            - _moment(self.pairs, none[1], middle, kept)
+            + _moment(whole, _drag(whole, tangential), middle)
+            - _moment(self.pairs, _drag(self.pairs, kept), middle)
         )
 
 
@@ -73,7 +72,9 @@ def redistribute(
             raise InputError(f"side '{side}': none of the kept stations is closed under the pull")
         preload[mine] = np.where(part > 0, part * scale[side], part)
     middle = before.position.mean(axis=0)
-    moment = _moment(before, before.preload, middle) - _moment(kept, preload, middle)
+    moment = _moment(before, _push(before, before.preload), middle) - _moment(
+        kept, _push(kept, preload), middle
+    )
     return Redistribution(kept.replace(preload=preload), scale, moment)
 
 
@@ -160,9 +161,7 @@ def balancing_forces(
     """
     unit = redistribute(whole, kept, dict.fromkeys(kept.sides, 1.0))
     T = redistribute_friction(whole, tangential, unit)
-    on_blades = np.maximum(unit.pairs.preload, 0.0)[:, None] * kept.normal + np.einsum(
-        "pd,pdx->px", T, kept.frame[:, :2]
-    )
+    on_blades = _push(kept, unit.pairs.preload) + _drag(kept, T)
     axis = np.asarray(axis, float) / np.linalg.norm(axis)
     across = np.eye(3) - np.outer(axis, axis)
     sides = np.column_stack(
@@ -178,16 +177,17 @@ def balancing_forces(
     return dict(zip(kept.sides, forces.tolist(), strict=True))
 
 
-def _moment(
-    pairs: ContactTable,
-    normal: np.ndarray,
-    middle: np.ndarray,
-    tangential: np.ndarray | None = None,
-) -> np.ndarray:
-    """(3,) N m about `middle`: moment on the damper of the contact forces normal (P,) and
-    tangential (P, 2) N."""
-    force = -np.maximum(normal, 0.0)[:, None] * pairs.normal
-    if tangential is not None:
-        force -= np.einsum("pd,pdx->px", tangential, pairs.frame[:, :2])
+def _push(pairs: ContactTable, normal: np.ndarray) -> np.ndarray:
+    """(P, 3) N on the blades, of normal forces (P,) N; open pairs carry none."""
+    return np.maximum(normal, 0.0)[:, None] * pairs.normal
+
+
+def _drag(pairs: ContactTable, tangential: np.ndarray) -> np.ndarray:
+    """(P, 3) N on the blades, of friction forces (P, 2) N."""
+    return np.einsum("pd,pdx->px", tangential, pairs.frame[:, :2])
+
+
+def _moment(pairs: ContactTable, on_blades: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    """(3,) N m about `middle`: moment on the damper of the contact forces (P, 3) N."""
     mine = pairs.damper_body != GROUND
-    return np.cross(pairs.position[mine] - middle, force[mine]).sum(axis=0)
+    return np.cross(pairs.position[mine] - middle, -on_blades[mine]).sum(axis=0)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
@@ -33,10 +34,12 @@ def roll_springs(
     that carries: kn w^2 / 12 with the kn of its carrying pairs (stiffness=None), or the given total
     (N m/rad) by their weight."""
     mine = np.flatnonzero(pairs.side == side)
-    kn, weight = ((c * pairs.weight)[mine] for c in (pairs.kn, np.ones(len(pairs))))
     order = mine[np.lexsort((pairs.row[mine], pairs.station[mine]))]
     station, first, count = np.unique(pairs.station[order], return_index=True, return_counts=True)
-    kn, weight = (np.bincount(pairs.station[mine], c)[station] for c in (kn, weight))
+    kn, weight = (
+        np.bincount(pairs.station[mine], c[mine])[station]
+        for c in (pairs.kn * pairs.weight, pairs.weight)
+    )
     low, high = order[first], order[first + count - 1]
     on = weight > 0
     if (count[on] < 2).any():
@@ -55,9 +58,14 @@ def roll_springs(
 def spring_directions(B: np.ndarray, springs: Sequence[RollSpring]) -> np.ndarray:
     """(m, r) rows of unit stiffness; B (3P, r): relative motion at the pairs, rows t1, t2, n of
     each."""
-    return np.array([(B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance for s in springs]).reshape(
-        -1, B.shape[1]
-    )
+    return np.array(rolls(B, springs)).reshape(-1, B.shape[1])
+
+
+def rolls(
+    B: sp.spmatrix | np.ndarray, springs: Sequence[RollSpring]
+) -> list[sp.spmatrix | np.ndarray]:
+    """Of relative motion B (3P, ...) t1, t2, n of the pairs: the roll at each spring."""
+    return [(B[3 * s.high + 2] - B[3 * s.low + 2]) / s.distance for s in springs]
 
 
 def spring_rows(

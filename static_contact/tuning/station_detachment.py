@@ -104,8 +104,8 @@ class Detachment:
         return tables.frame({n: [vars(one)[n] for one in self.history] for n in names}, "set")
 
     def _repr_html_(self) -> str:
-        rows = {"kept": f"{self.chosen.front} + {self.chosen.back} stations"}
-        rows |= {
+        rows = {
+            "kept": f"{self.chosen.front} + {self.chosen.back} stations",
             "stuck frequency": f"{self.chosen.hz:.6g} Hz",
             "tried": f"{len(self.history)} sets",
         }
@@ -167,8 +167,8 @@ def detach_until(
 
     follow (r,): mass-normalised shape of the tracked mode; progress(step, part done). All sets of
     the order are tried: where two modes come close the tracked frequency may rise as stations go.
-    Raises InputError "not reachable: a..b
-    Hz" when the target lies outside what they give, and where no set is allowed.
+    Raises InputError "not reachable: a..b Hz" when the target lies outside what they give, and
+    where no set is allowed.
 
     >>> model, pairs = two_blades(stations=5)
     >>> mode = model.displacement_row("blade1", 3, [0, 1, 0])
@@ -180,24 +180,17 @@ def detach_until(
     ((0, 1, 3, 4), 1266)
     """
     search = search_of(assembly, pairs, follow, options)
-    sets = list(
-        from_middle(pairs, search.closed, options.at_least)
-        if options.order == "from_middle"
-        else least_loaded(pairs, search.closed, options.load, options.at_least)
-    )
-    history = []
+    sets, history = _sets(search, options), list[Step]()
     for i, one in enumerate(sets):
         history.append(_step(search, one))
         if progress:
             progress(history[-1], (i + 1) / len(sets))
     _check_reach(history, target_hz, options, pairs.stations)
     best, passed_over = _best_allowed(sets, history, target_hz, pairs, options)
-    weight = np.where(sets[best].kept, pairs.weight, 0.0)
-    chosen = history[best]
-    graded = None
+    weight, chosen, graded = _weights(sets[best], pairs), history[best], None
     worth = _worth(search, pairs, weight)
     if options.graded and chosen.hz != target_hz:
-        weight, chosen, graded = _graded(search, pairs, sets, history, (best, target_hz, options))
+        weight, chosen, graded = _graded(search, sets, history, (best, target_hz, options))
     alike = (
         s
         for s, one in zip(history, sets, strict=True)
@@ -267,8 +260,19 @@ def search_of(
     return StuckSearch(assembly, pairs, closed, follow, options.springs, conserve)
 
 
+def _sets(search: StuckSearch, options: DetachmentOptions) -> list[KeptStations]:
+    if options.order == "from_middle":
+        return list(from_middle(search.pairs, search.closed, options.at_least))
+    return list(least_loaded(search.pairs, search.closed, options.load, options.at_least))
+
+
+def _weights(one: KeptStations, pairs: ContactTable) -> np.ndarray:
+    """(P,) with whole stations."""
+    return np.where(one.kept, pairs.weight, 0.0)
+
+
 def _step(search: StuckSearch, one: KeptStations) -> Step:
-    return Step(one.front, one.back, *search.find(np.where(one.kept, search.pairs.weight, 0.0)))
+    return Step(one.front, one.back, *search.find(_weights(one, search.pairs)))
 
 
 def _fit(step: Step, target_hz: float, tie_hz: float) -> tuple[int, int, int]:
@@ -277,7 +281,7 @@ def _fit(step: Step, target_hz: float, tie_hz: float) -> tuple[int, int, int]:
 
 
 def _may_be_chosen(one: KeptStations, pairs: ContactTable, options: DetachmentOptions) -> bool:
-    return options.allowed is None or options.allowed(np.where(one.kept, pairs.weight, 0.0))
+    return options.allowed is None or options.allowed(_weights(one, pairs))
 
 
 def _best_allowed(
@@ -295,8 +299,7 @@ def _best_allowed(
         passed_over.append(history[i])
     raise InputError(
         f"target {target_hz:g} Hz: every set of stations leaves too large a moment of the preload; "
-        f"set "
-        '[tune] preload = "resolved"'
+        'set [tune] preload = "resolved"'
     )
 
 
@@ -304,8 +307,7 @@ def _check_reach(
     history: Sequence[Step], target_hz: float, options: DetachmentOptions, stations: int
 ) -> None:
     found = np.sort([s.hz for s in history])
-    # half a step beyond the last set is still nearest to it; a graded station reaches no further
-    # than the sets
+    # half a step beyond the last set is nearest to it; a graded station reaches not beyond the sets
     reach = 0.0 if options.graded or len(found) < 2 else np.diff(found).max() / 2
     if not found[0] - reach <= target_hz <= found[-1] + reach:
         raise NotReachable(
@@ -317,20 +319,19 @@ def _check_reach(
 
 def _graded(
     search: StuckSearch,
-    pairs: ContactTable,
     sets: Sequence[KeptStations],
     history: Sequence[Step],
     goal: tuple[int, float, DetachmentOptions],
 ) -> tuple[np.ndarray, Step, GradedStation]:
     """(weight (P,), Step, GradedStation): between the chosen set and the next one on the other side
     of the target, the smallest difference and the most even set first."""
-    best, target_hz, options = goal
+    pairs, (best, target_hz, options) = search.pairs, goal
     stuck = np.array([one.kept & search.closed for one in sets])
     above = history[best].hz > target_hz
     for other in _on_the_other_side(stuck, sets, history, best, target_hz):
         large, small = (best, other) if above else (other, best)
         last = stuck[large] & ~stuck[small]
-        weight = partial(_with_part, pairs, last, np.where(sets[small].kept, pairs.weight, 0.0))
+        weight = partial(_with_part, pairs, last, _weights(sets[small], pairs))
         part = float(
             brentq(lambda a, of=weight: search.find(of(a))[0] - target_hz, 0.0, 1.0, xtol=1e-9)
         )
@@ -342,14 +343,15 @@ def _graded(
             "preload; set [tune] graded = false"
         )
     hz, mac = search.find(weight(part))
-    step = replace(history[large], hz=hz, mac=mac)
-    if abs(step.hz - target_hz) > options.met_hz:
+    station = int(pairs.station[last][0])
+    if abs(hz - target_hz) > options.met_hz:
         raise InputError(
             f"target {target_hz:g} Hz: the tracked mode jumps from one mode to another while "
-            f"station {pairs.station[last][0]} is graded, and no part of it meets the target "
-            f"(nearest {step.hz:.1f} Hz); set [tune] graded = false"
+            f"station {station} is graded, and no part of it meets the target "
+            f"(nearest {hz:.1f} Hz); set [tune] graded = false"
         )
-    return weight(part), step, GradedStation(int(pairs.station[last][0]), part)
+    step = replace(history[large], hz=hz, mac=mac)
+    return weight(part), step, GradedStation(station, part)
 
 
 def _on_the_other_side(
@@ -384,8 +386,7 @@ def _worth(
     search: StuckSearch, pairs: ContactTable, weight: np.ndarray
 ) -> tuple[StationWorth, ...]:
     """Of every station that has a closed pair, unless nothing would be left without it."""
-    hz, found = search.find(weight)[0], []
-    beside = pairs.stops
+    hz, found, beside = search.find(weight)[0], [], pairs.stops
     for station in np.unique(pairs.station[search.closed & ~beside]):
         mine = (pairs.station == station) & ~beside
         kept = bool((weight[mine & search.closed] > 0).any())

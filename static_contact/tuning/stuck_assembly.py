@@ -73,19 +73,7 @@ class StuckAssembly:
         extra : (m, r) rows e with springs e'e added to K (declared roll springs), or None.
         As many modes are computed as reach above_hz and hold most of the followed shape.
         """
-        K = self.K
-        rows = np.sqrt(stuck_springs(pairs).ravel())[:, None] * self.motion(self.model, pairs)
-        rows = rows[np.repeat(pairs.carrying, 3)]
-        if extra is not None:
-            rows = np.vstack([rows, extra])
-        if len(rows):
-            if len(rows) > len(K):
-                half = sl.solve_triangular(self.L, rows.T @ rows, lower=True)
-                K = K + sl.solve_triangular(self.L, half.T, lower=True)
-            else:
-                half = sl.solve_triangular(self.L, rows.T, lower=True)
-                K = K + half @ half.T
-        K, count = (K + K.T) / 2, MODES
+        K, count = self._stiffness(pairs, extra), MODES
         while True:
             count = min(count, len(K))
             lam, y = sl.eigh(K, subset_by_index=(0, count - 1))
@@ -97,6 +85,21 @@ class StuckAssembly:
                 best = first_largest(mac, REPEATED.alike)
                 return StuckModes(hz, shapes, best, float(mac[best]))
             count *= 2
+
+    def _stiffness(self, pairs: ContactTable, extra: np.ndarray | None) -> np.ndarray:
+        """(r, r) of mass-normalised coordinates, with the springs of `modes`."""
+        K = self.K
+        rows = np.sqrt(stuck_springs(pairs).ravel())[:, None] * self.motion(self.model, pairs)
+        rows = rows[np.repeat(pairs.carrying, 3)]
+        if extra is not None:
+            rows = np.vstack([rows, extra])
+        if len(rows) > len(K):
+            half = sl.solve_triangular(self.L, rows.T @ rows, lower=True)
+            K = K + sl.solve_triangular(self.L, half.T, lower=True)
+        elif len(rows):
+            half = sl.solve_triangular(self.L, rows.T, lower=True)
+            K = K + half @ half.T
+        return (K + K.T) / 2
 
 
 def nodal_motion(model: ReducedModel, pairs: ContactTable) -> np.ndarray:

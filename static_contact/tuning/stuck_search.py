@@ -32,19 +32,16 @@ class StuckSearch:
         if not closed.any():
             raise InputError("no contact pair is closed at rest: nothing sticks")
         model = assembly.model
-        B = assembly.motion(model, pairs)
-        own = springs(self._stuck(pairs)) if springs else []
+        B, stuck = assembly.motion(model, pairs), self._stuck(pairs)
+        own = springs(stuck) if springs else []
         self._place = {(s.low, s.high): i for i, s in enumerate(own)}
-        rows = np.vstack([B[np.repeat(closed, 3)], spring_directions(B, own)])
+        ways = spring_directions(B, own)
+        rows = np.vstack([B[np.repeat(closed, 3)], ways])
         lam, y = sl.eigh(assembly.K)
-        self._mode = FollowedMode(
-            lam, sl.solve_triangular(assembly.L.T, y, lower=False), rows, model.M @ follow
-        )
-        whole = assembly.modes(
-            self._stuck(pairs),
-            follow,
-            extra=np.sqrt([s.k for s in own])[:, None] * spring_directions(B, own) if own else None,
-        )
+        phi = sl.solve_triangular(assembly.L.T, y, lower=False)
+        self._mode = FollowedMode(lam, phi, rows, model.M @ follow)
+        extra = np.sqrt([s.k for s in own])[:, None] * ways if own else None
+        whole = assembly.modes(stuck, follow, extra=extra)
         self._shifts: dict[int, Shifted | Assembled] = {}
         self._shifted = self._about((2 * np.pi * whole.tracked_hz) ** 2)
 

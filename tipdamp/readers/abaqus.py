@@ -2,7 +2,7 @@
 parts, includes."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,28 +32,27 @@ def read(path: Path, data: bytes) -> Content:
     """Content of an .inp file. Sets and surfaces become groups; element sets also become groups of
     cells."""
     content = Content()
-    f = AbaqusFile(Path(path), content)
-    _blocks(f, _lines(f, data, Path(path)))
+    f = AbaqusFile(path, content)
+    _blocks(f, _lines(f, data, path))
     if f.open:
         raise InputError(
             f"{path}: is cut off: *{f.open[-1]} is not closed by *{_NESTED[f.open[-1]]}"
         )
     collect(f)
     content.materials = _materials(f)
-    content.unused += [
-        f"{count} elements of type {shown(kind)} (their sets are kept as groups of nodes)"
-        for kind, count in f.sheets.items()
-    ]
-    if f.integration:
-        content.unused.append(
-            f"element types {', '.join(sorted(f.integration))}: {FULL_INTEGRATION}"
-        )
-    offered = _OFFERED if content.materials else ()  # whether a study has them is seen there
-    if skipped := {k: n for k, n in f.skipped.items() if k not in offered}:
-        content.unused.append(
-            "keywords " + ", ".join(f"*{k} ({n})" for k, n in sorted(skipped.items()))
-        )
+    content.unused += _left_out(f)
     return content
+
+
+def _left_out(f: AbaqusFile) -> Iterator[str]:
+    """What is not read of a file."""
+    for kind, count in f.sheets.items():
+        yield f"{count} elements of type {shown(kind)} (their sets are kept as groups of nodes)"
+    if f.integration:
+        yield f"element types {', '.join(sorted(f.integration))}: {FULL_INTEGRATION}"
+    offered = _OFFERED if f.content.materials else ()  # whether a study has them is seen there
+    if skipped := {k: n for k, n in f.skipped.items() if k not in offered}:
+        yield "keywords " + ", ".join(f"*{k} ({n})" for k, n in sorted(skipped.items()))
 
 
 # ---- lines and keywords --------------------------------------------------------------------------
@@ -155,7 +154,7 @@ def _name(options: dict[str, str], key: str, where: str) -> str:
 
 
 def _nodes(f: AbaqusFile, options: dict, data: Sequence[str], where: str) -> None:
-    if f.open and f.open[-1] == "ASSEMBLY":
+    if f.in_assembly:
         f.content.unused.append(f"{len(data)} reference points of the assembly")
         return
     if options.get("SYSTEM", "R").upper() != "R":
@@ -217,7 +216,7 @@ def _elements(f: AbaqusFile, options: dict[str, str], data: Sequence[str], where
 def _set(kind: str) -> _Read:
     def read(f: AbaqusFile, options: dict[str, str], data: Sequence[str], where: str) -> None:
         name = _name(options, kind, where)
-        outside = f.open and f.open[-1] == "ASSEMBLY" and "INSTANCE" not in options
+        outside = f.in_assembly and "INSTANCE" not in options
         if outside and re.match(r"\s*\d+\s*(,|$)", "".join(data[:1])):
             f.content.unused.append(f"set '{shown(name)}' of reference points of the assembly")
             return
@@ -225,17 +224,21 @@ def _set(kind: str) -> _Read:
         _owned_by_assembly(f, kind, name)
         if kind == "NSET" and "ELSET" in options:
             f.scope.add(kind, name, ("ELSET", options["ELSET"]))
-        words = [w.strip().strip('"') for line in data for w in line.split(",") if w.strip()]
         if "GENERATE" in options:
-            f.scope.add(
-                kind, name, *[_generated(line, where, f.scope.known(kind)) for line in data]
-            )
-            return
-        whole = [w for w in words if re.fullmatch(r"\d+", w)]
-        others = [w for w in words if not re.fullmatch(r"\d+", w)]
-        f.scope.add(kind, name, np.array(whole, dtype=np.int64), *((kind, w) for w in others))
+            known = f.scope.known(kind)
+            f.scope.add(kind, name, *[_generated(line, where, known) for line in data])
+        else:
+            f.scope.add(kind, name, *_listed(kind, data))
 
     return read
+
+
+def _listed(kind: str, data: Sequence[str]) -> list[Any]:
+    """The numbers of a set, and the sets that it names."""
+    words = [w.strip().strip('"') for line in data for w in line.split(",") if w.strip()]
+    numbers = [w for w in words if re.fullmatch(r"\d+", w)]
+    others = [(kind, w) for w in words if not re.fullmatch(r"\d+", w)]
+    return [np.array(numbers, dtype=np.int64), *others]
 
 
 def _generated(line: str, where: str, known: np.ndarray) -> np.ndarray:
@@ -253,20 +256,12 @@ def _surface(f: AbaqusFile, options: dict[str, str], data: Sequence[str], where:
         return
     f.scope.add("SURFACE", name)
     _owned_by_assembly(f, "SURFACE", name)
+    sets = "NSET" if kind == "NODE" else "ELSET"
     for line in data:
-        words = [w.strip().strip('"') for w in line.split(",")]
-        item = (
-            np.array([int(words[0])])
-            if words[0].isdigit()
-            else ("NSET" if kind == "NODE" else "ELSET", words[0])
-        )
-        f.scope.add(
-            "SURFACE",
-            name,
-            ("NODES", item)
-            if kind == "NODE"
-            else ("FACE", item, words[1].upper() if len(words) > 1 else ""),
-        )
+        first, *label = [w.strip().strip('"') for w in line.split(",")]
+        item = np.array([int(first)]) if first.isdigit() else (sets, first)
+        face = "FACE", item, label[0].upper() if label else ""
+        f.scope.add("SURFACE", name, ("NODES", item) if kind == "NODE" else face)
 
 
 def _part(f: AbaqusFile, options: dict[str, str], data: Sequence[str], where: str) -> None:
@@ -279,12 +274,12 @@ def _instance(f: AbaqusFile, options: dict[str, str], data: Sequence[str], where
     part = f.parts.get(_name(options, "PART", where).upper())
     if part is None:
         raise InputError(f"{where}: there is no part '{shown(options['PART'])}'")
-    used = np.concatenate([n for n, _ in f.model.nodes]) if f.model.nodes else np.empty(0, int)
-    own = np.concatenate([n for n, _ in part.nodes]) if part.nodes else np.empty(0, int)
-    if np.isin(own, used).any():
+    own = part.known("NSET")
+    again = own[np.isin(own, f.model.known("NSET"))]
+    if len(again):
         raise InputError(
-            f"{where}: a second instance uses node {own[np.isin(own, used)][0]} again; numbers "
-            "must be unique: write each body into a file of its own, or renumber the parts"
+            f"{where}: a second instance uses node {again[0]} again; numbers must be unique: write "
+            "each body into a file of its own, or renumber the parts"
         )
     for n, xyz in part.nodes:
         f.model.nodes.append((n, _moved(xyz, data, where)))
@@ -310,13 +305,10 @@ def _within(part: Scope, instance: str, item: Any) -> Any:
 
 
 def _owned_by_assembly(f: AbaqusFile, kind: str, name: str) -> None:
-    owners = (
-        f.owners.setdefault((kind, name.upper()), [])
-        if f.open and f.open[-1] == "ASSEMBLY"
-        else None
-    )
-    if owners is not None and "the assembly" not in owners:
-        owners.append("the assembly")
+    if f.in_assembly:
+        owners = f.owners.setdefault((kind, name.upper()), [])
+        if "the assembly" not in owners:
+            owners.append("the assembly")
 
 
 def _moved(xyz: np.ndarray, data: Sequence[str], where: str) -> np.ndarray:

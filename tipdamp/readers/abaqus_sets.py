@@ -9,7 +9,7 @@ import numpy as np
 
 from tipdamp.hbm.errors import InputError, shown
 from tipdamp.modal.elements.cells import CELLS
-from tipdamp.readers.content import HEX20, TET10, WEDGE15, Content
+from tipdamp.readers.content import HEX20, TET10, WEDGE15, Content, joined
 
 _HEX_FACES = [(0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
 _TET_FACES = [(0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3)]
@@ -45,7 +45,7 @@ class Scope:
     def known(self, kind: str) -> np.ndarray:
         """(n,) numbers of the nodes, or for an ELSET of the elements, so far."""
         found = [n for n, _ in self.nodes] if kind == "NSET" else [n for _, n, _ in self.elements]
-        return np.concatenate([np.empty(0, dtype=np.int64), *found])
+        return joined(found)
 
     def add(self, kind: str, name: str, *items: object) -> None:
         """Items of a set; they join those of the same name."""
@@ -81,6 +81,11 @@ class AbaqusFile:
     def __post_init__(self) -> None:
         self.scope = self.model
 
+    @property
+    def in_assembly(self) -> bool:
+        """Whether a keyword stands in *ASSEMBLY itself."""
+        return self.open[-1:] == ["ASSEMBLY"]
+
 
 def collect(f: AbaqusFile) -> None:
     """Nodes, cells and groups of the model into f.content."""
@@ -89,7 +94,7 @@ def collect(f: AbaqusFile) -> None:
         content.add_nodes(n, xyz)
     for per, n, nodes in [e for e in model.elements if e[0] > 0]:
         kind, between, _ = SOLID[per]
-        content.add_cells(kind, n, nodes, CELLS[kind].columns(between) if between else None)
+        content.add_cells(kind, n, nodes, between)
     shared = {key for key, owners in f.owners.items() if len(owners) > 1}
     wanted = [key for key in model.sets if f.qualified.get(key) in shared or key not in f.qualified]
     _warn_of_shared(f, shared)
@@ -98,18 +103,14 @@ def collect(f: AbaqusFile) -> None:
             content.add_cell_group(model.names[key], _members(f, *key))
     taken: set[str] = set()
     # a name twice: the first kind is the group
-    for kind, dimension in (("NSET", 0), ("SURFACE", 2), ("ELSET", 3)):
-        for key in [k for k in wanted if k[0] == kind]:
-            name = model.names[key]
-            if key[1] in taken:
-                if kind == "SURFACE":
-                    content.unused.append(
-                        f"surface '{shown(name)}': a node set has the same name and is used"
-                    )
-                continue
-            nodes, dimension_found = _nodes_of(f, key, dimension)
-            content.add_group(name, nodes, dimension_found)
+    for key in (k for kind in ("NSET", "SURFACE", "ELSET") for k in wanted if k[0] == kind):
+        if key[1] not in taken:
+            content.add_group(model.names[key], *_nodes_of(f, key))
             taken.add(key[1])
+        elif key[0] == "SURFACE":
+            content.unused.append(
+                f"surface '{shown(model.names[key])}': a node set has the same name and is used"
+            )
 
 
 def _warn_of_shared(f: AbaqusFile, shared: set) -> None:
@@ -127,49 +128,51 @@ def _warn_of_shared(f: AbaqusFile, shared: set) -> None:
         )
 
 
-def _nodes_of(f: AbaqusFile, key: tuple[str, str], dimension: int) -> tuple[np.ndarray, int]:
+def _nodes_of(f: AbaqusFile, key: Key) -> tuple[np.ndarray, int]:
+    """Nodes and dimension of a set, whose faces become those of the group."""
+    if key[0] == "SURFACE":
+        return _surface_nodes(f, key)
     members = _members(f, *key)
     if key[0] == "NSET":
         return members, 0
-    if key[0] == "ELSET":
-        found = [
-            (per, nodes[np.isin(n, members)])
-            for per, n, nodes in f.model.elements
-            if np.isin(n, members).any()
-        ]
-        if any(per > 0 for per, _ in found):
-            return _element_nodes(f, members), 3
-        sheets = [nodes for per, nodes in found if not per]
-        for faces in sheets:
-            f.content.add_faces(f.model.names[key], faces)
-        return _element_nodes(f, members), 2 if sheets or not found else 1
-    nodes, kinds = [np.empty(0, dtype=np.int64)], set()
-    for item in f.model.sets[key]:
-        kinds.add(item[0])
-        members = item[1] if isinstance(item[1], np.ndarray) else _members(f, *_key(f, item[1]))
-        if item[0] != "FACE":
+    nodes, found = _element_nodes(f, members), []
+    for per, n, own in f.model.elements:
+        mine = np.isin(n, members)
+        if mine.any():
+            found.append((per, own[mine]))
+    if any(per > 0 for per, _ in found):
+        return nodes, 3
+    sheets = [own for per, own in found if not per]
+    for faces in sheets:
+        f.content.add_faces(f.model.names[key], faces)
+    return nodes, 2 if sheets or not found else 1
+
+
+def _surface_nodes(f: AbaqusFile, key: Key) -> tuple[np.ndarray, int]:
+    """As `_nodes_of`, of nodes and of faces of elements."""
+    nodes, dimension, name = [], 0, f.model.names[key]
+    for kind, item, *label in f.model.sets[key]:
+        members = item if isinstance(item, np.ndarray) else _members(f, *_key(f, item))
+        if kind != "FACE":
             nodes.append(members)
             continue
-        for block in _faces(f, members, item[2], f.model.names[key]):
-            f.content.add_faces(f.model.names[key], block)
+        dimension = 2
+        for block in _faces(f, members, "".join(label), name):
+            f.content.add_faces(name, block)
             nodes.append(block.ravel())
-    return np.concatenate(nodes), 2 if "FACE" in kinds else 0
+    return joined(nodes), dimension
 
 
-def _key(f: AbaqusFile, reference: tuple[str, str]) -> tuple[str, str]:
+def _key(f: AbaqusFile, reference: Key) -> Key:
     """Of a set that is named: 'Set', or 'Part-1-1.Set' of one instance, which may also stand in the
     assembly."""
     kind, name = reference[0], reference[1].upper()
     return (kind, name) if (kind, name) in f.model.sets else (kind, name.rpartition(".")[2])
 
 
-def _members(
-    f: AbaqusFile, kind: str, name: str, within: tuple[tuple[str, str], ...] = ()
-) -> np.ndarray:
+def _members(f: AbaqusFile, kind: str, name: str, within: tuple[Key, ...] = ()) -> np.ndarray:
     """Numbers of a set, with the sets that it names resolved."""
     key = kind, name.upper()
-    if kind == "SURFACE":
-        return np.empty(0, dtype=np.int64)
     if key in within:
         raise InputError(f"{f.path}: set '{shown(f.model.names[key])}' contains itself")
     if key not in f.model.sets:
@@ -179,22 +182,18 @@ def _members(
             f"{f.path}: {'node' if kind == 'NSET' else 'element'} set '{shown(name)}' is used and "
             "not defined"
         )
-    found = [np.empty(0, dtype=np.int64)]
+    found = []
     for item in f.model.sets[key]:
-        if isinstance(item, np.ndarray):
-            found.append(item)
-        else:
-            item_kind, item_name = _key(f, item)
-            numbers_ = _members(f, item_kind, item_name, within=(*within, key))
-            found.append(
-                _element_nodes(f, numbers_) if kind == "NSET" and item[0] == "ELSET" else numbers_
-            )
-    return np.unique(np.concatenate(found))
+        if not isinstance(item, np.ndarray):
+            nodes_wanted = kind == "NSET" and item[0] == "ELSET"
+            item = _members(f, *_key(f, item), within=(*within, key))
+            item = _element_nodes(f, item) if nodes_wanted else item
+        found.append(item)
+    return np.unique(joined(found))
 
 
 def _element_nodes(f: AbaqusFile, members: np.ndarray) -> np.ndarray:
-    found = [nodes[np.isin(n, members)].ravel() for _, n, nodes in f.model.elements]
-    return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
+    return np.unique(joined(nodes[np.isin(n, members)].ravel() for _, n, nodes in f.model.elements))
 
 
 def _faces(f: AbaqusFile, members: np.ndarray, label: str, surface: str) -> list[np.ndarray]:

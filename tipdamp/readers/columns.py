@@ -10,6 +10,7 @@ import numpy as np
 
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.io.array_files import open_matlab
+from tipdamp.readers.content import decode
 
 MEANINGS = (
     "frequency_hz",
@@ -70,18 +71,9 @@ def from_text(path: Path, columns: Sequence[str]) -> list[Columns]:
 
     Raises InputError with the line.
     """
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = path.read_bytes().decode("latin-1")
-    lines = [(k, line.strip()) for k, line in enumerate(text.splitlines(), 1)]
-    lines = [(k, line) for k, line in lines if line and line[0] not in "#%"]
-    first = next((i for i, (_, line) in enumerate(lines) if _begins_with_number(line)), None)
-    if first is None:
-        raise InputError(f"{path}: no row of numbers")
-    part = next((p for p in (";", "\t", ",") if p in lines[first][1]), None)
-    rows = [[field.strip() for field in line.split(part)] for _, line in lines[first:]]
-    header = [field.strip(' "') for field in lines[first - 1][1].split(part)] if first else []
+    before, lines = _lines(path)
+    part = next((p for p in (";", "\t", ",") if p in lines[0][1]), None)
+    header = [field.strip(' "') for field in before.split(part)] if before else []
     parsed = parse_meanings(columns)
     if "complex" in dict(parsed):
         raise InputError(
@@ -94,16 +86,33 @@ def from_text(path: Path, columns: Sequence[str]) -> list[Columns]:
         if meaning != IGNORED
     }
     values: dict[str, list[float]] = {meaning: [] for meaning in places}
-    for (k, _), row in zip(lines[first:], rows, strict=True):
-        if len(row) != width:
-            raise InputError(
-                f"{path}: line {k}: {len(row)} columns, expected {width}; '{IGNORED}' stands for "
-                "a column that is not used, and decimals need a point"
-            )
+    for k, line in lines:
+        row = _fields(path, k, line.split(part), width)
         for meaning, at in places.items():
             values[meaning].append(_number(path, k, row[at]))
-    where = tuple(f"line {k}" for k, _ in lines[first:])
+    where = tuple(f"line {k}" for k, _ in lines)
     return [Columns({m: np.array(v) for m, v in values.items()}, where, str(path))]
+
+
+def _fields(path: Path, line: int, words: Sequence[str], width: int) -> list[str]:
+    """Of a line, which must be so many."""
+    if len(words) != width:
+        raise InputError(
+            f"{path}: line {line}: {len(words)} columns, expected {width}; '{IGNORED}' stands for "
+            "a column that is not used, and decimals need a point"
+        )
+    return [word.strip() for word in words]
+
+
+def _lines(path: Path) -> tuple[str, list[tuple[int, str]]]:
+    """The numbered lines from the first that begins with a number on, and the one before them, ''
+    where there is none."""
+    lines = [(k, line.strip()) for k, line in enumerate(decode(path.read_bytes()).splitlines(), 1)]
+    lines = [(k, line) for k, line in lines if line and line[0] not in "#%"]
+    first = next((i for i, (_, line) in enumerate(lines) if _begins_with_number(line)), None)
+    if first is None:
+        raise InputError(f"{path}: no row of numbers")
+    return lines[first - 1][1] if first else "", lines[first:]
 
 
 def from_matlab(path: Path, columns: Sequence[str]) -> list[Columns]:
@@ -118,18 +127,13 @@ def from_matlab(path: Path, columns: Sequence[str]) -> list[Columns]:
         raise InputError(
             f"{path}: columns: {unnamed[0]} needs the name of its variable, '{unnamed[0]}:NAME'"
         )
-    try:
-        content = open_matlab(path)
-    except InputError:
-        raise
-    except Exception as error:  # damaged files end in errors of zlib, struct and numpy
-        raise InputError(f"{path}: not a MATLAB file: {error}") from None
+    content = _variables(path)
     arrays = {
         meaning: _variable(path, content, name, meaning == "complex") for meaning, name in parsed
     }
     frequency = next(arrays[m] for m in ("frequency_hz", "frequency_rad_s") if m in arrays)
     n = frequency.size
-    repeats = max(a.size for a in arrays.values()) // max(frequency.size, 1)
+    repeats = max(a.size for a in arrays.values()) // max(n, 1)
     for (meaning, name), array in zip(parsed, arrays.values(), strict=True):
         if array.size != n and array.shape != (n, repeats):
             raise InputError(
@@ -145,6 +149,15 @@ def from_matlab(path: Path, columns: Sequence[str]) -> list[Columns]:
         )
         for r in range(repeats)
     ]
+
+
+def _variables(path: Path) -> Mapping[str, Any]:
+    try:
+        return open_matlab(path)
+    except InputError:
+        raise
+    except Exception as error:  # damaged files end in errors of zlib, struct and numpy
+        raise InputError(f"{path}: not a MATLAB file: {error}") from None
 
 
 def _variable(

@@ -1,7 +1,7 @@
 """What a mesh file says, in the file's own numbers, and how it becomes a Mesh. Each format's reader
 fills a Content."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -88,20 +88,23 @@ class Content:
 
     def node_numbers(self) -> np.ndarray:
         """(n,) of all nodes so far."""
-        return np.concatenate(
-            [np.empty(0, dtype=np.int64), *(numbers for numbers, _ in self.nodes)]
-        )
+        return joined(numbers for numbers, _ in self.nodes)
 
     def add_cells(
-        self, kind: str, numbers: ArrayLike, nodes: ArrayLike, columns: np.ndarray | None = None
+        self,
+        kind: str,
+        numbers: ArrayLike,
+        nodes: ArrayLike,
+        between: Sequence[tuple[int, ...]] | None = None,
     ) -> None:
         """Cells of one type: numbers (c,), nodes (c, k).
 
-        columns : the order that brings the file's nodes into gmsh's, see Cell.columns
+        between : corners around each middle node, in the file's order, see Cell.columns; None: the
+        order is gmsh's
         """
-        nodes = np.asarray(nodes, dtype=np.int64).reshape(-1, CELLS[kind].nodes)
-        nodes = nodes if columns is None else nodes[:, columns]
-        self.cells.setdefault(kind, []).append((np.asarray(numbers, dtype=np.int64), nodes))
+        rows = np.asarray(nodes, dtype=np.int64).reshape(-1, CELLS[kind].nodes)
+        rows = rows[:, CELLS[kind].columns(between)] if between else rows
+        self.cells.setdefault(kind, []).append((np.asarray(numbers, dtype=np.int64), rows))
 
     def add_group(self, name: str, numbers: ArrayLike, dimension: int = 0) -> None:
         """Numbers join those of a group of the same name."""
@@ -138,29 +141,11 @@ class Reader:
 def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mesh:
     """Renumbered from 0, without nodes that no solid cell uses, and checked."""
     number, position = _nodes(content, source)
-    blocks: dict[str, tuple[np.ndarray, ...]] = {
-        k: tuple(np.concatenate(part) for part in zip(*b, strict=True))
-        for k, b in content.cells.items()
-    }
-    blocks = {k: b for k, b in blocks.items() if len(b[0])}
-    if not blocks:
-        raise InputError(
-            f"{source}: holds {len(number)} nodes and no solid cells" + _listed(content.unused)
-        )
-    _distinct_elements(blocks, source)
+    blocks = _cells(content, len(number), source)
     cells = {k: _lookup(number, nodes, elements, source) for k, (elements, nodes) in blocks.items()}
-    used = np.zeros(len(number), dtype=bool)
-    for block in cells.values():
-        used[block] = True
+    used = np.isin(np.arange(len(number)), np.concatenate([c.ravel() for c in cells.values()]))
     unused, warnings = list(content.unused), list(content.warnings)
-    if not used.all():
-        lost = int((~used).sum())
-        unused.append(f"{lost} nodes that no solid cell uses")
-        if lost > 0.2 * len(used):
-            warnings.append(
-                f"{lost} of {len(used)} nodes belong to no solid cell and were left out: is the "
-                "file whole?"
-            )
+    _tell_of_lost(used, unused, warnings)
     groups, dimension = _groups(content, number, used, unused)
     renumber = np.cumsum(used) - 1
     mesh = Mesh(
@@ -181,8 +166,16 @@ def to_mesh(content: Content, source: str, kind: str, length_unit: float) -> Mes
     return checked(mesh)
 
 
-def _listed(unused: Sequence[str]) -> str:
-    return f" (found: {'; '.join(unused[:6])})" if unused else ""
+def _tell_of_lost(used: np.ndarray, unused: list[str], warnings: list[str]) -> None:
+    """Of nodes that no solid cell uses."""
+    lost = int((~used).sum())
+    if lost:
+        unused.append(f"{lost} nodes that no solid cell uses")
+    if lost > 0.2 * len(used):
+        warnings.append(
+            f"{lost} of {len(used)} nodes belong to no solid cell and were left out: is the file "
+            "whole?"
+        )
 
 
 def _nodes(content: Content, source: str) -> tuple[np.ndarray, np.ndarray]:
@@ -200,7 +193,16 @@ def _nodes(content: Content, source: str) -> tuple[np.ndarray, np.ndarray]:
     return number, position[first]
 
 
-def _distinct_elements(blocks: dict[str, tuple[np.ndarray, ...]], source: str) -> None:
+def _cells(content: Content, nodes: int, source: str) -> dict[str, tuple[np.ndarray, ...]]:
+    """{type: (element numbers (c,), node numbers (c, k))} of a file of so many nodes."""
+    blocks: dict[str, tuple[np.ndarray, ...]] = {
+        k: tuple(np.concatenate(part) for part in zip(*b, strict=True))
+        for k, b in content.cells.items()
+    }
+    blocks = {k: b for k, b in blocks.items() if len(b[0])}
+    if not blocks:
+        found = f" (found: {'; '.join(content.unused[:6])})" if content.unused else ""
+        raise InputError(f"{source}: holds {nodes} nodes and no solid cells{found}")
     numbers = np.concatenate([e for e, _ in blocks.values()])
     unique, count = np.unique(numbers, return_counts=True)
     if (count > 1).any():
@@ -208,6 +210,7 @@ def _distinct_elements(blocks: dict[str, tuple[np.ndarray, ...]], source: str) -
             f"{source}: {int((count > 1).sum())} element numbers are used twice: "
             f"{some(unique[count > 1])}"
         )
+    return blocks
 
 
 def _lookup(number: np.ndarray, nodes: np.ndarray, elements: np.ndarray, source: str) -> np.ndarray:
@@ -227,7 +230,7 @@ def _groups(
 ) -> tuple[dict[str, np.ndarray], dict[str, int]]:
     groups, dimension = {}, {}
     for name, found in content.groups.items():
-        members = np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
+        members = np.unique(joined(found))
         absent = len(members) - int(np.isin(members, number).sum())
         kept = members[np.isin(members, number[used])]
         if absent:
@@ -286,6 +289,11 @@ def numbers(text: str, where: str) -> np.ndarray:
             except ValueError:
                 raise InputError(f"{where}: '{shown(word)}' is not a number") from None
         raise
+
+
+def joined(parts: Iterable[np.ndarray]) -> np.ndarray:
+    """(n,) the numbers of all parts, of which there may be none."""
+    return np.concatenate([np.empty(0, dtype=np.int64), *parts])
 
 
 def span(first: int, last: int, step: int, known: ArrayLike, where: str) -> np.ndarray:

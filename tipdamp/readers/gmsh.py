@@ -3,9 +3,9 @@ stays in all of them."""
 
 import re
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -51,8 +51,8 @@ def read(path: Path, data: bytes) -> Content:
     if binary and np.frombuffer(data[head.end() : head.end() + 4].ljust(4, b"\0"), "<i4")[0] != 1:
         raise InputError(f"{path}: is binary in another byte order; write it as text")
     content = Content()
-    sections = _sections(path, data, head.end(), binary)
-    names = _names(path, sections, content)
+    sections = _sections(path, data, head.end())
+    names = _names(sections, content)
     if "PartitionedEntities" in sections:
         raise InputError(f"{path}: is partitioned; write it in one piece")
     for needed in ("Nodes", "Elements"):
@@ -61,14 +61,14 @@ def read(path: Path, data: bytes) -> Content:
                 f"{path}: is cut off or damaged: it has no ${needed} section, so it holds no "
                 f"{'nodes' if needed == 'Nodes' else 'cells'}"
             )
-    (_read_4 if version == "4.1" else _read_2)(path, sections, binary, names, content)
+    (_read_4 if version == "4.1" else _read_2)(_File(path, binary, sections, names, content))
     other = sorted(set(sections) - {"MeshFormat", "PhysicalNames", "Entities", "Nodes", "Elements"})
     if other:
         content.unused.append(f"sections {', '.join('$' + shown(o) for o in other)}")
     return content
 
 
-def _sections(path: Path, data: bytes, start: int, binary: bool) -> dict[str, bytes]:
+def _sections(path: Path, data: bytes, start: int) -> dict[str, bytes]:
     """{name: bytes between $Name and $EndName}; every section must be closed."""
     found: dict[str, Any] = {}
     place = start
@@ -101,7 +101,7 @@ def _end(data: bytes, start: int, name: bytes) -> int:
     return end
 
 
-def _names(path: Path, sections: dict[str, bytes], content: Content) -> dict[tuple[int, int], str]:
+def _names(sections: dict[str, bytes], content: Content) -> dict[tuple[int, int], str]:
     """{(dimension, tag): name}; names may hold anything but the end of their line's pattern."""
     given = sections.get("PhysicalNames", b"")
     try:
@@ -122,8 +122,8 @@ def _names(path: Path, sections: dict[str, bytes], content: Content) -> dict[tup
 class _Stream:
     """The numbers of a section one after the other, text or binary alike."""
 
-    def __init__(self, path: Path, section: str, data: bytes, binary: bool) -> None:
-        self.where, self.binary, self.place = f"{path}: ${section}", binary, 0
+    def __init__(self, where: str, data: bytes, binary: bool) -> None:
+        self.where, self.binary, self.place = where, binary, 0
         self.data: Any = data if binary else self._numbers(data)
 
     def _numbers(self, data: bytes) -> np.ndarray:
@@ -168,116 +168,111 @@ class _Stream:
                 f"{self.where}: begins with '{shown(text[:20].decode('latin-1'))}', not a count"
             ) from None
 
+    def counted(self, value: int) -> int:
+        """A number of blocks that may be one."""
+        if not 0 <= int(value) < 1e9:
+            raise InputError(f"{self.where}: says that it holds {int(value)} blocks; damaged")
+        return int(value)
+
+    def blocks(self) -> Iterator[tuple[np.ndarray, int]]:
+        """Of each block of a section of version 4.1 its head (3,) and the number of its entries,
+        which are taken before the next; all that the section says must be there."""
+        blocks, total, *_ = self.take(4, "<u8")
+        seen = 0
+        for _ in range(self.counted(blocks)):
+            head, count = self.take(3), int(self.take(1, "<u8")[0])
+            yield head, count
+            seen += count
+        self.done()
+        if seen != int(total):
+            raise InputError(
+                f"{self.where}: holds {seen} entries and says {int(total)}: cut off or damaged"
+            )
+
     def done(self) -> None:
+        """Nothing may be left."""
         rest = len(self.data) - self.place
         if rest > (2 if self.binary else 0):
             raise InputError(f"{self.where}: holds more entries than it says: damaged")
 
 
-def _group_name(names: dict[tuple[int, int], str], dimension: int, tag: int) -> str:
-    return names.get((dimension, tag)) or f"{_DEFAULT[dimension]}_{tag}"
+class _File(NamedTuple):
+    """A file while it is read. sections {name: bytes}; names {(dimension, tag): name} of groups."""
 
+    path: Path
+    binary: bool
+    sections: dict[str, bytes]
+    names: dict[tuple[int, int], str]
+    content: Content
 
-def _add(
-    content: Content,
-    path: Path,
-    kind: int,
-    numbers: np.ndarray,
-    nodes: np.ndarray,
-    group_names: Sequence[str],
-    new: np.ndarray | slice = slice(None),
-) -> None:
-    """Elements of one type that belong to the same groups; solid ones that are `new` are kept as
-    cells."""
-    name, dimension, _ = ELEMENTS[kind]
-    for group in group_names:
-        content.add_group(group, nodes, dimension)
-        if dimension == 3:
-            content.add_cell_group(group, numbers)
-        if dimension == 2:
-            content.add_faces(group, nodes)
-    if dimension == 3:
-        if name not in SOLID:
+    def stream(self, section: str) -> _Stream:
+        """The numbers of a section."""
+        return _Stream(f"{self.path}: ${section}", self.sections[section], self.binary)
+
+    def group_name(self, dimension: int, tag: int) -> str:
+        """Of a physical group."""
+        return self.names.get((dimension, tag)) or f"{_DEFAULT[dimension]}_{tag}"
+
+    def name_groups(self, keys: Iterable[tuple[int, int]]) -> None:
+        """Groups (dimension, tag), as yet without nodes."""
+        for dimension, tag in dict.fromkeys(keys):
+            self.content.add_group(self.group_name(dimension, tag), [], dimension)
+
+    def nodes_of(self, kind: int) -> int:
+        """Nodes of an element of this type."""
+        if kind not in ELEMENTS:
             raise InputError(
-                f"{path}: {len(numbers)} cells of type '{name}' (first: element {numbers[0]}) "
-                f"cannot be assembled; allowed: {', '.join(SOLID)}"
+                f"{self.path}: elements of gmsh type {kind} are not read; of the solid ones: "
+                f"{', '.join(SOLID)}"
             )
-        content.add_cells(name, numbers[new], nodes[new])
+        return ELEMENTS[kind][2]
 
-
-def _known(path: Path, kind: int) -> tuple[str, int, int]:
-    if kind not in ELEMENTS:
-        raise InputError(
-            f"{path}: elements of gmsh type {kind} are not read; of the solid ones: "
-            f"{', '.join(SOLID)}"
-        )
-    return ELEMENTS[kind]
+    def add(
+        self,
+        kind: int,
+        tags: Iterable[int],
+        numbers: np.ndarray,
+        nodes: np.ndarray,
+        new: np.ndarray | slice = slice(None),
+    ) -> None:
+        """Elements of one type that belong to the same groups; solid ones that are `new` are kept
+        as cells."""
+        name, dimension, _ = ELEMENTS[kind]
+        for tag in tags:
+            group = self.group_name(dimension, tag)
+            self.content.add_group(group, nodes, dimension)
+            if dimension == 3:
+                self.content.add_cell_group(group, numbers)
+            if dimension == 2:
+                self.content.add_faces(group, nodes)
+        if dimension == 3:
+            if name not in SOLID:
+                raise InputError(
+                    f"{self.path}: {len(numbers)} cells of type '{name}' (first: element "
+                    f"{numbers[0]}) cannot be assembled; allowed: {', '.join(SOLID)}"
+                )
+            self.content.add_cells(name, numbers[new], nodes[new])
 
 
 # ---- version 4.1 ---------------------------------------------------------------------------------
 
 
-def _read_4(
-    path: Path,
-    sections: dict[str, bytes],
-    binary: bool,
-    names: dict[tuple[int, int], str],
-    content: Content,
-) -> None:
-    physical = (
-        _entities(_Stream(path, "Entities", sections["Entities"], binary))
-        if "Entities" in sections
-        else {}
-    )
-    for dimension, tag in dict.fromkeys(
-        [*names, *(k for held in physical.items() for k in _keys(*held))]
-    ):
-        content.add_group(_group_name(names, dimension, tag), [], dimension)
-    s = _Stream(path, "Nodes", sections["Nodes"], binary)
-    blocks, total, *_ = s.take(4, "<u8")
-    seen = 0
-    for _ in range(_count(s, blocks)):
-        dimension, _, parametric = s.take(3)
-        count = int(s.take(1, "<u8")[0])
+def _read_4(f: _File) -> None:
+    physical = _entities(f.stream("Entities")) if "Entities" in f.sections else {}
+    held = ((dimension, tag) for (dimension, _), tags in physical.items() for tag in tags)
+    f.name_groups([*f.names, *held])
+    s = f.stream("Nodes")
+    for (dimension, _, parametric), count in s.blocks():
         numbers = s.take(count, "<u8")
         width = 3 + (int(dimension) if parametric else 0)
-        content.add_nodes(numbers, s.take(count * width, "<f8").reshape(count, width)[:, :3])
-        seen += count
-    _all_there(s, seen, total)
-    s = _Stream(path, "Elements", sections["Elements"], binary)
-    blocks, total, *_ = s.take(4, "<u8")
-    seen = 0
-    for _ in range(_count(s, blocks)):
-        dimension, tag, kind = (int(v) for v in s.take(3))
-        count = int(s.take(1, "<u8")[0])
-        per = _known(path, kind)[2]
+        f.content.add_nodes(numbers, s.take(count * width, "<f8").reshape(count, width)[:, :3])
+    s = f.stream("Elements")
+    for head, count in s.blocks():
+        dimension, tag, kind = head.tolist()
+        per = f.nodes_of(kind)
         rows = s.take(count * (per + 1), "<u8").astype(np.int64).reshape(count, per + 1)
-        seen += count
         if count:
-            groups = [
-                _group_name(names, *k)
-                for k in _keys((dimension, tag), physical.get((dimension, tag), []))
-            ]
-            _add(content, path, kind, rows[:, 0], rows[:, 1:], groups)
-    _all_there(s, seen, total)
-
-
-def _keys(entity: tuple[int, int], tags: Sequence[int]) -> list[tuple[int, int]]:
-    return [(entity[0], t) for t in tags]
-
-
-def _count(stream: _Stream, value: int) -> int:
-    if not 0 <= int(value) < 1e9:
-        raise InputError(f"{stream.where}: says that it holds {int(value)} blocks; damaged")
-    return int(value)
-
-
-def _all_there(stream: _Stream, seen: int, total: int) -> None:
-    stream.done()
-    if seen != int(total):
-        raise InputError(
-            f"{stream.where}: holds {seen} entries and says {int(total)}: cut off or damaged"
-        )
+            f.add(kind, physical.get((dimension, tag), ()), rows[:, 0], rows[:, 1:])
 
 
 def _entities(s: _Stream) -> dict[tuple[int, int], list[int]]:
@@ -285,7 +280,7 @@ def _entities(s: _Stream) -> dict[tuple[int, int], list[int]]:
     counts = s.take(4, "<u8")
     found = {}
     for dimension, count in enumerate(counts):
-        for _ in range(_count(s, count)):
+        for _ in range(s.counted(count)):
             tag = int(s.take(1)[0])
             s.take(3 if dimension == 0 else 6, "<f8")
             found[dimension, tag] = [abs(int(t)) for t in s.take(s.take(1, "<u8")[0])]
@@ -297,52 +292,48 @@ def _entities(s: _Stream) -> dict[tuple[int, int], list[int]]:
 # ---- version 2.2 ---------------------------------------------------------------------------------
 
 
-def _read_2(
-    path: Path,
-    sections: dict[str, bytes],
-    binary: bool,
-    names: dict[tuple[int, int], str],
-    content: Content,
-) -> None:
-    for dimension, tag in names:
-        content.add_group(_group_name(names, dimension, tag), [], dimension)
-    s = _Stream(path, "Nodes", sections["Nodes"], binary)
-    count = s.line()
-    if binary:
-        rows = s.take(count, np.dtype([("n", "<i4"), ("x", "<f8", 3)]))
-        content.add_nodes(rows["n"], rows["x"])
-    else:
-        rows = s.take(4 * count, "<f8").reshape(-1, 4)
-        content.add_nodes(whole(rows[:, 0], s.where), rows[:, 1:])
-    s.done()
-    s = _Stream(path, "Elements", sections["Elements"], binary)
+def _read_2(f: _File) -> None:
+    f.name_groups(f.names)
+    _nodes_2(f)
+    s = f.stream("Elements")
     count = s.line()
     if count < 0:
         raise InputError(f"{s.where}: says that it holds {count} elements")
-    parts = (_binary_elements if binary else _text_elements)(path, s, count)
+    parts = (_binary_elements if f.binary else _text_elements)(f, s, count)
     s.done()
-    if names and parts and not any(physical for _, physical in parts):
+    if f.names and parts and not any(physical for _, physical in parts):
         raise InputError(
-            f"{path}: names groups, but no element belongs to one: version 2.2 saved with 'save "
+            f"{f.path}: names groups, but no element belongs to one: version 2.2 saved with 'save "
             "all' loses the groups; save as 4.1, or without 'save all'"
         )
-    blocks = {key: np.concatenate(part) for key, part in parts.items()}
     # an element in two groups is written twice in this version, under two numbers
     first: dict[Any, Any] = {}
-    for (kind, physical), rows in blocks.items():
-        groups = [_group_name(names, _known(path, kind)[1], abs(physical))] if physical else []
+    for (kind, physical), part in parts.items():
+        rows = np.concatenate(part)
         kept = np.array([first.setdefault(tuple(r[1:]), r[0]) for r in rows.tolist()])
-        new = kept == rows[:, 0]
-        _add(content, path, kind, kept, rows[:, 1:], groups, new)
+        tags = [abs(physical)] if physical else []
+        f.add(kind, tags, kept, rows[:, 1:], kept == rows[:, 0])
 
 
-def _binary_elements(path: Path, s: _Stream, count: int) -> dict[tuple[int, int], list[np.ndarray]]:
+def _nodes_2(f: _File) -> None:
+    s = f.stream("Nodes")
+    count = s.line()
+    if f.binary:
+        rows = s.take(count, np.dtype([("n", "<i4"), ("x", "<f8", 3)]))
+        f.content.add_nodes(rows["n"], rows["x"])
+    else:
+        rows = s.take(4 * count, "<f8").reshape(-1, 4)
+        f.content.add_nodes(whole(rows[:, 0], s.where), rows[:, 1:])
+    s.done()
+
+
+def _binary_elements(f: _File, s: _Stream, count: int) -> dict[tuple[int, int], list[np.ndarray]]:
+    """{(type, physical tag): [rows of number and nodes]}."""
     blocks: dict[Any, Any] = {}
     seen = 0
     while seen < count:
-        kind, follow, tags = (int(v) for v in s.take(3))
-        per = _known(path, kind)[2]
-        rows = s.take(follow * (1 + tags + per)).reshape(follow, -1).astype(np.int64)
+        kind, follow, tags = s.take(3).tolist()
+        rows = s.take(follow * (1 + tags + f.nodes_of(kind))).reshape(follow, -1).astype(np.int64)
         if follow < 1:
             raise InputError(f"{s.where}: a block of {follow} elements: damaged")
         physical = rows[:, 1] if tags else np.zeros(follow, dtype=np.int64)
@@ -355,7 +346,8 @@ def _binary_elements(path: Path, s: _Stream, count: int) -> dict[tuple[int, int]
     return blocks
 
 
-def _text_elements(path: Path, s: _Stream, count: int) -> dict[tuple[int, int], list[np.ndarray]]:
+def _text_elements(f: _File, s: _Stream, count: int) -> dict[tuple[int, int], list[np.ndarray]]:
+    """As `_binary_elements`."""
     flat = s.take(len(s.data) - s.place).tolist()
     starts: dict[Any, Any] = {}
     place = 0
@@ -365,7 +357,7 @@ def _text_elements(path: Path, s: _Stream, count: int) -> dict[tuple[int, int], 
                 f"{s.where}: ends before all its {count} elements are there: cut off or damaged"
             )
         kind, tags = flat[place + 1], flat[place + 2]
-        size = 3 + tags + _known(path, kind)[2]
+        size = 3 + tags + f.nodes_of(kind)
         starts.setdefault((kind, tags, flat[place + 3] if tags > 0 else 0), []).append(place)
         place += size
     if place != len(flat):

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tipdamp.hbm.errors import InputError, shown
-from tipdamp.modal.elements.cells import CELLS
 from tipdamp.readers.content import (
     FULL_INTEGRATION,
     HEX20_NASTRAN,
@@ -217,12 +216,7 @@ def _solids(content: Content, path: Path, cards: dict[str, list[tuple]]) -> None
             cell_nodes.setdefault(f"pid_{pid}", []).extend(nodes)
         for size, rows in blocks.items():
             kind, between = sizes[size]
-            content.add_cells(
-                kind,
-                [n for n, _ in rows],
-                [n for _, n in rows],
-                CELLS[kind].columns(between) if between else None,
-            )
+            content.add_cells(kind, [n for n, _ in rows], [n for _, n in rows], between)
     for name, members in groups.items():
         content.add_cell_group(name, members)
         content.add_group(name, cell_nodes[name], 3)

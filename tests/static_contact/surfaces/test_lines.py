@@ -1,6 +1,8 @@
 """A round pin between flat flanks of unlike meshes: place, normal and gap of a point belong
 together, and a pin of tetrahedra lies as one of hexahedra does."""
 
+import re
+import warnings
 from dataclasses import replace
 from functools import cache
 
@@ -94,6 +96,41 @@ def test_flanks_that_end_inside_of_faces(length):
     on_line = np.abs(angle) < np.radians(0.5)
     assert on_line.sum() == 2 * 5 and np.abs(pairs.gap[on_line]).max() < 5e-8
     assert max(np.abs(one.weight).max() for one in (on_blades, on_pin)) < 1.1
+
+
+def beside(turn, cells=(16, 1, 4), unit=1.0):
+    """Warnings of the pairing of a half-pin whose rows lie `turn` degrees off the lines of
+    contact."""
+    pin = shell("hexahedron20", cells, 0.4 * RADIUS, RADIUS, (10 + turn, 170 + turn))
+    blades = together(flank(ANGLE, 10_000), flank(180 - ANGLE, 20_000))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        surface_contact(
+            sides_of(pin, blades),
+            axis=(0, 0, 1),
+            pull=(0, 1, 0),
+            shown=lambda metres: f"{1e3 * metres:.3g} mm",
+        )
+    return [str(one.message) for one in told]
+
+
+@pytest.mark.parametrize("turn, off", [(0.0, 0.0), (0.9, 0.9), (2.0, 2.0), (5.0, 5.0), (8.0, 2.0)])
+def test_no_points_on_the_line_of_contact(turn, off):
+    """Both sides say how far the nearest lie from it, in the unit of the model, where that is more
+    than a degree around the pin."""
+    told = beside(turn)
+    assert len(told) == (2 if off > 1 else 0)
+    for name, one in zip(("right", "left"), told, strict=False):
+        assert one.startswith(f"side '{name}': the nearest contact points lie ")
+        distance, wide = (float(x) for x in re.findall(r"(\S+) mm", one))
+        assert distance == pytest.approx(1e3 * RADIUS * np.radians(off), rel=0.01)
+        assert wide == pytest.approx(2e3 * RADIUS * np.radians(1), rel=0.01)
+        assert f", {off:.2g} degrees around the damper" in one
+
+
+def test_faces_as_narrow_as_told_are_enough():
+    """Then one corner lies near enough, wherever the line is."""
+    assert not any(beside(turn, cells=(80, 1, 2)) for turn in (0.5, 1.0))
 
 
 def loads(kind, cells):
