@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tipdamp.bodies import DAMPER, loads
+from tipdamp.bodies import DAMPER
+from tipdamp.bodies.loads import Loads
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
@@ -74,19 +75,19 @@ def check_pieces(
             )
 
 
-def check_loaded(study: Study, model: ReducedModel | SparseBodies) -> None:
+def check_loaded(model: ReducedModel | SparseBodies, loads: Loads) -> None:
     """InputError where the load at rest leaves out a piece of the damper; model - knows its rigid
     motions."""
-    load, mine = loads.at_rest(study, model), np.flatnonzero(model.body == DAMPER)
+    mine = np.flatnonzero(model.body == DAMPER)
     motions = model.rigid.get(DAMPER, np.zeros((len(mine), 0)))
     for first in range(0, motions.shape[1], 6):
         own = mine[motions[:, first : first + 6].any(axis=1)]
-        if motions.shape[1] > 6 and not load[own].any():
+        if motions.shape[1] > 6 and not loads.at_rest[own].any():
             place = np.round(model.position[own].mean(axis=0), 4).tolist()
             raise InputError(
-                f"{study.path}: the damper consists of {motions.shape[1] // 6} pieces that share "
+                f"the damper consists of {motions.shape[1] // 6} pieces that share "
                 f"no node, and the one around {place} m (node {model.node[own[0]]}) has no load "
-                f"of its own in {loads.rest_name(study)}: nothing presses it against the blades; "
+                f"of its own in {loads.rest.name}: nothing presses it against the blades; "
                 f"join the pieces, or give it {_remedy(['load'])}"
             )
 

@@ -7,14 +7,14 @@ from contextlib import suppress
 import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.bodies.loads import held_directions, pull_vector
+from tipdamp.bodies.balance import Balance
+from tipdamp.bodies.loads import damper_hold, pull_vector
 from tipdamp.bodies.pair import side_nodes
 from tipdamp.fields.pressure import patches
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.mesh import Mesh
 from tipdamp.results.static_results import SideStiffness, StiffnessWay
-from tipdamp.static_contact.contact.equilibrium import side_forces, side_normals
 from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
 from tipdamp.static_contact.stiffness.nodal_stiffness import (
     NodalStiffness,
@@ -40,18 +40,18 @@ def with_values(
     study: Study,
     pairs: ContactTable,
     materials: dict[str, Moduli],
-    pull: np.ndarray | None = None,
+    balance: Balance | None = None,
     fitted: float = 1.0,
 ) -> ContactTable:
     """The pairs with stiffness, friction and initial gap of the study; a user-supplied pair table
     brings its own, of which the study may replace mu, kn and kt.
 
-    pull (3,) N: load on the damper, by default Fc; fitted - factor found by a fit, on what a model
+    balance - of the damper, by default under Fc; fitted - factor found by a fit, on what a model
     gives
     """
     if study.contact.pairs:
         return _in_place_of_table(study, pairs)
-    kn, kt = node_stiffness(study, pairs, side_stiffness(study, pairs, materials, pull, fitted))
+    kn, kt = node_stiffness(study, pairs, side_stiffness(study, pairs, materials, balance, fitted))
     along = pairs.position @ np.array(study.driver.axis)
     gap = pairs.gap.copy()
     for name, side in study.sides.items():
@@ -79,10 +79,10 @@ def side_stiffness(
     study: Study,
     pairs: ContactTable,
     materials: dict[str, Moduli],
-    pull: np.ndarray | None = None,
+    balance: Balance | None = None,
     fitted: float = 1.0,
 ) -> dict[str, NodalStiffness]:
-    """{side: NodalStiffness} under its part of the pull, with all that it was made from; {} with an
+    """{side: NodalStiffness} under its part of the load, with all that it was made from; {} with an
     own table.
 
     materials {side: Moduli} as `side_materials` finds them; only theory needs them.
@@ -90,11 +90,8 @@ def side_stiffness(
     contact, found = study.contact, {}
     if contact.pairs:
         return {}
-    forces = side_forces(
-        side_normals(pairs),
-        pull_vector(study) if pull is None else pull,
-        held=held_directions(study, pairs),
-    )
+    balance = balance or Balance(pull_vector(study), damper_hold(study))
+    forces = balance.of_sides(pairs)
     for name, side in study.sides.items():
         mine = pairs.select(pairs.side == name)
         length = float(np.ptp(mine.position @ np.array(study.driver.axis)))

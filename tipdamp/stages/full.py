@@ -93,17 +93,12 @@ def _solved(study: Study, pairs: ContactTable, comm: Any, tick: Tick) -> tuple[F
         if comm.size == 1
         else _distributed(study, meshes, comm, extra)
     )
-    forces = {body.name: np.zeros(body.dofs) for body in bodies}
-    case, damper = study.preload.case, bodies[1]
-    forces[DAMPER] += (
-        loads.case_pull(study, case) * loads.unit_pull(study, damper, meshes[DAMPER]).force
-    )
-    for body in bodies if case else ():
-        forces[body.name] += loads.case_forces(study, case, body, meshes[body.name])
+    rest = loads.rest_load(study)
+    forces = [rest.on(body) for body in loads.with_loads(study, bodies, meshes)]
     dofs = sum(body.dofs for body in bodies)
     low, high = own_rows(comm, dofs + extra)
     f = np.zeros(dofs)  # inertia forces are whole in the rank's own rows alone
-    f[low:high] = np.concatenate([forces[body.name] for body in bodies])[low:high]
+    f[low:high] = np.concatenate(forces)[low:high]
     f = comm.allreduce(f)
     tick(0.3, f"Newton on {dofs} dofs" + f", {comm.size} ranks" * (comm.size > 1))
     return full_preload(

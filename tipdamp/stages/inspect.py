@@ -128,7 +128,7 @@ def _of_pairs(study: Study, pairs: ContactTable, angles: np.ndarray | None = Non
     return [
         *friction_warnings(study),
         *pair_checks.warnings(pairs, angles),
-        *pair_checks.pull_warnings(pairs, pull, loads.held_directions(study, pairs)),
+        *pair_checks.pull_warnings(pairs, pull, loads.damper_hold(study).directions(pairs)),
         *pair_checks.axis_warnings(pairs, study.driver.axis),
         *pair_checks.row_warnings(pairs, pull, edges),
     ]
@@ -137,7 +137,7 @@ def _of_pairs(study: Study, pairs: ContactTable, angles: np.ndarray | None = Non
 def _of_place(study: Study, mesh: Mesh, pairs: ContactTable) -> list[str]:
     """Where the pull alone turns the damper about what no contact resists, which `preload`
     refuses."""
-    direction, held = study.driver.pull_direction, loads.held_directions(study, pairs)
+    direction, held = study.driver.pull_direction, loads.damper_hold(study).directions(pairs)
     if study.loads or pair_checks.pull_warnings(pairs, direction, held):
         return []
     nodes, forces = loads.pulled(study, mesh)
@@ -267,7 +267,7 @@ def _with_page(
             shown.places,
             direction,
             shown.angles,
-            loads.held_directions(study, shown.pairs),
+            loads.damper_hold(study).directions(shown.pairs),
         )
         if "model" not in study:  # what given matrices hold themselves is known to `preload`
             found["only_friction"] = only_friction.held_by_friction(shown.pairs, study.driver.hold)

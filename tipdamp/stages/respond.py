@@ -20,6 +20,7 @@ from tipdamp.bodies.interface import (
     kept_shapes,
     shapes_of,
 )
+from tipdamp.bodies.loads import damper_hold
 from tipdamp.checks import only_friction
 from tipdamp.checks.pairs import pair_names
 from tipdamp.checks.room import acting, check_room
@@ -56,7 +57,6 @@ from tipdamp.statics import friction_history
 from tipdamp.statics.model_inputs import (
     declared_springs,
     excitation,
-    held_motions,
     outputs,
     peak_groups,
     ratio,
@@ -338,7 +338,7 @@ def assembled(study: Study, store: Store, responded: bool = False) -> Assembly:
         tangential[:, law.sliders :] = 0.0
         static, sliders = friction_history.start(model, kept, tangential)
         start = sliders[:, : law.sliders]
-    rows, held = outputs(study, model), held_motions(study, model, kept)
+    rows, held = outputs(study, model), damper_hold(study).on(model, kept)
     largest = max(study.respond.levels) * force
     shapes = (
         kept_shapes(store, held)

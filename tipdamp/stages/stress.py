@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tipdamp.bodies.loads import rest_load
 from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
@@ -28,7 +29,6 @@ from tipdamp.stages.stage import Stage, recorded
 from tipdamp.statics.whole_body import (
     Stressed,
     VibrationStress,
-    body_load,
     contact_forces,
     whole_bodies,
 )
@@ -44,14 +44,14 @@ class BodyAtRest(NamedTuple):
     """A body, its displacement (n, 3) m at rest, and the part of the forces on it that is not
     balanced."""
 
-    on_mesh: Stressed
+    stressed: Stressed
     shape: np.ndarray
     unbalanced: float
 
     @property
     def name(self) -> str:
         """Of the body."""
-        return self.on_mesh.whole.body.name
+        return self.stressed.whole.body.name
 
 
 def stress(study: Study, store: Store, tick: Tick) -> list[str]:
@@ -74,8 +74,8 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
         if assembly.interface is not None:
             q = assembly.interface.basis @ q
         for one in bodies:
-            name, mesh = one.name, one.on_mesh.mesh
-            fields = one.on_mesh.vibration(
+            name, mesh = one.name, one.stressed.on_mesh.mesh
+            fields = one.stressed.vibration(
                 one.shape, q[assembly.model.body == name], 2 * np.pi * float(curve.frequency[point])
             )
             stem = case.file.rpartition("/")[2].removesuffix(".npz")
@@ -101,7 +101,7 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
                 least=tuple(least),
             )
         )
-    unbalanced = {one.name: one.unbalanced for one in bodies if one.on_mesh.whole.body.free}
+    unbalanced = {one.name: one.unbalanced for one in bodies if one.stressed.whole.body.free}
     StressResult(
         curves=tuple(found), unbalanced=unbalanced, warnings=tuple(_unbalanced(unbalanced))
     ).save(store)
@@ -113,14 +113,11 @@ def _at_rest(study: Study, store: Store, assembly: Assembly, tick: Tick) -> list
     found = whole_bodies(study, store, tick)
     contact = contact_forces([one.whole.body for one in found], assembly.kept, assembly.rest)
     tick(0.85, "the bodies at rest")
+    load = rest_load(study)
     return [
-        BodyAtRest(
-            one,
-            *one.whole.at_rest(
-                body_load(study, one.whole.body, one.mesh) - contact[one.whole.body.name]
-            ),
-        )
+        BodyAtRest(one, *one.whole.at_rest(load.on(body) - contact[body.name]))
         for one in found
+        for body in [one.whole.body]
     ]
 
 
