@@ -24,7 +24,7 @@ from tipdamp.static_contact.stiffness.nodal_stiffness import (
 )
 from tipdamp.static_contact.stiffness.rough_surfaces import Roughness
 from tipdamp.static_contact.stiffness.side_stiffness import ContactSide
-from tipdamp.study.schema import MaterialSection, OtherMaterial, SideSection
+from tipdamp.study.schema import ContactSection, MaterialSection, OtherMaterial, SideSection
 from tipdamp.study.view import Study
 
 # names in a study file that differ from those of `nodal_stiffness.MODELS`
@@ -49,9 +49,14 @@ def with_values(
     balance - of the damper, by default under Fc; fitted - factor found by a fit, on what a model
     gives
     """
+    return with_sides(study, pairs, side_stiffness(study, pairs, materials, balance, fitted))
+
+
+def with_sides(study: Study, pairs: ContactTable, sides: dict[str, NodalStiffness]) -> ContactTable:
+    """As `with_values`, by the stiffness of each side."""
     if study.contact.pairs:
         return _in_place_of_table(study, pairs)
-    kn, kt = node_stiffness(study, pairs, side_stiffness(study, pairs, materials, balance, fitted))
+    kn, kt = node_stiffness(study, pairs, sides)
     along = pairs.position @ np.array(study.driver.axis)
     gap = pairs.gap.copy()
     for name, side in study.sides.items():
@@ -99,29 +104,28 @@ def side_stiffness(
             found[name] = given_stiffness(
                 _per_node(study, name, mine), len(mine), forces.get(name, 0.0), length
             )
-            continue
-        if name not in forces:
+        elif name in forces:
+            one, model = contact_side(side, length, materials[name]), _model(contact, side, fitted)
+            found[name] = nodal_stiffness(one, forces[name], len(mine), model)
+        else:
             raise InputError(
                 f"{study.path}: [contact.{name}]: elasticity decides how its force is shared with "
                 "sides of the same normal, and the stiffness of [contact] stiffness = "
                 f"'{contact.stiffness}' depends on it; give it: kn_per_area and kt_per_area, "
                 "kn_total and kt_total, or kn and kt"
             )
-        depth = (side.depth[0], side.depth[1]) if side.depth else None
-        roughness = (
-            None if side.h_rms is None or side.gamma is None else Roughness(side.h_rms, side.gamma)
-        )
-        model = StiffnessModel(
-            MODELS.get(contact.stiffness, contact.stiffness),
-            contact.kind,
-            depth,
-            roughness,
-            contact.scale * fitted,
-        )
-        found[name] = nodal_stiffness(
-            contact_side(side, length, materials[name]), forces[name], len(mine), model
-        )
     return found
+
+
+def _model(contact: ContactSection, side: SideSection, fitted: float) -> StiffnessModel:
+    """How half-space theory makes the stiffness of a side."""
+    return StiffnessModel(
+        MODELS.get(contact.stiffness, contact.stiffness),
+        contact.kind,
+        (side.depth[0], side.depth[1]) if side.depth else None,
+        None if side.h_rms is None or side.gamma is None else Roughness(side.h_rms, side.gamma),
+        contact.scale * fitted,
+    )
 
 
 def _per_node(study: Study, name: str, mine: ContactTable) -> tuple[float, float]:
@@ -249,21 +253,21 @@ def facts(
             scale=one.scale,
             shares=shares(study, name, pairs.select(pairs.side == name)),
             E_star_Pa=one.pair.E_star if one.pair else None,
-            ways=tuple(_ways(study, name, one, materials.get(name), fitted)),
+            ways=tuple(_ways(study.contact, study.sides[name], one, materials.get(name), fitted)),
         )
     return found
 
 
 def _ways(
-    study: Study,
-    name: str,
+    contact: ContactSection,
+    side: SideSection,
     one: NodalStiffness,
     moduli: Moduli | None,
     fitted: float,
 ) -> Iterator[StiffnessWay]:
     """The way in use, the smooth bodies that it starts from where their sizes are known, and the
     reference."""
-    side, contact, before = study.sides[name], study.contact, []
+    before = []
     if moduli:
         # a given side may have no radius, or one far too small for the load
         with suppress(InputError):
@@ -276,19 +280,27 @@ def _ways(
             before.append(("smooth half-spaces", smooth.kn, smooth.kt))
     if one.model in SOFTER:
         before.append((SOFTER[one.model], one.kn / one.scale, one.kt / one.scale))
-    if contact.fit_hz is not None and one.model != "given":
-        before.append((f"fitted to {contact.fit_hz:g} Hz, factor {fitted:.4g}", one.kn, one.kt))
-    elif one.scale != 1:
-        before.append((f"declared factor {one.scale:g}", one.kn, one.kt))
-    if one.model == "given":
-        how = "per area" if side.kn_per_area else "in total" if side.kn_total else "per node"
-        before.append((f"given {how}", one.kn, one.kt))
+    if last := _last_way(contact, side, one, fitted):
+        before.append((last, one.kn, one.kt))
     for i, (way, kn, kt) in enumerate(before, start=1):
         yield StiffnessWay(way=way, kn_N_per_m=kn, kt_N_per_m=kt, in_use=i == len(before))
     if side.reference_kn is not None and side.reference_kt is not None:
         yield StiffnessWay(
             way="reference", kn_N_per_m=side.reference_kn, kt_N_per_m=side.reference_kt
         )
+
+
+def _last_way(
+    contact: ContactSection, side: SideSection, one: NodalStiffness, fitted: float
+) -> str:
+    """What is done to a model, or how the stiffness is given; '' where neither."""
+    if one.model == "given":
+        return "given " + (
+            "per area" if side.kn_per_area else "in total" if side.kn_total else "per node"
+        )
+    if contact.fit_hz is not None:
+        return f"fitted to {contact.fit_hz:g} Hz, factor {fitted:.4g}"
+    return f"declared factor {one.scale:g}" if one.scale != 1 else ""
 
 
 def side_materials(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, Moduli]:

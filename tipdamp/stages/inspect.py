@@ -2,6 +2,7 @@
 look at it."""
 
 from collections.abc import Mapping
+from contextlib import suppress
 from types import MappingProxyType
 from typing import Any
 
@@ -85,13 +86,7 @@ def _meshes(study: Study, store: Store, tick: Tick) -> InspectResult:
     try:
         contact = matched(study, meshes)
     except InputError as error:
-        warnings = [w for name, mesh in meshes.items() for w in mesh_warnings(study, name, mesh)]
-        found = _with_page(
-            study,
-            store,
-            InspectResult(bodies=bodies, warnings=tuple(warnings)),
-            _refused(study, meshes, str(error)),
-        )
+        found = _refused(study, store, meshes, bodies, str(error))
         for name in found.pictures:
             raise InputError(f"{error} (look at {store.path(name)})") from None
         raise
@@ -146,18 +141,23 @@ def _of_place(study: Study, mesh: Mesh, pairs: ContactTable) -> list[str]:
     return [f"a pull of 1 N: {one}; `preload` refuses that" for one in said]
 
 
-def _refused(study: Study, meshes: dict[str, Mesh], trouble: str) -> Inspected:
-    """What the page shows of pairs that are refused: those of the user's own table, where it can be
-    read."""
-    if not study.contact.pairs:
-        return Inspected(meshes, trouble=trouble)
-    try:
-        pairs = own_pairs(study)
-        return Inspected(
-            meshes, pairs, places_on(meshes, pairs), surface_angles(pairs, meshes), trouble
-        )
-    except InputError:
-        return Inspected(meshes, trouble=trouble)
+def _refused(
+    study: Study,
+    store: Store,
+    meshes: dict[str, Mesh],
+    bodies: dict[str, InspectedBody],
+    trouble: str,
+) -> InspectResult:
+    """What is known without pairs, and the page with those of the user's own table that are
+    refused, where it can be read."""
+    shown = Inspected(meshes, trouble=trouble)
+    if study.contact.pairs:
+        with suppress(InputError):
+            pairs = own_pairs(study)
+            angles = surface_angles(pairs, meshes)
+            shown = Inspected(meshes, pairs, places_on(meshes, pairs), angles, trouble)
+    warnings = [w for name, mesh in meshes.items() for w in mesh_warnings(study, name, mesh)]
+    return _with_page(study, store, InspectResult(bodies=bodies, warnings=tuple(warnings)), shown)
 
 
 def _of_mesh(study: Study, mesh: Mesh, file: str) -> InspectedBody:
@@ -260,22 +260,7 @@ def _with_page(
     surfaces, and inspect.html beside it; a warning instead where a library is missing."""
     found = dict(result)
     if shown.pairs is not None and shown.places is not None:
-        direction = np.array(study.driver.pull_direction)
-        found["pairs"] = {s: int((shown.pairs.side == s).sum()) for s in shown.pairs.sides}
-        found["pair_checks"] = pair_checks.side_checks(
-            shown.pairs,
-            shown.places,
-            direction,
-            shown.angles,
-            loads.damper_hold(study).directions(shown.pairs),
-        )
-        if "model" not in study:  # what given matrices hold themselves is known to `preload`
-            found["only_friction"] = only_friction.held_by_friction(shown.pairs, study.driver.hold)
-        for side, faces in areas.items():
-            area = float(shown.pairs.area[shown.pairs.side == side].sum())
-            found["pair_checks"][side] = found["pair_checks"][side].model_copy(
-                update={"area_m2": area, "faces_m2": faces}
-            )
+        found |= _checked(study, shown, shown.pairs, shown.places, areas)
     if absent := missing("plotly", "jinja2"):
         found["warnings"] = (
             *result.warnings,
@@ -285,6 +270,34 @@ def _with_page(
     with store.writing("inspect.html") as path:
         path.write_text(inspection_page(study, InspectResult(**found), shown), encoding="utf-8")
     return InspectResult(**{**found, "pictures": ("inspect.html",)})
+
+
+def _checked(
+    study: Study,
+    shown: Inspected,
+    pairs: ContactTable,
+    places: dict[str, np.ndarray],
+    areas: Mapping[str, float],
+) -> dict[str, Any]:
+    """Fields of InspectResult on the pairs."""
+    hold = loads.damper_hold(study)
+    checks = pair_checks.side_checks(
+        pairs,
+        places,
+        np.array(study.driver.pull_direction),
+        shown.angles,
+        hold.directions(pairs),
+    )
+    for side, faces in areas.items():
+        area = float(pairs.area[pairs.side == side].sum())
+        checks[side] = checks[side].model_copy(update={"area_m2": area, "faces_m2": faces})
+    found: dict[str, Any] = {
+        "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides},
+        "pair_checks": checks,
+    }
+    if "model" not in study:  # what given matrices hold themselves is known to `preload`
+        found["only_friction"] = only_friction.held_by_friction(pairs, hold.motions)
+    return found
 
 
 def line(store: Store) -> str:

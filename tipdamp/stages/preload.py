@@ -110,7 +110,7 @@ def _with_stiffness(
         fitted, doubts = fit_factor(study, model, damper, scaled)
     sides = stiffness.side_stiffness(study, pairs, materials, balance, fitted)
     made = stiffness.facts(study, pairs, sides, materials, fitted)
-    found = scaled(fitted)
+    found = stiffness.with_sides(study, pairs, sides)
     check_gaps(study, found, model.position[(model.body == DAMPER) & model.moves])
     return found, made, doubts
 

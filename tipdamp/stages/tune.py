@@ -77,12 +77,8 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     shapes, goal = free_shapes(study, model), target(study, store)
     follow = shapes.pop(study.tune.follow)
     options = _options(study, whole, line, goal.scatter_hz if goal else 0.0)
-    try:
-        pairs, tuned = _keep(study, assembly, line, follow, goal, options, tick)
-    except NotReachable as error:
-        other = _reaching(study, assembly, line, shapes, goal, options)
-        more = inputs.out_of_reach(study, error.above, other)
-        raise InputError(f"[tune] {error}{more}") from None
+    search = _Search(study, assembly, line, goal, options)
+    pairs, tuned = search.kept(follow, shapes, tick)
     contact = KeptContact(study, model, results.ReduceResult.load(store).reduction, pairs)
     kept = kept_preload(study, _without_detached(study, whole, line, pairs), contact)
     closed = {
@@ -96,7 +92,6 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     }
     checked = _full_model_check(study, store, model, sets, tick)
     files = _write_kept(store, kept)
-    on_kept = kept.pairs.select(kept.pairs.carrying)
     found = results.TuneResult(
         other_modes=_other_modes(assembly, sets["tuned"], shapes),
         target_hz=goal.hz if goal else None,
@@ -105,8 +100,7 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
         **stuck_figures(sets),
         table=study.tune.kept or None,
         full_model_check=checked,
-        redistribution=kept.facts,
-        preload_kept=side_forces(on_kept, kept.forces, kept.balance),
+        **_preload_figures(kept),
         roll_stiffness_Nm_per_rad=sum(s.k for s in sets["tuned"].springs),
         cases={name: kept_case(contact, name) for name in study.loads},
         warnings=tuple(_passed_over(tuned.get("passed_over", ()))),
@@ -117,6 +111,15 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
         "whole area stuck": sets["full_area"].modes,
     }
     return [*files, *keep_stuck(store, model, shown)]
+
+
+def _preload_figures(kept: KeptPreload) -> dict:
+    """Fields of TuneResult on the preload of the kept pairs."""
+    pairs = kept.pairs.select(kept.pairs.carrying)
+    return {
+        "redistribution": kept.facts,
+        "preload_kept": side_forces(pairs, kept.forces, kept.balance),
+    }
 
 
 def tracked_modes(study: Study, store: Store) -> dict[str, StuckModes]:
@@ -191,61 +194,64 @@ def target(study: Study, store: Store) -> Target | None:
     return None if hz is None else Target(hz, scatter or 0.0)
 
 
-# hundreds of small factors, in which threads wait for each other: 9.4 s for 0.1 s beside other work
-@threadpool_limits.wrap(limits=1, user_api="blas")
-def _keep(
-    study: Study,
-    assembly: StuckAssembly,
-    line: ContactTable,
-    follow: np.ndarray,
-    goal: Target | None,
-    options: DetachmentOptions,
-    tick: Tick,
-) -> tuple[ContactTable, dict]:
-    """The pairs of the line that are kept, those of a table, those that the study gives, or by the
-    target; and the fields of TuneResult on how they were found. NotReachable where none meets
-    it."""
+@dataclass(frozen=True)
+class _Search:
+    """For the pairs of the line that are kept, by the goal or as the study gives them."""
 
-    def report(step: Step, share: float) -> None:
-        tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
+    study: Study
+    assembly: StuckAssembly
+    line: ContactTable
+    goal: Target | None
+    options: DetachmentOptions
 
-    along = line.position @ study.driver.axis
-    if study.tune.kept:
-        own, touching = kept_table.read(study, line), options.load
-        if study.tune.preload == "table":
+    def kept(
+        self, follow: np.ndarray, others: Mapping[str, np.ndarray], tick: Tick
+    ) -> tuple[ContactTable, dict]:
+        """They, and the fields of TuneResult on how they were found. InputError where none meets
+        the target, with the name of another free mode {name: shape} that does."""
+        try:
+            return self._kept(follow, tick)
+        except NotReachable as error:
+            more = inputs.out_of_reach(self.study, error.above, self._reaching(others))
+            raise InputError(f"[tune] {error}{more}") from None
+
+    # hundreds of small factors, in which threads wait for each other: 9.4 s for 0.1 s beside other
+    # work
+    @threadpool_limits.wrap(limits=1, user_api="blas")
+    def _kept(self, follow: np.ndarray, tick: Tick) -> tuple[ContactTable, dict]:
+        """NotReachable where none meets the target."""
+
+        def report(step: Step, share: float) -> None:
+            tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
+
+        study, assembly, line, options = self.study, self.assembly, self.line, self.options
+        hz = self.goal.hz if self.goal else None
+        if study.tune.kept:
+            found = self._of_table(follow)
+        elif study.tune.by != "station":
+            return kept_area.keep(study, assembly, line, follow, hz, options, tick)
+        elif hz is None:
+            found = keep_stations(assembly, line, inputs.ends_kept(study, line), follow, options)
+        else:
+            found = detach_until(assembly, line, hz, follow, options, report)
+        return found.pairs, _by_station(found, line.position @ study.driver.axis)
+
+    def _of_table(self, follow: np.ndarray) -> Detachment:
+        """The pairs of the user's own table."""
+        own, touching = kept_table.read(self.study, self.line), self.options.load
+        if self.study.tune.preload == "table":
             touching = own.preload
-        whole = own.replace(weight=np.where(own.weight > 0, 1.0, line.weight))
-        return _by_station(
-            keep_weights(
-                assembly, whole, own.weight, follow, replace(options, load=touching, conserve=False)
-            ),
-            along,
-        )
-    if study.tune.by != "station":
-        return kept_area.keep(
-            study, assembly, line, follow, goal.hz if goal else None, options, tick
-        )
-    if goal is None:
-        return _by_station(
-            keep_stations(assembly, line, inputs.ends_kept(study, line), follow, options), along
-        )
-    return _by_station(detach_until(assembly, line, goal.hz, follow, options, report), along)
+        whole = own.replace(weight=np.where(own.weight > 0, 1.0, self.line.weight))
+        options = replace(self.options, load=touching, conserve=False)
+        return keep_weights(self.assembly, whole, own.weight, follow, options)
 
-
-def _reaching(
-    study: Study,
-    assembly: StuckAssembly,
-    line: ContactTable,
-    shapes: Mapping[str, np.ndarray],
-    goal: Target | None,
-    options: DetachmentOptions,
-) -> str:
-    """The other free mode that meets the target where it is followed; "" where none does."""
-    for name, shape in shapes.items():
-        with suppress(InputError):
-            _keep(study, assembly, line, shape, goal, options, lambda *_: None)
-            return name
-    return ""
+    def _reaching(self, others: Mapping[str, np.ndarray]) -> str:
+        """The free mode that meets the target where it is followed; "" where none does."""
+        for name, shape in others.items():
+            with suppress(InputError):
+                self._kept(shape, lambda *_: None)
+                return name
+        return ""
 
 
 def _place(pairs: ContactTable, along: np.ndarray, station: int) -> float:
@@ -255,13 +261,13 @@ def _place(pairs: ContactTable, along: np.ndarray, station: int) -> float:
     return float(along[between if between.any() else here].mean())
 
 
-def _by_station(found: Detachment, along: np.ndarray) -> tuple[ContactTable, dict]:
-    """The pairs, and fields of TuneResult; along (P,) m: the pairs along the axis."""
+def _by_station(found: Detachment, along: np.ndarray) -> dict:
+    """Fields of TuneResult; along (P,) m: the pairs along the axis."""
     worth = [
         results.PlacedWorth(**vars(w), position_m=_place(found.pairs, along, w.station))
         for w in found.worth
     ]
-    return found.pairs, {
+    return {
         "tuned_pairs": results.Stations(front=found.chosen.front, back=found.chosen.back),
         "history": found.history,
         "equivalent": found.equivalent,

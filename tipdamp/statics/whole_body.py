@@ -175,11 +175,7 @@ class WholeBody:
         body, b, R = self.body, len(self.boundary), self.rigid
         held, lost = np.empty(0, dtype=int), 0.0
         if R.shape[1]:
-            # of forces and of moments
-            size = (np.abs(R).T @ np.abs(force)).reshape(-1, 3).max(axis=1)
-            lost = float(
-                (np.abs(R.T @ force).reshape(-1, 3).max(axis=1) / np.maximum(size, 1e-300)).max()
-            )
+            lost = _unbalanced(R, force)
             force = force - body.M @ (R @ np.linalg.solve(R.T @ (body.M @ R), R.T @ force))
             held = sl.qr(R[self.boundary].T, mode="r", pivoting=True)[1][: R.shape[1]]
         inside = self.factor.solve(force[self.interior])
@@ -204,6 +200,13 @@ class WholeBody:
             return self.factor.solve(f)
         real, imag = np.split(self.factor.solve(np.hstack([f.real, f.imag])), 2, axis=1)
         return real + 1j * imag
+
+
+def _unbalanced(rigid: np.ndarray, force: np.ndarray) -> float:
+    """The largest part of the forces (d,) N that is left over, of forces and of moments."""
+    size = (np.abs(rigid).T @ np.abs(force)).reshape(-1, 3).max(axis=1)
+    left = np.abs(rigid.T @ force).reshape(-1, 3).max(axis=1)
+    return float((left / np.maximum(size, 1e-300)).max())
 
 
 @dataclass(frozen=True)
