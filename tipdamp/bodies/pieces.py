@@ -16,7 +16,6 @@ from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.mesh_checks import parts as mesh_parts
 from tipdamp.modal.mesh_checks import some
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
-from tipdamp.study.view import Study
 
 SAME_PLACE = 1e-6  # of the size of a mesh: nodes nearer to each other lie on one another
 
@@ -43,9 +42,7 @@ def merging(mesh: Mesh) -> str:
     )
 
 
-def check_pieces(
-    study: Study, meshes: dict[str, Mesh], bodies: Sequence[Body], pairs: ContactTable
-) -> None:
+def check_pieces(meshes: dict[str, Mesh], bodies: Sequence[Body], pairs: ContactTable) -> None:
     """InputError where the damper has a piece that is there twice, or one without contact or load
     of its own.
 
@@ -54,7 +51,7 @@ def check_pieces(
     label = parts(damper)
     if not label.max(initial=0):
         return
-    _check_not_twice(study, meshes[DAMPER])
+    _check_not_twice(meshes[DAMPER])
     loaded = np.any([force != 0 for force in damper.loads.values()], axis=0)
     touched = _touched(damper, pairs)
     for i in range(label.max() + 1):
@@ -67,7 +64,7 @@ def check_pieces(
         if lacks:
             merged = merging(meshes[DAMPER])
             raise InputError(
-                f"{study.path}: [damper] mesh: the damper consists of {label.max() + 1} pieces "
+                f"[damper] mesh: the damper consists of {label.max() + 1} pieces "
                 f"that share no node, and {piece_in_words(piece(damper, np.flatnonzero(mine)))} "
                 f"has no {' and no '.join(lacks)} of its own: nothing holds it; "
                 f"{merged}{'; ' * bool(merged)}join the pieces, take it out of the mesh, or give "
@@ -107,7 +104,7 @@ def _remedy(lacks: Sequence[str]) -> str:
     return " and ".join(ways[what] for what in lacks)
 
 
-def _check_not_twice(study: Study, mesh: Mesh) -> None:
+def _check_not_twice(mesh: Mesh) -> None:
     """InputError where every node of a piece lies on one of the same other piece."""
     label = mesh_parts(mesh)[1]
     size, both = np.bincount(label), coincident(mesh)
@@ -117,7 +114,7 @@ def _check_not_twice(study: Study, mesh: Mesh) -> None:
         mine = np.unique(ends[(where == [i, j]).all(axis=1), 0])
         if len(mine) == size[i]:
             raise InputError(
-                f"{study.path}: [damper] mesh: the damper has a piece twice: all {size[i]} nodes "
+                f"[damper] mesh: the damper has a piece twice: all {size[i]} nodes "
                 f"of the one of nodes {some(mesh.node[mine].tolist())} lie on nodes of another "
                 "piece; take one of them out of the mesh, or merge coincident nodes"
             )

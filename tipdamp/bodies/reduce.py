@@ -86,7 +86,7 @@ def reduced_model(study: Study, tick: Tick) -> ReducedBodies:
     masters = master_nodes(study, meshes, pairs)
     bodies = assemble_bodies(study, meshes, tick, shape_counts(study, pairs, masters), points)
     bodies = loads.with_loads(study, bodies, meshes)
-    check_pieces(study, meshes, bodies, pairs)
+    check_pieces(meshes, bodies, pairs)
     masters |= {body.name: holding_nodes(body) for body in bodies if not len(masters[body.name])}
     bodies = [with_points(body, pairs, masters[body.name]) for body in bodies]
     side_moduli = side_materials(study, meshes, pairs)

@@ -102,7 +102,7 @@ def side_stiffness(
         length = float(np.ptp(mine.position @ np.array(study.driver.axis)))
         if side.given:
             found[name] = given_stiffness(
-                _per_node(study, name, mine), len(mine), forces.get(name, 0.0), length
+                _per_node(side, name, mine), len(mine), forces.get(name, 0.0), length
             )
         elif name in forces:
             one, model = contact_side(side, length, materials[name]), _model(contact, side, fitted)
@@ -128,34 +128,35 @@ def _model(contact: ContactSection, side: SideSection, fitted: float) -> Stiffne
     )
 
 
-def _per_node(study: Study, name: str, mine: ContactTable) -> tuple[float, float]:
+def _per_node(side: SideSection, name: str, mine: ContactTable) -> tuple[float, float]:
     """kn, kt of a side as a mean over its nodes, given per node, per area or in total."""
-    side = study.sides[name]
     if side.kn is not None and side.kt is not None:
         return side.kn, side.kt
     if side.kn_total is not None and side.kt_total is not None:
         return side.kn_total / len(mine), side.kt_total / len(mine)
-    area = _tributary(study, name, mine, need_area=True).sum() / len(mine)
+    area = _tributary(side, name, mine, need_area=True).sum() / len(mine)
     return side.kn_per_area * area, side.kt_per_area * area
 
 
-def _tributary(study: Study, name: str, mine: ContactTable, need_area: bool = False) -> np.ndarray:
+def _tributary(
+    side: SideSection, name: str, mine: ContactTable, need_area: bool = False
+) -> np.ndarray:
     """(n,) m2, or m where the pairs of the side form a line and no area is needed."""
     if mine.on_surface.all():
         return mine.area
-    found, width = patches(mine), study.sides[name].width
-    if not found:
+    if not (found := patches(mine)):
         raise InputError(
-            f"{study.path}: [contact.{name}]: its pairs lie at one place, which has no tributary "
-            "areas"
+            f"[contact.{name}]: its pairs lie at one place, which has no tributary areas"
         )
     patch = found[0]
-    if need_area and not patch.is_area and not width:
+    if patch.is_area or not need_area:
+        return patch.tributary
+    if not side.width:
         raise InputError(
-            f"{study.path}: [contact.{name}] kn_per_area: the pairs form a line, which has no "
-            "area; state its width, or give kn_total and kt_total"
+            f"[contact.{name}] kn_per_area: the pairs form a line, which has no area; state its "
+            "width, or give kn_total and kt_total"
         )
-    return patch.tributary * (width if need_area and not patch.is_area else 1.0)
+    return patch.tributary * side.width
 
 
 def radii(study: Study) -> dict[str, float | None]:
@@ -185,14 +186,11 @@ def node_stiffness(
     touch; the others have the same per area."""
     kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
     for name, one in sides.items():
-        mine, weights = pairs.side == name, np.ones(one.n_nodes)
-        if shares(study, name, pairs.select(mine)) == "tributary":
-            weights = _tributary(study, name, pairs.select(mine))
-            of = (
-                np.ones(len(weights), dtype=bool)
-                if study.sides[name].kn_per_area
-                else can_touch(study.sides[name], pairs.select(mine), weights, one)
-            )
+        mine, side, weights = pairs.side == name, study.sides[name], np.ones(one.n_nodes)
+        own = pairs.select(mine)
+        if shares(study.contact, side, own) == "tributary":
+            weights = _tributary(side, name, own)
+            of = can_touch(side, own, weights, one)
             weights = weights * one.n_nodes / weights[of].sum()
         kn[mine], kt[mine] = one.kn * weights, one.kt * weights
     return kn, kt
@@ -203,8 +201,8 @@ def can_touch(
 ) -> np.ndarray:
     """(n,) bool: contact points of a round side between which and the blade there is less than the
     side's force presses them together by, load / kn beyond their mean distance, each beside the
-    nearest of its station; all of a flat."""
-    if side.shape == "flat" or not pairs.on_surface.all():
+    nearest of its station; all of a flat, and where the stiffness is per area."""
+    if side.shape == "flat" or side.kn_per_area or not pairs.on_surface.all():
         return np.ones(len(pairs), dtype=bool)
     nearest = np.full(pairs.station.max() + 1, np.inf)
     np.minimum.at(nearest, pairs.station, pairs.gap)
@@ -219,10 +217,10 @@ def can_touch(
     return found
 
 
-def shares(study: Study, name: str, mine: ContactTable) -> str:
+def shares(contact: ContactSection, side: SideSection, mine: ContactTable) -> str:
     """How the nodes of a side share its stiffness; per area, and on surfaces, it is by area."""
-    by_area = study.sides[name].kn_per_area is not None or mine.on_surface.any()
-    return "equal" if study.contact.shares == "equal" and not by_area else "tributary"
+    by_area = side.kn_per_area is not None or mine.on_surface.any()
+    return "equal" if contact.shares == "equal" and not by_area else "tributary"
 
 
 def facts(
@@ -233,9 +231,9 @@ def facts(
     fitted: float = 1.0,
 ) -> dict[str, SideStiffness]:
     """{side: what its stiffness was made from} for the result of the stage."""
-    found = {}
+    contact, found = study.contact, {}
     for name, one in sides.items():
-        theory = one.model != "given"
+        side, theory = study.sides[name], one.model != "given"
         found[name] = SideStiffness(
             model=one.model,
             kn_N_per_m=one.kn,
@@ -251,9 +249,9 @@ def facts(
             h_rms_m=one.roughness.h_rms if one.roughness else None,
             gamma=one.roughness.gamma if one.roughness else None,
             scale=one.scale,
-            shares=shares(study, name, pairs.select(pairs.side == name)),
+            shares=shares(contact, side, pairs.select(pairs.side == name)),
             E_star_Pa=one.pair.E_star if one.pair else None,
-            ways=tuple(_ways(study.contact, study.sides[name], one, materials.get(name), fitted)),
+            ways=tuple(_ways(contact, side, one, materials.get(name), fitted)),
         )
     return found
 

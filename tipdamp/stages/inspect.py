@@ -238,7 +238,7 @@ def _by_matrices(
     assembled = loads.with_loads(
         study, assemble_bodies(study, meshes, tick, counts, points), meshes
     )
-    check_pieces(study, meshes, assembled, pairs)
+    check_pieces(meshes, assembled, pairs)
     return {
         body.name: {
             "free_dofs": body.dofs,
