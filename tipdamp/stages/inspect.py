@@ -1,7 +1,7 @@
 """Stage inspect: what is in the meshes or matrices, before anything is computed, and the page to
 look at it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from types import MappingProxyType
 from typing import Any
@@ -96,24 +96,25 @@ def _meshes(study: Study, store: Store, tick: Tick) -> InspectResult:
     bodies, warnings = _weighed(study, meshes, contact, counts, bodies, tick)
     check_shared(study, {name: len(found) for name, found in meshes[BLADES].groups.items()})
     angles = surface_angles(pairs, meshes)
-    if not study.contact.pairs:
-        warnings += distance_warnings(study, pairs, meshes)
-    warnings += _of_pairs(study, pairs, angles)
-    warnings += _of_place(study, meshes[DAMPER], pairs)
-    moduli = side_materials(study, meshes, pairs)
-    return _with_page(
-        study,
-        store,
-        InspectResult(
-            bodies=bodies,
-            warnings=tuple(warnings),
-            side_moduli=moduli,
-            columns={name: count.columns for name, count in counts.items()},
-            tractions={name: count.cells for name, count in counts.items() if count.cells},
-        ),
-        Inspected(meshes, pairs, places_on(meshes, pairs), angles),
-        damper_areas(study, meshes),
+    result = InspectResult(
+        bodies=bodies,
+        warnings=(*warnings, *_of_contact(study, meshes, pairs, angles)),
+        side_moduli=side_materials(study, meshes, pairs),
+        columns={name: count.columns for name, count in counts.items()},
+        tractions={name: count.cells for name, count in counts.items() if count.cells},
     )
+    shown = Inspected(meshes, pairs, places_on(meshes, pairs), angles)
+    return _with_page(study, store, result, shown, damper_areas(study, meshes))
+
+
+def _of_contact(
+    study: Study, meshes: dict[str, Mesh], pairs: ContactTable, angles: np.ndarray
+) -> Iterator[str]:
+    """Warnings of the pairs between these meshes."""
+    if not study.contact.pairs:
+        yield from distance_warnings(study, pairs, meshes)
+    yield from _of_pairs(study, pairs, angles)
+    yield from _of_place(study, meshes[DAMPER], pairs)
 
 
 def _of_pairs(study: Study, pairs: ContactTable, angles: np.ndarray | None = None) -> list[str]:

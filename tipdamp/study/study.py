@@ -6,7 +6,7 @@ a value out of range is answered with file, section, key, value and range.
 
 import json
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -71,14 +71,7 @@ def study_of(path: str | Path, content: dict, checked: dict | None = None) -> St
     read = partial(_read, factors=factors, checked=checked)
     top = read(Top, f"{path}:", {k: raw.pop(k) for k in Top.model_fields if k in raw})
     checks.require_sections(path, raw, named["contact"])
-    given = {"free": {}, "preload": {}, **raw}
-    sections: dict[str, Any] = {
-        name: read(section, f"{path}: [{name}]", given[name])
-        for name, section in SECTIONS.items()
-        if name in given
-    }
-    if "respond" in sections:
-        sections["respond"] = _with_law(path, sections["respond"])
+    sections = _sections(path, raw, read)
     study = Study(
         path=path,
         title=top.title or path.stem,
@@ -102,6 +95,20 @@ def study_of(path: str | Path, content: dict, checked: dict | None = None) -> St
         checked[files] = True
     checks.check_study(study)
     return study
+
+
+def _sections(path: Path, raw: dict[str, Any], read: Callable) -> dict[str, Any]:
+    """{section: its record} of those that the file has, and of those whose keys all have
+    defaults."""
+    given = {"free": {}, "preload": {}, **raw}
+    found = {
+        name: read(section, f"{path}: [{name}]", given[name])
+        for name, section in SECTIONS.items()
+        if name in given
+    }
+    if "respond" in found:
+        found["respond"] = _with_law(path, found["respond"])
+    return found
 
 
 def _refuse_unknown(
