@@ -28,7 +28,7 @@ from tipdamp import (
     follow_peak,
     peak_derivatives,
 )
-from tipdamp.stages.respond import assembled
+from tipdamp.stages.assembly import assembled
 
 TICKS = (0.1, 0.2, 0.5, 1, 2, 4)
 COLORS = ["#3b0f70", "#16508f", "#159a8a", "#7ab83a", "#f2ae00"]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.laws.variation import CycleTangents, Variation
 
 
-class Cycle:
+class DisturbedCycle:
     """A cycle, disturbed: variation, and looked, coarse : instants and the tangents between them.
 
     acts, opened (P, nd) : components that are disturbed otherwise than the stuck springs, and those

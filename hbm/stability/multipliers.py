@@ -21,7 +21,7 @@ from tipdamp.hbm.balance.aft import sample_grid
 from tipdamp.hbm.balance.newton import Linearisation
 from tipdamp.hbm.balance.residual import HarmonicBalance
 from tipdamp.hbm.laws.records import Contacts
-from tipdamp.hbm.stability.disturbed import Cycle, segments_of, turns_of
+from tipdamp.hbm.stability.disturbed import DisturbedCycle, segments_of, turns_of
 from tipdamp.hbm.stability.intervals import divided_between_events, first_half, joined
 from tipdamp.hbm.stability.kernels import Carried, Poles, Segments, monodromy
 from tipdamp.hbm.stability.slow_poles import (
@@ -151,7 +151,7 @@ class Stability:
             return np.empty(0)
         if variation.of_velocity and variation.smooth:
             return self._of_velocity(variation.smooth, variation.steps, balance, w)
-        cycle = Cycle(balance, w, variation)
+        cycle = DisturbedCycle(balance, w, variation)
         if not cycle.acts.any():  # all stick: the poles alone
             return of_poles(
                 poles(receptance_at(springs_alone(balance), np.empty(0, dtype=int))).s, w
@@ -164,7 +164,7 @@ class Stability:
 
         return self._with_modes(of, balance, w, cycle.acts, cycle.opened)
 
-    def _by_steps(self, cycle: Cycle, slow: Poles, half: int) -> tuple[np.ndarray, int]:
+    def _by_steps(self, cycle: DisturbedCycle, slow: Poles, half: int) -> tuple[np.ndarray, int]:
         """(the multipliers of a cycle by the poles that keep their mass, the steps of its half with
         which they have settled); half : these, where they are given."""
         w, variation, moved = cycle.w, cycle.variation, cycle.place >= 0
@@ -283,7 +283,7 @@ class Stability:
             _change(now[:n], then[:n]) / self.settings.halved,
         )
 
-    def _after(self, cycle: Cycle, instants: np.ndarray, slow: Poles) -> np.ndarray:
+    def _after(self, cycle: DisturbedCycle, instants: np.ndarray, slow: Poles) -> np.ndarray:
         """All multipliers, with the tangents between the instants; none where they overflow, or
         where contacts make the system singular."""
         tangents, place = cycle.variation.between(instants), cycle.place

@@ -16,13 +16,13 @@ from tipdamp.cli import main
 from tipdamp.engine.store import Store
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.stages.reduce import free_modes
 from tipdamp.stages.run import run_stage
 from tipdamp.static_contact.tuning.kept_stations import keep_ends
 from tipdamp.static_contact.tuning.roll_springs import spring_rows
 from tipdamp.static_contact.tuning.station_detachment import DetachmentOptions, detach_until
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
 from tipdamp.statics.model_inputs import declared_springs
+from tipdamp.statics.modes import free_modes
 from tipdamp.study.study import load_study
 
 pytestmark = pytest.mark.slow

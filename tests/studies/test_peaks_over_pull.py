@@ -19,7 +19,7 @@ FORCE = 20.0  # N
 def test_past_a_kink_at_the_peak(tmp_path):
     """The curve has a corner at its peak over a part of the way: places are fitted there, and the
     equation holds again beyond, without a whole curve at each kink."""
-    from tipdamp.stages.respond import assembled
+    from tipdamp.stages.assembly import assembled
 
     study = FOLDER / "rig_60mm" / "asymmetric.toml"
     made = assembled(*prepared(study, tmp_path, (PULL / FORCE,), size=0.5)).curves

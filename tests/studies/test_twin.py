@@ -12,7 +12,7 @@ from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.measured.agreement import drawn, values_at
 from tipdamp.measured.damping import half_power
-from tipdamp.stages.respond import assembled
+from tipdamp.stages.assembly import assembled
 from tipdamp.stages.run import STAGES, applies, results_folder, run_stage
 from tipdamp.study.study import load_study
 

@@ -1,8 +1,8 @@
 """Curves of a study followed from the other end of its band."""
 
 from tipdamp.hbm.response import follow_band
+from tipdamp.stages.assembly import assembled
 from tipdamp.stages.curve_facts import held_forces, peak_of
-from tipdamp.stages.respond import assembled
 from tipdamp.statics.model_inputs import in_patch
 
 

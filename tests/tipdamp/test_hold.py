@@ -20,7 +20,7 @@ from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.results.static_results import PreloadResult
 from tipdamp.stages.adrift import adrift
-from tipdamp.stages.respond import assembled
+from tipdamp.stages.assembly import assembled
 from tipdamp.stages.run import results_folder, run_stage
 from tipdamp.study.documentation import json_schema
 from tipdamp.study.hold import HOLD

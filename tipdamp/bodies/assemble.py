@@ -8,7 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.bodies.loads import at_speed
+from tipdamp.bodies.loads import at_speed, with_loads
+from tipdamp.bodies.read import read_meshes
 from tipdamp.bodies.surfaces import surface_points
 from tipdamp.engine.progress import Tick
 from tipdamp.hbm.contact import GROUND, ContactTable
@@ -18,6 +19,7 @@ from tipdamp.modal.body import Body
 from tipdamp.modal.contact_shapes import traction_cells
 from tipdamp.modal.elasticity import Material, fixed_nodes
 from tipdamp.modal.mesh import Mesh
+from tipdamp.modal.stress_recovery import nodal_stress
 from tipdamp.static_contact.surfaces.points import MeshPoints
 from tipdamp.study import schema
 from tipdamp.study.view import Study
@@ -47,6 +49,29 @@ class ShapeCount(NamedTuple):
     def columns(self) -> int:
         """Master dofs and contact shapes."""
         return 3 * (self.masters + (self.cells or self.points))
+
+
+@dataclass(frozen=True)
+class MeshedBody:
+    """A body with its loads on its mesh; others - materials of groups of cells."""
+
+    body: Body
+    mesh: Mesh
+    material: Material
+    others: dict[str, Material]
+
+    def stress(self, u: np.ndarray) -> np.ndarray:
+        """Of displacements (n, 3) m of the nodes."""
+        return nodal_stress(self.mesh, self.material, u, self.others)
+
+
+def meshed_bodies(study: Study, tick: Tick = lambda *_: None) -> list[MeshedBody]:
+    """[blades, damper] of the study, read and assembled."""
+    meshes = read_meshes(study)
+    bodies = with_loads(study, assemble_bodies(study, meshes, tick), meshes)
+    return [
+        MeshedBody(body, meshes[body.name], *materials(study, meshes[body.name])) for body in bodies
+    ]
 
 
 def assemble_bodies(

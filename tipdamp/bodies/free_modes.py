@@ -86,7 +86,17 @@ def named_modes(blades: ReducedModel, one: np.ndarray, two: np.ndarray) -> FreeM
             {name: shape for name, (_, shape) in zip(NAMES, best, strict=True)},
             tuple(float(hz[k]) for k, _ in best),
         )
-    (i, a), (j, b) = (_most(hz, shapes, row) for row in (one, two))
+    return _of_each_blade(blades, hz, *(_most(hz, shapes, row) for row in (one, two)))
+
+
+def _of_each_blade(
+    blades: ReducedModel,
+    hz: np.ndarray,
+    one: tuple[int, np.ndarray],
+    two: tuple[int, np.ndarray],
+) -> FreeModes:
+    """Sum and difference of the two blades' own modes, (number, shape), which may be one."""
+    (i, a), (j, b) = one, two
     alike = (a @ blades.M @ b) ** 2 > ALIKE
     follow = {name: a if alike else made for name, made in zip(NAMES, (a - b, a + b), strict=True)}
     return FreeModes(

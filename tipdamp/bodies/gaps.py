@@ -18,31 +18,36 @@ def check_gaps(study: Study, pairs: ContactTable, damper: np.ndarray) -> None:
     ones do, the nearest pair counts."""
     known = damper[np.isfinite(damper).all(axis=1)]
     size = float(np.ptp(known, axis=0).max()) if len(known) else 0.0
-    shown, axis = length_text(study.length_unit), np.array(study.driver.axis)
-    for name, side in study.sides.items() if not study.contact.pairs else ():
+    shown, wide = length_text(study.length_unit), np.abs(pairs.gap)
+    if study.contact.pairs:
+        told = [int(wide.argmax())]
+    else:
+        _check_profiles(study, pairs, size)
+        each = [np.flatnonzero(pairs.side == name) for name in dict.fromkeys(pairs.side.tolist())]
+        told = [one[wide[one].argmin()] for one in each]
+    for i in told:
+        where = f"{study.path}: [contact], side '{pairs.side[i]}', station {pairs.station[i]}: gap"
+        _refuse_wide(where, pairs.gap[i], size, shown)
+
+
+def _check_profiles(study: Study, pairs: ContactTable, size: float) -> None:
+    """Of the sides that have one; size - m, of the damper."""
+    shown, place = length_text(study.length_unit), pairs.position @ np.array(study.driver.axis)
+    for name, side in study.sides.items():
         if not side.gap:
             continue
         where = f"{study.path}: [contact.{name}] gap"
-        profile, along = np.array(side.gap), (pairs.position @ axis)[pairs.side == name]
+        profile, along = np.array(side.gap), place[pairs.side == name]
         _refuse_wide(where, profile[np.abs(profile[:, 1]).argmax(), 1], size, shown)
-        low = along.min()
-        high = along.max()
-        least = profile[:, 0].min()
-        most = profile[:, 0].max()
+        (low, high), (least, most) = (
+            (values.min(), values.max()) for values in (along, profile[:, 0])
+        )
         if least > low + study.contact.tolerance or most < high - study.contact.tolerance:
             raise InputError(
                 f"{where}: the profile reaches from {shown(least)} to {shown(most)} along the "
                 f"axis, the pairs of the side from {shown(low)} to {shown(high)}; give rows up to "
                 "both ends (the same gap again where it is to stay as it is)"
             )
-    wide = np.abs(pairs.gap)
-    each = [np.flatnonzero(pairs.side == name) for name in dict.fromkeys(pairs.side.tolist())]
-    told = (
-        [int(wide.argmax())] if study.contact.pairs else [one[wide[one].argmin()] for one in each]
-    )
-    for i in told:
-        where = f"{study.path}: [contact], side '{pairs.side[i]}', station {pairs.station[i]}: gap"
-        _refuse_wide(where, pairs.gap[i], size, shown)
 
 
 def _refuse_wide(where: str, gap: float, size: float, shown: Callable) -> None:

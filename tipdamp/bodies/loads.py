@@ -2,19 +2,17 @@
 ([rotation])."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from tipdamp.bodies import DAMPER
-from tipdamp.hbm.contact import ContactTable
+from tipdamp.bodies.balance import Balance, DamperHold
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.hold.rigid_motion import parse_motion
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.body import Body
 from tipdamp.modal.mesh import Mesh
-from tipdamp.static_contact.bodies.rigid_motions import SETTINGS as RIGID
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
 from tipdamp.study.view import Study
 
@@ -29,17 +27,54 @@ class PointLoad(NamedTuple):
     along_axis: list[float]
 
 
+class RestLoad(NamedTuple):
+    """Under which the damper vibrates: case - a load case, '' for the pull alone; pull - N, of the
+    case or Fc."""
+
+    case: str
+    pull: float
+
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        return f"the load case '{self.case}'" if self.case else "the pull"
+
+    def on(self, body: Body) -> np.ndarray:
+        """(d,) N on the free dofs of a body with its loads."""
+        force = body.loads[self.case] if self.case else np.zeros(body.dofs)
+        return force + self.pull * body.loads[PULL] if body.name == DAMPER else force
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Of a study on the dofs of a model, (r,) N each, with their pull.
+
+    at_rest - the load under which the damper vibrates; rest - which it is
+    balance - of the damper under it; direction : (3,) - of the pull
+    cases - {name: load}; history - (name, load) of those that are passed through, and at last it
+    """
+
+    at_rest: np.ndarray
+    rest: RestLoad
+    balance: Balance
+    direction: np.ndarray
+    cases: dict[str, np.ndarray]
+    history: list[tuple[str, np.ndarray]]
+
+
+def rest_load(study: Study) -> RestLoad:
+    """The pull, or the case that [preload] names."""
+    return RestLoad(study.preload.case, case_pull(study, study.preload.case))
+
+
+def damper_hold(study: Study) -> DamperHold:
+    """What the study holds of the damper."""
+    return DamperHold("model" if "model" in study else DAMPER, study.driver.hold)
+
+
 def pull_vector(study: Study) -> np.ndarray:
     """(3,) N: Fc."""
     return study.driver.pull * np.array(study.driver.pull_direction)
-
-
-def held_directions(study: Study, pairs: ContactTable) -> np.ndarray:
-    """(m, 3) directions along which the study holds the damper and no pair's normal does."""
-    ways = np.array([parse_motion(one.motion)[2][:3] for one in study.driver.hold]).reshape(-1, 3)
-    return ways[
-        ways.any(axis=1) & (np.abs(ways @ pairs.normal.T).max(axis=1, initial=0.0) <= RIGID.facing)
-    ]
 
 
 def unit_pull(study: Study, body: Body, mesh: Mesh) -> PointLoad:
@@ -147,35 +182,34 @@ def check(study: Study, meshes: dict[str, Mesh]) -> None:
                     raise InputError(f"{where}: {error}") from None
 
 
-def total(study: Study, case: str, model: ReducedModel | SparseBodies) -> np.ndarray:
+def on_model(study: Study, model: ReducedModel | SparseBodies) -> Loads:
+    """The loads of a study on the dofs of a model, which holds those of its bodies."""
+    cases = {name: _with_pull(study, name, model) for name in study.loads}
+    rest = rest_load(study)
+    at_rest = cases[rest.case] if rest.case else rest.pull * model.loads[PULL]
+    force = resultant(model, at_rest) if rest.case else pull_vector(study)
+    return Loads(
+        at_rest,
+        rest,
+        Balance(force, damper_hold(study)),
+        np.array(study.driver.pull_direction),
+        cases,
+        [*((name, cases[name]) for name in study.preload.history), (rest.name, at_rest)],
+    )
+
+
+def _with_pull(study: Study, case: str, model: ReducedModel | SparseBodies) -> np.ndarray:
     """(r,) N: a load case on the dofs of a model with its pull."""
     own = model.loads.get(case)
     if own is None and study.loads[case].pull is None:
         raise InputError(
-            f"{study.path}: [loads.{case}]: the model holds no load named '{case}', and no pull is "
+            f"[loads.{case}]: the model holds no load named '{case}', and no pull is "
             f"stated; {nearest(case, [name for name in model.loads if name != PULL])}"
         )
     own = np.zeros(model.size) if own is None else own
     return own + case_pull(study, case) * model.loads[PULL]
 
 
-def at_rest(study: Study, model: ReducedModel | SparseBodies) -> np.ndarray:
-    """(r,) N: the load under which the damper vibrates: the pull, or the case that [preload]
-    names."""
-    case = study.preload.case
-    return total(study, case, model) if case else study.driver.pull * model.loads[PULL]
-
-
-def rest_name(study: Study) -> str:
-    """What it is called."""
-    return f"the load case '{study.preload.case}'" if study.preload.case else "the pull"
-
-
 def resultant(model: ReducedModel | SparseBodies, load: np.ndarray) -> np.ndarray:
     """(3,) N: resultant on the damper of a load (r,) N."""
     return np.array([load[(model.body == DAMPER) & (model.direction == d)].sum() for d in "xyz"])
-
-
-def force_at_rest(study: Study, model: ReducedModel | SparseBodies) -> np.ndarray:
-    """(3,) N: Fc, or the resultant on the damper of the case that [preload] names."""
-    return resultant(model, at_rest(study, model)) if study.preload.case else pull_vector(study)

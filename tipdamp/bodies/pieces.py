@@ -6,7 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-from tipdamp.bodies import DAMPER, loads
+from tipdamp.bodies import DAMPER
+from tipdamp.bodies.loads import Loads
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
@@ -15,7 +16,6 @@ from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.mesh_checks import parts as mesh_parts
 from tipdamp.modal.mesh_checks import some
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
-from tipdamp.study.view import Study
 
 SAME_PLACE = 1e-6  # of the size of a mesh: nodes nearer to each other lie on one another
 
@@ -42,9 +42,7 @@ def merging(mesh: Mesh) -> str:
     )
 
 
-def check_pieces(
-    study: Study, meshes: dict[str, Mesh], bodies: Sequence[Body], pairs: ContactTable
-) -> None:
+def check_pieces(meshes: dict[str, Mesh], bodies: Sequence[Body], pairs: ContactTable) -> None:
     """InputError where the damper has a piece that is there twice, or one without contact or load
     of its own.
 
@@ -53,7 +51,7 @@ def check_pieces(
     label = parts(damper)
     if not label.max(initial=0):
         return
-    _check_not_twice(study, meshes[DAMPER])
+    _check_not_twice(meshes[DAMPER])
     loaded = np.any([force != 0 for force in damper.loads.values()], axis=0)
     touched = _touched(damper, pairs)
     for i in range(label.max() + 1):
@@ -66,7 +64,7 @@ def check_pieces(
         if lacks:
             merged = merging(meshes[DAMPER])
             raise InputError(
-                f"{study.path}: [damper] mesh: the damper consists of {label.max() + 1} pieces "
+                f"[damper] mesh: the damper consists of {label.max() + 1} pieces "
                 f"that share no node, and {piece_in_words(piece(damper, np.flatnonzero(mine)))} "
                 f"has no {' and no '.join(lacks)} of its own: nothing holds it; "
                 f"{merged}{'; ' * bool(merged)}join the pieces, take it out of the mesh, or give "
@@ -74,19 +72,19 @@ def check_pieces(
             )
 
 
-def check_loaded(study: Study, model: ReducedModel | SparseBodies) -> None:
+def check_loaded(model: ReducedModel | SparseBodies, loads: Loads) -> None:
     """InputError where the load at rest leaves out a piece of the damper; model - knows its rigid
     motions."""
-    load, mine = loads.at_rest(study, model), np.flatnonzero(model.body == DAMPER)
+    mine = np.flatnonzero(model.body == DAMPER)
     motions = model.rigid.get(DAMPER, np.zeros((len(mine), 0)))
     for first in range(0, motions.shape[1], 6):
         own = mine[motions[:, first : first + 6].any(axis=1)]
-        if motions.shape[1] > 6 and not load[own].any():
+        if motions.shape[1] > 6 and not loads.at_rest[own].any():
             place = np.round(model.position[own].mean(axis=0), 4).tolist()
             raise InputError(
-                f"{study.path}: the damper consists of {motions.shape[1] // 6} pieces that share "
+                f"the damper consists of {motions.shape[1] // 6} pieces that share "
                 f"no node, and the one around {place} m (node {model.node[own[0]]}) has no load "
-                f"of its own in {loads.rest_name(study)}: nothing presses it against the blades; "
+                f"of its own in {loads.rest.name}: nothing presses it against the blades; "
                 f"join the pieces, or give it {_remedy(['load'])}"
             )
 
@@ -106,7 +104,7 @@ def _remedy(lacks: Sequence[str]) -> str:
     return " and ".join(ways[what] for what in lacks)
 
 
-def _check_not_twice(study: Study, mesh: Mesh) -> None:
+def _check_not_twice(mesh: Mesh) -> None:
     """InputError where every node of a piece lies on one of the same other piece."""
     label = mesh_parts(mesh)[1]
     size, both = np.bincount(label), coincident(mesh)
@@ -116,7 +114,7 @@ def _check_not_twice(study: Study, mesh: Mesh) -> None:
         mine = np.unique(ends[(where == [i, j]).all(axis=1), 0])
         if len(mine) == size[i]:
             raise InputError(
-                f"{study.path}: [damper] mesh: the damper has a piece twice: all {size[i]} nodes "
+                f"[damper] mesh: the damper has a piece twice: all {size[i]} nodes "
                 f"of the one of nodes {some(mesh.node[mine].tolist())} lie on nodes of another "
                 "piece; take one of them out of the mesh, or merge coincident nodes"
             )

@@ -94,17 +94,14 @@ def _read(study: Study) -> dict[str, Mesh]:
             found[body] = _with_nodes(study, read_mesh(study.file(name), study.length_unit))
         except InputError as error:
             raise InputError(f"{study.path}: [{body}] mesh = '{shown(name)}': {error}") from None
-    try:
-        if found[BLADES] is found[DAMPER]:
-            return dict(zip(found, split(found[BLADES], *wanted.values()), strict=True))
-        return {
-            body: cut_named(mesh, wanted[body], named_cells(mesh, wanted[body]))
-            if wanted[body].cells
-            else mesh
-            for body, mesh in found.items()
-        }
-    except InputError as error:
-        raise InputError(f"{study.path}: {error}") from None
+    if found[BLADES] is found[DAMPER]:
+        return dict(zip(found, split(found[BLADES], *wanted.values()), strict=True))
+    return {
+        body: cut_named(mesh, wanted[body], named_cells(mesh, wanted[body]))
+        if wanted[body].cells
+        else mesh
+        for body, mesh in found.items()
+    }
 
 
 def _with_nodes(study: Study, mesh: Mesh) -> Mesh:

@@ -1,6 +1,7 @@
 """The reduced model of a study: Craig-Bampton models of blades and damper side by side, loads
 condensed onto them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,7 +86,7 @@ def reduced_model(study: Study, tick: Tick) -> ReducedBodies:
     masters = master_nodes(study, meshes, pairs)
     bodies = assemble_bodies(study, meshes, tick, shape_counts(study, pairs, masters), points)
     bodies = loads.with_loads(study, bodies, meshes)
-    check_pieces(study, meshes, bodies, pairs)
+    check_pieces(meshes, bodies, pairs)
     masters |= {body.name: holding_nodes(body) for body in bodies if not len(masters[body.name])}
     bodies = [with_points(body, pairs, masters[body.name]) for body in bodies]
     side_moduli = side_materials(study, meshes, pairs)
@@ -116,24 +117,17 @@ def reduce_bodies(
 
     def reduced(body: Body, cut_hz: float | None) -> BodyReduction:
         given, cells = settings[body.name], tractions_on(study, body, pairs)
-        # of tractions it bounds no frequency, but counts modes
-        bound = cells is None or wants_error(study)
-        shapes = list(body.loads.values()) if given.load_modes else ()
-        if cut_hz or given.modes_below_hz:
-            return craig_bampton(
-                body,
-                masters[body.name],
-                below_hz=cut_hz or given.modes_below_hz,
-                loads=shapes,
-                tractions=cells,
-                bound=bound,
-            )
+        below = cut_hz or given.modes_below_hz
         return craig_bampton(
-            body, masters[body.name], given.modes, loads=shapes, tractions=cells, bound=bound
+            body,
+            masters[body.name],
+            None if below else given.modes,
+            below_hz=below,
+            loads=list(body.loads.values()) if given.load_modes else (),
+            tractions=cells,
+            # of tractions it bounds no frequency, but counts modes
+            bound=cells is None or wants_error(study),
         )
-
-    def error(i: int) -> float:
-        return own_error(parts, i, len(parts[i].mode_omega), pairs, CHECK_BELOW_HZ)
 
     targets = [settings[body.name].error for body in bodies]
     parts = []
@@ -142,7 +136,7 @@ def reduce_bodies(
         parts.append(reduced(body, FIRST_CUT_HZ if target else None))
     for i, target in enumerate(targets):
         cut = FIRST_CUT_HZ
-        while target and error(i) > target and cut < LAST_CUT_HZ:
+        while target and _error(parts, i, pairs) > target and cut < LAST_CUT_HZ:
             cut *= 2
             tick(0.85, f"{bodies[i].name}: modes up to {cut:g} Hz")
             parts[i] = reduced(bodies[i], cut)
@@ -150,3 +144,8 @@ def reduce_bodies(
     return [
         part.fewer(n) if part.truncation else part for part, n in zip(parts, counts, strict=True)
     ]
+
+
+def _error(parts: Sequence[BodyReduction], i: int, pairs: ContactTable) -> float:
+    """Of the stuck frequencies, by all modes of one of the bodies."""
+    return own_error(parts, i, len(parts[i].mode_omega), pairs, CHECK_BELOW_HZ)

@@ -7,14 +7,14 @@ from contextlib import suppress
 import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.bodies.loads import held_directions, pull_vector
+from tipdamp.bodies.balance import Balance
+from tipdamp.bodies.loads import damper_hold, pull_vector
 from tipdamp.bodies.pair import side_nodes
 from tipdamp.fields.pressure import patches
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.modal.mesh import Mesh
 from tipdamp.results.static_results import SideStiffness, StiffnessWay
-from tipdamp.static_contact.contact.equilibrium import side_forces, side_normals
 from tipdamp.static_contact.stiffness.elastic_constants import MaterialPair
 from tipdamp.static_contact.stiffness.nodal_stiffness import (
     NodalStiffness,
@@ -24,7 +24,7 @@ from tipdamp.static_contact.stiffness.nodal_stiffness import (
 )
 from tipdamp.static_contact.stiffness.rough_surfaces import Roughness
 from tipdamp.static_contact.stiffness.side_stiffness import ContactSide
-from tipdamp.study.schema import MaterialSection, OtherMaterial, SideSection
+from tipdamp.study.schema import ContactSection, MaterialSection, OtherMaterial, SideSection
 from tipdamp.study.view import Study
 
 # names in a study file that differ from those of `nodal_stiffness.MODELS`
@@ -40,18 +40,23 @@ def with_values(
     study: Study,
     pairs: ContactTable,
     materials: dict[str, Moduli],
-    pull: np.ndarray | None = None,
+    balance: Balance | None = None,
     fitted: float = 1.0,
 ) -> ContactTable:
     """The pairs with stiffness, friction and initial gap of the study; a user-supplied pair table
     brings its own, of which the study may replace mu, kn and kt.
 
-    pull (3,) N: load on the damper, by default Fc; fitted - factor found by a fit, on what a model
+    balance - of the damper, by default under Fc; fitted - factor found by a fit, on what a model
     gives
     """
+    return with_sides(study, pairs, side_stiffness(study, pairs, materials, balance, fitted))
+
+
+def with_sides(study: Study, pairs: ContactTable, sides: dict[str, NodalStiffness]) -> ContactTable:
+    """As `with_values`, by the stiffness of each side."""
     if study.contact.pairs:
         return _in_place_of_table(study, pairs)
-    kn, kt = node_stiffness(study, pairs, side_stiffness(study, pairs, materials, pull, fitted))
+    kn, kt = node_stiffness(study, pairs, sides)
     along = pairs.position @ np.array(study.driver.axis)
     gap = pairs.gap.copy()
     for name, side in study.sides.items():
@@ -79,10 +84,10 @@ def side_stiffness(
     study: Study,
     pairs: ContactTable,
     materials: dict[str, Moduli],
-    pull: np.ndarray | None = None,
+    balance: Balance | None = None,
     fitted: float = 1.0,
 ) -> dict[str, NodalStiffness]:
-    """{side: NodalStiffness} under its part of the pull, with all that it was made from; {} with an
+    """{side: NodalStiffness} under its part of the load, with all that it was made from; {} with an
     own table.
 
     materials {side: Moduli} as `side_materials` finds them; only theory needs them.
@@ -90,71 +95,68 @@ def side_stiffness(
     contact, found = study.contact, {}
     if contact.pairs:
         return {}
-    forces = side_forces(
-        side_normals(pairs),
-        pull_vector(study) if pull is None else pull,
-        held=held_directions(study, pairs),
-    )
+    balance = balance or Balance(pull_vector(study), damper_hold(study))
+    forces = balance.of_sides(pairs)
     for name, side in study.sides.items():
         mine = pairs.select(pairs.side == name)
         length = float(np.ptp(mine.position @ np.array(study.driver.axis)))
         if side.given:
             found[name] = given_stiffness(
-                _per_node(study, name, mine), len(mine), forces.get(name, 0.0), length
+                _per_node(side, name, mine), len(mine), forces.get(name, 0.0), length
             )
-            continue
-        if name not in forces:
+        elif name in forces:
+            one, model = contact_side(side, length, materials[name]), _model(contact, side, fitted)
+            found[name] = nodal_stiffness(one, forces[name], len(mine), model)
+        else:
             raise InputError(
                 f"{study.path}: [contact.{name}]: elasticity decides how its force is shared with "
                 "sides of the same normal, and the stiffness of [contact] stiffness = "
                 f"'{contact.stiffness}' depends on it; give it: kn_per_area and kt_per_area, "
                 "kn_total and kt_total, or kn and kt"
             )
-        depth = (side.depth[0], side.depth[1]) if side.depth else None
-        roughness = (
-            None if side.h_rms is None or side.gamma is None else Roughness(side.h_rms, side.gamma)
-        )
-        model = StiffnessModel(
-            MODELS.get(contact.stiffness, contact.stiffness),
-            contact.kind,
-            depth,
-            roughness,
-            contact.scale * fitted,
-        )
-        found[name] = nodal_stiffness(
-            contact_side(side, length, materials[name]), forces[name], len(mine), model
-        )
     return found
 
 
-def _per_node(study: Study, name: str, mine: ContactTable) -> tuple[float, float]:
+def _model(contact: ContactSection, side: SideSection, fitted: float) -> StiffnessModel:
+    """How half-space theory makes the stiffness of a side."""
+    return StiffnessModel(
+        MODELS.get(contact.stiffness, contact.stiffness),
+        contact.kind,
+        (side.depth[0], side.depth[1]) if side.depth else None,
+        None if side.h_rms is None or side.gamma is None else Roughness(side.h_rms, side.gamma),
+        contact.scale * fitted,
+    )
+
+
+def _per_node(side: SideSection, name: str, mine: ContactTable) -> tuple[float, float]:
     """kn, kt of a side as a mean over its nodes, given per node, per area or in total."""
-    side = study.sides[name]
     if side.kn is not None and side.kt is not None:
         return side.kn, side.kt
     if side.kn_total is not None and side.kt_total is not None:
         return side.kn_total / len(mine), side.kt_total / len(mine)
-    area = _tributary(study, name, mine, need_area=True).sum() / len(mine)
+    area = _tributary(side, name, mine, need_area=True).sum() / len(mine)
     return side.kn_per_area * area, side.kt_per_area * area
 
 
-def _tributary(study: Study, name: str, mine: ContactTable, need_area: bool = False) -> np.ndarray:
+def _tributary(
+    side: SideSection, name: str, mine: ContactTable, need_area: bool = False
+) -> np.ndarray:
     """(n,) m2, or m where the pairs of the side form a line and no area is needed."""
     if mine.on_surface.all():
         return mine.area
-    found, width = patches(mine), study.sides[name].width
-    if not found:
+    if not (found := patches(mine)):
         raise InputError(
-            f"{study.path}: [contact.{name}]: its pairs lie at one place, which has no tributary "
-            "areas"
+            f"[contact.{name}]: its pairs lie at one place, which has no tributary areas"
         )
     patch = found[0]
-    if need_area and not patch.is_area and not width:
+    if patch.is_area or not need_area:
+        return patch.tributary
+    if not side.width:
         raise InputError(
-            f"{study.path}: [contact.{name}] kn_per_area: the pairs form a line, which has no "
-            "area; state its width, or give kn_total and kt_total"
+            f"[contact.{name}] kn_per_area: the pairs form a line, which has no area; state its "
+            "width, or give kn_total and kt_total"
         )
-    return patch.tributary * (width if need_area and not patch.is_area else 1.0)
+    return patch.tributary * side.width
 
 
 def radii(study: Study) -> dict[str, float | None]:
@@ -184,14 +186,11 @@ def node_stiffness(
     touch; the others have the same per area."""
     kn, kt = np.empty(len(pairs)), np.empty(len(pairs))
     for name, one in sides.items():
-        mine, weights = pairs.side == name, np.ones(one.n_nodes)
-        if shares(study, name, pairs.select(mine)) == "tributary":
-            weights = _tributary(study, name, pairs.select(mine))
-            of = (
-                np.ones(len(weights), dtype=bool)
-                if study.sides[name].kn_per_area
-                else can_touch(study.sides[name], pairs.select(mine), weights, one)
-            )
+        mine, side, weights = pairs.side == name, study.sides[name], np.ones(one.n_nodes)
+        own = pairs.select(mine)
+        if shares(study.contact, side, own) == "tributary":
+            weights = _tributary(side, name, own)
+            of = can_touch(side, own, weights, one)
             weights = weights * one.n_nodes / weights[of].sum()
         kn[mine], kt[mine] = one.kn * weights, one.kt * weights
     return kn, kt
@@ -202,8 +201,8 @@ def can_touch(
 ) -> np.ndarray:
     """(n,) bool: contact points of a round side between which and the blade there is less than the
     side's force presses them together by, load / kn beyond their mean distance, each beside the
-    nearest of its station; all of a flat."""
-    if side.shape == "flat" or not pairs.on_surface.all():
+    nearest of its station; all of a flat, and where the stiffness is per area."""
+    if side.shape == "flat" or side.kn_per_area or not pairs.on_surface.all():
         return np.ones(len(pairs), dtype=bool)
     nearest = np.full(pairs.station.max() + 1, np.inf)
     np.minimum.at(nearest, pairs.station, pairs.gap)
@@ -218,10 +217,10 @@ def can_touch(
     return found
 
 
-def shares(study: Study, name: str, mine: ContactTable) -> str:
+def shares(contact: ContactSection, side: SideSection, mine: ContactTable) -> str:
     """How the nodes of a side share its stiffness; per area, and on surfaces, it is by area."""
-    by_area = study.sides[name].kn_per_area is not None or mine.on_surface.any()
-    return "equal" if study.contact.shares == "equal" and not by_area else "tributary"
+    by_area = side.kn_per_area is not None or mine.on_surface.any()
+    return "equal" if contact.shares == "equal" and not by_area else "tributary"
 
 
 def facts(
@@ -232,9 +231,9 @@ def facts(
     fitted: float = 1.0,
 ) -> dict[str, SideStiffness]:
     """{side: what its stiffness was made from} for the result of the stage."""
-    found = {}
+    contact, found = study.contact, {}
     for name, one in sides.items():
-        theory = one.model != "given"
+        side, theory = study.sides[name], one.model != "given"
         found[name] = SideStiffness(
             model=one.model,
             kn_N_per_m=one.kn,
@@ -250,23 +249,23 @@ def facts(
             h_rms_m=one.roughness.h_rms if one.roughness else None,
             gamma=one.roughness.gamma if one.roughness else None,
             scale=one.scale,
-            shares=shares(study, name, pairs.select(pairs.side == name)),
+            shares=shares(contact, side, pairs.select(pairs.side == name)),
             E_star_Pa=one.pair.E_star if one.pair else None,
-            ways=tuple(_ways(study, name, one, materials.get(name), fitted)),
+            ways=tuple(_ways(contact, side, one, materials.get(name), fitted)),
         )
     return found
 
 
 def _ways(
-    study: Study,
-    name: str,
+    contact: ContactSection,
+    side: SideSection,
     one: NodalStiffness,
     moduli: Moduli | None,
     fitted: float,
 ) -> Iterator[StiffnessWay]:
     """The way in use, the smooth bodies that it starts from where their sizes are known, and the
     reference."""
-    side, contact, before = study.sides[name], study.contact, []
+    before = []
     if moduli:
         # a given side may have no radius, or one far too small for the load
         with suppress(InputError):
@@ -279,19 +278,27 @@ def _ways(
             before.append(("smooth half-spaces", smooth.kn, smooth.kt))
     if one.model in SOFTER:
         before.append((SOFTER[one.model], one.kn / one.scale, one.kt / one.scale))
-    if contact.fit_hz is not None and one.model != "given":
-        before.append((f"fitted to {contact.fit_hz:g} Hz, factor {fitted:.4g}", one.kn, one.kt))
-    elif one.scale != 1:
-        before.append((f"declared factor {one.scale:g}", one.kn, one.kt))
-    if one.model == "given":
-        how = "per area" if side.kn_per_area else "in total" if side.kn_total else "per node"
-        before.append((f"given {how}", one.kn, one.kt))
+    if last := _last_way(contact, side, one, fitted):
+        before.append((last, one.kn, one.kt))
     for i, (way, kn, kt) in enumerate(before, start=1):
         yield StiffnessWay(way=way, kn_N_per_m=kn, kt_N_per_m=kt, in_use=i == len(before))
     if side.reference_kn is not None and side.reference_kt is not None:
         yield StiffnessWay(
             way="reference", kn_N_per_m=side.reference_kn, kt_N_per_m=side.reference_kt
         )
+
+
+def _last_way(
+    contact: ContactSection, side: SideSection, one: NodalStiffness, fitted: float
+) -> str:
+    """What is done to a model, or how the stiffness is given; '' where neither."""
+    if one.model == "given":
+        return "given " + (
+            "per area" if side.kn_per_area else "in total" if side.kn_total else "per node"
+        )
+    if contact.fit_hz is not None:
+        return f"fitted to {contact.fit_hz:g} Hz, factor {fitted:.4g}"
+    return f"declared factor {one.scale:g}" if one.scale != 1 else ""
 
 
 def side_materials(study: Study, meshes: dict[str, Mesh], pairs: ContactTable) -> dict[str, Moduli]:

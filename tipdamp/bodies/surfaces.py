@@ -3,13 +3,12 @@ contact points."""
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.hbm.contact import ContactTable
-from tipdamp.hbm.errors import InputError
 from tipdamp.modal.faces import face_corners, face_keys
 from tipdamp.modal.mesh import Mesh
 from tipdamp.static_contact.surfaces.facets import Surface, facets
@@ -59,7 +58,7 @@ def with_picked(study: Study, meshes: dict[str, Mesh]) -> dict[str, Mesh]:
                     why = chosen.why_none(
                         meshes[body], meshes[other], length_text(study.length_unit)
                     )
-                    _in_study(study, check_faces, named, what, group, meshes[body], faces, why)
+                    check_faces(named, what, group, meshes[body], faces, why)
                 found[body] = with_faces(found[body], group, faces)
     return found
 
@@ -86,15 +85,13 @@ def surface_points(study: Study, meshes: dict[str, Mesh]) -> SurfaceContact | No
         side, faces = named_side(study, name), {}
         for body, what, group in ((BLADES, "blade", side.blade), (DAMPER, "damper", side.damper)):
             faces[body] = faces_of(meshes[body], group)
-            _in_study(study, check_faces, side, what, group, meshes[body], faces[body])
+            check_faces(side, what, group, meshes[body], faces[body])
         surfaces.append(
             FacingSides(side, *(Surface(meshes[body], faces[body]) for body in (BLADES, DAMPER)))
         )
     if not surfaces:
         return None
-    pairs, *points = _in_study(
-        study,
-        surface_contact,
+    pairs, *points = surface_contact(
         surfaces,
         axis=study.driver.axis,
         pull=study.driver.pull_direction,
@@ -149,15 +146,3 @@ def length_text(unit: float) -> Callable[[float], str]:
     """How a length in m is written in the study's own unit, whose length is `unit` m."""
     name = "m" if unit == 1 else "mm"
     return lambda metres: f"{metres / unit:.3g} {name}"
-
-
-def _in_study(
-    study: Study,
-    work: Callable,
-    *args: Any,
-    **named: Any,
-) -> Any:
-    try:
-        return work(*args, **named)
-    except InputError as error:
-        raise InputError(f"{study.path}: {error}") from None

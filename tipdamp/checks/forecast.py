@@ -66,16 +66,6 @@ class Cost:
 
 def forecast(size: Size, machine: Machine) -> dict[str, Cost]:
     """{stage: its cost}."""
-    seconds = memory = 0.0
-    for dofs, columns, modes in size.bodies.values():
-        seconds += SETTINGS.factors * _factor(dofs, machine)
-        seconds += (
-            (columns + SETTINGS.solves_a_mode * modes)
-            * machine.solve
-            * (dofs / machine.dofs) ** SETTINGS.solve_growth
-        )
-        seconds += SETTINGS.dense * 2 * dofs * columns**2 / machine.flops
-        memory += predicted_bytes(dofs // 3, columns // 3)
     r, pairs = size.reduced, size.pairs
     dense = 8.0 * r**2
     modes_of_all = SETTINGS.eigen * r**3 / machine.flops
@@ -86,12 +76,27 @@ def forecast(size: Size, machine: Machine) -> dict[str, Cost]:
         "tune": Cost(3 * modes_of_all + size.sets * a_set, 6 * dense),
     }
     if any(columns for _, columns, _ in size.bodies.values()):  # not so of given matrices
-        costs = {"reduce": Cost(seconds, memory), **_of_meshes(size, costs, machine)}
+        costs = {"reduce": _of_reduction(size, machine), **_of_meshes(size, costs, machine)}
     if size.curves:
         costs["respond"] = _of_curves(size, Cost(modes_of_all, 4 * dense), machine)
     if size.stressed:
         costs["stress"] = _of_stress(size, machine)
     return costs
+
+
+def _of_reduction(size: Size, machine: Machine) -> Cost:
+    """Of both bodies, one after the other."""
+    seconds = memory = 0.0
+    for dofs, columns, modes in size.bodies.values():
+        seconds += SETTINGS.factors * _factor(dofs, machine)
+        seconds += (
+            (columns + SETTINGS.solves_a_mode * modes)
+            * machine.solve
+            * (dofs / machine.dofs) ** SETTINGS.solve_growth
+        )
+        seconds += SETTINGS.dense * 2 * dofs * columns**2 / machine.flops
+        memory += predicted_bytes(dofs // 3, columns // 3)
+    return Cost(seconds, memory)
 
 
 def _of_stress(size: Size, machine: Machine) -> Cost:

@@ -3,6 +3,7 @@ partner."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -191,24 +192,9 @@ def side_checks(
     `surface_angles`."""
     forces, trouble = forces_per_pull(pairs, pull_direction, held)
     apart = np.einsum("pij,pj->pi", pairs.frame, places[BLADES] - places[DAMPER])
-    found = {}
-    for side in pairs.sides:
-        mine = pairs.side == side
-        mean = pairs.normal[mine].mean(axis=0)
-        turn = np.degrees(
-            np.arccos(np.clip(pairs.normal[mine] @ mean / np.linalg.norm(mean), -1, 1))
-        )
-        length, across = (
-            np.ptp(pairs.position[mine] @ pairs.frame[mine, k].mean(axis=0)) for k in (0, 1)
-        )
-        found[side] = SideCheck(
-            pairs=int(mine.sum()),
-            stations=len(np.unique(pairs.station[mine])),
-            rows=len(np.unique(pairs.row[mine])),
-            length_m=length,
-            across_m=across,
-            mean_normal=mean / np.linalg.norm(mean),
-            normals_within_deg=turn.max(),
+    return {
+        side: SideCheck(
+            **_shape(pairs.select(mine)),
             off_surface_deg=None if angles is None else angles[mine].max(),
             apart_along_n_m=(apart[mine, 2].min(), apart[mine, 2].max()),
             apart_across_m=np.hypot(apart[mine, 0], apart[mine, 1]).max(),
@@ -216,7 +202,26 @@ def side_checks(
             trouble=trouble,
             kn_N_per_m=_total(pairs.kn[mine] * pairs.weight[mine]),
         )
-    return found
+        for side in pairs.sides
+        for mine in [pairs.side == side]
+    }
+
+
+def _shape(side: ContactTable) -> dict[str, Any]:
+    """Fields of SideCheck that the pairs of one side give: numbers, extent and normals."""
+    mean = side.normal.mean(axis=0)
+    size = np.linalg.norm(mean)
+    turn = np.degrees(np.arccos(np.clip(side.normal @ mean / size, -1, 1)))
+    length, across = (np.ptp(side.position @ side.frame[:, k].mean(axis=0)) for k in (0, 1))
+    return {
+        "pairs": len(side),
+        "stations": len(np.unique(side.station)),
+        "rows": len(np.unique(side.row)),
+        "length_m": length,
+        "across_m": across,
+        "mean_normal": mean / size,
+        "normals_within_deg": turn.max(),
+    }
 
 
 def _total(kn: np.ndarray) -> float | None:

@@ -4,11 +4,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from tipdamp.bodies.balance import Balance
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
-from tipdamp.static_contact.contact.equilibrium import side_forces, side_normals
 from tipdamp.static_contact.contact.slide_at_rest import SlideAtRest
 
 
@@ -52,12 +51,11 @@ def slide_warnings(
 
 
 def balance_at_rest(
-    pairs: ContactTable, slides: Mapping[str, SlideAtRest], load: np.ndarray, held: ArrayLike
+    pairs: ContactTable, slides: Mapping[str, SlideAtRest], balance: Balance
 ) -> dict[str, float]:
-    """{side: N} that balance the load (3,) N along the normals where the damper rests, held along
-    directions (m, 3); {} where they do not."""
-    normals = side_normals(pairs) | {name: one.normal for name, one in slides.items()}
+    """{side: N} that balance the load along the normals where the damper rests; {} where they do
+    not."""
     try:
-        return side_forces(normals, load, held=held)
+        return balance.of_sides(pairs, {name: one.normal for name, one in slides.items()})
     except InputError:
         return {}

@@ -33,20 +33,15 @@ def keep_motion(
     the pairs that carry, which move with the last body, and their period"""
     pairs, cycle = contact
     state = states(cycle.force, cycle.sliders, cycle.components)
-    last = list(surfaces)[-1]
-    near = nearest(surfaces[last], pairs.position)
+    near = nearest(list(surfaces.values())[-1], pairs.position)
     files: list[str] = []
     for k in range(FRAMES):
         share = k / FRAMES
-        moved = {body: one.displacement(_at(motion[body], share)) for body, one in surfaces.items()}
+        moved = [one.displacement(_at(motion[body], share)) for body, one in surfaces.items()]
+        now = state[round(share * len(state)) % len(state)]
         data = {
-            "displacement (m)": np.concatenate([*moved.values(), moved[last][near]]),
-            "state": np.concatenate(
-                [
-                    np.full(sum(map(len, moved.values())), BODY),
-                    state[round(share * len(state)) % len(state)],
-                ]
-            ),
+            "displacement (m)": np.concatenate([*moved, moved[-1][near]]),
+            "state": np.concatenate([np.full(sum(map(len, moved)), BODY), now]),
         }
         files += _frame(store, f"motion_{stem}_{k:02d}.vtu", surfaces, pairs.position, data)
     if not files:

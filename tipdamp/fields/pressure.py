@@ -89,15 +89,19 @@ def _patch(pairs: ContactTable, side: str, hard: bool) -> PressurePatch | None:
         # counter-clockwise in t1, t2: seen along -n, from outside
         cells = Delaunay(plane).simplices
         part = _nearest(place[cells])
-    tributary = np.zeros(len(rows))
-    np.add.at(tributary, cells, part)
     if pairs.on_surface[rows].all():
         tributary = pairs.area[rows]
-    kn = (pairs.kn * pairs.weight)[rows]
+    else:
+        tributary = np.zeros(len(rows))
+        np.add.at(tributary, cells, part)
+    return PressurePatch(side, rows, cells, tributary, _loaded(pairs.select(rows), tributary, hard))
+
+
+def _loaded(mine: ContactTable, tributary: np.ndarray, hard: bool) -> np.ndarray:
+    """(p,) m2 or m that the springs of the pairs stand for; without springs what is tributary."""
+    kn = mine.kn * mine.weight
     by_springs = not hard and np.isfinite(kn).all() and kn.any()
-    return PressurePatch(
-        side, rows, cells, tributary, tributary.sum() * kn / kn.sum() if by_springs else tributary
-    )
+    return tributary.sum() * kn / kn.sum() if by_springs else tributary
 
 
 def _nearest(corner: np.ndarray) -> np.ndarray:

@@ -106,9 +106,8 @@ def _sharp_edges(position: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     )
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    owner = np.repeat(np.arange(len(triangles)), 3)
     order = np.lexsort(edges.T)
-    edges, owner = edges[order], owner[order]
+    edges, owner = edges[order], np.repeat(np.arange(len(triangles)), 3)[order]
     first = np.flatnonzero(np.r_[True, (np.diff(edges, axis=0) != 0).any(axis=1)])
     count = np.diff(np.r_[first, len(edges)])
     second = np.minimum(first + 1, len(edges) - 1)

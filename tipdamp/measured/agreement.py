@@ -1,5 +1,7 @@
 """How far a computed curve agrees with a measured one."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from tipdamp.hbm.errors import InputError, nearest
@@ -16,25 +18,27 @@ def drawn(path_hz: np.ndarray, path: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
     path_hz, path (m,) - in the order of the curve, which may fold
     """
-    from scipy.interpolate import PchipInterpolator
-
     good = np.isfinite(path_hz) & np.isfinite(path)
     edges = np.flatnonzero(np.diff(np.r_[False, good, False].astype(int)))
     parts: list[np.ndarray] = []
     for a, b in zip(edges[::2], edges[1::2], strict=True):
         points = np.column_stack([path_hz[a:b], path[a:b]])
-        steps = np.hypot(
-            *(np.diff(points, axis=0) / np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny)).T
-        )
+        size = np.maximum(np.ptp(points, axis=0), np.finfo(float).tiny)
+        steps = np.hypot(*(np.diff(points, axis=0) / size).T)
         points = points[np.r_[True, steps > 0]]
         if len(points) > 1:
-            s = np.r_[0.0, np.cumsum(steps[steps > 0])]
-            fine = np.concatenate(
-                [np.linspace(s[k], s[k + 1], LINKS, endpoint=False) for k in range(len(s) - 1)]
-            )
-            parts += [PchipInterpolator(s, points)(np.r_[fine, s[-1]]), np.full((1, 2), np.nan)]
+            parts += [_linked(points, steps[steps > 0]), np.full((1, 2), np.nan)]
     joined = np.concatenate(parts) if parts else np.empty((0, 2))
     return joined[:, 0], joined[:, 1]
+
+
+def _linked(points: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Points (n, 2) that lie steps (n - 1,) apart, with straight links in between."""
+    from scipy.interpolate import PchipInterpolator
+
+    s = np.r_[0.0, np.cumsum(steps)]
+    fine = [np.linspace(a, b, LINKS, endpoint=False) for a, b in pairwise(s)]
+    return PchipInterpolator(s, points)(np.r_[*fine, s[-1]])
 
 
 def values_at(hz: np.ndarray, path_hz: np.ndarray, path: np.ndarray) -> list[np.ndarray]:

@@ -113,8 +113,8 @@ def circle_fit(hz: np.ndarray, response: np.ndarray) -> float:
             f"{CIRCLE_POINTS}"
         )
     f, z = hz[on], 2j * np.pi * hz[on] * response[on]
-    centre = _circle(z / np.abs(z).max())
-    angle = np.unwrap(np.angle(z / np.abs(z).max() - centre))
+    z = z / np.abs(z).max()
+    angle = np.unwrap(np.angle(z - _circle(z)))
     middle = int(np.abs(f - start.peak_hz).argmin())
 
     def off(unknown: np.ndarray) -> np.ndarray:

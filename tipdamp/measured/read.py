@@ -209,21 +209,7 @@ def _checked(
     if len(hz) < MIN_POINTS:
         left = f"; {(~good).sum()} rows are no numbers" if not good.all() else ""
         raise InputError(f"{source}: {len(hz)} points, at least {MIN_POINTS} are needed{left}")
-    if (hz <= 0).any():
-        raise InputError(
-            f"{source}: {places[int(hz.argmin())]}: frequency {hz.min():g} Hz, must be above 0"
-        )
-    size = np.abs(response)
-    if (size > LARGEST).any():
-        k = int(size.argmax())
-        raise InputError(
-            f"{source}: {places[k]}: amplitude {size[k]:.3g} in SI units at {hz[k]:g} Hz, which "
-            "nothing measures; leave the row out, or check the columns and the unit"
-        )
-    if (force <= 0).any():
-        raise InputError(
-            f"{source}: {places[int(force.argmin())]}: force {force.min():g} N, must be above 0"
-        )
+    _check_sizes(hz, response, force, places, source)
     if (np.diff(hz) < 0).any():
         said.append(f"{source}: the frequencies do not ascend; the rows are sorted")
     order = np.argsort(hz, kind="stable")
@@ -235,3 +221,22 @@ def _checked(
             "repeats as files of their own"
         )
     return hz[order], response[order], force[order], said
+
+
+def _check_sizes(
+    hz: np.ndarray, response: np.ndarray, force: np.ndarray, places: Sequence[str], source: str
+) -> None:
+    """InputError for a number that no measurement has."""
+    for what, unit, values in (("frequency", "Hz", hz), ("force", "N", force)):
+        if (values <= 0).any():
+            raise InputError(
+                f"{source}: {places[int(values.argmin())]}: {what} {values.min():g} {unit}, must "
+                "be above 0"
+            )
+    size = np.abs(response)
+    if (size > LARGEST).any():
+        k = int(size.argmax())
+        raise InputError(
+            f"{source}: {places[k]}: amplitude {size[k]:.3g} in SI units at {hz[k]:g} Hz, which "
+            "nothing measures; leave the row out, or check the columns and the unit"
+        )

@@ -1,7 +1,6 @@
 """Contact candidates: where faces of the damper lie near faces of the blades that face them, patch
 by patch."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -185,13 +184,10 @@ class _Faces:
         self.key = np.concatenate(
             [face_keys(mesh.node[p.faces]) for p in parts] or [np.empty((0, 4), int)]
         )
-        self.area, self.centre, self.normal = (
-            np.concatenate([_sum(p, v) for p in parts] or [np.empty((0, w))])
-            for w, v in ((1, _one), (3, _centre), (3, _normal))
-        )
-        self.area = self.area[:, 0]
-        self.centre /= np.maximum(self.area, 1e-300)[:, None]
-        self.normal /= np.maximum(np.linalg.norm(self.normal, axis=1), 1e-300)[:, None]
+        sums = np.concatenate([_sums(p) for p in parts] or [np.empty((0, 7))])
+        self.area, centre, normal = sums[:, 0], sums[:, 1:4], sums[:, 4:]
+        self.centre = centre / np.maximum(self.area, 1e-300)[:, None]
+        self.normal = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
         self.corners = [np.array(p.faces[:, : face_corners(p.faces.shape[1])]) for p in parts]
         self._take_samples(parts)
 
@@ -205,18 +201,8 @@ class _Faces:
         found = [(straight, self.centre[straight], self.normal[straight], self.area[straight])]
         for part in parts:
             bent = np.flatnonzero(curved[first : first + len(part.faces)])
-            shape, slope, weight = face_rule(part.faces.shape[1])
-            place = part.place[bent]
-            across = np.cross(*np.einsum("gdk,fkx->dfgx", slope, place))
-            size = np.linalg.norm(across, axis=2)
-            found.append(
-                (
-                    np.repeat(first + bent, len(weight)),
-                    np.einsum("gk,fkx->fgx", shape, place).reshape(-1, 3),
-                    (across / np.maximum(size, 1e-300)[..., None]).reshape(-1, 3),
-                    (weight * size).ravel(),
-                )
-            )
+            of, place, normal, area = _gauss(part, bent)
+            found.append((first + of, place, normal, area))
             first += len(part.faces)
         self.sample_of, self.sample, self.sample_normal, self.sample_area = (
             np.concatenate(values) for values in zip(*found, strict=True)
@@ -224,39 +210,46 @@ class _Faces:
 
     def pieces(self) -> np.ndarray:
         """(f,) label of what hangs together over edges without a bend."""
-        rows, ends, first = [], [], 0
-        for block in self.corners:
-            edges = np.sort(
-                np.stack([block, np.roll(block, -1, axis=1)], axis=2).reshape(-1, 2), axis=1
-            )
-            ends.append(edges)
-            rows.append(first + np.repeat(np.arange(len(block)), block.shape[1]))
-            first += len(block)
-        face = np.concatenate(rows)
-        _, edge = np.unique(np.concatenate(ends), axis=0, return_inverse=True)
+        face, ends = self._edges()
+        _, edge = np.unique(ends, axis=0, return_inverse=True)
         order = np.argsort(edge.ravel(), kind="stable")
         a, b = face[order[:-1]], face[order[1:]]
         joined = np.diff(edge.ravel()[order]) == 0
         joined &= np.einsum("ij,ij->i", self.normal[a], self.normal[b]) > np.cos(
             np.radians(SETTINGS.bend)
         )
-        graph = sp.coo_matrix((np.ones(joined.sum()), (a[joined], b[joined])), shape=(first, first))
+        count = len(self.key)
+        graph = sp.coo_matrix((np.ones(joined.sum()), (a[joined], b[joined])), shape=(count, count))
         return sp.csgraph.connected_components(graph, directed=False)[1]
 
+    def _edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """(e,) the face of each edge, and (e, 2) its ends, the smaller first."""
+        ends = [
+            np.stack([block, np.roll(block, -1, axis=1)], axis=2).reshape(-1, 2)
+            for block in self.corners
+        ]
+        sides = np.concatenate([np.full(len(block), block.shape[1]) for block in self.corners])
+        return np.repeat(np.arange(len(sides)), sides), np.sort(np.concatenate(ends), axis=1)
 
-def _sum(part: Facets, values: Callable) -> np.ndarray:
-    out = np.zeros((len(part.faces), values(part).shape[1]))
-    np.add.at(out, part.face, part.area[:, None] * values(part))
+
+def _sums(part: Facets) -> np.ndarray:
+    """(f, 7): area of each face, and centre and normal times it."""
+    out = np.zeros((len(part.faces), 7))
+    values = np.column_stack([np.ones(len(part.area)), part.centre, part.normal])
+    np.add.at(out, part.face, part.area[:, None] * values)
     return out
 
 
-def _one(part: Facets) -> np.ndarray:
-    return np.ones((len(part.area), 1))
-
-
-def _centre(part: Facets) -> np.ndarray:
-    return part.centre
-
-
-def _normal(part: Facets) -> np.ndarray:
-    return part.normal
+def _gauss(part: Facets, bent: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Of the Gauss points of the faces `bent`: the face of each, its place, normal and share of the
+    area."""
+    shape, slope, weight = face_rule(part.faces.shape[1])
+    place = part.place[bent]
+    across = np.cross(*np.einsum("gdk,fkx->dfgx", slope, place))
+    size = np.linalg.norm(across, axis=2)
+    return (
+        np.repeat(bent, len(weight)),
+        np.einsum("gk,fkx->fgx", shape, place).reshape(-1, 3),
+        (across / np.maximum(size, 1e-300)[..., None]).reshape(-1, 3),
+        (weight * size).ravel(),
+    )

@@ -107,23 +107,6 @@ def propose(paths: list[Path], load_points: str = "") -> Proposal:
             f"place?{alone}"
         )
     axis, pull = _directions(patches)
-    groups = {
-        what: [
-            name
-            for name in offered(meshes[DAMPER if what == "load_points" else BLADES].groups)
-            if re.search(words, name, re.IGNORECASE)
-        ]
-        for what, words in WORDS.items()
-    }
-    if load_points:
-        groups["load_points"] = [load_points]
-    # loads of the centrifugal force may be others than the pull
-    groups["load_points"].sort(key=lambda name: not re.search("load|pull", name, re.IGNORECASE))
-    # a tip that is excited is no patch, and any tip is the last choice for one
-    groups["patches"] = sorted(
-        set(groups["patches"]) - set(groups["excitation"]),
-        key=lambda name: (not re.search("patch|resp", name, re.IGNORECASE), name),
-    )
     return Proposal(
         files,
         meshes,
@@ -134,9 +117,31 @@ def propose(paths: list[Path], load_points: str = "") -> Proposal:
         _sides(patches, meshes, axis, pull),
         axis,
         pull,
-        groups,
+        _groups(blades, damper, load_points),
         _given_materials(read, length),
     )
+
+
+def _groups(blades: Mesh, damper: Mesh, load_points: str) -> dict[str, list[str]]:
+    """{purpose: names of groups that fit, the likeliest first}"""
+    found = {
+        what: [
+            name
+            for name in offered((damper if what == "load_points" else blades).groups)
+            if re.search(words, name, re.IGNORECASE)
+        ]
+        for what, words in WORDS.items()
+    }
+    if load_points:
+        found["load_points"] = [load_points]
+    # loads of the centrifugal force may be others than the pull
+    found["load_points"].sort(key=lambda name: not re.search("load|pull", name, re.IGNORECASE))
+    # a tip that is excited is no patch, and any tip is the last choice for one
+    found["patches"] = sorted(
+        set(found["patches"]) - set(found["excitation"]),
+        key=lambda name: (not re.search("patch|resp", name, re.IGNORECASE), name),
+    )
+    return found
 
 
 def _of_nodes(mesh: Mesh, load_points: str) -> np.ndarray:
@@ -168,49 +173,50 @@ def _given_materials(read: Sequence[Mesh], length: str) -> dict[str, GivenMateri
 def _bodies(
     paths: Sequence[Path], read: Sequence[Mesh], load_points: str
 ) -> tuple[dict[str, Mesh], dict[str, Path], str]:
-    """Meshes and files by body, and the damper's group of cells in a common file: the damper is the
-    piece with a group that sounds like a load, or the smallest."""
-    if len(read) == 2:
-        order = in_order([-_volumes(mesh).sum() for mesh in read])
-        return (
-            dict(zip((BLADES, DAMPER), (read[i] for i in order), strict=True)),
-            dict(zip((BLADES, DAMPER), (paths[i] for i in order), strict=True)),
-            "",
-        )
-    mesh = read[0]
+    """Meshes and files by body, and the damper's group of cells in a common file."""
+    if len(read) == 1:
+        meshes, cells = _told_apart(read[0], load_points)
+        return meshes, dict.fromkeys(meshes, paths[0]), cells
+    larger, smaller = in_order([-_volumes(mesh).sum() for mesh in read])
+    return (
+        {BLADES: read[larger], DAMPER: read[smaller]},
+        {BLADES: paths[larger], DAMPER: paths[smaller]},
+        "",
+    )
+
+
+def _told_apart(mesh: Mesh, load_points: str) -> tuple[dict[str, Mesh], str]:
+    """The bodies of one mesh, and the damper's group of cells, '' where none is that."""
     count, label = parts(mesh)
     if count < 2:
         raise InputError(
             f"{mesh.source}: all its cells are connected: blades and damper cannot be told apart; "
             'separate their nodes, or write a study with cells = "..." in [damper]'
         )
-    loaded = (
-        [_of_nodes(mesh, load_points)]
-        if load_points
-        else [
-            nodes
-            for name, nodes in mesh.groups.items()
-            if re.search(WORDS["load_points"], name, re.IGNORECASE)
-        ]
-    )
-    pulled = {int(i) for nodes in loaded for i in label[mesh.index(nodes)]}
-    chosen = pulled.pop() if len(pulled) == 1 else first_largest(-_volumes(mesh))
+    chosen = _piece_of_damper(mesh, label, load_points)
     mine = {kind: label[cells[:, 0]] == chosen for kind, cells in mesh.cells.items()}
-    own = np.sort(np.concatenate([mesh.number[kind][m] for kind, m in mine.items()]))
-    cells = next(
-        (
-            name
-            for name, found in sorted(mesh.cell_groups.items())
-            if np.array_equal(np.sort(found), own)
-        ),
-        "",
-    )
     others = {kind: ~m for kind, m in mine.items()}
-    return (
-        {BLADES: cut(mesh, others, mesh.source), DAMPER: cut(mesh, mine, mesh.source)},
-        {BLADES: paths[0], DAMPER: paths[0]},
-        cells,
+    own = np.sort(np.concatenate([mesh.number[kind][m] for kind, m in mine.items()]))
+    named = (
+        name
+        for name, found in sorted(mesh.cell_groups.items())
+        if np.array_equal(np.sort(found), own)
     )
+    meshes = {BLADES: cut(mesh, others, mesh.source), DAMPER: cut(mesh, mine, mesh.source)}
+    return meshes, next(named, "")
+
+
+def _piece_of_damper(mesh: Mesh, label: np.ndarray, load_points: str) -> int:
+    """Label of the piece with a group that sounds like a load, or of the smallest."""
+    if load_points:
+        loaded = [_of_nodes(mesh, load_points)]
+    else:
+        words = WORDS["load_points"]
+        loaded = [
+            nodes for name, nodes in mesh.groups.items() if re.search(words, name, re.IGNORECASE)
+        ]
+    pulled = {int(i) for nodes in loaded for i in label[mesh.index(nodes)]}
+    return pulled.pop() if len(pulled) == 1 else first_largest(-_volumes(mesh))
 
 
 def _volumes(mesh: Mesh) -> np.ndarray:

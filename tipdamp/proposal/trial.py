@@ -25,7 +25,7 @@ from tipdamp.modal.body import check_support
 from tipdamp.modal.eigen import Factor
 from tipdamp.proposal.propose import Proposal
 from tipdamp.results.static_results import InspectResult, ReduceResult, TrackedMode
-from tipdamp.stages.respond import assembled
+from tipdamp.stages.assembly import assembled
 from tipdamp.stages.run import run_stage
 from tipdamp.stages.tune import tracked_modes
 from tipdamp.study.study import study_of
@@ -142,19 +142,12 @@ def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bo
     ]
     study = study_of(target, content)
     _refuse_long(study, inspected)
-    direction = np.cross(found.axis, found.pull)
-    excitation, patches = found.groups["excitation"][:1], found.groups["patches"][:2]
-    moved = ""
-    if not excitation or len(patches) < 2:
-        with display(quiet=quiet).job("modes of the blades", patience=0.0):
-            nodes, moved = _moving_most(found, study, direction)
-        excitation = excitation or nodes[:1]
-        patches = patches if len(patches) == 2 else nodes
+    excitation, patches, moved = _looked_at(found, study, quiet)
     content["respond"] = {
         "excitation": excitation,
         "share_force": True,
         "patches": patches,
-        "direction": direction.tolist(),
+        "direction": _across(found).tolist(),
     }
     matching = all(side.matching for side in found.sides)
     content["tune"] = {"stations": "all"} if matching else {"by": "area", "kept_share": 1}
@@ -184,6 +177,22 @@ def _tried(found: Proposal, content: dict, target: Path, store: Store, quiet: bo
     _run(("tune",), study, store, quiet)
     slip, lift = _slip_and_lift(study, store)
     return replace(tried, slip=slip, lift=lift)
+
+
+def _across(found: Proposal) -> np.ndarray:
+    """(3,) direction of the motion: across axis and pull."""
+    return np.cross(found.axis, found.pull)
+
+
+def _looked_at(found: Proposal, study: Study, quiet: bool) -> tuple[list[str], list[str], str]:
+    """Excitation and patches: groups with such names, or the nodes that move most; in words where
+    these lie."""
+    excitation, patches = found.groups["excitation"][:1], found.groups["patches"][:2]
+    if excitation and len(patches) == 2:
+        return excitation, patches, ""
+    with display(quiet=quiet).job("modes of the blades", patience=0.0):
+        nodes, moved = _moving_most(found, study, _across(found))
+    return excitation or nodes[:1], patches if len(patches) == 2 else nodes, moved
 
 
 def _slip_and_lift(study: Study, store: Store) -> tuple[float | None, float | None]:
@@ -231,7 +240,7 @@ def _scaled(content: dict, scale: float) -> dict:
 
 
 @dataclass(frozen=True)
-class _Stuck:
+class _NearestStuck:
     """tracked {free mode: the stuck one nearest to it}; lowest - Hz."""
 
     tracked: dict[str, TrackedMode]
@@ -243,11 +252,11 @@ class _Stuck:
         return tuple(others) or self.lowest
 
 
-def _stuck(study: Study, store: Store, quiet: bool) -> _Stuck:
+def _stuck(study: Study, store: Store, quiet: bool) -> _NearestStuck:
     """The modes with all contacts stuck."""
     _run(("inspect", "reduce", "preload"), study, store, quiet)
     found = tracked_modes(study, store)
-    return _Stuck(
+    return _NearestStuck(
         {name: TrackedMode(hz=one.tracked_hz, mac=one.mac) for name, one in found.items()},
         tuple(map(float, next(iter(found.values())).hz[:MODES])),
     )

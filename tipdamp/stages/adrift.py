@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tipdamp.bodies import DAMPER
+from tipdamp.bodies.loads import damper_hold
 from tipdamp.checks import only_friction
 from tipdamp.hbm.balance.receptance import linear_response
 from tipdamp.hbm.contact import ContactTable, relative_motion
@@ -28,8 +28,8 @@ def adrift(
     contact - the model and its kept pairs; force (r,) N for a level of 1 N
     """
     (model, kept), settings = contact, study.respond
-    closed, level = kept.select(kept.preload > 0), max(settings.levels)
-    if not free or study.driver.hold or not len(closed):
+    closed, level, hold = kept.select(kept.preload > 0), max(settings.levels), damper_hold(study)
+    if not free or hold.motions or not len(closed):
         return
     rows = {str(i): row for i, row in enumerate(relative_motion(model, closed).toarray())}
     u = linear_response(
@@ -47,10 +47,5 @@ def adrift(
             f"{only_friction.said(motions)}, and at {level:g} N its contacts would need "
             f"{needed:.3g} N to stick where the band starts, friction gives {given:.3g} N: a "
             "curve may find no first point; hold the mean position, the vibration stays free: "
-            f"{only_friction.remedy(motions, held_in(study))}"
+            f"{only_friction.remedy(motions, hold.section)}"
         )
-
-
-def held_in(study: Study) -> str:
-    """The section that has `hold`."""
-    return "model" if "model" in study else DAMPER

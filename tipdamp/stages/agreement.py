@@ -1,5 +1,7 @@
 """Stage agreement: computed curves beside the measured ones."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tipdamp.engine.progress import Tick
@@ -71,8 +73,9 @@ def _agreement(
     amplitude = computed_amplitude(curve, settings, patch) / case.Fe_N
     top = peak_of(curve, at_place(curve, settings, patch))
     peak = (None, None) if top.peak_m is None else (top.peak_hz, top.peak_m / case.Fe_N)
+    path = drawn(curve.frequency, amplitude)
     if settings.amplitude == "fundamental" and top.peak_m is not None:
-        peak = _highest(*drawn(curve.frequency, amplitude))
+        peak = _highest(*path)
     off = [
         None if a is None or b is None else a / b - 1
         for a, b in ((peak[1], facts.peak_m_per_N), (peak[0], facts.peak_hz))
@@ -85,7 +88,7 @@ def _agreement(
         peak=off[0],
         frequency=off[1],
         share_inside=share_inside(hz, low, high, curve.frequency, amplitude),
-        half_power=_half_power(hz, curve.frequency, amplitude),
+        half_power=_half_power(hz, values_at(hz, *path)),
     )
 
 
@@ -96,9 +99,8 @@ def _highest(hz: np.ndarray, amplitude: np.ndarray) -> tuple[float, float]:
     return float(hz[k]), float(amplitude[k])
 
 
-def _half_power(hz: np.ndarray, path_hz: np.ndarray, path: np.ndarray) -> MeasuredDamping:
-    """As for a measured curve: on the computed curve at the measured frequencies."""
-    values = values_at(hz, *drawn(path_hz, path))
+def _half_power(hz: np.ndarray, values: Sequence[np.ndarray]) -> MeasuredDamping:
+    """As for a measured curve: by the values of the computed curve at the measured frequencies."""
     if any(len(v) > 1 and np.ptp(v) > 1e-9 * v.max() for v in values):
         return MeasuredDamping(refused="the computed curve folds")
     covered = np.array([len(v) > 0 for v in values])

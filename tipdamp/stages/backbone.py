@@ -2,9 +2,10 @@
 predicts for the levels of the study."""
 
 import csv
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +31,8 @@ from tipdamp.results.response_results import (
     families,
 )
 from tipdamp.results.static_results import TuneResult
-from tipdamp.stages.respond import LIMITS, READS, assembled
+from tipdamp.stages.assembly import READS, assembled
+from tipdamp.stages.response_doubts import LIMITS
 from tipdamp.stages.stage import Stage
 from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.schema import named_orders
@@ -54,35 +56,17 @@ def backbone(study: Study, store: Store, tick: Tick) -> list[str]:
     peaks = {one.Fe_N: one.patches[patch] for one in finest}
     modes, rest = stuck_modes(curves.problem), modes_at_rest(curves.problem)
     number = _number(study, store, modes, rest)
-    rows = _outputs(curves, patch, number, modes.shapes[:, number - 1])
-
-    def followed(amplitudes: Sequence[float]) -> Backbone:
-        way = np.log(amplitudes[-1] / amplitudes[0])
-
-        def progress(amplitude: float, step: float, calls: int) -> None:
-            share = float(np.log(amplitude / amplitudes[0]) / way)
-            tick(share, f"{amplitude:.3g} m  {calls} calls")
-
-        return nonlinear_mode(
-            curves.problem,
-            number,
-            amplitudes,
-            outputs=rows,
-            harmonics=asked.harmonics
-            or max(named_orders(study.respond.harmonics), default=HARMONICS),
-            samples=curves.samples,
-            settings=Settings(max_points=MOST_POINTS),
-            progress=progress,
-        )
-
+    shape = modes.shapes[:, number - 1]
+    rows = _outputs(curves, patch, number, shape)
+    follow = partial(_followed, study, curves, number, rows, tick)
     ranges = [asked.amplitudes] if asked.amplitudes else _ranges(list(peaks.values()))
     try:
-        found = followed(asked.amplitudes) if asked.amplitudes else _first_found(followed, ranges)
+        found = follow(asked.amplitudes) if asked.amplitudes else _first_found(follow, ranges)
     except InputError as error:
         raise InputError(f"[backbone] {error}") from None
-    rest_hz = rest.hz[rest.most_like(modes.shapes[:, number - 1])] if rest else None
+    rest_hz = rest.hz[rest.most_like(shape)] if rest else None
     if found is None:
-        begun = BackboneResult(
+        BackboneResult(
             mode=number,
             stuck_hz=modes.frequencies[number - 1] / (2 * np.pi),
             rest_hz=rest_hz,
@@ -91,12 +75,8 @@ def backbone(study: Study, store: Store, tick: Tick) -> list[str]:
             points=0,
             complete=False,
             ended=_not_found(ranges),
-            peaks=tuple(
-                PredictedPeak(Fe_N=level, peak_hz=peak.peak_hz, peak_m=peak.peak_m, said=NONE)
-                for level, peak in peaks.items()
-            ),
-        )
-        begun.save(store)
+            peaks=tuple(_computed(*peak, NONE) for peak in peaks.items()),
+        ).save(store)
         return []
     with store.writing("backbone.npz") as path:
         found.save(path)
@@ -108,6 +88,38 @@ def backbone(study: Study, store: Store, tick: Tick) -> list[str]:
     ]
     _result(found, patch, ranges[0], predicted, rest_hz).save(store)
     return list(FILES)
+
+
+def _computed(level: float, peak: Peak, said: str = "") -> PredictedPeak:
+    """The peak of the curve of a level, beside which none is predicted."""
+    return PredictedPeak(Fe_N=level, peak_hz=peak.peak_hz, peak_m=peak.peak_m, said=said)
+
+
+def _followed(
+    study: Study,
+    curves: Curves,
+    number: int,
+    rows: Mapping[str, np.ndarray],
+    tick: Tick,
+    amplitudes: Sequence[float],
+) -> Backbone:
+    """The mode of that number from the first amplitude to the last, m, of the first output."""
+    way, orders = np.log(amplitudes[-1] / amplitudes[0]), named_orders(study.respond.harmonics)
+
+    def progress(amplitude: float, step: float, calls: int) -> None:
+        share = float(np.log(amplitude / amplitudes[0]) / way)
+        tick(share, f"{amplitude:.3g} m  {calls} calls")
+
+    return nonlinear_mode(
+        curves.problem,
+        number,
+        amplitudes,
+        outputs=rows,
+        harmonics=study.backbone.harmonics or max(orders, default=HARMONICS),
+        samples=curves.samples,
+        settings=Settings(max_points=MOST_POINTS),
+        progress=progress,
+    )
 
 
 def shown_patch(study: Study) -> str:
@@ -192,7 +204,7 @@ def _predicted(
     found: Backbone, problem: ContactProblem, force: np.ndarray, level: float, peak: Peak
 ) -> PredictedPeak:
     """The peak of a level by the mode alone, beside that of its curve."""
-    computed = PredictedPeak(Fe_N=level, peak_hz=peak.peak_hz, peak_m=peak.peak_m)
+    computed = _computed(level, peak)
     try:
         made = synthesis(found, problem, force, level)
     except InputError as error:

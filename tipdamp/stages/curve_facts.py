@@ -52,25 +52,11 @@ def curve_result(
         patch: peak_of(curve, in_patch(curve.output_names, patch)) for patch in settings.patches
     }
     first = in_patch(curve.output_names, settings.patches[0])
-    top = patches[settings.patches[0]]
-    other = [
-        BackCurve(
-            **dict(peak_of(one, first)),
-            complete=one.complete,
-            ended=one.ended,
-            further=one.further,
-            failed_points=(~one.converged).sum(),
-            seconds=one.seconds,
-            held=held_forces(one, held, first),
-            energy_error=worst(one.energy_error),
-        )
-        for one in back
-    ]
     return CurveResult(
         file=case.file,
         Fe_N=case.Fe_N,
         H=case.H,
-        **dict(top),
+        **dict(patches[settings.patches[0]]),
         patches=patches,
         points=len(curve.frequency),
         failed_points=(~curve.converged).sum(),
@@ -90,7 +76,7 @@ def curve_result(
         origin=curve.origin,
         start=curve.start,
         alike_backwards=curve.alike_backwards,
-        back=other[0] if other else None,
+        back=_backwards(back[0], held, first) if back else None,
         held=held_forces(curve, held, first),
         held_change=curve.held_change,
         held_reaction_change=curve.held_reaction_change,
@@ -99,6 +85,19 @@ def curve_result(
         worst_truncation=worst(curve.relative_truncation),
         unstable=bool(curve.unstable[_largest(curve, first)]),
         unstable_points=_unstable_points(curve),
+    )
+
+
+def _backwards(curve: ForcedResponse, held: Sequence[HeldMotion], outputs: np.ndarray) -> BackCurve:
+    return BackCurve(
+        **dict(peak_of(curve, outputs)),
+        complete=curve.complete,
+        ended=curve.ended,
+        further=curve.further,
+        failed_points=(~curve.converged).sum(),
+        seconds=curve.seconds,
+        held=held_forces(curve, held, outputs),
+        energy_error=worst(curve.energy_error),
     )
 
 

@@ -2,6 +2,7 @@
 energy balance; on demand the peaks beside time integration."""
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,7 +29,7 @@ from tipdamp.results.response_results import (
     families,
 )
 from tipdamp.results.static_results import PreloadResult
-from tipdamp.stages.respond import READS, Assembly, assembled
+from tipdamp.stages.assembly import READS, Assembly, assembled
 from tipdamp.stages.stage import Stage, recorded
 from tipdamp.study.view import Study
 
@@ -44,12 +45,45 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
     half_widths = {
         name: one.half_width_m for name, one in PreloadResult.load(store).stiffness.items()
     }
-    found, said = [], []
+    found, said = list[PeakCycle](), list[str]()
     slid: list[tuple[Slide, CurveResult]] = []
     files: list[str] = []
-    finest = families(respond.responses)[-1] if study.respond.compare else []
-    for k, case in enumerate(respond.responses):
-        tick(k / len(respond.responses), f"Fe = {case.Fe_N:g} N, H = {case.H}")
+    finest = families(respond.responses)[-1]
+    for case, curve, point, cycle in _periods(store, assembly, respond.responses, tick, said):
+        on_sides = slides(assembly.kept, cycle.motion, cycle.components, half_widths)
+        slid += [(one, case) for one in on_sides]
+        facts = _facts(case, curve, point, cycle.energy, names)
+        if study.respond.compare and case in finest:
+            beside = _integrated(curve, assembly.curves.problem, point)
+            facts = facts.model_copy(update={"integration": beside})
+            if not (beside.agrees and beside.stable):
+                said.append(f"Fe = {case.Fe_N:g} N, H = {case.H}: {beside.said}")
+        found.append(facts)
+        motion = motion_of_bodies(assembly, curve, point)
+        with store.writing(facts.file) as path:
+            save_loops(path, cycle, names, motion[assembly.model.body == DAMPER])
+        if study.respond.animate and case in finest:
+            files += _animated(store, assembly, case, motion, cycle)
+    said += [*_too_far(slid), *_otherwise_damped(found, max(study.respond.damping_ratio))]
+    CyclesResult(curves=tuple(found), pairs=tuple(names), warnings=tuple(said)).save(store)
+    return [*(one.file for one in found), *files]
+
+
+class Period(NamedTuple):
+    """One of the contacts, at a point of a curve."""
+
+    case: CurveResult
+    curve: ForcedResponse
+    point: int
+    cycle: ContactCycles
+
+
+def _periods(
+    store: Store, assembly: Assembly, cases: Sequence[CurveResult], tick: Tick, said: list[str]
+) -> Iterator[Period]:
+    """Of every curve that has a solved point; a sentence is added to `said` where there is none."""
+    for k, case in enumerate(cases):
+        tick(k / len(cases), _of(case))
         curve = ForcedResponse.load(store.path(case.file))
         point = highest_point(case, curve)
         if point is None:
@@ -57,23 +91,13 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
         try:
             cycle = contact_cycles(curve, assembly.curves.problem, point, SAMPLES)
         except InputError as error:
-            said.append(f"no hysteresis loops at Fe = {case.Fe_N:g} N, H = {case.H}: {error}")
+            said.append(f"no hysteresis loops at {_of(case)}: {error}")
             continue
-        on_sides = slides(assembly.kept, cycle.motion, cycle.components, half_widths)
-        slid += [(one, case) for one in on_sides]
-        beside = _integrated(curve, assembly.curves.problem, point) if case in finest else None
-        if beside and not (beside.agrees and beside.stable):
-            said.append(f"Fe = {case.Fe_N:g} N, H = {case.H}: {beside.said}")
-        facts = _facts(case, curve, point, cycle.energy, names)
-        found.append(facts.model_copy(update={"integration": beside}))
-        motion = _motion_of_bodies(assembly, curve, point)
-        with store.writing(found[-1].file) as path:
-            save_loops(path, cycle, names, motion[assembly.model.body == DAMPER])
-        if study.respond.animate and case in families(respond.responses)[-1]:
-            files += _animated(store, assembly, case, motion, cycle)
-    said += [*_too_far(slid), *_otherwise_damped(found, max(study.respond.damping_ratio))]
-    CyclesResult(curves=tuple(found), pairs=tuple(names), warnings=tuple(said)).save(store)
-    return [*(one.file for one in found), *files]
+        yield Period(case, curve, point, cycle)
+
+
+def _of(case: CurveResult) -> str:
+    return f"Fe = {case.Fe_N:g} N, H = {case.H}"
 
 
 def _too_far(slid: list[tuple[Slide, CurveResult]]) -> Iterator[str]:
@@ -81,7 +105,7 @@ def _too_far(slid: list[tuple[Slide, CurveResult]]) -> Iterator[str]:
     farthest, case = max(slid, key=lambda one: one[0].share, default=(None, None))
     if farthest is not None and case is not None and farthest.share > 1:
         yield (
-            f"Fe = {case.Fe_N:g} N, H = {case.H}: {farthest.said}: the model keeps the partners "
+            f"{_of(case)}: {farthest.said}: the model keeps the partners "
             "and the stiffness of the place at rest, so the figures hold less and less from "
             "there on; check the level, its unit and the damping"
         )
@@ -100,7 +124,7 @@ def _otherwise_damped(found: Sequence[PeakCycle], asked: float) -> Iterator[str]
         )
 
 
-def _motion_of_bodies(assembly: Assembly, curve: ForcedResponse, point: int) -> np.ndarray:
+def motion_of_bodies(assembly: Assembly, curve: ForcedResponse, point: int) -> np.ndarray:
     """(r, H+1) m: Fourier coefficients of the dofs of the model."""
     motion = whole_motion(curve, assembly.curves.problem, point)
     return motion if assembly.interface is None else assembly.interface.basis @ motion

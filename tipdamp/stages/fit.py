@@ -20,7 +20,7 @@ from tipdamp.results.response_results import (
     MeasuredFacts,
     MeasuredResult,
 )
-from tipdamp.stages.respond import READS, assembled
+from tipdamp.stages.assembly import READS, assembled
 from tipdamp.stages.stage import Stage, recorded
 from tipdamp.statics.model_inputs import in_patch
 from tipdamp.study.schema import named_orders
@@ -36,13 +36,7 @@ def fit(study: Study, store: Store, tick: Tick) -> list[str]:
     settings, facts = study.fit, MeasuredResult.load(store).curves
     names = settings.curves or tuple(facts)
     for name in names:
-        if name not in facts:
-            raise InputError(f"[fit] curves: no [measured.{name}]; {nearest(name, list(facts))}")
-        if study.measured[name].amplitude != "fundamental":
-            raise InputError(
-                f"[fit] curves: [measured.{name}] amplitude = '{study.measured[name].amplitude}': "
-                "a fit is of amplitudes at the frequency of the force, 'fundamental'"
-            )
+        _check_fits(study, name, facts)
     curves = assembled(study, store, responded=True).curves
     runs = []
     for name in names:
@@ -68,6 +62,17 @@ def fit(study: Study, store: Store, tick: Tick) -> list[str]:
         )
     result(found, names, [facts[name] for name in names]).save(store)
     return []
+
+
+def _check_fits(study: Study, name: str, facts: Mapping[str, MeasuredFacts]) -> None:
+    """InputError where there is no such measured curve, or it is of another amplitude."""
+    if name not in facts:
+        raise InputError(f"[fit] curves: no [measured.{name}]; {nearest(name, list(facts))}")
+    if study.measured[name].amplitude != "fundamental":
+        raise InputError(
+            f"[fit] curves: [measured.{name}] amplitude = '{study.measured[name].amplitude}': "
+            "a fit is of amplitudes at the frequency of the force, 'fundamental'"
+        )
 
 
 def result(found: DampingFit, names: Sequence[str], facts: Sequence[MeasuredFacts]) -> FitResult:

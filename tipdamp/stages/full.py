@@ -44,27 +44,27 @@ def full(study: Study, store: Store, tick: Tick) -> list[str]:
     with store.writing("preload_full.csv") as path:
         found.pairs.replace(kn=given.kn, gap=given.gap).save(path)
     force = np.maximum(given.preload, 0.0)
-    apart = np.abs(found.force - force)
     FullResult(
         of=store.outputs("preload")["preload.csv"],
         ranks=comm.size,
         dofs=dofs,
         iterations=found.iterations,
         residual=found.residual,
-        difference=apart.max() / force.max(),
+        difference=np.abs(found.force - force).max() / force.max(),
         reactions=found.reactions,
-        sides={
-            s: FullSide(
-                sum_N=found.force[mine].sum(),
-                condensed_N=force[mine].sum(),
-                open=int((found.force[mine] <= 0).sum()),
-                largest_difference_N=apart[mine].max(),
-            )
-            for s in given.sides
-            for mine in [given.side == s]
-        },
+        sides={s: _side(given.side == s, found.force, force) for s in given.sides},
     ).save(store)
     return []
+
+
+def _side(mine: np.ndarray, force: np.ndarray, condensed: np.ndarray) -> FullSide:
+    """Of the pairs `mine` (P,) bool, the forces of the full model and the condensed ones (P,) N."""
+    return FullSide(
+        sum_N=force[mine].sum(),
+        condensed_N=condensed[mine].sum(),
+        open=int((force[mine] <= 0).sum()),
+        largest_difference_N=np.abs(force - condensed)[mine].max(),
+    )
 
 
 def share(study: Study) -> None:
@@ -93,17 +93,12 @@ def _solved(study: Study, pairs: ContactTable, comm: Any, tick: Tick) -> tuple[F
         if comm.size == 1
         else _distributed(study, meshes, comm, extra)
     )
-    forces = {body.name: np.zeros(body.dofs) for body in bodies}
-    case, damper = study.preload.case, bodies[1]
-    forces[DAMPER] += (
-        loads.case_pull(study, case) * loads.unit_pull(study, damper, meshes[DAMPER]).force
-    )
-    for body in bodies if case else ():
-        forces[body.name] += loads.case_forces(study, case, body, meshes[body.name])
+    rest = loads.rest_load(study)
+    forces = [rest.on(body) for body in loads.with_loads(study, bodies, meshes)]
     dofs = sum(body.dofs for body in bodies)
     low, high = own_rows(comm, dofs + extra)
     f = np.zeros(dofs)  # inertia forces are whole in the rank's own rows alone
-    f[low:high] = np.concatenate([forces[body.name] for body in bodies])[low:high]
+    f[low:high] = np.concatenate(forces)[low:high]
     f = comm.allreduce(f)
     tick(0.3, f"Newton on {dofs} dofs" + f", {comm.size} ranks" * (comm.size > 1))
     return full_preload(

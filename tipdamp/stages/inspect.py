@@ -1,7 +1,8 @@
 """Stage inspect: what is in the meshes or matrices, before anything is computed, and the page to
 look at it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from types import MappingProxyType
 from typing import Any
 
@@ -85,13 +86,7 @@ def _meshes(study: Study, store: Store, tick: Tick) -> InspectResult:
     try:
         contact = matched(study, meshes)
     except InputError as error:
-        warnings = [w for name, mesh in meshes.items() for w in mesh_warnings(study, name, mesh)]
-        found = _with_page(
-            study,
-            store,
-            InspectResult(bodies=bodies, warnings=tuple(warnings)),
-            _refused(study, meshes, str(error)),
-        )
+        found = _refused(study, store, meshes, bodies, str(error))
         for name in found.pictures:
             raise InputError(f"{error} (look at {store.path(name)})") from None
         raise
@@ -101,24 +96,25 @@ def _meshes(study: Study, store: Store, tick: Tick) -> InspectResult:
     bodies, warnings = _weighed(study, meshes, contact, counts, bodies, tick)
     check_shared(study, {name: len(found) for name, found in meshes[BLADES].groups.items()})
     angles = surface_angles(pairs, meshes)
-    if not study.contact.pairs:
-        warnings += distance_warnings(study, pairs, meshes)
-    warnings += _of_pairs(study, pairs, angles)
-    warnings += _of_place(study, meshes[DAMPER], pairs)
-    moduli = side_materials(study, meshes, pairs)
-    return _with_page(
-        study,
-        store,
-        InspectResult(
-            bodies=bodies,
-            warnings=tuple(warnings),
-            side_moduli=moduli,
-            columns={name: count.columns for name, count in counts.items()},
-            tractions={name: count.cells for name, count in counts.items() if count.cells},
-        ),
-        Inspected(meshes, pairs, places_on(meshes, pairs), angles),
-        damper_areas(study, meshes),
+    result = InspectResult(
+        bodies=bodies,
+        warnings=(*warnings, *_of_contact(study, meshes, pairs, angles)),
+        side_moduli=side_materials(study, meshes, pairs),
+        columns={name: count.columns for name, count in counts.items()},
+        tractions={name: count.cells for name, count in counts.items() if count.cells},
     )
+    shown = Inspected(meshes, pairs, places_on(meshes, pairs), angles)
+    return _with_page(study, store, result, shown, damper_areas(study, meshes))
+
+
+def _of_contact(
+    study: Study, meshes: dict[str, Mesh], pairs: ContactTable, angles: np.ndarray
+) -> Iterator[str]:
+    """Warnings of the pairs between these meshes."""
+    if not study.contact.pairs:
+        yield from distance_warnings(study, pairs, meshes)
+    yield from _of_pairs(study, pairs, angles)
+    yield from _of_place(study, meshes[DAMPER], pairs)
 
 
 def _of_pairs(study: Study, pairs: ContactTable, angles: np.ndarray | None = None) -> list[str]:
@@ -128,7 +124,7 @@ def _of_pairs(study: Study, pairs: ContactTable, angles: np.ndarray | None = Non
     return [
         *friction_warnings(study),
         *pair_checks.warnings(pairs, angles),
-        *pair_checks.pull_warnings(pairs, pull, loads.held_directions(study, pairs)),
+        *pair_checks.pull_warnings(pairs, pull, loads.damper_hold(study).directions(pairs)),
         *pair_checks.axis_warnings(pairs, study.driver.axis),
         *pair_checks.row_warnings(pairs, pull, edges),
     ]
@@ -137,7 +133,7 @@ def _of_pairs(study: Study, pairs: ContactTable, angles: np.ndarray | None = Non
 def _of_place(study: Study, mesh: Mesh, pairs: ContactTable) -> list[str]:
     """Where the pull alone turns the damper about what no contact resists, which `preload`
     refuses."""
-    direction, held = study.driver.pull_direction, loads.held_directions(study, pairs)
+    direction, held = study.driver.pull_direction, loads.damper_hold(study).directions(pairs)
     if study.loads or pair_checks.pull_warnings(pairs, direction, held):
         return []
     nodes, forces = loads.pulled(study, mesh)
@@ -146,18 +142,23 @@ def _of_place(study: Study, mesh: Mesh, pairs: ContactTable) -> list[str]:
     return [f"a pull of 1 N: {one}; `preload` refuses that" for one in said]
 
 
-def _refused(study: Study, meshes: dict[str, Mesh], trouble: str) -> Inspected:
-    """What the page shows of pairs that are refused: those of the user's own table, where it can be
-    read."""
-    if not study.contact.pairs:
-        return Inspected(meshes, trouble=trouble)
-    try:
-        pairs = own_pairs(study)
-        return Inspected(
-            meshes, pairs, places_on(meshes, pairs), surface_angles(pairs, meshes), trouble
-        )
-    except InputError:
-        return Inspected(meshes, trouble=trouble)
+def _refused(
+    study: Study,
+    store: Store,
+    meshes: dict[str, Mesh],
+    bodies: dict[str, InspectedBody],
+    trouble: str,
+) -> InspectResult:
+    """What is known without pairs, and the page with those of the user's own table that are
+    refused, where it can be read."""
+    shown = Inspected(meshes, trouble=trouble)
+    if study.contact.pairs:
+        with suppress(InputError):
+            pairs = own_pairs(study)
+            angles = surface_angles(pairs, meshes)
+            shown = Inspected(meshes, pairs, places_on(meshes, pairs), angles, trouble)
+    warnings = [w for name, mesh in meshes.items() for w in mesh_warnings(study, name, mesh)]
+    return _with_page(study, store, InspectResult(bodies=bodies, warnings=tuple(warnings)), shown)
 
 
 def _of_mesh(study: Study, mesh: Mesh, file: str) -> InspectedBody:
@@ -238,7 +239,7 @@ def _by_matrices(
     assembled = loads.with_loads(
         study, assemble_bodies(study, meshes, tick, counts, points), meshes
     )
-    check_pieces(study, meshes, assembled, pairs)
+    check_pieces(meshes, assembled, pairs)
     return {
         body.name: {
             "free_dofs": body.dofs,
@@ -260,22 +261,7 @@ def _with_page(
     surfaces, and inspect.html beside it; a warning instead where a library is missing."""
     found = dict(result)
     if shown.pairs is not None and shown.places is not None:
-        direction = np.array(study.driver.pull_direction)
-        found["pairs"] = {s: int((shown.pairs.side == s).sum()) for s in shown.pairs.sides}
-        found["pair_checks"] = pair_checks.side_checks(
-            shown.pairs,
-            shown.places,
-            direction,
-            shown.angles,
-            loads.held_directions(study, shown.pairs),
-        )
-        if "model" not in study:  # what given matrices hold themselves is known to `preload`
-            found["only_friction"] = only_friction.held_by_friction(shown.pairs, study.driver.hold)
-        for side, faces in areas.items():
-            area = float(shown.pairs.area[shown.pairs.side == side].sum())
-            found["pair_checks"][side] = found["pair_checks"][side].model_copy(
-                update={"area_m2": area, "faces_m2": faces}
-            )
+        found |= _checked(study, shown, shown.pairs, shown.places, areas)
     if absent := missing("plotly", "jinja2"):
         found["warnings"] = (
             *result.warnings,
@@ -285,6 +271,34 @@ def _with_page(
     with store.writing("inspect.html") as path:
         path.write_text(inspection_page(study, InspectResult(**found), shown), encoding="utf-8")
     return InspectResult(**{**found, "pictures": ("inspect.html",)})
+
+
+def _checked(
+    study: Study,
+    shown: Inspected,
+    pairs: ContactTable,
+    places: dict[str, np.ndarray],
+    areas: Mapping[str, float],
+) -> dict[str, Any]:
+    """Fields of InspectResult on the pairs."""
+    hold = loads.damper_hold(study)
+    checks = pair_checks.side_checks(
+        pairs,
+        places,
+        np.array(study.driver.pull_direction),
+        shown.angles,
+        hold.directions(pairs),
+    )
+    for side, faces in areas.items():
+        area = float(pairs.area[pairs.side == side].sum())
+        checks[side] = checks[side].model_copy(update={"area_m2": area, "faces_m2": faces})
+    found: dict[str, Any] = {
+        "pairs": {s: int((pairs.side == s).sum()) for s in pairs.sides},
+        "pair_checks": checks,
+    }
+    if "model" not in study:  # what given matrices hold themselves is known to `preload`
+        found["only_friction"] = only_friction.held_by_friction(pairs, hold.motions)
+    return found
 
 
 def line(store: Store) -> str:

@@ -1,6 +1,8 @@
 """Tuning by area: which part of the closed area of each side is kept, and what of it goes into the
 result."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from tipdamp.engine.progress import Tick
@@ -8,8 +10,13 @@ from tipdamp.fields.pressure import PressurePatch, patches
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.results import static_results as results
 from tipdamp.static_contact.contact.contact_cells import cells_in, fade_of, plane_of
-from tipdamp.static_contact.contact.mirror import mirrors_of
-from tipdamp.static_contact.tuning.area_detachment import AreaStep, detach_area, keep_area
+from tipdamp.static_contact.contact.mirror import Mirror, mirrors_of
+from tipdamp.static_contact.tuning.area_detachment import (
+    AreaDetachment,
+    AreaStep,
+    detach_area,
+    keep_area,
+)
 from tipdamp.static_contact.tuning.kept_stations import halves
 from tipdamp.static_contact.tuning.station_detachment import DetachmentOptions
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly
@@ -49,8 +56,18 @@ def keep(
     sides = {
         patch.side: _side(patch, closed, area, line, kept.pairs, tune.cell_size) for patch in found
     }
+    return kept.pairs, _facts(line, kept, sides, mirrors)
+
+
+def _facts(
+    line: ContactTable,
+    kept: AreaDetachment,
+    sides: dict[str, results.KeptSide],
+    mirrors: Sequence[Mirror],
+) -> dict:
+    """Fields of TuneResult."""
     front, back = halves(line, kept.pairs.weight > 0)
-    return kept.pairs, {
+    return {
         "area": results.KeptArea(
             share=kept.chosen.share,
             hz_per_percent=kept.hz_per_share / 100,

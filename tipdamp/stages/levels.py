@@ -51,24 +51,35 @@ def level_of(settings: Respond, curves: Curves, Fe: float) -> LevelCurves:
     if orders := named_orders(settings.harmonics):
         every = tuple(_ways(settings, curves, CurveCase(Fe, H, settings.band)) for H in orders)
         return LevelCurves((), None, (), every, _effort(settings, orders))
-    tried, cases = list[TriedHarmonics](), []
+    tried, cases, within = _tried(settings, curves, Fe)
+    if len(tried) < len(cases):
+        return LevelCurves(tried, None, cases, ())
+    H = ([one.H for one in tried if one.complete] or [tried[0].H])[-1]
+    chosen = CurveCase(Fe, H, settings.band, tolerance=settings.tolerance)
+    wanted = _ways(settings, curves, chosen)
+    effort = _effort(settings, [one.H for one in tried])
+    return LevelCurves(tried, within, cases, (wanted,), effort)
+
+
+def _tried(
+    settings: Respond, curves: Curves, Fe: float
+) -> tuple[tuple[TriedHarmonics, ...], tuple[CurveCase, ...], bool]:
+    """What the finished curves of more and more harmonics came to; all curves, of which the last
+    may have to be made; whether the last meets the tolerance."""
+    tried, cases, within = list[TriedHarmonics](), list[CurveCase](), False
     further: int | None = first_orders()
     while further is not None:
         case = CurveCase(Fe, further, settings.band, tolerance=settings.tolerance)
         cases.append(case)
         if not curves.finished(case):
-            return LevelCurves(tuple(tried), None, tuple(cases), ())
+            break
         curve = curves.load(case)
         tried.append(TriedHarmonics(H=further, error=error_of(curve), complete=curve.complete))
         within = curve.complete and error_of(curve) <= settings.tolerance
         if within or not curve.complete:
             break
         further = curves.more_harmonics(case)
-    H = ([one.H for one in tried if one.complete] or [tried[0].H])[-1]
-    chosen = CurveCase(Fe, H, settings.band, tolerance=settings.tolerance)
-    wanted = _ways(settings, curves, chosen)
-    effort = _effort(settings, [one.H for one in tried])
-    return LevelCurves(tuple(tried), within, tuple(cases), (wanted,), effort)
+    return tuple(tried), tuple(cases), within
 
 
 def _ways(settings: Respond, curves: Curves, case: CurveCase) -> tuple[CurveCase, ...]:

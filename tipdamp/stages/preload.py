@@ -1,14 +1,15 @@
 """Stage preload: static contact of the whole patch under the pull and in further load cases."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from tipdamp.bodies import DAMPER, loads, stiffness
+from tipdamp.bodies import DAMPER, stiffness
+from tipdamp.bodies.balance import side_sums
 from tipdamp.bodies.gaps import check_gaps
-from tipdamp.bodies.pieces import check_loaded
+from tipdamp.bodies.loads import resultant
 from tipdamp.bodies.read import BODY_READS
 from tipdamp.bodies.stiffness import Moduli
 from tipdamp.checks import only_friction
@@ -37,18 +38,27 @@ from tipdamp.stages.fitted_stiffness import fit_factor
 from tipdamp.stages.stage import Stage, recorded
 from tipdamp.static_contact.contact.contact_forces import Preload
 from tipdamp.static_contact.contact.frictional_preload import FrictionState
-from tipdamp.static_contact.contact.preload import StaticContact
 from tipdamp.static_contact.contact.slide_at_rest import SlideAtRest
 from tipdamp.statics import cases as statics
 from tipdamp.statics import friction_history, whole_body
-from tipdamp.statics.model_inputs import (
-    balance_error,
-    equilibrium,
-    preload_map,
-    round_sides,
-    side_sums,
-)
+from tipdamp.statics.at_rest import ContactAtRest, DamperAtRest, Friction, damper_at_rest
+from tipdamp.statics.model_inputs import preload_map
 from tipdamp.study.view import Study
+
+
+@dataclass(frozen=True)
+class WholePatch:
+    """The whole patch: made {side: what its stiffness was made from}; doubts - warnings of a
+    fit."""
+
+    contact: ContactAtRest
+    made: dict[str, SideStiffness]
+    doubts: list[str]
+
+    def lines(self, pulled: ContactTable) -> list[LineContact]:
+        """The cylinders that touch along a line under the preload of these pairs."""
+        damper, E_star = self.contact.damper, {n: one.E_star_Pa for n, one in self.made.items()}
+        return narrow_lines(pulled, damper.axis, damper.radius, E_star)
 
 
 @dataclass(frozen=True)
@@ -66,155 +76,111 @@ class PatchAtRest:
 def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     """Unilateral static contact of the whole patch under the pull, or the case in its place: the
     preload map."""
-    model = ReducedModel.load(store.path("model.npz"))
-    reduced = ReduceResult.load(store)
-    bodies = statics.static_bodies(study, model, reduced.reduction)
-    check_loaded(study, bodies.model)
-    pairs, made, said = _with_stiffness(study, store, model, bodies, reduced.side_materials)
-    tick(0.2, f"{len(pairs)} pairs on {bodies.model.size} dofs")
-    contact = statics.static_contact(study, bodies, pairs)
-    rest = (
-        _with_friction(study, store, bodies, contact, pairs)
-        if study.preload.friction
-        else _frictionless(study, contact)
-    )
-    found = rest.solution
-    pulled = preload_map(found, pairs)
-    with store.writing("preload.csv") as path:
-        pulled.save(path)
-    cases = {name: load_case(study, store, bodies, contact, pairs, name) for name in study.loads}
-    doubts = [one.doubt for one in contact.held if one.doubt]
-    rounds = round_sides(study, bodies.model, pairs)
-    slides = rounds.slides(found.displacement, found.force)
-    reactions = {
-        "the pull": rest.facts.get("reactions", {}),
-        **{f"[loads.{name}]": case.reactions for name, case in cases.items()},
-    }
-    PreloadResult(
-        sides=side_forces(found.pairs, rest.forces, rest.balance),
-        slide_m={name: one.slide for name, one in slides.items()},
-        gap_at_rest_m=tuple(found.pairs.gap.tolist()) if rounds.names else (),
-        residual=found.residual,
-        iterations=found.iterations,
-        **rest.facts,
-        stiffness=made,
-        cases=cases,
-        warnings=(
-            *said,
-            *doubts,
-            *_closure(study, pulled, made),
-            *_slides(study, bodies, pulled, slides),
-            *hole_warnings(_lines(study, pulled, made), pulled.preload),
-            *jamming(pairs, np.array(study.driver.pull_direction)),
-            *reaction_warnings(reactions),
-        ),
-        kn_kt_N_per_m={
-            s: (pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean())
-            for s in pairs.sides
-        },
-    ).save(store)
-    files = ["preload_friction.csv"] if study.preload.friction else []
+    model, reduced = ReducedModel.load(store.path("model.npz")), ReduceResult.load(store)
+    damper = damper_at_rest(study, model, reduced.reduction)
+    pairs, made, doubts = _with_stiffness(study, store, model, damper, reduced.side_materials)
+    tick(0.2, f"{len(pairs)} pairs on {damper.bodies.model.size} dofs")
+    patch = WholePatch(ContactAtRest(damper, pairs), made, doubts)
+    found, cases = _solved(store, patch.contact), _load_cases(store, patch.contact)
+    _result(patch, found, cases).save(store)
+    files = ["preload_friction.csv"] if damper.friction else []
     files += [case.file for case in cases.values()]
     if study.preload.stress:
-        files += _stress(study, store, bodies, pairs, found, tick)
-    tables = {name: ContactTable.load(store.path(case.file)) for name, case in cases.items()}
-    return [*files, *_drawn(study, store, {"pull": pulled, **tables}, made)]
-
-
-def _stress(
-    study: Study,
-    store: Store,
-    bodies: statics.StaticBodies,
-    pairs: ContactTable,
-    found: Preload | FrictionState,
-    tick: Tick,
-) -> list[str]:
-    none = np.zeros((len(pairs), 2))
-    tangential = found.tangential if isinstance(found, FrictionState) else none
-    force = np.column_stack([tangential, found.force])
-    shapes = bodies.shapes(whole_body.Rest(found.displacement, pairs, force))
-    return whole_body.keep_stress(study, store, shapes, tick)
-
-
-def _lines(
-    study: Study, pulled: ContactTable, made: Mapping[str, SideStiffness]
-) -> list[LineContact]:
-    E_star = {name: one.E_star_Pa for name, one in made.items()}
-    return narrow_lines(pulled, np.array(study.driver.axis), stiffness.radii(study), E_star)
-
-
-def _drawn(
-    study: Study,
-    store: Store,
-    tables: dict[str, ContactTable],
-    made: Mapping[str, SideStiffness],
-) -> list[str]:
-    """preload.vtu of {load case: table}, the pull first."""
-    lines = _lines(study, tables["pull"], made)
-    return keep_preload(store, tables, study.contact.normal == "hard", lines)
+        files += _stress(store, patch.contact, found.solution, tick)
+    return [*files, *_drawn(store, patch, cases)]
 
 
 def _with_stiffness(
     study: Study,
     store: Store,
     model: ReducedModel,
-    bodies: statics.StaticBodies,
+    damper: DamperAtRest,
     materials: dict[str, Moduli],
 ) -> tuple[ContactTable, dict[str, SideStiffness], list[str]]:
     """The pairs with kn, kt, mu and gap, what the stiffness of each side was made from, and
     warnings of a fit."""
     pairs = ContactTable.load(store.path("pairs.csv"))
-    pull = loads.force_at_rest(study, model)
-    fitted = 1.0
-    said: list[str] = []
+    balance, fitted = damper.loads.balance, 1.0
+    doubts: list[str] = []
+
+    def scaled(factor: float) -> ContactTable:
+        return stiffness.with_values(study, pairs, materials, balance, factor)
+
     if study.contact.fit_hz is not None:
-        fitted, said = fit_factor(
-            study, model, bodies, lambda f: stiffness.with_values(study, pairs, materials, pull, f)
-        )
-    sides = stiffness.side_stiffness(study, pairs, materials, pull, fitted)
+        fitted, doubts = fit_factor(study, model, damper, scaled)
+    sides = stiffness.side_stiffness(study, pairs, materials, balance, fitted)
     made = stiffness.facts(study, pairs, sides, materials, fitted)
-    pairs = stiffness.with_values(study, pairs, materials, pull, fitted)
-    check_gaps(study, pairs, model.position[(model.body == DAMPER) & model.moves])
-    return pairs, made, said
+    found = stiffness.with_sides(study, pairs, sides)
+    check_gaps(study, found, model.position[(model.body == DAMPER) & model.moves])
+    return found, made, doubts
 
 
-def _closure(study: Study, pulled: ContactTable, made: Mapping[str, SideStiffness]) -> list[str]:
-    """Warnings of springs that are far too soft for the preload, or for one another."""
-    if study.contact.normal == "hard":
-        return []
-    doubts = [*tangential_doubts(pulled), *uneven_doubts(pulled)]
-    smooth = {
-        name: one.nodes * way.kn_N_per_m
-        for name, one in made.items()
-        for way in one.ways
-        if way.way == "smooth half-spaces"
+def _solved(store: Store, contact: ContactAtRest) -> PatchAtRest:
+    """The patch under the load at rest; writes preload.csv."""
+    friction = contact.damper.friction
+    found = _with_friction(store, contact, friction) if friction else _frictionless(contact)
+    with store.writing("preload.csv") as path:
+        preload_map(found.solution, contact.pairs).save(path)
+    return found
+
+
+def _result(patch: WholePatch, rest: PatchAtRest, cases: dict[str, LoadCasePreload]) -> PreloadResult:
+    contact, found = patch.contact, rest.solution
+    pairs, pulled = contact.pairs, preload_map(found, contact.pairs)
+    slides = contact.rounds.slides(found.displacement, found.force)
+    reactions = {
+        "the pull": rest.facts.get("reactions", {}),
+        **{f"[loads.{name}]": case.reactions for name, case in cases.items()},
     }
-    return [*closure_doubts(pulled, smooth), *doubts]
+    return PreloadResult(
+        sides=side_forces(found.pairs, rest.forces, rest.balance),
+        slide_m={name: one.slide for name, one in slides.items()},
+        gap_at_rest_m=tuple(found.pairs.gap.tolist()) if contact.rounds.names else (),
+        residual=found.residual,
+        iterations=found.iterations,
+        **rest.facts,
+        stiffness=patch.made,
+        cases=cases,
+        warnings=(*_warnings(patch, pulled, slides), *reaction_warnings(reactions)),
+        kn_kt_N_per_m={
+            s: (pairs.kn[pairs.side == s].mean(), pairs.kt[pairs.side == s].mean())
+            for s in pairs.sides
+        },
+    )
 
 
-def _slides(
-    study: Study,
-    bodies: statics.StaticBodies,
-    pulled: ContactTable,
-    slides: Mapping[str, SlideAtRest],
+def _warnings(
+    patch: WholePatch, pulled: ContactTable, slides: Mapping[str, SlideAtRest]
 ) -> Iterator[str]:
-    """Warnings of round sides; with friction their sums do not follow from normals alone."""
-    sums, wanted = {}, {}
-    if slides and not study.preload.friction:
-        load, held = loads.force_at_rest(study, bodies.model), loads.held_directions(study, pulled)
-        sums, wanted = side_sums(pulled), balance_at_rest(pulled, slides, load, held)
-    return slide_warnings(slides, sums, wanted)
+    """Of the fit, what holds the damper, the springs, and where and how the sides touch."""
+    contact = patch.contact
+    yield from patch.doubts
+    yield from (one.doubt for one in contact.frictionless.held if one.doubt)
+    if not contact.damper.hard:
+        yield from _closure(pulled, patch.made)
+    yield from _slides(contact.damper, pulled, slides)
+    yield from hole_warnings(patch.lines(pulled), pulled.preload)
+    yield from jamming(contact.pairs, contact.damper.loads.direction)
 
 
-def _frictionless(study: Study, contact: StaticContact) -> PatchAtRest:
-    result = statics.solve_at_rest(study, contact, loads.at_rest(study, contact.model))
+def _drawn(store: Store, patch: WholePatch, cases: Mapping[str, LoadCasePreload]) -> list[str]:
+    """preload.vtu of the pull and the load cases."""
+    files = {"pull": "preload.csv", **{name: case.file for name, case in cases.items()}}
+    tables = {name: ContactTable.load(store.path(file)) for name, file in files.items()}
+    return keep_preload(store, tables, patch.contact.damper.hard, patch.lines(tables["pull"]))
+
+
+def _frictionless(contact: ContactAtRest) -> PatchAtRest:
+    damper = contact.damper
+    result = contact.solve(damper.loads.at_rest)
+    names = only_friction.directed(contact.frictionless.motions)
     motions = [
         FreeMotion(name=name, unit=m.unit, load=m.load)
-        for name, m in zip(only_friction.directed(contact.motions), result.motions, strict=True)
+        for name, m in zip(names, result.motions, strict=True)
     ]
     return PatchAtRest(
         result,
-        equilibrium(study, contact.model, result.pairs.replace(gap=contact.pairs.gap)),
+        damper.loads.balance.equilibrium(result.pairs.replace(gap=contact.pairs.gap)),
         result.balance,
         {
             "method": result.method,
@@ -225,78 +191,104 @@ def _frictionless(study: Study, contact: StaticContact) -> PatchAtRest:
     )
 
 
-def _with_friction(
-    study: Study,
-    store: Store,
-    bodies: statics.StaticBodies,
-    contact: StaticContact,
-    pairs: ContactTable,
-) -> PatchAtRest:
+def _with_friction(store: Store, contact: ContactAtRest, friction: Friction) -> PatchAtRest:
     """The state at the end of the history; writes preload_friction.csv."""
-    state = friction_history.solve(
-        study, bodies, contact.pairs, friction_history.history(study, bodies.model)
-    )
+    damper, pairs = contact.damper, contact.pairs
+    state = friction_history.solve(contact, friction, damper.loads.history)
     with store.writing("preload_friction.csv") as path:
         friction_history.save(path, pairs, state.tangential, state.slider, state.slips)
-    balance = balance_error(
-        study, state.pairs, loads.force_at_rest(study, bodies.model), state.tangential
-    )
     unmoved = state.pairs.replace(gap=pairs.gap)
-    facts = friction_history.facts(state, equilibrium(study, bodies.model, unmoved))
     return PatchAtRest(
         state,
         side_sums(state.pairs),
-        balance,
+        damper.loads.balance.error(state.pairs, state.tangential),
         {
             "method": "friction",
-            "friction": facts,
-            "held": spring_forces(contact.held, state.displacement),
+            "friction": friction_history.figures(state, damper.loads.balance.equilibrium(unmoved)),
+            "held": spring_forces(contact.frictionless.held, state.displacement),
         },
     )
 
 
-def load_case(
-    study: Study,
-    store: Store,
-    bodies: statics.StaticBodies,
-    contact: StaticContact,
-    pairs: ContactTable,
-    name: str,
-) -> LoadCasePreload:
-    """Preload map of one further load case, in a file of its own."""
-    load = loads.total(study, name, bodies.model)
-    result: Preload | FrictionState
-    balance: float | None
-    reactions: dict[str, float] = {}
-    try:
-        if study.preload.friction:
-            result = friction_history.solve(study, bodies, contact.pairs, [load])
-            resultant = loads.resultant(bodies.model, load)
-            balance = balance_error(study, result.pairs, resultant, result.tangential)
-        else:
-            result = statics.solve_at_rest(study, contact, load)
-            balance, reactions = result.balance, result.reactions
-    except InputError as error:
-        raise InputError(f"{study.path}: [loads.{name}]: {error}") from None
-    file = f"loads/{name}.csv"
-    with store.writing(file) as path:
-        preload_map(result, pairs).save(path)
-    sides = {
+def _load_cases(store: Store, contact: ContactAtRest) -> dict[str, LoadCasePreload]:
+    """{load case: its preload}; writes loads/NAME.csv of each."""
+    found = {}
+    for name, load in contact.damper.loads.cases.items():
+        try:
+            result, balance, reactions = _in_case(contact, load)
+        except InputError as error:
+            raise InputError(f"[loads.{name}]: {error}") from None
+        file = f"loads/{name}.csv"
+        with store.writing(file) as path:
+            preload_map(result, contact.pairs).save(path)
+        found[name] = LoadCasePreload(
+            file=file,
+            sides=_side_loads(contact.pairs, result.force),
+            residual=result.residual,
+            balance_error=balance,
+            reactions=reactions,
+            held=spring_forces(contact.frictionless.held, result.displacement),
+        )
+    return found
+
+
+def _side_loads(pairs: ContactTable, force: np.ndarray) -> dict[str, SideLoad]:
+    """{side: figures of the forces (P,) N of its pairs}"""
+    return {
         s: SideLoad(
-            sum_N=result.force[pairs.side == s].sum(),
-            max_N=result.force[pairs.side == s].max(),
-            detached=(result.force[(pairs.side == s) & pairs.carrying] <= 0).sum(),
+            sum_N=force[pairs.side == s].sum(),
+            max_N=force[pairs.side == s].max(),
+            detached=(force[(pairs.side == s) & pairs.carrying] <= 0).sum(),
         )
         for s in pairs.sides
     }
-    return LoadCasePreload(
-        file=file,
-        sides=sides,
-        residual=result.residual,
-        balance_error=balance,
-        reactions=reactions,
-        held=spring_forces(contact.held, result.displacement),
-    )
+
+
+def _in_case(
+    contact: ContactAtRest, load: np.ndarray
+) -> tuple[Preload | FrictionState, float | None, dict[str, float]]:
+    """The state under a load (r,) N, what of the load is not balanced, and constraint reactions."""
+    damper = contact.damper
+    if damper.friction is None:
+        result = contact.solve(load)
+        return result, result.balance, result.reactions
+    state = friction_history.solve(contact, damper.friction, [("the load", load)])
+    balance = replace(damper.loads.balance, force=resultant(damper.bodies.model, load))
+    return state, balance.error(state.pairs, state.tangential), {}
+
+
+def _stress(
+    store: Store, contact: ContactAtRest, found: Preload | FrictionState, tick: Tick
+) -> list[str]:
+    """stress_*.vtu of the whole bodies."""
+    none = np.zeros((len(contact.pairs), 2))
+    tangential = found.tangential if isinstance(found, FrictionState) else none
+    force = np.column_stack([tangential, found.force])
+    damper = contact.damper
+    rest = whole_body.Rest(damper.loads.rest, found.displacement, contact.pairs, force)
+    return whole_body.keep_stress(store, damper.bodies.shapes(rest), rest.load, tick)
+
+
+def _closure(pulled: ContactTable, made: Mapping[str, SideStiffness]) -> list[str]:
+    """Warnings of springs that are far too soft for the preload, or for one another."""
+    smooth = {
+        name: one.nodes * way.kn_N_per_m
+        for name, one in made.items()
+        for way in one.ways
+        if way.way == "smooth half-spaces"
+    }
+    doubts = [*tangential_doubts(pulled), *uneven_doubts(pulled)]
+    return [*closure_doubts(pulled, smooth), *doubts]
+
+
+def _slides(
+    damper: DamperAtRest, pulled: ContactTable, slides: Mapping[str, SlideAtRest]
+) -> Iterator[str]:
+    """Warnings of round sides; with friction their sums do not follow from normals alone."""
+    if not slides or damper.friction:
+        return slide_warnings(slides, {}, {})
+    wanted = balance_at_rest(pulled, slides, damper.loads.balance)
+    return slide_warnings(slides, side_sums(pulled), wanted)
 
 
 def reaction_warnings(cases: dict[str, dict[str, float]]) -> list[str]:

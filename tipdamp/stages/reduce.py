@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from tipdamp.bodies import BLADES
-from tipdamp.bodies.free_modes import FreeModes, band, band_warnings, lowest_modes, named_modes
+from tipdamp.bodies.free_modes import band, band_warnings, lowest_modes
 from tipdamp.bodies.matrices import given_model, size_of
 from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.bodies.reduce import reduced_model, wants_error
@@ -17,7 +17,8 @@ from tipdamp.hbm.balance.receptance import linear_response_with_peaks
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.results.static_results import FreeResponse, ReduceResult
 from tipdamp.stages.stage import Stage, recorded
-from tipdamp.statics.model_inputs import EXCITATION, excitation, group, in_patch, outputs, ratio
+from tipdamp.statics.model_inputs import EXCITATION, excitation, in_patch, outputs, ratio
+from tipdamp.statics.modes import free_modes
 from tipdamp.statics.whole_body import KEPT, keep_modes
 from tipdamp.study.view import Study
 
@@ -68,21 +69,6 @@ def _free(study: Study, blades: ReducedModel) -> dict[str, Any]:
         "free_response": free_response(study, blades, limits),
         "warnings": [*free.warnings, *band_warnings(limits, free)],
     }
-
-
-def free_modes(study: Study, blades: ReducedModel) -> FreeModes:
-    """Free modes of the blades by the motion of the two patches along the force."""
-    rows = (
-        np.mean(
-            [
-                blades.displacement_row(BLADES, n, study.respond.direction)
-                for n in group(blades, study, p)
-            ],
-            axis=0,
-        )
-        for p in study.respond.patches
-    )
-    return named_modes(blades, *rows)
 
 
 def free_response(study: Study, blades: ReducedModel, limits: tuple[float, float]) -> FreeResponse:

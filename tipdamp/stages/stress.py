@@ -1,34 +1,33 @@
 """Stage stress: mean and alternating stress of the whole bodies at the peak of the curves of the
 largest H."""
 
-from collections.abc import Iterator
-from functools import partial
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from tipdamp.bodies.loads import rest_load
 from tipdamp.bodies.read import BODY_FILES, BODY_READS
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import write_shapes
-from tipdamp.hbm.curve.cycles import whole_motion
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.ties import SAME, in_order
 from tipdamp.modal.mesh import Mesh
 from tipdamp.results.response_results import (
+    CurveResult,
     PeakStress,
     RespondResult,
     StressPlace,
     StressResult,
     families,
 )
-from tipdamp.stages.cycles import highest_point
-from tipdamp.stages.respond import READS, Assembly, assembled
+from tipdamp.stages.assembly import READS, Assembly, assembled
+from tipdamp.stages.cycles import highest_point, motion_of_bodies
 from tipdamp.stages.stage import Stage, recorded
 from tipdamp.statics.whole_body import (
     Stressed,
     VibrationStress,
-    body_load,
     contact_forces,
     whole_bodies,
 )
@@ -44,14 +43,14 @@ class BodyAtRest(NamedTuple):
     """A body, its displacement (n, 3) m at rest, and the part of the forces on it that is not
     balanced."""
 
-    on_mesh: Stressed
+    stressed: Stressed
     shape: np.ndarray
     unbalanced: float
 
     @property
     def name(self) -> str:
         """Of the body."""
-        return self.on_mesh.whole.body.name
+        return self.stressed.whole.body.name
 
 
 def stress(study: Study, store: Store, tick: Tick) -> list[str]:
@@ -66,46 +65,68 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
         tick(0.9 + 0.1 * k / len(cases), f"Fe = {case.Fe_N:g} N, H = {case.H}")
         curve = ForcedResponse.load(store.path(case.file))
         point = highest_point(case, curve)
-        if point is None:
-            continue
-        q = whole_motion(curve, assembly.curves.problem, point)
-        files = list[str]()
-        places, least = list[StressPlace](), list[StressPlace]()
-        if assembly.interface is not None:
-            q = assembly.interface.basis @ q
-        for one in bodies:
-            name, mesh = one.name, one.on_mesh.mesh
-            fields = one.on_mesh.vibration(
-                one.shape, q[assembly.model.body == name], 2 * np.pi * float(curve.frequency[point])
-            )
-            stem = case.file.rpartition("/")[2].removesuffix(".npz")
-            safety = goodman(fields, *limits(study, mesh))
-            shown = {
-                "mean von Mises stress (Pa)": fields.mean,
-                "alternating stress (Pa)": fields.alternating,
-                "displacement amplitude (m)": fields.amplitude,
-            }
-            known = np.isfinite(safety).any()
-            shown |= {"safety by Goodman": safety} if known else {}
-            files += write_shapes(store, f"vibration_{stem}_{name}.vtu", mesh, shown)
-            place = partial(_place, name, mesh, fields, safety)
-            places += map(place, _tops(mesh, fields))
-            least += [place(int(np.nanargmin(safety)))] if known else []
-        found.append(
-            PeakStress(
-                files=tuple(files),
-                Fe_N=case.Fe_N,
-                H=case.H,
-                hz=float(curve.frequency[point]),
-                places=tuple(places),
-                least=tuple(least),
-            )
-        )
-    unbalanced = {one.name: one.unbalanced for one in bodies if one.on_mesh.whole.body.free}
+        if point is not None:
+            q = motion_of_bodies(assembly, curve, point)
+            hz, model = float(curve.frequency[point]), assembly.model
+            each = [_vibration(study, one, q[model.body == one.name], hz) for one in bodies]
+            found.append(_at_peak(store, case, hz, each))
+    unbalanced = {one.name: one.unbalanced for one in bodies if one.stressed.whole.body.free}
     StressResult(
         curves=tuple(found), unbalanced=unbalanced, warnings=tuple(_unbalanced(unbalanced))
     ).save(store)
     return [file for one in found for file in one.files]
+
+
+class Vibration(NamedTuple):
+    """Of a body: its fields, and the safety (n,) by Goodman at its nodes, NaN where not known."""
+
+    body: BodyAtRest
+    fields: VibrationStress
+    safety: np.ndarray
+
+    def place(self, node: int) -> StressPlace:
+        """What is known at the node of an index."""
+        mesh, fields = self.body.stressed.on_mesh.mesh, self.fields
+        return StressPlace(
+            body=self.body.name,
+            node=mesh.node[node],
+            position_m=tuple(mesh.position[node]),
+            mean_Pa=fields.mean[node],
+            alternating_Pa=fields.alternating[node],
+            amplitude_m=fields.amplitude[node],
+            safety=self.safety[node],
+        )
+
+
+def _vibration(study: Study, one: BodyAtRest, q: np.ndarray, hz: float) -> Vibration:
+    fields = one.stressed.vibration(one.shape, q, 2 * np.pi * hz)
+    return Vibration(one, fields, goodman(fields, *limits(study, one.stressed.on_mesh.mesh)))
+
+
+def _at_peak(store: Store, case: CurveResult, hz: float, each: Sequence[Vibration]) -> PeakStress:
+    """The places of the largest stress and the least safety; writes vibration_*.vtu."""
+    files, stem = list[str](), case.file.rpartition("/")[2].removesuffix(".npz")
+    places, least = list[StressPlace](), list[StressPlace]()
+    for one in each:
+        mesh, fields, safety = one.body.stressed.on_mesh.mesh, one.fields, one.safety
+        known = np.isfinite(safety).any()
+        shown = {
+            "mean von Mises stress (Pa)": fields.mean,
+            "alternating stress (Pa)": fields.alternating,
+            "displacement amplitude (m)": fields.amplitude,
+        }
+        shown |= {"safety by Goodman": safety} if known else {}
+        files += write_shapes(store, f"vibration_{stem}_{one.body.name}.vtu", mesh, shown)
+        places += map(one.place, _tops(mesh, fields))
+        least += [one.place(int(np.nanargmin(safety)))] if known else []
+    return PeakStress(
+        files=tuple(files),
+        Fe_N=case.Fe_N,
+        H=case.H,
+        hz=hz,
+        places=tuple(places),
+        least=tuple(least),
+    )
 
 
 def _at_rest(study: Study, store: Store, assembly: Assembly, tick: Tick) -> list[BodyAtRest]:
@@ -113,14 +134,11 @@ def _at_rest(study: Study, store: Store, assembly: Assembly, tick: Tick) -> list
     found = whole_bodies(study, store, tick)
     contact = contact_forces([one.whole.body for one in found], assembly.kept, assembly.rest)
     tick(0.85, "the bodies at rest")
+    load = rest_load(study)
     return [
-        BodyAtRest(
-            one,
-            *one.whole.at_rest(
-                body_load(study, one.whole.body, one.mesh) - contact[one.whole.body.name]
-            ),
-        )
+        BodyAtRest(one, *one.whole.at_rest(load.on(body) - contact[body.name]))
         for one in found
+        for body in [one.whole.body]
     ]
 
 
@@ -165,20 +183,6 @@ def _tops(mesh: Mesh, fields: VibrationStress) -> np.ndarray:
         np.maximum.at(around, cells, value[cells].max(axis=1, keepdims=True))
     tops = np.flatnonzero((value >= around * (1 - SAME)) & (value > 0))
     return tops[in_order(-value[tops])][:LARGEST]
-
-
-def _place(
-    body: str, mesh: Mesh, fields: VibrationStress, safety: np.ndarray, i: int
-) -> StressPlace:
-    return StressPlace(
-        body=body,
-        node=mesh.node[i],
-        position_m=tuple(mesh.position[i]),
-        mean_Pa=fields.mean[i],
-        alternating_Pa=fields.alternating[i],
-        amplitude_m=fields.amplitude[i],
-        safety=safety[i],
-    )
 
 
 def _unbalanced(parts: dict[str, float]) -> Iterator[str]:

@@ -2,17 +2,14 @@
 pairs."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
-from tipdamp.bodies import BLADES, CHECK_BELOW_HZ
+from tipdamp.bodies import CHECK_BELOW_HZ
 from tipdamp.bodies.check import full_model_check
 from tipdamp.bodies.free_modes import tracking_warnings
 from tipdamp.bodies.read import BODY_FILES, BODY_READS
-from tipdamp.checks import kept_table
 from tipdamp.checks.pairs import one_row_warnings
 from tipdamp.checks.pairs import warnings as pair_warnings
 from tipdamp.engine.progress import Tick
@@ -20,129 +17,88 @@ from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import keep_stuck
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.contact_doubts import closure_doubts, tangential_doubts, uneven_doubts
-from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.truncation import Truncation
 from tipdamp.results import static_results as results
-from tipdamp.results.response_results import MeasuredResult
-from tipdamp.stages import kept_area
 from tipdamp.stages.kept_preload import (
     KeptContact,
     KeptPreload,
+    WholeAtRest,
     kept_case,
     kept_preload,
-    moment_within,
 )
+from tipdamp.stages.kept_search import KeptSearch, detachment, target
 from tipdamp.stages.preload import side_forces
-from tipdamp.stages.reduce import free_modes
 from tipdamp.stages.stage import Stage
 from tipdamp.static_contact.full.stuck_modes import StuckSet
 from tipdamp.static_contact.tuning.redistribution import MOMENT, carried
-from tipdamp.static_contact.tuning.roll_springs import RollSpring, spring_rows
+from tipdamp.static_contact.tuning.roll_springs import spring_rows
 from tipdamp.static_contact.tuning.station_detachment import (
-    Detachment,
-    DetachmentOptions,
-    NotReachable,
     Step,
-    detach_until,
-    keep_stations,
-    keep_weights,
 )
 from tipdamp.static_contact.tuning.stuck_assembly import StuckAssembly, StuckModes
 from tipdamp.statics import friction_history
 from tipdamp.statics import model_inputs as inputs
+from tipdamp.statics.modes import Stuck, free_shapes
 from tipdamp.study.view import Study
 
-DEVIATIONS = 2  # of the peak frequency over the repeats: scatter of a measured target
 SHOWN_BELOW_HZ = 2 * CHECK_BELOW_HZ
 ABOVE = 1.5  # times the tracked frequency, up to which modes are shown and checked at least
 LISTED = 6  # stuck modes in the line of the stage
 UNBALANCED = 0.01  # of the pull, by a table's preload: more is told
 
 
-@dataclass(frozen=True)
-class Target:
-    """hz - the frequency that the kept stations must meet; scatter_hz - what it is known to."""
-
-    hz: float
-    scatter_hz: float = 0.0
-
-
-@dataclass(frozen=True)
-class Sets:
-    """Sets of pairs that stick, {name: ...}: pairs - with weight 0 on what is open at rest; open -
-    their number; springs - roll springs; modes - stuck modes."""
-
-    pairs: dict[str, ContactTable]
-    open: dict[str, int]
-    springs: dict[str, list[RollSpring]]
-    modes: dict[str, StuckModes]
-
-
 def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     """Detach stations until the stuck frequency meets the target; the kept pairs carry the pull."""
     model = ReducedModel.load(store.path("model.npz"))
-    whole = ContactTable.load(store.path("preload.csv"))
-    shapes = _free_shapes(study, model)
+    whole = WholeAtRest.load(study, store, model)
+    line, assembly = inputs.line_of(study, whole.pairs), StuckAssembly(model)
+    shapes, goal = free_shapes(study, model), target(study, store)
     follow = shapes.pop(study.tune.follow)
-    line, assembly = inputs.line_of(study, whole), StuckAssembly(model)
-    load, goal = carried(whole, line), target(study, store)
-    options = DetachmentOptions(
-        springs=lambda pairs: inputs.declared_springs(study, pairs),
-        load=load,
-        order="least_loaded" if study.tune.order == "least_loaded" else "from_middle",
-        graded=study.tune.graded,
-        conserve=inputs.conserves(study),
-        scatter_hz=goal.scatter_hz if goal else 0.0,
-        allowed=lambda weight: moment_within(
-            study, store, model, whole, line.replace(weight=weight)
-        ),
-    )
-    try:
-        pairs, tuned = _keep(study, assembly, line, follow, goal, options, tick)
-    except NotReachable as error:
-        other = _reaching(study, assembly, line, shapes, goal, options)
-        more = inputs.out_of_reach(study, error.above, other)
-        raise InputError(f"[tune] {error}{more}") from None
+    options = detachment(study, whole, line, goal)
+    search = KeptSearch(study, assembly, line, goal, options)
+    pairs, tuned = search.kept(follow, shapes, tick)
     contact = KeptContact(study, model, results.ReduceResult.load(store).reduction, pairs)
-    kept = kept_preload(study, store, _without_detached(study, whole, line, pairs), contact)
-    sets = _stuck_sets(
-        study,
-        assembly,
-        follow,
-        {
-            "full_area": (whole, whole.preload > 0),
-            "full_line": (line, load > 0),
-            "tuned": (kept.pairs, kept.pairs.preload > 0),
-        },
-    )
+    kept = kept_preload(study, _without_detached(study, whole, line, pairs), contact)
+    closed = {
+        "full_area": (whole.pairs, whole.pairs.preload > 0),
+        "full_line": (line, carried(whole.pairs, line) > 0),
+        "tuned": (kept.pairs, kept.pairs.preload > 0),
+    }
+    sets = {
+        name: Stuck.of(study, assembly, follow, *one, above_hz=SHOWN_BELOW_HZ)
+        for name, one in closed.items()
+    }
     checked = _full_model_check(study, store, model, sets, tick)
     files = _write_kept(store, kept)
-    on_kept = kept.pairs.select(kept.pairs.carrying)
-    springs = spring_rows(model, sets.pairs["tuned"], sets.springs["tuned"])
     found = results.TuneResult(
-        other_modes={
-            name: _other_mode(assembly.modes(sets.pairs["tuned"], shape, extra=springs))
-            for name, shape in shapes.items()
-        },
+        other_modes=_other_modes(assembly, sets["tuned"], shapes),
         target_hz=goal.hz if goal else None,
-        scatter_hz=goal.scatter_hz if goal else 0.0,
+        scatter_hz=options.scatter_hz,
         **tuned,
         **stuck_figures(sets),
         table=study.tune.kept or None,
         full_model_check=checked,
-        redistribution=kept.facts,
-        preload_kept=side_forces(on_kept, kept.forces, kept.balance),
-        roll_stiffness_Nm_per_rad=sum(s.k for s in sets.springs["tuned"]),
-        cases={name: kept_case(study, contact, name) for name in study.loads},
+        **_preload_figures(kept),
+        roll_stiffness_Nm_per_rad=sum(s.k for s in sets["tuned"].springs),
+        cases={name: kept_case(contact, name) for name in study.loads},
         warnings=tuple(_passed_over(tuned.get("passed_over", ()))),
     )
     found.save(store)
     shown = {
-        f"{found.kept_name} stuck": sets.modes["tuned"],
-        "whole area stuck": sets.modes["full_area"],
+        f"{found.kept_name} stuck": sets["tuned"].modes,
+        "whole area stuck": sets["full_area"].modes,
     }
     return [*files, *keep_stuck(store, model, shown)]
+
+
+def _preload_figures(kept: KeptPreload) -> dict:
+    """Fields of TuneResult on the preload of the kept pairs."""
+    pairs = kept.pairs.select(kept.pairs.carrying)
+    return {
+        "redistribution": kept.facts,
+        "preload_kept": side_forces(pairs, kept.forces, kept.balance),
+    }
 
 
 def tracked_modes(study: Study, store: Store) -> dict[str, StuckModes]:
@@ -150,17 +106,11 @@ def tracked_modes(study: Study, store: Store) -> dict[str, StuckModes]:
     model alone."""
     model = ReducedModel.load(store.path("model.npz"))
     whole = ContactTable.load(store.path("preload.csv"))
-    sets, assembly = {"full_area": (whole, whole.preload > 0)}, StuckAssembly(model)
+    assembly, closed = StuckAssembly(model), whole.preload > 0
     return {
-        name: _stuck_sets(study, assembly, shape, sets).modes["full_area"]
-        for name, shape in _free_shapes(study, model).items()
+        name: Stuck.of(study, assembly, shape, whole, closed, above_hz=SHOWN_BELOW_HZ).modes
+        for name, shape in free_shapes(study, model).items()
     }
-
-
-def _free_shapes(study: Study, model: ReducedModel) -> dict[str, np.ndarray]:
-    """{free mode: (r,) its shape}, the damper at rest."""
-    followed = free_modes(study, model.part(BLADES)).follow
-    return {name: _of_blades(model, shape) for name, shape in followed.items()}
 
 
 def _passed_over(sets: Sequence[Step]) -> Iterator[str]:
@@ -174,155 +124,33 @@ def _passed_over(sets: Sequence[Step]) -> Iterator[str]:
         )
 
 
-def _of_blades(model: ReducedModel, shape: np.ndarray) -> np.ndarray:
-    """(r,) a free shape of the blades, the damper at rest."""
-    whole = np.zeros(model.size)
-    whole[model.body == BLADES] = shape
-    return whole
-
-
-def _other_mode(modes: StuckModes) -> results.TrackedMode:
-    return results.TrackedMode(hz=modes.tracked_hz, mac=modes.mac)
-
-
-def target(study: Study, store: Store) -> Target | None:
-    """What the kept stations must meet; None where the study says which they are. Raises InputError
-    where the measured curve that it names has no peak."""
-    hz = study.tune.target_hz
-    scatter = study.tune.scatter_hz
-    name = study.tune.target_from
-    if name:
-        curve = MeasuredResult.load(store).curves[name]
-        if curve.peak_hz is None:
-            raise InputError(
-                f"[tune] target_from = '{name}': the measured curve has no peak that can be trusted"
-            )
-        hz, spread = curve.peak_hz, DEVIATIONS * (curve.peak_hz_deviation or 0.0)
-        scatter = spread if scatter is None else scatter
-    return None if hz is None else Target(hz, scatter or 0.0)
-
-
-# hundreds of small factors, in which threads wait for each other: 9.4 s for 0.1 s beside other work
-@threadpool_limits.wrap(limits=1, user_api="blas")
-def _keep(
-    study: Study,
-    assembly: StuckAssembly,
-    line: ContactTable,
-    follow: np.ndarray,
-    goal: Target | None,
-    options: DetachmentOptions,
-    tick: Tick,
-) -> tuple[ContactTable, dict]:
-    """The pairs of the line that are kept, those of a table, those that the study gives, or by the
-    target; and the fields of TuneResult on how they were found. NotReachable where none meets
-    it."""
-
-    def report(step: Step, share: float) -> None:
-        tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
-
-    along = line.position @ study.driver.axis
-    if study.tune.kept:
-        own, touching = kept_table.read(study, line), options.load
-        if study.tune.preload == "table":
-            touching = own.preload
-        whole = own.replace(weight=np.where(own.weight > 0, 1.0, line.weight))
-        return _by_station(
-            keep_weights(
-                assembly, whole, own.weight, follow, replace(options, load=touching, conserve=False)
-            ),
-            along,
-        )
-    if study.tune.by != "station":
-        return kept_area.keep(
-            study, assembly, line, follow, goal.hz if goal else None, options, tick
-        )
-    if goal is None:
-        return _by_station(
-            keep_stations(assembly, line, inputs.ends_kept(study, line), follow, options), along
-        )
-    return _by_station(detach_until(assembly, line, goal.hz, follow, options, report), along)
-
-
-def _reaching(
-    study: Study,
-    assembly: StuckAssembly,
-    line: ContactTable,
-    shapes: Mapping[str, np.ndarray],
-    goal: Target | None,
-    options: DetachmentOptions,
-) -> str:
-    """The other free mode that meets the target where it is followed; "" where none does."""
-    for name, shape in shapes.items():
-        with suppress(InputError):
-            _keep(study, assembly, line, shape, goal, options, lambda *_: None)
-            return name
-    return ""
-
-
-def _place(pairs: ContactTable, along: np.ndarray, station: int) -> float:
-    """m along the axis of a station of the damper; a stop of the same number may lie elsewhere."""
-    here = pairs.station == station
-    between = here & ~pairs.stops
-    return float(along[between if between.any() else here].mean())
-
-
-def _by_station(found: Detachment, along: np.ndarray) -> tuple[ContactTable, dict]:
-    """The pairs, and fields of TuneResult; along (P,) m: the pairs along the axis."""
-    worth = [
-        results.PlacedWorth(**vars(w), position_m=_place(found.pairs, along, w.station))
-        for w in found.worth
-    ]
-    return found.pairs, {
-        "tuned_pairs": results.Stations(front=found.chosen.front, back=found.chosen.back),
-        "history": found.history,
-        "equivalent": found.equivalent,
-        "graded": found.graded,
-        "kept_stations": found.stations,
-        "station_worth": worth,
-        "passed_over": found.passed_over,
+def _other_modes(
+    assembly: StuckAssembly, stuck: Stuck, shapes: Mapping[str, np.ndarray]
+) -> dict[str, results.TrackedMode]:
+    """{free mode: the stuck mode that it tracks}"""
+    extra = spring_rows(assembly.model, stuck.pairs, stuck.springs)
+    found = {
+        name: assembly.modes(stuck.pairs, shape, extra=extra) for name, shape in shapes.items()
+    }
+    return {
+        name: results.TrackedMode(hz=modes.tracked_hz, mac=modes.mac)
+        for name, modes in found.items()
     }
 
 
 def _without_detached(
-    study: Study, whole: ContactTable, line: ContactTable, kept: ContactTable
-) -> ContactTable:
+    study: Study, whole: WholeAtRest, line: ContactTable, kept: ContactTable
+) -> WholeAtRest:
     """The map without what tuning by area took off, whose force is not moved to its neighbours; the
     rows for which a line stands are still there."""
     if study.tune.by == "station":
         return whole
-    return whole.replace(weight=np.where(line.carrying & ~kept.carrying, 0.0, whole.weight))
-
-
-def _stuck_sets(
-    study: Study,
-    assembly: StuckAssembly,
-    follow: np.ndarray,
-    sets: Mapping[str, tuple[ContactTable, np.ndarray]],
-) -> Sets:
-    """sets {name: (pairs, (P,) bool: those in contact at rest)}"""
-    stuck = {
-        name: pairs.replace(weight=np.where(closed, pairs.weight, 0.0))
-        for name, (pairs, closed) in sets.items()
-    }
-    springs = {name: inputs.declared_springs(study, *one) for name, one in sets.items()}
-    return Sets(
-        stuck,
-        {name: int((pairs.carrying & ~closed).sum()) for name, (pairs, closed) in sets.items()},
-        springs,
-        {
-            name: assembly.modes(
-                pairs,
-                follow,
-                above_hz=SHOWN_BELOW_HZ,
-                extra=spring_rows(assembly.model, pairs, springs[name]),
-            )
-            for name, pairs in stuck.items()
-        },
-    )
+    weight = np.where(line.carrying & ~kept.carrying, 0.0, whole.pairs.weight)
+    return replace(whole, pairs=whole.pairs.replace(weight=weight))
 
 
 def _full_model_check(
-    study: Study, store: Store, model: ReducedModel, sets: Sets, tick: Tick
+    study: Study, store: Store, model: ReducedModel, sets: Mapping[str, Stuck], tick: Tick
 ) -> dict[str, results.FullModelCheck]:
     """Nothing where matrices were given."""
     if "model" in study:
@@ -337,20 +165,15 @@ def _full_model_check(
         model,
         reduction.key,
         truncation,
-        {
-            name: _lowest(model, pairs, sets.springs[name], sets.modes[name])
-            for name, pairs in sets.pairs.items()
-        },
+        {name: _lowest(model, one) for name, one in sets.items()},
         tick,
     )
 
 
-def _lowest(
-    model: ReducedModel, pairs: ContactTable, springs: Sequence[RollSpring], modes: StuckModes
-) -> StuckSet:
-    hz = _below(CHECK_BELOW_HZ, modes)
-    motion = relative_motion(model, pairs) @ modes.shapes[:, : len(hz)]
-    return StuckSet(pairs, springs, hz, motion)
+def _lowest(model: ReducedModel, one: Stuck) -> StuckSet:
+    hz = _below(CHECK_BELOW_HZ, one.modes)
+    motion = relative_motion(model, one.pairs) @ one.modes.shapes[:, : len(hz)]
+    return StuckSet(one.pairs, one.springs, hz, motion)
 
 
 def _below(limit: float, modes: StuckModes) -> np.ndarray:
@@ -358,20 +181,16 @@ def _below(limit: float, modes: StuckModes) -> np.ndarray:
     return modes.hz[modes.hz < max(limit, ABOVE * modes.tracked_hz)]
 
 
-def stuck_figures(sets: Sets) -> dict:
+def stuck_figures(sets: Mapping[str, Stuck]) -> dict:
     """Fields of TuneResult on the stuck modes of each set of pairs."""
     return {
-        "stuck_hz": results.OfSets[float](
-            **{name: modes.tracked_hz for name, modes in sets.modes.items()}
-        ),
-        "mac": results.OfSets[float](**{name: modes.mac for name, modes in sets.modes.items()}),
-        "stuck_modes_hz": {
-            name: _below(SHOWN_BELOW_HZ, modes) for name, modes in sets.modes.items()
-        },
+        "stuck_hz": results.OfSets[float](**{n: one.modes.tracked_hz for n, one in sets.items()}),
+        "mac": results.OfSets[float](**{n: one.modes.mac for n, one in sets.items()}),
+        "stuck_modes_hz": {n: _below(SHOWN_BELOW_HZ, one.modes) for n, one in sets.items()},
         "closed_pairs": results.OfSets[int](
-            **{n: int(p.carrying.sum()) for n, p in sets.pairs.items()}
+            **{n: int(one.pairs.carrying.sum()) for n, one in sets.items()}
         ),
-        "open_pairs": results.OfSets[int](**sets.open),
+        "open_pairs": results.OfSets[int](**{n: one.open for n, one in sets.items()}),
     }
 
 

@@ -7,28 +7,23 @@ works on."""
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.bodies.assemble import assemble_bodies
-from tipdamp.bodies.loads import with_loads
-from tipdamp.bodies.read import BODY_READS, read_meshes
+from tipdamp.bodies.assemble import MeshedBody, meshed_bodies
+from tipdamp.bodies.read import BODY_READS
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.modal.mesh import Mesh
 from tipdamp.results.static_results import ReductionFacts
 from tipdamp.static_contact.bodies.compliance import Compliance
 from tipdamp.static_contact.bodies.iterative_bodies import bodies_on_springs
 from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies, SparseCompliance
 from tipdamp.static_contact.bodies.stuck_bodies import BodiesOnSprings, stuck_bodies
-from tipdamp.static_contact.contact.contact_forces import Preload
-from tipdamp.static_contact.contact.preload import StaticContact
-from tipdamp.static_contact.contact.slide_at_rest import settled
 from tipdamp.statics import whole_body
-from tipdamp.statics.model_inputs import held_motions, round_sides
 from tipdamp.study.view import Study, every_key
 
 if TYPE_CHECKING:
@@ -48,12 +43,12 @@ _READS = (
 class StaticBodies:
     """model - names the dofs, with loads {name: (r,) N}; compliance, stuck - how its bodies are
     factored
-    shapes - displacements of whole bodies at rest: (name, Mesh, (n, 3) m) of each in turn."""
+    shapes - of whole bodies at rest, displaced by (n, 3) m, each in turn."""
 
     model: ReducedModel | SparseBodies
     compliance: Callable[..., Compliance]
     stuck: Callable[..., BodiesOnSprings]
-    shapes: Callable[[whole_body.Rest], Iterator[tuple[str, Mesh, np.ndarray]]]
+    shapes: Callable[[whole_body.Rest], Iterator[tuple[MeshedBody, np.ndarray]]]
 
 
 def factored_once(bodies: StaticBodies) -> StaticBodies:
@@ -94,13 +89,12 @@ def static_bodies(study: Study, model: ReducedModel, reduction: ReductionFacts) 
     wanted = study.preload.bodies
     if "model" in study and wanted == "full":
         raise InputError(
-            f"{study.path}: [preload] bodies = 'full': of given matrices there are no other "
-            "bodies; leave it out"
+            "[preload] bodies = 'full': of given matrices there are no other bodies; leave it out"
         )
     if reduction.tractions and wanted == "reduced":
         counts = ", ".join(f"{n} cells on the {body}" for body, n in reduction.tractions.items())
         raise InputError(
-            f"{study.path}: [preload] bodies = 'reduced': the reduced model knows tractions alone "
+            f"[preload] bodies = 'reduced': the reduced model knows tractions alone "
             f"({counts}), not the forces of single pairs; leave it out, or raise [contact] "
             "tractions"
         )
@@ -110,50 +104,22 @@ def static_bodies(study: Study, model: ReducedModel, reduction: ReductionFacts) 
         model,
         Compliance,
         stuck_bodies,
-        lambda rest: whole_body.condensed_shapes(study, model, rest),
+        partial(whole_body.condensed_shapes, partial(meshed_bodies, study), model),
     )
 
 
 def _full(study: Study) -> StaticBodies:
-    meshes = read_meshes(study)
-    bodies = with_loads(study, assemble_bodies(study, meshes, lambda *_: None), meshes)
-
-    def shapes(rest: whole_body.Rest) -> Iterator[tuple[str, Mesh, np.ndarray]]:
-        start = 0
-        for body in bodies:
-            out = np.zeros((len(body.node), 3))
-            out[body.dof_node, body.dof_direction] = rest.displacement[start : start + body.dofs]
-            start += body.dofs
-            yield body.name, meshes[body.name], out
-
+    meshed = meshed_bodies(study)
     try:
-        whole = SparseBodies.of(bodies)
+        whole = SparseBodies.of([one.body for one in meshed])
     except InputError as error:
         raise InputError(
-            f"{study.path}: {error}; or let the reduced bodies do: [preload] bodies = 'auto', and "
+            f"{error}; or let the reduced bodies do: [preload] bodies = 'auto', and "
             "[contact] tractions above the number of contact points"
         ) from None
-    return StaticBodies(whole, SparseCompliance, bodies_on_springs, shapes)
-
-
-def static_contact(study: Study, bodies: StaticBodies, pairs: ContactTable) -> StaticContact:
-    """On the springs kn, or with hard contact where the study says so."""
-    hard = study.contact.normal == "hard"
-    held = held_motions(study, bodies.model, pairs)
-    return StaticContact(
-        bodies.model,
-        pairs.replace(kn=np.full(len(pairs), np.inf)) if hard else pairs,
-        held=held,
-        compliance=bodies.compliance,
+    return StaticBodies(
+        whole,
+        SparseCompliance,
+        bodies_on_springs,
+        partial(whole_body.full_shapes, meshed),
     )
-
-
-def solve_at_rest(
-    study: Study, contact: StaticContact, load: np.ndarray, *, constrain: bool = False
-) -> Preload:
-    """`contact.solve` with the gaps of the position that the damper reaches under the load."""
-    found = settled(
-        lambda gaps: [contact.solve(load, gap=gaps[-1], constrain=constrain)],
-        round_sides(study, contact.model, contact.pairs),
-    )
-    return found[-1]

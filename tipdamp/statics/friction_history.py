@@ -6,24 +6,20 @@ act and are balanced by constant loads, and the sliders stand at -T/kt.
 """
 
 import csv
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from tipdamp.bodies import loads
 from tipdamp.hbm.contact import ContactTable, relative_motion
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.io.csv_table import read_table
-from tipdamp.hbm.laws.friction import each_limited
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.results.static_results import FrictionFacts
-from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
 from tipdamp.static_contact.contact.frictional_preload import FrictionalContact, FrictionState
 from tipdamp.static_contact.contact.slide_at_rest import settled
-from tipdamp.statics.cases import StaticBodies
-from tipdamp.statics.model_inputs import round_sides
-from tipdamp.study.view import Study
+from tipdamp.statics.at_rest import ContactAtRest, Friction
 
 READS = ("respond.law",)  # of a stage that calls `solve`
 COLUMNS = ("pair", "blade_node", "damper_node", "T1_N", "T2_N", "slider1_m", "slider2_m", "slips")
@@ -37,38 +33,29 @@ class StartState(NamedTuple):
     sliders: np.ndarray
 
 
-def history(study: Study, model: ReducedModel | SparseBodies) -> list[np.ndarray]:
-    """(n, r) N: the load cases that the study passes through, and at last the load of the
-    response."""
-    return [
-        *(loads.total(study, case, model) for case in study.preload.history),
-        loads.at_rest(study, model),
-    ]
-
-
 def solve(
-    study: Study, bodies: StaticBodies, pairs: ContactTable, through: list[np.ndarray]
+    contact: ContactAtRest, friction: Friction, through: Sequence[tuple[str, np.ndarray]]
 ) -> FrictionState:
-    """The state after the loads `through`, within the friction limit of the law of the response.
+    """The state after the loads (name, (r,) N), one after the other.
 
-    Raises InputError where the history ends before it.
+    Raises InputError where the history ends before the last.
     """
-    friction = study.respond.law.make().friction if "respond" in study else each_limited
-    contact = FrictionalContact(bodies.model, pairs, friction=friction, stuck=bodies.stuck)
+    names, loads = zip(*through, strict=True)
+    bodies, pairs = contact.damper.bodies, contact.frictionless.pairs
+    slipping = FrictionalContact(bodies.model, pairs, friction=friction.limit, stuck=bodies.stuck)
 
     def after_each_load(gaps: np.ndarray) -> list[FrictionState]:
-        states = contact.solve(through, steps=study.preload.steps, gap=gaps)
-        _check_reached(study, states[-1], len(through))
+        states = slipping.solve(loads, steps=friction.steps, gap=gaps)
+        _check_reached(states[-1], names)
         return [state for state in states if state.time == int(state.time)]
 
-    return settled(after_each_load, round_sides(study, bodies.model, pairs), len(through))[-1]
+    return settled(after_each_load, contact.rounds, len(loads))[-1]
 
 
-def _check_reached(study: Study, end: FrictionState, count: int) -> None:
-    """InputError where a history of so many loads ended before the last of them."""
+def _check_reached(end: FrictionState, names: Sequence[str]) -> None:
+    """InputError where a history of loads of these names ended before the last of them."""
     if end.converged:
         return
-    names = [*study.preload.history, loads.rest_name(study)] if count > 1 else ["the load"]
     on_way = names[min(int(np.ceil(end.time)) - 1, len(names) - 1)]
     raise InputError(
         f"[preload] friction: no equilibrium was found on the way to {on_way} "
@@ -77,7 +64,9 @@ def _check_reached(study: Study, end: FrictionState, count: int) -> None:
     )
 
 
-def facts(state: FrictionState, without_friction: dict[str, float] | None = None) -> FrictionFacts:
+def figures(
+    state: FrictionState, without_friction: dict[str, float] | None = None
+) -> FrictionFacts:
     """Figures for the result of a stage; without_friction {side: N} of the frictionless
     equilibrium."""
     return FrictionFacts(

@@ -1,24 +1,16 @@
-"""Inputs of the reduced model from the study: contact line, roll springs, force, outputs, damping,
-held motions."""
+"""Inputs of the reduced model from the study: contact line, roll springs, force, outputs,
+damping."""
 
 from collections.abc import Iterable, Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from tipdamp.bodies import BLADES, DAMPER
-from tipdamp.bodies.loads import force_at_rest, held_directions
-from tipdamp.bodies.stiffness import radii
-from tipdamp.hbm.contact import GROUND, ContactTable
+from tipdamp.bodies import BLADES
+from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError, nearest
-from tipdamp.hbm.hold import spring
-from tipdamp.hbm.hold.spring import HeldMotion, Hold
 from tipdamp.hbm.model import ReducedModel
-from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
 from tipdamp.static_contact.contact.contact_forces import Preload
-from tipdamp.static_contact.contact.equilibrium import beside, side_forces, side_normals
 from tipdamp.static_contact.contact.frictional_preload import FrictionState
-from tipdamp.static_contact.contact.slide_at_rest import RoundSides
 from tipdamp.static_contact.tuning.kept_stations import conserve_total
 from tipdamp.static_contact.tuning.roll_springs import RollSpring, roll_springs
 from tipdamp.study.schema import Respond
@@ -29,41 +21,6 @@ EXCITATION = tuple(
     f"respond.{key}"
     for key in ("share_force", "amplitudes", "phase", "engine_order", "blade_count")
 )
-
-
-def held_motions(
-    study: Study, model: ReducedModel | SparseBodies, pairs: ContactTable
-) -> tuple[HeldMotion, ...]:
-    """The rigid motions of the damper that the study holds, on the dofs of a model with these
-    pairs."""
-    try:
-        return spring.held_motions(
-            model,
-            pairs,
-            [Hold(one.motion, one.stiffness, one.mean, DAMPER) for one in study.driver.hold],
-        )
-    except InputError as error:
-        raise InputError(
-            f"{study.path}: [{'model' if 'model' in study else DAMPER}] {error}"
-        ) from None
-
-
-def round_sides(
-    study: Study, model: ReducedModel | SparseBodies, pairs: ContactTable
-) -> RoundSides:
-    """The sides of the study that are cylinders, where a slide at rest takes the gaps along."""
-    return RoundSides(model, pairs, radii(study))
-
-
-def equilibrium(
-    study: Study, model: ReducedModel | SparseBodies, pairs: ContactTable
-) -> dict[str, float]:
-    """{side: N} that balance the load at rest without friction; the sum of its pairs for a side
-    without damper."""
-    found = side_forces(
-        side_normals(pairs), force_at_rest(study, model), held=held_directions(study, pairs)
-    )
-    return {**side_sums(pairs), **found}
 
 
 def line_of(study: Study, pairs: ContactTable) -> ContactTable:
@@ -222,39 +179,6 @@ def peak_groups(study: Study, names: Iterable[str]) -> tuple[tuple[str, ...], ..
 def ratio(values: tuple[float, ...]) -> float | np.ndarray:
     """One damping ratio for all modes, or one per mode."""
     return values[0] if len(values) == 1 else np.array(values)
-
-
-def balance_error(
-    study: Study, pairs: ContactTable, load: np.ndarray, tangential: ArrayLike = 0.0
-) -> float:
-    """|load - sum (N n + T t)| / |load| with T (P, 2) N, beside the directions along which the
-    damper is held."""
-    mine = pairs.damper_body != GROUND
-    T, pairs = np.broadcast_to(tangential, (len(pairs), 2))[mine], pairs.select(mine)
-    total = np.maximum(pairs.preload, 0) @ pairs.normal + np.einsum(
-        "pd,pdx->x", T, pairs.frame[:, :2]
-    )
-    return float(
-        np.linalg.norm(beside(held_directions(study, pairs), load - total)) / np.linalg.norm(load)
-    )
-
-
-def imbalance(study: Study, pairs: ContactTable, load: np.ndarray) -> tuple[float, float]:
-    """N: what normal forces leave of the load (3,), beside the directions along which the damper is
-    held; and at most how much of it friction holds, mu N on every pair along its tangent plane."""
-    pairs = pairs.select(pairs.damper_body != GROUND)
-    force, ways = np.maximum(pairs.preload, 0), held_directions(study, pairs)
-    left = beside(ways, load - force @ pairs.normal)
-    size = float(np.linalg.norm(left))
-    if not size:
-        return 0.0, 0.0
-    tangent = np.linalg.norm(pairs.frame[:, :2] @ (left / size), axis=1)
-    return size, float(pairs.mu * force @ tangent)
-
-
-def side_sums(pairs: ContactTable) -> dict[str, float]:
-    """{side: N} of the closed pairs."""
-    return {s: float(np.maximum(pairs.preload, 0)[pairs.side == s].sum()) for s in pairs.sides}
 
 
 def preload_map(result: Preload | FrictionState, pairs: ContactTable) -> ContactTable:

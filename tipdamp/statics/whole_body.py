@@ -1,16 +1,15 @@
 """Displacement and stress of whole bodies: under the preload, from the motion of their masters
 ([preload] stress), and of a vibration, from all reduced dofs ([respond] stress)."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
 
-from tipdamp.bodies import DAMPER, loads
-from tipdamp.bodies.assemble import assemble_bodies, materials
-from tipdamp.bodies.read import read_meshes
+from tipdamp.bodies.assemble import MeshedBody, meshed_bodies
+from tipdamp.bodies.loads import RestLoad
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import write_shapes
@@ -20,10 +19,8 @@ from tipdamp.hbm.io.array_files import open_npz, save_npz
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.modal.body import Body
 from tipdamp.modal.eigen import Factor
-from tipdamp.modal.elasticity import Material
-from tipdamp.modal.mesh import Mesh
 from tipdamp.modal.reduction import Reduction
-from tipdamp.modal.stress_recovery import alternating_stress, half_range, nodal_stress, von_mises
+from tipdamp.modal.stress_recovery import alternating_stress, half_range, von_mises
 from tipdamp.static_contact.bodies.sparse_bodies import AssembledBodies
 from tipdamp.study.view import Study
 
@@ -32,51 +29,60 @@ KEPT_OF_EACH = ("boundary", "Phi", "omega")
 
 
 class Rest(NamedTuple):
-    """displacement : (r,) m; force : (P, 3) N - t1, t2, n of the pairs."""
+    """displacement : (r,) m under a load; force : (P, 3) N - t1, t2, n of the pairs."""
 
+    load: RestLoad
     displacement: np.ndarray
     pairs: ContactTable
     force: np.ndarray
 
 
+def on_nodes(body: Body, u: np.ndarray) -> np.ndarray:
+    """(n, 3, ...) of values (d, ...) on the free dofs of a body; 0 on the others."""
+    out = np.zeros((len(body.node), 3, *u.shape[1:]), dtype=u.dtype)
+    out[body.dof_node, body.dof_direction] = u
+    return out
+
+
 def keep_stress(
-    study: Study, store: Store, shapes: Iterable[tuple[str, Mesh, np.ndarray]], tick: Tick
+    store: Store, shapes: Iterable[tuple[MeshedBody, np.ndarray]], load: RestLoad, tick: Tick
 ) -> list[str]:
     """stress_blades.vtu and stress_damper.vtu of the displacements (n, 3) m at rest; the names of
     what was written."""
-    files = []
-    for i, (name, mesh, shape) in enumerate(shapes):
+    files, what = list[str](), load.name.removeprefix("the ")
+    for i, (one, shape) in enumerate(shapes):
+        name = one.body.name
         tick(0.4 + 0.3 * i, f"stresses of the {name}")
-        own, others = materials(study, mesh)
-        what = loads.rest_name(study).removeprefix("the ")
         fields = {
             f"displacement (m), {what}": shape,
-            f"von Mises stress (Pa), {what}": von_mises(nodal_stress(mesh, own, shape, others)),
+            f"von Mises stress (Pa), {what}": von_mises(one.stress(shape)),
         }
-        files += write_shapes(store, f"stress_{name}.vtu", mesh, fields)
+        files += write_shapes(store, f"stress_{name}.vtu", one.mesh, fields)
     return files
 
 
+def full_shapes(
+    meshed: Sequence[MeshedBody], rest: Rest
+) -> Iterator[tuple[MeshedBody, np.ndarray]]:
+    """Each body and its displacement (n, 3) m at rest, that of all free dofs."""
+    ends = np.cumsum([one.body.dofs for one in meshed])
+    for one, own in zip(meshed, np.split(rest.displacement, ends[:-1]), strict=True):
+        yield one, on_nodes(one.body, own)
+
+
 def condensed_shapes(
-    study: Study, model: ReducedModel, rest: Rest
-) -> Iterator[tuple[str, Mesh, np.ndarray]]:
-    """(name, mesh, (n, 3) m) of each body at rest, from the motion of its masters.
+    assembled: Callable[[], Sequence[MeshedBody]], model: ReducedModel, rest: Rest
+) -> Iterator[tuple[MeshedBody, np.ndarray]]:
+    """Each body and its displacement (n, 3) m at rest, from the motion of its masters.
 
     The bodies are assembled again: beyond the masters the reduced model knows the static shape only
     as Psi, which costs a back-solve for each of them, and one back-solve with q given on the
     masters is exact for loads inside as well."""
-    meshes = read_meshes(study)
-    bodies = assemble_bodies(study, meshes, lambda *_: None)
-    contact = contact_forces(bodies, rest.pairs, rest.force)
-    for body in bodies:
-        mesh = meshes[body.name]
-        yield (
-            body.name,
-            mesh,
-            static_shape(
-                body, model, rest.displacement, body_load(study, body, mesh) - contact[body.name]
-            ),
-        )
+    meshed = assembled()
+    contact = contact_forces([one.body for one in meshed], rest.pairs, rest.force)
+    for one in meshed:
+        force = rest.load.on(one.body) - contact[one.body.name]
+        yield one, on_nodes(one.body, static_shape(one.body, model, rest.displacement, force))
 
 
 def contact_forces(
@@ -89,18 +95,8 @@ def contact_forces(
     return {body.name: whole[end - body.dofs : end] for body, end in zip(bodies, ends, strict=True)}
 
 
-def body_load(study: Study, body: Body, mesh: Mesh) -> np.ndarray:
-    """(d,) N on the free dofs: what acts on a body at rest, the pull or the case that [preload]
-    names."""
-    case = study.preload.case
-    force = loads.case_forces(study, case, body, mesh) if case else np.zeros(body.dofs)
-    if body.name != DAMPER:
-        return force
-    return force + loads.case_pull(study, case) * loads.unit_pull(study, body, mesh).force
-
-
 def static_shape(body: Body, model: ReducedModel, q: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """(n, 3) m: K_II u_I = f_I - K_IB u_B, with the masters' displacement u_B from q."""
+    """(d,) m: K_II u_I = f_I - K_IB u_B, with the masters' displacement u_B from q."""
     place = {
         (int(body.node[n]), "xyz"[k]): i
         for i, (n, k) in enumerate(zip(body.dof_node, body.dof_direction, strict=True))
@@ -111,9 +107,7 @@ def static_shape(body: Body, model: ReducedModel, q: np.ndarray, force: np.ndarr
     u[boundary] = q[own]
     inner = np.setdiff1d(np.arange(body.dofs), boundary)
     u[inner] = Factor(body.K[inner][:, inner]).solve((force - body.K @ u)[inner])
-    out = np.zeros((len(body.node), 3))
-    out[body.dof_node, body.dof_direction] = u
-    return out
+    return u
 
 
 @dataclass(frozen=True)
@@ -181,11 +175,7 @@ class WholeBody:
         body, b, R = self.body, len(self.boundary), self.rigid
         held, lost = np.empty(0, dtype=int), 0.0
         if R.shape[1]:
-            # of forces and of moments
-            size = (np.abs(R).T @ np.abs(force)).reshape(-1, 3).max(axis=1)
-            lost = float(
-                (np.abs(R.T @ force).reshape(-1, 3).max(axis=1) / np.maximum(size, 1e-300)).max()
-            )
+            lost = _unbalanced(R, force)
             force = force - body.M @ (R @ np.linalg.solve(R.T @ (body.M @ R), R.T @ force))
             held = sl.qr(R[self.boundary].T, mode="r", pivoting=True)[1][: R.shape[1]]
         inside = self.factor.solve(force[self.interior])
@@ -194,7 +184,7 @@ class WholeBody:
         q[moves, 0] = sl.solve(self.S[np.ix_(moves, moves)], condensed[moves], assume_a="pos")
         u = self.recover(q)
         u[self.interior, 0] += inside
-        return self._on_nodes(u)[:, :, 0], lost
+        return on_nodes(body, u)[:, :, 0], lost
 
     def motion(self, q: np.ndarray, w: float) -> np.ndarray:
         """(n, 3, H+1) m of q (b + m, H+1) m at w rad/s, with the static shape of those inertia
@@ -202,7 +192,7 @@ class WholeBody:
         u = self.recover(q)
         f = (self.body.M @ u * (w * np.arange(q.shape[1])) ** 2)[self.interior]
         u[self.interior] += self._solve(f) - self.Phi @ (self.Phi.T @ f / self.omega[:, None] ** 2)
-        return self._on_nodes(u)
+        return on_nodes(self.body, u)
 
     def _solve(self, f: np.ndarray) -> np.ndarray:
         """K_II^-1 f of real or complex columns."""
@@ -211,51 +201,46 @@ class WholeBody:
         real, imag = np.split(self.factor.solve(np.hstack([f.real, f.imag])), 2, axis=1)
         return real + 1j * imag
 
-    def _on_nodes(self, u: np.ndarray) -> np.ndarray:
-        """(n, 3, k) of motions (d, k) of the free dofs."""
-        out = np.zeros((len(self.body.node), 3, u.shape[1]), dtype=u.dtype)
-        out[self.body.dof_node, self.body.dof_direction] = u
-        return out
+
+def _unbalanced(rigid: np.ndarray, force: np.ndarray) -> float:
+    """The largest part of the forces (d,) N that is left over, of forces and of moments."""
+    size = (np.abs(rigid).T @ np.abs(force)).reshape(-1, 3).max(axis=1)
+    left = np.abs(rigid.T @ force).reshape(-1, 3).max(axis=1)
+    return float((left / np.maximum(size, 1e-300)).max())
 
 
 @dataclass(frozen=True)
 class Stressed:
-    """A whole body on its mesh; others - materials of groups of cells."""
+    """A whole body on its mesh."""
 
     whole: WholeBody
-    mesh: Mesh
-    material: Material
-    others: dict[str, Material]
+    on_mesh: MeshedBody
 
     def vibration(self, rest: np.ndarray, q: np.ndarray, w: float) -> VibrationStress:
         """Of the displacement rest (n, 3) m and the motion q (b + m, H+1) m about it, order 0
         included, at w rad/s."""
         motion = self.whole.motion(q, w)
-        mean = self._stress(rest + motion[:, :, 0].real)
-        orders = [self._stress(motion[:, :, k]) for k in range(1, q.shape[1])]
+        mean = self.on_mesh.stress(rest + motion[:, :, 0].real)
+        orders = [self.on_mesh.stress(motion[:, :, k]) for k in range(1, q.shape[1])]
         return VibrationStress(
             von_mises(mean),
             alternating_stress(np.stack([0 * orders[0], *orders], axis=2)),
             half_range(motion),
         )
 
-    def _stress(self, u: np.ndarray) -> np.ndarray:
-        return nodal_stress(self.mesh, self.material, u, self.others)
-
 
 def whole_bodies(study: Study, store: Store, tick: Tick) -> list[Stressed]:
     """The bodies, assembled again, with the modes that `reduce` kept of them and the stiffness of
     its model, to which no springs are added."""
-    meshes, model = read_meshes(study), ReducedModel.load(store.path("model.npz"))
+    model, found = ReducedModel.load(store.path("model.npz")), []
     with open_npz(store.path(KEPT)) as kept:
-        found = []
-        for body in assemble_bodies(study, meshes, tick):
+        for one in meshed_bodies(study, tick):
+            body = one.body
             tick(0.5, f"the {body.name} inside of its masters")
             boundary, Phi, omega = (kept[f"{body.name}.{name}"] for name in KEPT_OF_EACH)
             own = np.flatnonzero(model.body == body.name)[: len(boundary)]
-            whole = WholeBody.of(body, boundary, Phi, omega, model.K[np.ix_(own, own)])
-            mesh = meshes[body.name]
-            found.append(Stressed(whole, mesh, *materials(study, mesh)))
+            S = model.K[np.ix_(own, own)]
+            found.append(Stressed(WholeBody.of(body, boundary, Phi, omega, S), one))
     return found
 
 

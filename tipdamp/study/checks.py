@@ -80,21 +80,8 @@ def check_study(study: Study) -> None:
         raise InputError(
             f"{path}: [contact] mu is missing: {ContactSection.data_sheets()['mu'].text}"
         )
-    if "model" in study and not contact.pairs:
-        raise InputError(
-            f"{path}: [contact] pairs is missing: with [model] the pairs come from a CSV"
-        )
-    if "model" in study and "reduction" in contact.model_fields_set:
-        raise InputError(
-            f"{path}: [contact] reduction is of meshes, and the study gives matrices ([model]): "
-            "leave it out"
-        )
-    for name in ("preload", "respond"):
-        if "model" in study and name in study and vars(study)[name].stress:
-            raise InputError(
-                f"{path}: [{name}] stress needs meshes, and the study gives matrices ([model]): "
-                "leave it out"
-            )
+    if "model" in study:
+        _check_matrices(study)
     for name in ("blades", "damper"):
         if name in study:
             check_modes(f"{path}: [{name}]", vars(study)[name])
@@ -117,6 +104,26 @@ def check_study(study: Study) -> None:
     for name, side in study.sides.items():
         check_side(f"{path}: [contact.{name}]", side, contact)
     check_loads(study)
+
+
+def _check_matrices(study: Study) -> None:
+    """What needs meshes has no meaning with given matrices."""
+    path, contact = study.path, study.contact
+    if not contact.pairs:
+        raise InputError(
+            f"{path}: [contact] pairs is missing: with [model] the pairs come from a CSV"
+        )
+    if "reduction" in contact.model_fields_set:
+        raise InputError(
+            f"{path}: [contact] reduction is of meshes, and the study gives matrices ([model]): "
+            "leave it out"
+        )
+    for name in ("preload", "respond"):
+        if name in study and vars(study)[name].stress:
+            raise InputError(
+                f"{path}: [{name}] stress needs meshes, and the study gives matrices ([model]): "
+                "leave it out"
+            )
 
 
 def check_limits(study: Study) -> None:

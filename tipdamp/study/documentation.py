@@ -8,14 +8,11 @@ import numpy as np
 
 from tipdamp.hbm.errors import InputError, shown
 from tipdamp.study.schema import (
+    NAMED,
     NONE,
     REFERENCE,
     SECTIONS,
     UNITS,
-    LoadCase,
-    Measured,
-    OtherMaterial,
-    SideSection,
     StudySection,
     Top,
 )
@@ -44,16 +41,17 @@ def reference() -> str:
         *(f"| `{k}` | {', '.join(v)} |" for k, v in UNITS.items()),
         *_table("top of the file", Top),
     ]
-    after: dict[str, tuple[str, type[StudySection]]] = {
-        "material": ("[material.NAME], one for each other material", OtherMaterial),
-        "contact": ("[contact.NAME], one for each side of the damper", SideSection),
-        "rotation": ("[loads.NAME], one for each further load case of the preload", LoadCase),
-        "respond": ("[measured.NAME], one for each measured curve", Measured),
+    after = {
+        "material": ("material", "other material"),
+        "contact": ("contact", "side of the damper"),
+        "rotation": ("loads", "further load case of the preload"),
+        "respond": ("measured", "measured curve"),
     }
     for name, section in SECTIONS.items():
         lines += _table(f"[{name}]", section)
         if name in after:
-            lines += _table(*after[name])
+            inner, what = after[name]
+            lines += _table(f"[{inner}.NAME], one for each {what}", NAMED[inner])
     lines += [
         "",
         "## [reference]",
@@ -115,12 +113,7 @@ def _nearest_few(key: str, names: Sequence[str]) -> list[str]:
 
 def _sections() -> dict[str, type[StudySection]]:
     """{title: section} of all tables of a study."""
-    inner: dict[str, type[StudySection]] = {
-        "material.NAME": OtherMaterial,
-        "contact.NAME": SideSection,
-        "loads.NAME": LoadCase,
-        "measured.NAME": Measured,
-    }
+    inner = {f"{name}.NAME": section for name, section in NAMED.items()}
     return {"top": Top, **SECTIONS, **inner}
 
 
@@ -140,8 +133,9 @@ def json_schema() -> dict:
     """JSON schema of a whole study file, in its own units."""
     number = {"type": "number", "minimum": 0}
     sections = {name: _object(section) for name, section in SECTIONS.items()}
-    for name, inner in (("contact", SideSection), ("material", OtherMaterial)):
-        sections[name]["additionalProperties"] = _object(inner)
+    for name, inner in NAMED.items():
+        table = sections.setdefault(name, {"type": "object"})
+        table["additionalProperties"] = _object(inner)
     units = {
         key: {"enum": list(names), "default": next(iter(names))} for key, names in UNITS.items()
     }
@@ -153,8 +147,6 @@ def json_schema() -> dict:
             **_object(Top)["properties"],
             "units": {"type": "object", "properties": units, "additionalProperties": False},
             **sections,
-            "loads": {"type": "object", "additionalProperties": _object(LoadCase)},
-            "measured": {"type": "object", "additionalProperties": _object(Measured)},
             "reference": {
                 "type": "object",
                 "properties": dict.fromkeys(REFERENCE, number),

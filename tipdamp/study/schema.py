@@ -1283,3 +1283,11 @@ SECTIONS: dict[str, type[StudySection]] = {
     "sweep": Sweep,
     "compare": CompareSection,
 }
+
+# sections of tables with names of their own: what each table holds
+NAMED: dict[str, type[StudySection]] = {
+    "material": OtherMaterial,
+    "contact": SideSection,
+    "loads": LoadCase,
+    "measured": Measured,
+}

@@ -16,20 +16,17 @@ from pydantic import ValidationError
 from tipdamp.hbm.errors import InputError, nearest, shown
 from tipdamp.study import checks
 from tipdamp.study.schema import (
+    NAMED,
     REFERENCE,
     SECTIONS,
     UNITS,
-    LoadCase,
-    Measured,
-    OtherMaterial,
     Respond,
-    SideSection,
     StudySection,
     Top,
 )
 from tipdamp.study.toml_file import read_toml
 from tipdamp.study.values import NUMBER, Key, in_toml, number
-from tipdamp.study.view import Study
+from tipdamp.study.view import SECTION_OF, Study
 
 S = TypeVar("S", bound=StudySection)
 # sections of tables with names of their own
@@ -67,37 +64,14 @@ def study_of(path: str | Path, content: dict, checked: dict | None = None) -> St
     what was found in order in studies at this path, which those with the same content share."""
     path, checked = Path(path), {} if checked is None else checked
     raw = {key: dict(part) if isinstance(part, dict) else part for key, part in content.items()}
-    sides, materials = (_named(raw, section) for section in ("contact", "material"))
-    loads, measured = (_named_tables(path, raw, section) for section in TABLES)
-    _refuse_unknown(
-        path,
-        raw,
-        {
-            "contact": (SideSection, sides),
-            "material": (OtherMaterial, materials),
-            "loads": (LoadCase, loads),
-            "measured": (Measured, measured),
-        },
-    )
+    named = {section: _named(raw, section) for section in ("contact", "material")}
+    named |= {section: _named_tables(path, raw, section) for section in TABLES}
+    _refuse_unknown(path, raw, named)
     factors = _units(path, raw.pop("units", {}))
     read = partial(_read, factors=factors, checked=checked)
     top = read(Top, f"{path}:", {k: raw.pop(k) for k in Top.model_fields if k in raw})
-    checks.require_sections(path, raw, sides)
-    given = {"free": {}, "preload": {}, **raw}
-    sections: dict[str, Any] = {
-        name: read(section, f"{path}: [{name}]", given[name])
-        for name, section in SECTIONS.items()
-        if name in given
-    }
-    if "respond" in sections:
-        sections["respond"] = _with_law(path, sections["respond"])
-    tables = {
-        "sides": _tables(read, SideSection, f"{path}: [contact.%s]", sides),
-        "materials": _tables(read, OtherMaterial, f"{path}: [material.%s]", materials),
-        "loads": _tables(read, LoadCase, f"{path}: [loads.%s]", loads),
-    }
-    if "measured" in raw:
-        tables["measured"] = _tables(read, Measured, f"{path}: [measured.%s]", measured)
+    checks.require_sections(path, raw, named["contact"])
+    sections = _sections(path, raw, read)
     study = Study(
         path=path,
         title=top.title or path.stem,
@@ -106,7 +80,14 @@ def study_of(path: str | Path, content: dict, checked: dict | None = None) -> St
         driver=sections["model" if "model" in sections else "damper"],
         reference=_reference(path, raw.get("reference", {})),
         **sections,
-        **tables,
+        **{
+            part: {
+                name: read(NAMED[section], f"{path}: [{section}.{name}]", values)
+                for name, values in named[section].items()
+            }
+            for part, section in SECTION_OF.items()
+            if section in named and (section != "measured" or section in raw)
+        },
     )
     files = tuple(study.inputs().items())
     if files not in checked:
@@ -116,13 +97,27 @@ def study_of(path: str | Path, content: dict, checked: dict | None = None) -> St
     return study
 
 
+def _sections(path: Path, raw: dict[str, Any], read: Callable) -> dict[str, Any]:
+    """{section: its record} of those that the file has, and of those whose keys all have
+    defaults."""
+    given = {"free": {}, "preload": {}, **raw}
+    found = {
+        name: read(section, f"{path}: [{name}]", given[name])
+        for name, section in SECTIONS.items()
+        if name in given
+    }
+    if "respond" in found:
+        found["respond"] = _with_law(path, found["respond"])
+    return found
+
+
 def _refuse_unknown(
     path: Path,
     raw: dict[str, dict[str, Any] | str],
-    named: dict[str, tuple[type[StudySection], dict[str, dict[str, Any]]]],
+    named: dict[str, dict[str, dict[str, Any]]],
 ) -> None:
-    """All unknown keys of a file in one InputError; named {section: (schema, tables with names of
-    their own)}."""
+    """All unknown keys of a file in one InputError; named {section: tables with names of their
+    own}."""
     tables = [
         ("", raw, (*Top.model_fields, "units", *SECTIONS, *TABLES, "reference")),
         ("[units] ", raw.get("units"), UNITS),
@@ -131,11 +126,9 @@ def _refuse_unknown(
     tables += [
         (f"[{name}] ", raw.get(name), section.model_fields) for name, section in SECTIONS.items()
     ]
-    for kind, (section, given) in named.items():
-        tables += [
-            (f"[{kind}.{shown(name)}] ", table, section.model_fields)
-            for name, table in given.items()
-        ]
+    for section, given in named.items():
+        keys = NAMED[section].model_fields
+        tables += [(f"[{section}.{shown(name)}] ", table, keys) for name, table in given.items()]
     found = [
         where + _in_words(unknown, allowed)
         for where, table, allowed in tables
@@ -172,7 +165,7 @@ def _units(path: Path, given: dict[str, str]) -> dict[str, float]:
     }
 
 
-def _named(raw: dict[str, dict[str, Any] | str], section: str) -> dict[str, dict[str, float | str]]:
+def _named(raw: dict[str, dict[str, Any] | str], section: str) -> dict[str, dict[str, Any]]:
     """Tables inside a section, such as [contact.left] or [material.tip], taken out of it; a table
     in the place of one of its keys stays, to be refused as a value of that key."""
     table, keys = raw.get(section), SECTIONS[section].model_fields
@@ -183,7 +176,7 @@ def _named(raw: dict[str, dict[str, Any] | str], section: str) -> dict[str, dict
 
 def _named_tables(
     path: Path, raw: dict[str, dict[str, Any] | str], section: str
-) -> dict[str, dict[str, list[list[int | str]] | int]]:
+) -> dict[str, dict[str, Any]]:
     tables = raw.get(section, {})
     if not isinstance(tables, dict) or not all(isinstance(v, dict) for v in tables.values()):
         raise InputError(f"{path}: [{section}] must hold tables such as {TABLES[section]}")
@@ -214,10 +207,6 @@ def _with_law(path: Path, respond: Respond) -> Respond:
     except InputError as error:
         raise InputError(f"{path}: [respond] law = '{respond.law}': {error}") from None
     return respond if law is respond.law else respond.model_copy(update={"law": law})
-
-
-def _tables(read: Callable, section: type[S], where: str, given: dict) -> dict[str, S]:
-    return {name: read(section, where % name, values) for name, values in given.items()}
 
 
 def _read(section: type[S], where: str, given: Any, factors: dict, checked: dict) -> S:

@@ -53,7 +53,7 @@ SUFFIXES = {"_m": "m", "_hz": "Hz", "_N": "N", "_Pa": "Pa"}
 DIMENSIONS = ("case", "curve", "patch")
 
 
-class _Content(NamedTuple):
+class _OfCases(NamedTuple):
     """Of the index of a sweep: what its cases are, and what they have left, by their numbers."""
 
     states: list[CaseState]
@@ -73,9 +73,9 @@ class _Content(NamedTuple):
         return {"state": one.state, "reason": one.reason, "warnings": said}
 
 
-def _content(folder: Path) -> _Content:
+def _content(folder: Path) -> _OfCases:
     with Index(folder) as index:
-        return _Content(
+        return _OfCases(
             index.cases(),
             index.curves(),
             index.stresses(),
@@ -117,7 +117,7 @@ def dataset(folder: Path) -> "xarray.Dataset":
     return xarray.Dataset(data, coords)
 
 
-def _values(found: _Content, patches: Sequence[str]) -> dict[str, np.ndarray]:
+def _values(found: _OfCases, patches: Sequence[str]) -> dict[str, np.ndarray]:
     """{name: values over cases, their curves and patches}"""
     place = {state.number: i for i, state in enumerate(found.states)}
     at: dict[int, dict[tuple[float, int], int]] = {}
@@ -198,7 +198,7 @@ def write_table(folder: Path) -> Path:
     return folder / TABLE
 
 
-def _rows(found: _Content) -> Iterator[list]:
+def _rows(found: _OfCases) -> Iterator[list]:
     """The titles, then case by case."""
     columns = ["patch", *TEXTS]
     keys, units = found.keys, found.units

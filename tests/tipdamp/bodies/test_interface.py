@@ -12,8 +12,8 @@ from tipdamp.engine.curves import CurveCase
 from tipdamp.engine.store import Store
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.response import follow_band
+from tipdamp.stages.assembly import assembled
 from tipdamp.stages.curve_facts import curve_result
-from tipdamp.stages.respond import assembled
 from tipdamp.study.study import load_study
 
 PAIRS, BAND = 48, (1700.0, 2200.0)

@@ -97,7 +97,7 @@ def test_bodies_that_share_nodes(tmp_path):
     assert len(pairs) == 18 and np.array_equal(pairs.blade_node, pairs.damper_node)
     with pytest.raises(
         InputError,
-        match=r"corner.toml: \[damper\]: mesh is the file of the \[blades\] too, and "
+        match=r"\[damper\]: mesh is the file of the \[blades\] too, and "
         "all its cells are connected; name another file, or the groups of cells",
     ):
         read_meshes(written(tmp_path, merged))

@@ -229,7 +229,7 @@ def test_per_area_does_not_depend_on_the_mesh(tmp_path):
                 change=[("kn = 1e6\nkt = 1e6\n", "kn_per_area = 1e11\nkt_per_area = 1e11\n")] * 2,
             )
         )
-        side = stiffness._per_node(study, "one", flat)
+        side = stiffness._per_node(study.sides["one"], "one", flat)
         kn, _ = stiffness.node_stiffness(study, flat, {"one": given_stiffness(side, n, 1.0, 0.01)})
         sums.append(
             (
@@ -341,7 +341,7 @@ def test_a_round_side_shares_its_total_over_what_can_touch(tmp_path, lines):
             ],
         )
     )
-    one = given_stiffness(stiffness._per_node(study, "one", pairs), n, 80.0, 0.01)
+    one = given_stiffness(stiffness._per_node(study.sides["one"], "one", pairs), n, 80.0, 0.01)
     kn, kt = stiffness.node_stiffness(study, pairs, {"one": one})
     low, high = 0.0, 1e-3
     for _ in range(100):

@@ -10,9 +10,9 @@ from tipdamp.report.results import load_results
 from tipdamp.report.subjects import peaks
 from tipdamp.report.text import NOTHING, number
 from tipdamp.results.response_results import PeakCycle
+from tipdamp.stages.assembly import assembled
 from tipdamp.stages.cycles import _otherwise_damped
 from tipdamp.stages.report import said
-from tipdamp.stages.respond import assembled
 from tipdamp.study.study import load_study
 
 pytestmark = pytest.mark.slow

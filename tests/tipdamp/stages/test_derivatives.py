@@ -10,7 +10,7 @@ from tipdamp.engine.store import Store
 from tipdamp.hbm.modes.derivatives import peak_derivatives
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.report.subjects.influence import lacking
-from tipdamp.stages.respond import assembled
+from tipdamp.stages.assembly import assembled
 from tipdamp.study.study import load_study
 
 ASKED = CHAIN.replace("levels = [5]", "levels = [5, 30]\nderivatives = true")

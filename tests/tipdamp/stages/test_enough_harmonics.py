@@ -16,7 +16,7 @@ from tipdamp.hbm.curve.enough_harmonics import error_of
 from tipdamp.hbm.memory import curve_bytes
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.stages.respond import assembled
+from tipdamp.stages.assembly import assembled
 from tipdamp.study.study import load_study
 
 AUTO = CHAIN.replace(

@@ -28,7 +28,7 @@ from tipdamp.hbm.response import follow_band, forced_response
 from tipdamp.hbm.result import ForcedResponse
 from tipdamp.results.response_results import CurveResult, Peak, RespondResult
 from tipdamp.results.static_results import PreloadResult
-from tipdamp.stages import respond
+from tipdamp.stages import respond, response_doubts
 from tipdamp.stages.curve_facts import curve_result, peak_of, peak_shape, with_macs
 from tipdamp.statics import model_inputs as terms
 from tipdamp.statics.model_inputs import excitation, in_patch, outputs
@@ -429,7 +429,7 @@ def test_largest_at_an_end_beside_a_local_maximum(inside):
     if not inside:
         peak = peak.model_copy(update={"inside_hz": None, "inside_m": None})
     case = whole_curve(**dict(peak), Fe_N=2.0, H=1, patches={"top:1": peak})
-    (said,) = respond._without_resonance(case, (0.3183,))
+    (said,) = response_doubts._without_resonance(case, (0.3183,))
     known = (
         (
             f"has a local maximum inside the band, {1e6 * a[top]:.4g} um at "
@@ -446,11 +446,11 @@ def test_the_error_by_harmonics_is_that_of_the_worst_patch():
     peak = {"peak_hz": 1.0, "peak_m": 1.0, "min_peak_m": 1.0}
     patches = {"tip_a": Peak(**peak, truncation=0.02), "tip_b": Peak(**peak, truncation=0.17)}
     case = whole_curve(**peak, truncation=0.02, Fe_N=20.0, H=3, patches=patches)
-    (said,) = respond._truncated([case], 0.05)
+    (said,) = response_doubts._truncated([case], 0.05)
     assert "above the tolerance 0.05 at Fe = 20 N (1.7e-01 on tip_b): set" in said
-    assert not list(respond._truncated([case], 0.2))
+    assert not list(response_doubts._truncated([case], 0.2))
     alone = case.model_copy(update={"patches": {"tip_b": patches["tip_b"]}})
-    (said,) = respond._truncated([alone], 0.05)
+    (said,) = response_doubts._truncated([alone], 0.05)
     assert "at Fe = 20 N (1.7e-01): set" in said
 
 

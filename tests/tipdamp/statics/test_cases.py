@@ -10,7 +10,6 @@ import pytest
 
 from tests.tipdamp import corner_study
 from tests.tipdamp.bodies.test_surfaces import TOTAL
-from tipdamp.bodies.loads import at_rest
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
@@ -19,7 +18,8 @@ from tipdamp.report.subjects import key_figures
 from tipdamp.results.static_results import ReduceResult
 from tipdamp.stages import reduce
 from tipdamp.stages.run import results_folder, run_stage
-from tipdamp.statics.cases import factored_once, static_bodies, static_contact
+from tipdamp.statics.at_rest import ContactAtRest, damper_at_rest
+from tipdamp.statics.cases import factored_once
 from tipdamp.study.study import load_study
 
 meshio = pytest.importorskip("meshio")
@@ -247,9 +247,9 @@ def test_many_stiffnesses_on_one_factor(tmp_path, bodies):
         stages=STAGES[:2],
     )
     study, made = load_study(tmp_path / "study" / "corner.toml"), []
-    own = static_bodies(
-        study, ReducedModel.load(store.path("model.npz")), ReduceResult.load(store).reduction
-    )
+    model = ReducedModel.load(store.path("model.npz"))
+    damper = damper_at_rest(study, model, ReduceResult.load(store).reduction)
+    own = damper.bodies
 
     def counted(*given):
         made.append(own.compliance(*given))
@@ -257,13 +257,14 @@ def test_many_stiffnesses_on_one_factor(tmp_path, bodies):
 
     once = factored_once(replace(own, compliance=counted))
     pairs = ContactTable.load(store.path("preload.csv"))
-    load = at_rest(study, own.model)
+
+    def each_on(bodies, given):
+        return ContactAtRest(replace(damper, bodies=bodies), given).solve(damper.loads.at_rest)
+
     for factor in (1.0, 3.0, 0.1):
         given = pairs.replace(kn=factor * pairs.kn)
-        one, two = (static_contact(study, each, given).solve(load) for each in (own, once))
+        one, two = (each_on(bodies, given) for bodies in (own, once))
         assert (one.force == two.force).all() and one.residual < 1e-8
     assert len(made) == 1
-    static_contact(study, once, pairs.replace(weight=np.where(pairs.row == 1, 0.0, 1.0))).solve(
-        load
-    )
+    each_on(once, pairs.replace(weight=np.where(pairs.row == 1, 0.0, 1.0)))
     assert len(made) == 2

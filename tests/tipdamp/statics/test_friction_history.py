@@ -10,7 +10,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.response import solve_at
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.stages.respond import assembled
+from tipdamp.stages.assembly import assembled
 from tipdamp.stages.run import STAGES, results_folder, run_stage
 from tipdamp.statics import friction_history
 from tipdamp.study.study import load_study

@@ -15,7 +15,7 @@ from tipdamp.hbm.errors import InputError
 from tipdamp.hbm.laws import Contacts, DryFriction2T, Motion
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.result import ForcedResponse
-from tipdamp.stages.respond import assembled
+from tipdamp.stages.assembly import assembled
 from tipdamp.study.own_law import code_allowed
 from tipdamp.study.study import load_study
 

@@ -23,6 +23,14 @@ def test_the_projects_own_studies_are_valid(path):
     assert len(study.sides) == 2 and study.damper.pull == 113.0
 
 
+def test_a_percent_sign_in_a_path_is_one(tmp_path):
+    folder = tmp_path / "50% pull"
+    folder.mkdir()
+    assert list(load_study(write(folder, STUDY)).sides) == ["left", "right"]
+    with pytest.raises(InputError, match=r"50% pull/rig.toml: \[contact.left\] kn = 0"):
+        load_study(write(folder, STUDY.replace("kn = 3.32e6", "kn = 0")))
+
+
 def test_units_are_converted_once(tmp_path):
     """The same study in mm, kN, MPa and t/mm3."""
     si = load_study(write(tmp_path, STUDY))

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from tipdamp.bodies.loads import case_pull, rest_name
+from tipdamp.bodies.loads import case_pull, rest_load
 from tipdamp.fields.line_contact import LineContact
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.drawing.figure import (
@@ -52,9 +52,10 @@ def at_rest(results: Results) -> Iterator[Figure]:
     )
     worst = max(s.balance_error or 0.0 for s in sides.values())
     caption = (
-        f"{_what(results, results.whole)} of the whole patch under {rest_name(results.study)}, "
-        "along the axis of the damper. Filled marks are closed pairs, hollow ones open (negative: "
-        "kn times the remaining gap; crosses at the lower end of the axis lie below it). The sum "
+        f"{_what(results, results.whole)} of the whole patch under "
+        f"{rest_load(results.study).name}, along the axis of the damper. Filled marks are closed "
+        "pairs, hollow ones open (negative: kn times the remaining gap; crosses at the lower end "
+        "of the axis lie below it). The sum "
         f"is {sums}; contact forces and load balance to {number(worst, 1)} of the load. "
         f"{_ends(results, results.whole)}" + results.beside_paper("Corresponds to figure 9")
     )
