@@ -124,7 +124,9 @@ def _solved(store: Store, contact: ContactAtRest) -> PatchAtRest:
     return found
 
 
-def _result(patch: WholePatch, rest: PatchAtRest, cases: dict[str, LoadCasePreload]) -> PreloadResult:
+def _result(
+    patch: WholePatch, rest: PatchAtRest, cases: dict[str, LoadCasePreload]
+) -> PreloadResult:
     contact, found = patch.contact, rest.solution
     pairs, pulled = contact.pairs, preload_map(found, contact.pairs)
     slides = contact.rounds.slides(found.displacement, found.force)
