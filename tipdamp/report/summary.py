@@ -7,37 +7,19 @@ from tipdamp.report.results import Results
 from tipdamp.results.response_results import CurveResult
 from tipdamp.results.static_results import PreloadResult, TuneResult
 
-COPIED = {
-    "Fe_N",
-    "H",
-    "peak_hz",
-    "peak_m",
-    "min_peak_m",
-    "at_least_hz",
-    "at_least_m",
-    "inside_hz",
-    "inside_m",
-    "truncation",
-    "worst_truncation",
-    "tried",
-    "within_tolerance",
-    "unstable",
-    "unstable_points",
-    "searched",
-    "beside",
-    "named",
-    "points",
-    "failed_points",
-    "seconds",
-    "complete",
-    "ended",
-    "alike_backwards",
-    "patches",
-    "held",
-    "held_change",
-    "held_reaction_change",
-    "energy_error",
-    "mac",
+# of a curve: what only the program needs, and what stands here otherwise
+NOT_COPIED = {
+    "file",
+    "origin",
+    "start",
+    "residual_calls",
+    "further",
+    "left_out",
+    "unsolved",
+    "hold_doubts",
+    "slipping_pairs",
+    "lift_off_pairs",
+    "back",
 }
 OF_TUNE = {
     "target_hz",
@@ -125,7 +107,7 @@ def _tune(found: TuneResult) -> dict:
 def _response(facts: CurveResult) -> dict:
     back = set() if facts.back is None else {"back"}
     return {
-        **facts.model_dump(include=COPIED),
+        **facts.model_dump(exclude=NOT_COPIED),
         "slipping_pairs": len(facts.slipping_pairs),
         "slipping": list(facts.slipping_pairs),
         "lift_off_pairs": len(facts.lift_off_pairs),

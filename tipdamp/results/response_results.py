@@ -58,8 +58,10 @@ class HeldForce(Record):
     moved: Number = None
 
 
-class BackCurve(Peak):
-    """The same curve followed from the other end of the band."""
+class FollowedWay(Peak):
+    """A curve followed from one end of the band to the other: held {motion: ...}; further -
+    see ForcedResponse; energy_error - of input = damping + friction over a period, relative to
+    the input, the largest of its points."""
 
     held: dict[str, HeldForce] = {}
     complete: bool
@@ -83,10 +85,21 @@ class NamedPlace(Record):
     largest_m: float
 
 
-class BesideCurve(Record):
+class Trust(Record):
+    """How far a curve is to be trusted: unstable - whether the largest amplitude of the first patch
+    is that of an unstable motion; unstable_points - how many points are, None where it is not
+    known of any; worst_truncation - the largest `relative_truncation` of its points; named - its
+    named points."""
+
+    unstable: bool = False
+    unstable_points: int | None = None
+    worst_truncation: Number = None
+    named: tuple[NamedPlace, ...] = ()
+
+
+class BesideCurve(Trust):
     """A curve that was found beside another one, over from_hz to to_hz: highest - largest amplitude
-    of its points on the first patch; closed - it comes back to where it began; unstable - whether
-    the motion there is; unstable_points, worst_truncation, named - as in CurveResult."""
+    of its points on the first patch; closed - it comes back to where it began."""
 
     file: str
     from_hz: float
@@ -96,10 +109,6 @@ class BesideCurve(Record):
     closed: bool
     complete: bool
     ended: str
-    unstable: bool = False
-    unstable_points: int | None = None
-    worst_truncation: Number = None
-    named: tuple[NamedPlace, ...] = ()
 
     @property
     def ends(self) -> str:
@@ -123,19 +132,15 @@ class TriedHarmonics(Record):
         return float("inf") if self.error is None else self.error
 
 
-class CurveResult(Peak):
+class CurveResult(FollowedWay, Trust):
     """One curve, its peak on the first patch; patches {patch: Peak}; slipping_pairs - names of
     `pair_names` of those that slip or open, lift_off_pairs - of those that open somewhere and
-    are closed at rest; further, searched - see ForcedResponse; beside - the curves that were
-    found; mac - of the outputs at the peak with those at the peak of the next lower level;
-    left_out - Hz and Hz between which a branch that folds again and again was left and taken up
-    again; energy_error - of input = damping + friction over a period, relative to the input, the
-    largest of its points; tried, within_tolerance - with harmonics = 'auto': the numbers of
-    harmonics, and whether this one meets the tolerance; worst_truncation - the largest
-    `relative_truncation` of its points; unstable - whether the largest amplitude of the first
-    patch is that of an unstable motion; unstable_points - how many points are, None where it is
-    not known of any; alike_backwards - see ForcedResponse; back - None where the band was
-    followed one way; held {motion: ...}; held_change, held_reaction_change - see ForcedResponse;
+    are closed at rest; searched - see ForcedResponse; beside - the curves that were found;
+    mac - of the outputs at the peak with those at the peak of the next lower level; left_out - Hz
+    and Hz between which a branch that folds again and again was left and taken up again; tried,
+    within_tolerance - with harmonics = 'auto': the numbers of harmonics, and whether this one
+    meets the tolerance; alike_backwards - see ForcedResponse; back - from the other end, None
+    where the band was followed one way; held_change, held_reaction_change - see ForcedResponse;
     hold_doubts - sentences of `hold_in_words`."""
 
     file: str
@@ -143,30 +148,19 @@ class CurveResult(Peak):
     H: int
     patches: dict[str, Peak]
     points: int
-    failed_points: int
     slipping_pairs: Texts
     lift_off_pairs: Texts = ()
-    seconds: float
     residual_calls: int
-    complete: bool
-    ended: str
-    further: str = ""
     searched: str = NOT_SEARCHED
     beside: tuple[BesideCurve, ...] = ()
-    named: tuple[NamedPlace, ...] = ()
     left_out: tuple[tuple[float, float], ...] = ()
     origin: str
     start: str
-    energy_error: Number = None
     tried: tuple[TriedHarmonics, ...] = ()
     within_tolerance: bool | None = None
-    worst_truncation: Number = None
-    unstable: bool = False
-    unstable_points: int | None = None
     mac: Number = None
     alike_backwards: bool = False
-    back: BackCurve | None = None
-    held: dict[str, HeldForce] = {}
+    back: FollowedWay | None = None
     held_change: Number = 0.0
     held_reaction_change: Number = 0.0
     hold_doubts: Texts = ()

@@ -21,12 +21,13 @@ from tipdamp.hbm.result import SOLVED, ForcedResponse
 from tipdamp.hbm.ties import first_largest
 from tipdamp.results.record import Number
 from tipdamp.results.response_results import (
-    BackCurve,
     BesideCurve,
     CurveResult,
+    FollowedWay,
     HeldForce,
     NamedPlace,
     Peak,
+    Trust,
     families,
 )
 from tipdamp.statics.model_inputs import in_patch
@@ -56,40 +57,30 @@ def curve_result(
         file=case.file,
         Fe_N=case.Fe_N,
         H=case.H,
-        **dict(patches[settings.patches[0]]),
+        **dict(_way(curve, held, first)),
+        **dict(_trust(curve, kept, first)),
         patches=patches,
         points=len(curve.frequency),
-        failed_points=(~curve.converged).sum(),
         slipping_pairs=tuple(pair_names(kept, curve.slipping_pairs)),
         lift_off_pairs=tuple(
             pair_names(kept, [i for i in curve.opening_pairs if kept.preload[i] > 0])
         ),
-        seconds=curve.seconds,
         residual_calls=curve.residual_calls,
-        complete=curve.complete,
-        ended=curve.ended,
-        further=curve.further,
         searched=curve.searched,
         beside=tuple(_beside(file, one, kept, first) for file, one in beside.items()),
-        named=tuple(_named(one, kept, first) for one in curve.named_points),
         left_out=tuple((float(low), float(high)) for low, high in np.sort(curve.restarts, axis=1)),
         origin=curve.origin,
         start=curve.start,
         alike_backwards=curve.alike_backwards,
-        back=_backwards(back[0], held, first) if back else None,
-        held=held_forces(curve, held, first),
+        back=_way(back[0], held, first) if back else None,
         held_change=curve.held_change,
         held_reaction_change=curve.held_reaction_change,
         hold_doubts=tuple(hold_in_words(curve, problem)),
-        energy_error=worst(curve.energy_error),
-        worst_truncation=worst(curve.relative_truncation),
-        unstable=bool(curve.unstable[_largest(curve, first)]),
-        unstable_points=_unstable_points(curve),
     )
 
 
-def _backwards(curve: ForcedResponse, held: Sequence[HeldMotion], outputs: np.ndarray) -> BackCurve:
-    return BackCurve(
+def _way(curve: ForcedResponse, held: Sequence[HeldMotion], outputs: np.ndarray) -> FollowedWay:
+    return FollowedWay(
         **dict(peak_of(curve, outputs)),
         complete=curve.complete,
         ended=curve.ended,
@@ -106,6 +97,7 @@ def _beside(
 ) -> BesideCurve:
     i = _largest(curve, outputs)
     return BesideCurve(
+        **dict(_trust(curve, kept, outputs)),
         file=file,
         from_hz=curve.frequency.min(),
         to_hz=curve.frequency.max(),
@@ -114,16 +106,17 @@ def _beside(
         closed=curve.ended.startswith(ENDS["round"]),
         complete=curve.complete,
         ended=curve.ended,
-        unstable=bool(curve.unstable[i]),
-        unstable_points=_unstable_points(curve),
-        worst_truncation=worst(curve.relative_truncation),
-        named=tuple(_named(one, kept, outputs) for one in curve.named_points),
     )
 
 
-def _unstable_points(curve: ForcedResponse) -> int | None:
+def _trust(curve: ForcedResponse, kept: ContactTable, outputs: np.ndarray) -> Trust:
     known = (curve.stable | curve.unstable).any()
-    return int(curve.unstable.sum()) if known else None
+    return Trust(
+        unstable=bool(curve.unstable[_largest(curve, outputs)]),
+        unstable_points=int(curve.unstable.sum()) if known else None,
+        worst_truncation=worst(curve.relative_truncation),
+        named=tuple(_named(one, kept, outputs) for one in curve.named_points),
+    )
 
 
 def _named(one: NamedPoint, kept: ContactTable, outputs: np.ndarray) -> NamedPlace:

@@ -12,7 +12,13 @@ from tipdamp.checks import only_friction
 from tipdamp.engine.store import Store
 from tipdamp.hbm.curve.enough_harmonics import not_met
 from tipdamp.hbm.curve.trace import SLIDES
-from tipdamp.results.response_results import BackCurve, CurveResult, Peak, RespondResult, families
+from tipdamp.results.response_results import (
+    CurveResult,
+    FollowedWay,
+    Peak,
+    RespondResult,
+    families,
+)
 from tipdamp.results.static_results import PreloadResult, ReduceResult, TuneResult
 from tipdamp.study.view import Study
 
@@ -48,7 +54,7 @@ def solved_nothing(found: RespondResult) -> int:
     return sum(c.solved_nothing for c in both_ways(found))
 
 
-def both_ways(found: RespondResult) -> list[CurveResult | BackCurve]:
+def both_ways(found: RespondResult) -> list[FollowedWay]:
     """The curves, and those from the other end of the band."""
     return [*found.responses, *(c.back for c in found.responses if c.back)]
 
