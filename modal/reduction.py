@@ -102,11 +102,11 @@ class Reduction:
         """rad/s of the fixed-interface modes."""
         return self.omega[self.contact_shapes : len(self.omega) - self.load_modes]
 
-    def whole_cluster(self, count: int) -> int:
+    def whole_cluster(self, count: int, equal: float = EQUAL) -> int:
         """Number of modes, at least `count`, that does not part modes whose frequencies differ by
-        less than `EQUAL`."""
+        less than `equal`."""
         omega = self.mode_omega
-        while 0 < count < len(omega) and omega[count] <= (1 + EQUAL) * omega[count - 1]:
+        while 0 < count < len(omega) and omega[count] <= (1 + equal) * omega[count - 1]:
             count += 1
         return count
 

@@ -36,15 +36,20 @@ def test_public_names_are_there(name):
     assert vars(sys.modules[getattr(tipdamp, name).__module__])[name] is getattr(tipdamp, name)
 
 
-def test_checkers_read_the_same_names():
+def test_checkers_read_the_same_names_from_the_same_places():
     """Those that an import gives its own name again: others they take for no part of the face."""
     tree = ast.parse(Path(tipdamp.__file__).read_text(encoding="utf-8"))
     (choice,) = (node for node in tree.body if isinstance(node, ast.If))
     seen = [
-        alias for node in choice.body if isinstance(node, ast.ImportFrom) for alias in node.names
+        (alias, node.module)
+        for node in choice.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
     ]
-    assert all(alias.asname == alias.name for alias in seen)
-    assert sorted(alias.name for alias in seen) == tipdamp.__all__
+    assert all(alias.asname == alias.name for alias, _ in seen)
+    assert {alias.name: home for alias, home in seen} == {
+        name: f"tipdamp.{home}" for name, home in tipdamp._HOME.items()
+    }
 
 
 def test_unknown_names_are_refused():

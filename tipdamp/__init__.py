@@ -4,8 +4,8 @@
 
 The names that a script needs; `help` of each has an example, which takes `import numpy as np` and
 `from tipdamp import *` for granted. Each is loaded when it is first asked for, so that matrices
-need no finite elements: the imports below are executed by nobody, but read, by type checkers, by
-editors and by this module.
+need no finite elements; type checkers and editors read the imports below, a test holds both lists
+together.
 """
 
 import os
@@ -159,22 +159,77 @@ if TYPE_CHECKING:
     from tipdamp.study.study import load_study as load_study
     # isort: on
 else:  # a module __getattr__ would let type checkers accept any name
-    import ast
     from importlib import import_module
 
-    _HOME = {  # {name: its module} of the imports above
-        name.asname: node.module
-        for node in ast.walk(ast.parse(__spec__.loader.get_source(__name__)))
-        if isinstance(node, ast.ImportFrom)
-        for name in node.names
-        if name.asname
+    _NAMES = {  # of each module
+        "hbm.balance.contact_setting": "ContactSetting",
+        "hbm.balance.parameter": "Damping ForceParameter Frequency Level ModelParameter Parameter",
+        "hbm.balance.problem": "ContactProblem contact_problem",
+        "hbm.balance.receptance": "linear_response natural_frequencies",
+        "hbm.balance.varying": "ForceTable Unbalance",
+        "hbm.comparison": "Comparison compare",
+        "hbm.contact": "ContactTable",
+        "hbm.continuation.settings": "Settings",
+        "hbm.curve.cycles": "ContactCycles contact_cycles energy_balance whole_motion",
+        "hbm.curve.energy": "EnergyBalance",
+        "hbm.curve.folds_and_transitions": "named_points",
+        "hbm.curve.options": "CurveOptions",
+        "hbm.curve.peaks": "find_peaks",
+        "hbm.curve.solutions": "solutions_at time_history",
+        "hbm.errors": "Doubt InputError",
+        "hbm.example": "cantilever two_blades",
+        "hbm.fitting.fit": "fit_damping",
+        "hbm.fitting.result": "DampingFit MeasuredResponse",
+        "hbm.following.follow": "follow_fold follow_peak",
+        "hbm.following.options": "FollowOptions",
+        "hbm.following.result": "Followed",
+        "hbm.hold.spring": "HeldMotion Hold held_motions",
+        "hbm.influence": "Derivatives",
+        "hbm.io.nlvib": "from_nlvib read_nlvib to_nlvib",
+        "hbm.laws.base": "ContactLaw",
+        "hbm.laws.coordinates": "OwnForce Polynomial",
+        "hbm.laws.coupled.law": "IsotropicFriction",
+        "hbm.laws.force": "CubicSpring PlainForce",
+        "hbm.laws.mixed": "MixedLaw",
+        "hbm.laws.records": "ContactState Contacts",
+        "hbm.laws.uncoupled.law": "DryFriction1T DryFriction2T Jenkins1D UnilateralSpring",
+        "hbm.matrices_out": "write_model",
+        "hbm.model": "ReducedModel",
+        "hbm.modes.backbone": "backbone",
+        "hbm.modes.derivatives": "peak_derivatives point_derivatives stuck_frequency_derivatives",
+        "hbm.modes.result": "Backbone",
+        "hbm.modes.synthesis": "Synthesis synthesis",
+        "hbm.named_point": "NamedPoint",
+        "hbm.periodic_solution": "PeriodicSolution",
+        "hbm.problem": "Problem",
+        "hbm.response": "follow_band follow_parameter forced_response solve_at",
+        "hbm.result": "ForcedResponse",
+        "hbm.search.beside": "Search",
+        "hbm.search.branches": "branch_from",
+        "hbm.search.curves": "CurvesBeside curves_beside",
+        "hbm.self_excited": "limit_cycle",
+        "hbm.testing": "check_force check_law",
+        "hbm.time.settings": "IntegrationSettings",
+        "measured.damping": "half_power",
+        "modal.body": "Body",
+        "modal.craig_bampton": "assemble craig_bampton",
+        "modal.elasticity": "Material elastic_body",
+        "modal.mesh": "Mesh",
+        "modal.reduction": "Reduction",
+        "static_contact.contact.contact_forces": "Preload",
+        "static_contact.contact.preload": "preload",
+        "static_contact.tuning.station_detachment": "Detachment detach_until",
+        "static_contact.tuning.stuck_assembly": "StuckAssembly",
+        "study.own_law": "code_allowed",
+        "study.study": "load_study",
     }
+    _HOME = {name: home for home, names in _NAMES.items() for name in names.split()}
     __all__ = sorted(_HOME)
 
     def __getattr__(name: str) -> Any:
         if name not in _HOME:
             raise AttributeError(f"module 'tipdamp' has no attribute '{name}'")
-        return getattr(import_module(_HOME[name]), name)
+        return getattr(import_module(f"tipdamp.{_HOME[name]}"), name)
 
     def __dir__() -> list[str]:
         return [*__all__, "__version__"]

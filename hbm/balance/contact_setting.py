@@ -104,9 +104,9 @@ class ContactSetting(Scaling):
         def derivative(balance: HarmonicBalance, t: Terms) -> np.ndarray:
             return -balance.modal_response(t, self.force_rate(balance, t, max(p, SMALLEST)))
 
-        return self.at(balance, p)(x, w, derivative=derivative)
+        return self._evaluate_at(balance, p)(x, w, derivative=derivative)
 
-    def at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
+    def _evaluate_at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
         """With the factor p."""
         return partial(balance.evaluate, contacts=self.settings_at(balance.problem, p))
 

@@ -75,9 +75,9 @@ class Parameter:
 
     def held(self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float) -> Linearisation:
         """The same with the derivative by the angular frequency, the parameter held."""
-        return self.at(balance, p)(x, w)
+        return self._evaluate_at(balance, p)(x, w)
 
-    def at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
+    def _evaluate_at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
         """`HarmonicBalance.evaluate` at p, in units of the branch."""
         return balance.evaluate
 
@@ -219,9 +219,9 @@ class Level(Parameter):
         self, balance: HarmonicBalance, x: np.ndarray, w: float, p: float
     ) -> Linearisation:
         """Linearisation at x (n,) and the factor p."""
-        return self.at(balance, p)(x, w, derivative=by_level)
+        return self._evaluate_at(balance, p)(x, w, derivative=by_level)
 
-    def at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
+    def _evaluate_at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
         """At the factor p."""
         return partial(balance.evaluate, level=p)
 
@@ -246,7 +246,7 @@ class Rebuilt(Parameter):
             modal_rate=np.linalg.lstsq(here.balance.receptance.shapes, rate, rcond=None)[0],
         )
 
-    def at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
+    def _evaluate_at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
         """At the value p."""
         return self._at(balance, max(p, SMALLEST)).evaluate
 
@@ -284,9 +284,9 @@ class Damping(Scaling):
         def derivative(there: HarmonicBalance, t: Terms) -> np.ndarray:
             return -t.factors * there.damping_push(t.factors * t.push, t.w) / value
 
-        return self.at(balance, p)(x, w, derivative=derivative)
+        return self._evaluate_at(balance, p)(x, w, derivative=derivative)
 
-    def at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
+    def _evaluate_at(self, balance: HarmonicBalance, p: float) -> Callable[..., Linearisation]:
         """At the factor p."""
         return balance.with_damping(max(p, SMALLEST)).evaluate
 

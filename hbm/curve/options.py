@@ -4,7 +4,7 @@ checked record."""
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from inspect import Parameter, signature
-from typing import Any, Literal, Required, TypedDict, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +13,7 @@ from tipdamp.hbm.continuation.settings import Settings
 from tipdamp.hbm.curve.enough_harmonics import Harmonics
 from tipdamp.hbm.curve.guess import Guess
 from tipdamp.hbm.curve.journal import Journal
+from tipdamp.hbm.curve.keywords import CommonKeywords
 from tipdamp.hbm.errors import InputError, nearest
 
 Function = TypeVar("Function", bound=Callable)
@@ -25,16 +26,6 @@ NEEDED = {
     "band": "(from, to) Hz",
 }
 PointsOfInterest = Literal["none", "peaks", "all"]
-
-
-class CommonKeywords(TypedDict, total=False):
-    """What may be asked of a curve and of a branch of peaks."""
-
-    outputs: Required[Mapping[str, ArrayLike]]
-    start: str | np.ndarray | None
-    samples: int | None
-    settings: Settings | None
-    progress: Callable[[float, float, int], None] | bool | None
 
 
 class CurveKeywords(CommonKeywords, total=False):

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tipdamp.hbm.continuation.settings import Settings
-from tipdamp.hbm.curve.options import CommonKeywords
+from tipdamp.hbm.curve.keywords import CommonKeywords
 
 
 class FollowKeywords(CommonKeywords, total=False):

@@ -101,7 +101,7 @@ class Assembly:
         return self.vibrating, closed, force, hz, zeta, self.curves.rows
 
 
-class StuckAtRest(NamedTuple):
+class FrictionAtRest(NamedTuple):
     """Friction at rest of the kept pairs: tangential (P, 2) N; static (r,) N - constant load that
     balances it; sliders (P, n) m - their positions. The last two None without friction."""
 
@@ -153,16 +153,16 @@ def assembled(study: Study, store: Store, responded: bool = False) -> Assembly:
 
 def _friction_at_rest(
     study: Study, store: Store, model: ReducedModel, table: ContactTable, law: ContactLaw
-) -> StuckAtRest:
+) -> FrictionAtRest:
     kept = table.select(table.carrying)
     if not study.preload.friction:
-        return StuckAtRest(np.zeros((len(kept), 2)))
+        return FrictionAtRest(np.zeros((len(kept), 2)))
     check_sliders("[respond]", study.respond, law)
     tangential = friction_history.load(store.path("kept_friction.csv"), table)[table.carrying]
     # a tangent that the law does not know carries no friction
     tangential[:, law.sliders :] = 0.0
     static, sliders = friction_history.start(model, kept, tangential)
-    return StuckAtRest(tangential, static, sliders[:, : law.sliders])
+    return FrictionAtRest(tangential, static, sliders[:, : law.sliders])
 
 
 def on_springs(model: ReducedModel, held: Sequence[HeldMotion]) -> ReducedModel:

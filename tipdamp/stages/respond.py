@@ -169,11 +169,10 @@ class _LevelBars:
 
     def close(self, i: int, solved: bool) -> None:
         """That of a finished curve."""
-        if i in self.bars:
-            bar, tick = self.bars[i]
-            if not solved:
-                tick(1.0, "no point solved")
-            bar.close()
+        bar, tick = self.bars[i]
+        if not solved:
+            tick(1.0, "no point solved")
+        bar.close()
 
 
 def _make(settings: Respond, curves: Curves, tick: Ticker, workers: Workers) -> list[LevelCurves]:
@@ -199,7 +198,8 @@ def _make(settings: Respond, curves: Curves, tick: Ticker, workers: Workers) -> 
                 check_room(curves, [*busy, *further], workers.jobs)
                 missing += further
             bars.show()
-            bars.close(i, bool(curves.load(missing[i]).converged.any()))
+            if i in bars.bars:
+                bars.close(i, bool(curves.load(missing[i]).converged.any()))
     made = _look_beside(curves, list(levels.values()), tick, workers)
     sweep(curves.store, [case for level in made for case in level.cases])
     return made
