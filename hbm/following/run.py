@@ -165,13 +165,13 @@ def run_from(
     if enough:
         why = f"at {case.named(last.parameter)} another output has the larger peak"
         return replace(run, why=why, enough=True, refused=bool(watch.refused))
-    return _ended(run, branch, watch, (left, met, cut))
+    return _ended(run, branch, watch, left=left, met=met, cut=cut)
 
 
-def _ended(run: Run, branch: Branch, watch: "_Watch", how: tuple[bool, bool, bool]) -> Run:
-    """With the words on why it ends short of the value; how : it left the band, met an extremum of
-    the other kind, was cut where it jumps or crawls."""
-    case, last, (left, met, cut) = watch.case, branch.points[-1], how
+def _ended(run: Run, branch: Branch, watch: "_Watch", *, left: bool, met: bool, cut: bool) -> Run:
+    """With the words on why it ends short of the value; left : it left the band; met : an extremum
+    of the other kind; cut : where it jumps or crawls."""
+    case, last = watch.case, branch.points[-1]
     place = case.named(last.parameter)
     if left:
         return replace(run, why=f"at {place} the peak leaves the band")
