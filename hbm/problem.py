@@ -322,7 +322,7 @@ class Problem(AnyProblem):
         **options: Unpack[CurveKeywords],
     ) -> PeriodicSolution:
         """The periodic response at one frequency, hz or omega in rad/s; options as in
-        `hbm.response.solve_at`."""
+        `tipdamp.hbm.response.solve_at`."""
         problem, options = self.contact_problem, self._with_rows(options)
         forcing = forcing_of(self.forces, problem, None)
         return response.solve_at(problem, forcing, hz, omega=omega, **options)
@@ -337,7 +337,7 @@ class Problem(AnyProblem):
         **options: Unpack[CurveKeywords],
     ) -> PeriodicSolution:
         """A self-excited motion near a frequency, hz or omega in rad/s, which is found, and near
-        an amplitude in m at the laws: see `hbm.self_excited.limit_cycle`."""
+        an amplitude in m at the laws: see `tipdamp.hbm.self_excited.limit_cycle`."""
         if not self.attached:
             raise InputError("limit_cycle: a linear system has none; add(law, where)")
         if self.forces or (self.varying and self.varying.forces):

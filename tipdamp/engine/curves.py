@@ -91,8 +91,8 @@ class Curves:
 
     force (r,) N for a level of 1 N; rows {name: (r,)} of the outputs; start : of the sliders, and
     samples of a cycle,
-    None for the default; peaks, stability : as in `hbm.curve.options.CurveOptions`; derivatives :
-    whether to keep those of the highest peak of the first group of peaks
+    None for the default; peaks, stability : as in `tipdamp.hbm.curve.options.CurveOptions`;
+    derivatives : whether to keep those of the highest peak of the first group of peaks
     """
 
     problem: ContactProblem
