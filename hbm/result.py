@@ -204,8 +204,7 @@ class ForcedResponse(ArrayRecord):
             if self.parameter_name == "frequency"
             else f"{self.over} {f.min():g} to {f.max():g} at {self.frequency[0]:g} Hz"
         )
-        shares = self.share_stick + self.share_slip + self.share_open
-        pairs = int((shares != 0).any(axis=0).sum())
+        pairs = int(tables.in_contact(self.share_stick, self.share_slip, self.share_open).sum())
         moving = len(self.slipping_pairs)
         contacts = f"{moving} of {pairs} pairs slip or open, " if pairs else ""
         return (
@@ -329,8 +328,9 @@ class ForcedResponse(ArrayRecord):
         return tables.as_frame(self, kind, order)
 
     def to_xarray(self) -> "xarray.Dataset":
-        """The arrays of the curve by point, output, harmonic and contact, with their units. Raises
-        InputError where xarray is not installed."""
+        """The arrays of the curve by point, output, harmonic and contact, with their units; shares
+        of the cycle where something is a contact. Raises InputError where xarray is not
+        installed."""
         return tables.as_dataset(self)
 
     def _repr_html_(self) -> str:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from tipdamp.hbm.result import ForcedResponse
 
 
+SHARES = ("share_stick", "share_slip", "share_open")  # of the cycle
 UNITS = {
     **dict.fromkeys(("amplitude", "height", "harmonics", "shape"), "m"),
     "frequency": "Hz",
@@ -52,7 +53,7 @@ def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
     """All arrays by point, output, harmonic and contact: see `ForcedResponse.to_xarray`."""
     held = {
         "harmonics": (("point", "output", "harmonic"), "m"),
-        **dict.fromkeys(("share_stick", "share_slip", "share_open"), (("point", "contact"), "1")),
+        **dict.fromkeys(SHARES, (("point", "contact"), "1")),
         "dissipated": (("point", "contact"), "J"),
         "truncation": (("point", "output"), "m"),
         "multipliers": (("point", "multiplier"), "1"),
@@ -94,10 +95,21 @@ def dataset(
     places: Mapping[str, Any],
     **about: Any,
 ) -> xarray.Dataset:
-    """{name: (dimensions, values, unit)} by {dimension: its labels}, without what has no values;
-    InputError where xarray is not installed."""
+    """{name: (dimensions, values, unit)} by {dimension: its labels}, without what has no values,
+    and without the shares of the cycle where nothing is a contact; InputError where xarray is not
+    installed."""
+    shares = [data[name][1] for name in SHARES if name in data]
+    if shares and not in_contact(*shares).any():
+        data = {name: of for name, of in data.items() if name not in SHARES}
     held = {name: (dims, a, {"units": unit}) for name, (dims, a, unit) in data.items() if a.size}
     return library("xarray", "to_xarray").Dataset(held, coords=places, attrs=about)
+
+
+def in_contact(stick: np.ndarray, slip: np.ndarray, opened: np.ndarray) -> np.ndarray:
+    """(P,) bool, which are contacts, by the shares of the cycle, each (P,) or (n, P): all are 0 of
+    a force that is none; true where no point is known."""
+    total = np.atleast_2d(stick + slip + opened)
+    return (np.nansum(total, axis=0) != 0) | np.isnan(total).all(axis=0)
 
 
 def notebook_table(caption: str, rows: Mapping[str, str]) -> str:

@@ -19,7 +19,8 @@ Function = TypeVar("Function", bound=Callable)
 Options = TypeVar("Options")
 NEEDED = {
     "outputs": (
-        "{name: row that takes the output out of q}, for example "
+        "{name: a dof, two dofs (a, b), or the row that takes the output out of q}, for example "
+        "outputs={'x': 0}; a ReducedModel gives rows: "
         "{'tip': model.displacement_row('blades', 2, [0, 1, 0])}"
     ),
     "band": "(from, to) Hz",
