@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,9 +16,6 @@ if TYPE_CHECKING:
     import xarray
     from pandas.core.frame import DataFrame
 
-    from tipdamp.hbm.fitting.result import DampingFit
-    from tipdamp.hbm.following.result import Followed
-    from tipdamp.hbm.modes.result import Backbone
     from tipdamp.hbm.result import ForcedResponse
 
 
@@ -73,7 +70,23 @@ def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
     return dataset(data, places, **about)
 
 
-def places_as_dataset(branch: Backbone | Followed) -> xarray.Dataset:
+class Places(Protocol):
+    """What a branch has beside its arrays by place: a Backbone, or what was followed."""
+
+    @property
+    def H(self) -> int:
+        """Harmonics."""
+
+    @property
+    def ended(self) -> str:
+        """Why it ends."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether it has all places that were asked for."""
+
+
+def places_as_dataset(branch: Places) -> xarray.Dataset:
     """All arrays by place, output, harmonic, contact and dof: see `Backbone.to_xarray`."""
     dims = {
         "harmonics": ("place", "output", "harmonic"),
@@ -120,13 +133,6 @@ def notebook_table(caption: str, rows: Mapping[str, str]) -> str:
         for what, value in rows.items()
     )
     return f"<table><caption><b>{escape(caption)}</b></caption>{body}</table>"
-
-
-def fit_as_frame(fit: DampingFit) -> pandas.DataFrame:
-    """A row for each unknown: see `DampingFit.to_pandas`."""
-    columns: dict[str, Any] = {"unknown": list(fit.names)}
-    columns |= {name: vars(fit)[name] for name in ("values", "low", "high", "start")}
-    return frame(columns, "row")
 
 
 def frame(columns: Mapping[str, ArrayLike], index: str) -> DataFrame:
