@@ -126,7 +126,7 @@ def compare(
         print(compare(curve, problem, 1250.0).said)
 
     problem : that the curve was made with; value, omega, parameter : as in
-    `hbm.curve.solutions.solutions_at`
+    `tipdamp.hbm.curve.solutions.solutions_at`
     which : the place there, needed where the curve has several solutions
     point : instead of value, the number of a point of the curve, as of `curve[point]`
     The integration starts at displacement, velocity and sliders of the solution and runs until the

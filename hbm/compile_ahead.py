@@ -30,7 +30,7 @@ def compile_ahead() -> None:
         progress=False,
     )
     compare(curve, problem, point=len(curve) // 2)
-    one, cubic = np.eye(1), Contacts([0.0], [0.0], [0.0], [0.0])
+    one, cubic = np.eye(1), Contacts(*np.zeros((4, 1)))
     duffing = ContactProblem(one, 0.1 * one, one, one, CubicSpring(1.0), cubic)
     force, band = 0.1 * one[0], (0.1, 0.11)
     short = follow_band(duffing, force, band, outputs={"x": 0}, harmonics=3, progress=False)

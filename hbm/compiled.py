@@ -20,7 +20,9 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from numba.core.registry import CPUDispatcher
 
 CHECKSUM = sha256().digest_size
-COMPILING = "compiling the contact kernels (once per machine for each kind of law, up to a minute)"
+COMPILING = (
+    "compiling the kernels of the laws (once per machine for each kind of law, up to a minute)"
+)
 _told: set[str] = set()
 
 

@@ -121,7 +121,7 @@ def reduce_interface(
     """The model in the shapes that its response takes, all pairs kept.
 
     pairs : those that carry; held : motions of the model that are held
-    (`hbm.hold.spring.held_motions`)
+    (`tipdamp.hbm.hold.spring.held_motions`)
     None where that makes nothing smaller, and where stuck pairs leave a motion free.
     """
     contacts = Contacts(pairs.kn * pairs.weight, pairs.kt * pairs.weight, pairs.mu, pairs.preload)

@@ -1,5 +1,5 @@
-"""A reduced model for other codes: matrices and the dof table, as `hbm.io.matrices_in` reads them
-back.
+"""A reduced model for other codes: matrices and the dof table, as `tipdamp.hbm.io.matrices_in`
+reads them back.
 
 write_model(model, "folder", "mtx")    # M.mtx, K.mtx, C.mtx, dofs.csv
 ReducedModel.from_files(M="folder/M.mtx", K="folder/K.mtx", dofs="folder/dofs.csv")

@@ -1,6 +1,6 @@
 """ReducedModel: mass, damping and stiffness of the bodies, and what each of their dofs is.
 
-The matrices may come from `modal.craig_bampton` or from any other program.
+The matrices may come from `tipdamp.modal.craig_bampton` or from any other program.
 """
 
 import json
@@ -161,7 +161,7 @@ class ReducedModel:
         dofs: str | Path | None = None,
         **more: Any,
     ) -> "ReducedModel":
-        """One file per matrix and a dof table, in the formats of `hbm.io.matrices_in`.
+        """One file per matrix and a dof table, in the formats of `tipdamp.hbm.io.matrices_in`.
 
         more : body (name where the table has none), groups and loads beside those of the table
         Raises InputError where a file cannot be read, or the files do not fit each other.

@@ -167,7 +167,8 @@ class Problem(AnyProblem):
         >>> shaken = Problem(M=[[2.0]], C=[[8.0]], K=[[2e5]]).base_motion([1.0], 1e-4)
         """
         allowed = f"must be a row of {self.size} numbers"
-        along = cast(Any, self.M) @ self.row(numbers("direction", direction, allowed))
+        given = numbers("direction", direction, allowed)
+        along = cast(Any, self.M) @ self._moving(given, "direction")
         of = amplitude if callable(amplitude) else constant("m", amplitude)
         check_call("base_motion: its amplitude", of, "w")
         return self._with_varying(
@@ -191,7 +192,9 @@ class Problem(AnyProblem):
         if not isinstance(places, Sequence | np.ndarray) or isinstance(places, str):
             raise InputError(f"places = {brief(places)}: must be a list, a place for each blade")
         turn = np.exp(2j * np.pi * engine_order * np.arange(len(places)) / max(len(places), 1))
-        rows = [phase * self.row(place) for phase, place in zip(turn, places, strict=True)]
+        rows = [
+            phase * self._moving(one, "places") for phase, one in zip(turn, places, strict=True)
+        ]
         wave = np.sum(rows, axis=0)
         if np.abs(wave).max(initial=0.0) <= CANCELS * np.abs(rows).max(initial=0.0):
             raise InputError("travelling_wave: places is empty, or their forces cancel")
@@ -237,20 +240,34 @@ class Problem(AnyProblem):
 
     def row(self, where: Where) -> np.ndarray:
         """(r,) row that takes a motion out of q. Raises InputError where it is none."""
-        row = self._row(where)
+        return self._moving(where, "where")
+
+    def _moving(self, where: Where, called: str) -> np.ndarray:
+        """As `row`; called : the argument, in messages."""
+        row = self._row(where, called)
         if not row.any():
-            raise _nothing_moves(where)
+            raise _nothing_moves(where, called)
         return row
 
-    def _row(self, where: Where) -> np.ndarray:
+    def _row(self, where: Where, called: str) -> np.ndarray:
         r = self.size
-        by_dofs = row_of_dofs(where, self._unit)
+
+        def unit(dof: int) -> np.ndarray:
+            if not 0 <= dof < r:
+                raise InputError(
+                    f"{called} = {brief(where)}: dof {dof} must be between 0 and {r - 1}"
+                )
+            row = np.zeros(r)
+            row[dof] = 1.0
+            return row
+
+        by_dofs = row_of_dofs(where, unit)
         if by_dofs is not None:
             return by_dofs
         allowed = f"must be a dof 0..{r - 1}, two dofs (a, b), or a row of {r} numbers"
-        row = numbers("where", where, allowed)
+        row = numbers(called, where, allowed)
         if row.shape != (r,) or not np.isfinite(row).all():
-            raise InputError(f"where = {brief(where)}: {allowed}")
+            raise InputError(f"{called} = {brief(where)}: {allowed}")
         return row
 
     @property
@@ -322,7 +339,7 @@ class Problem(AnyProblem):
         **options: Unpack[CurveKeywords],
     ) -> PeriodicSolution:
         """The periodic response at one frequency, hz or omega in rad/s; options as in
-        `hbm.response.solve_at`."""
+        `tipdamp.hbm.response.solve_at`."""
         problem, options = self.contact_problem, self._with_rows(options)
         forcing = forcing_of(self.forces, problem, None)
         return response.solve_at(problem, forcing, hz, omega=omega, **options)
@@ -337,20 +354,13 @@ class Problem(AnyProblem):
         **options: Unpack[CurveKeywords],
     ) -> PeriodicSolution:
         """A self-excited motion near a frequency, hz or omega in rad/s, which is found, and near
-        an amplitude in m at the laws: see `hbm.self_excited.limit_cycle`."""
+        an amplitude in m at the laws: see `tipdamp.hbm.self_excited.limit_cycle`."""
         if not self.attached:
             raise InputError("limit_cycle: a linear system has none; add(law, where)")
         if self.forces or (self.varying and self.varying.forces):
             raise InputError("limit_cycle: is a motion without forces, the problem has some")
         problem, options = self.contact_problem, self._with_rows(options)
         return self_excited.limit_cycle(problem, hz, amplitude, omega=omega, **options)
-
-    def _unit(self, dof: int) -> np.ndarray:
-        if not 0 <= dof < self.size:
-            raise InputError(f"dof {dof}: must be between 0 and {self.size - 1}")
-        row = np.zeros(self.size)
-        row[dof] = 1.0
-        return row
 
     def _rows_of(self, law: ContactLaw, where: Any) -> np.ndarray:
         """(nd, r), a row for each component of the law."""
@@ -362,9 +372,9 @@ class Problem(AnyProblem):
                 f"where = {brief(where)}: law {law.name} moves along {wanted}: a list of "
                 f"{len(law.components)} dofs, pairs of dofs, or rows"
             )
-        rows = np.array([self._row(one) for one in where])
+        rows = np.array([self._row(one, "where") for one in where])
         if not rows.any():
-            raise _nothing_moves(where)
+            raise _nothing_moves(where, "where")
         return rows
 
     def _with_rows(self, options: CurveKeywords) -> CurveKeywords:
@@ -372,7 +382,10 @@ class Problem(AnyProblem):
         outputs = options.get("outputs")
         if not isinstance(outputs, dict):
             return options
-        rows = {name: self.row(cast(Where, where)) for name, where in outputs.items()}
+        rows = {
+            name: self._moving(cast(Where, where), f"output '{name}'")
+            for name, where in outputs.items()
+        }
         return cast(CurveKeywords, {**options, "outputs": rows})
 
 
@@ -394,10 +407,10 @@ def _equal(a: ContactLaw, b: ContactLaw) -> bool:
         return False
 
 
-def _nothing_moves(where: Any) -> InputError:
+def _nothing_moves(where: Any, called: str) -> InputError:
     return InputError(
-        f"where = {brief(where)}: a row of zeros takes no motion out of q; a dof is given as its "
-        "number alone, 0 for the first"
+        f"{called} = {brief(where)}: a row of zeros takes no motion out of q; a dof is given as "
+        "its number alone, 0 for the first"
     )
 
 

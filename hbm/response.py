@@ -4,10 +4,10 @@ parameter.
     curve = forced_response(model, pairs, DryFriction2T(), F, (900, 1400), damping_ratio=0.01,
     outputs={"tip": row})
 
-The story: the equations of the harmonic balance (`hbm.balance`), one parameter that varies in
-them (`hbm.balance.parameter`), a first solution (`hbm.curve.starts`), the branch through it
-(`hbm.continuation`), solved points where values were asked for and at the peaks, and the arrays of
-the curve (`hbm.result`).
+The story: the equations of the harmonic balance (`tipdamp.hbm.balance`), one parameter that varies
+in them (`tipdamp.hbm.balance.parameter`), a first solution (`tipdamp.hbm.curve.starts`), the branch
+through it (`tipdamp.hbm.continuation`), solved points where values were asked for and at the peaks,
+and the arrays of the curve (`tipdamp.hbm.result`).
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def forced_response(
     """Curve of periodic responses over a frequency band.
 
     model : ReducedModel; pairs : ContactTable (pairs of weight 0 are left out); law : a law of
-    `hbm.laws`
+    `tipdamp.hbm.laws`
     forcing : (r,) real or complex amplitude F of Re F exp(i w t) in N, or {harmonic: (r,)}
     band : (from, to) Hz, or omega : (from, to) rad/s; from > to runs downwards
     damping_ratio : of the modes of the stuck system, a number or one per mode; None takes the
@@ -198,7 +198,8 @@ def follow_parameter(
     forcing : as in `follow_band`
     hz : of the force; or None, and omega in rad/s
     parameter : 'level' (of the force), 'damping', 'preload', 'pull', 'gap', 'mu', 'kn' or 'kt' as
-        a factor on all contacts (`ContactSetting`), or a Parameter of `hbm.balance.parameter`
+        a factor on all contacts (`ContactSetting`), or a Parameter of
+        `tipdamp.hbm.balance.parameter`
     between : (from, to) of the parameter; both positive
     options : of CurveOptions. Raises InputError as forced_response.
 

@@ -70,8 +70,9 @@ class ForcedResponse(ArrayRecord):
     harmonics : (n, m, H+1) complex, m - x(t) = X0 + Re sum X_k exp(i k w t); NaN where a point
     failed
     parameter_name, parameter : what varies along the branch, and its (n,) values: 'frequency' in
-        Hz, or another parameter at one frequency (see `hbm.balance.parameter`); parameter_unit :
-        of these, '' without, 'factor' where they are factors on what the problem has
+        Hz, or another parameter at one frequency (see `tipdamp.hbm.balance.parameter`);
+        parameter_unit : of these, '' without, 'factor' where they are factors on what the problem
+        has
     share_stick, share_slip, share_open : (n, P) share of the cycle; of a law without sliders a
         contact that loses energy slips wherever it is closed; all 0 of a force that is no contact
     dissipated : (n, P) J per cycle, over all components of the law
@@ -79,7 +80,7 @@ class ForcedResponse(ArrayRecord):
     ended : why the curve ends, with the remedy; complete : it covers the band without a failed
     point
     further : what is known of solutions at the end of the band that the branch does not reach
-        inside it, in words; empty where none was found (see `hbm.curve.band_end`)
+        inside it, in words; empty where none was found (see `tipdamp.hbm.curve.band_end`)
     end_confirmed : whether the solution at the end of the band to which the linear response leads
         is that of the curve
     searched : what was looked for beside the curve and found, in words (see `curves_beside`)
@@ -88,18 +89,19 @@ class ForcedResponse(ArrayRecord):
         a subharmonic curve; the frequency is always that of the excitation
     H, origin, start : harmonics; 'preloaded' or 'unloaded'; 'zero_slider', 'zero_force' or 'given'
     force_residual : (n,) residual of the equation of motion with the contact law on the motion of
-        each point, over the force scale (see `hbm.curve.equilibrium`); at most 5e-9, or with the
-        rounding of stiff contacts 1e-8, or that of the given matrices (more, said by `ended` with
-        what the vibration is known to), NaN where a point failed
+        each point, over the force scale (see `tipdamp.hbm.curve.equilibrium`); at most 5e-9, or
+        with the rounding of stiff contacts 1e-8, or that of the given matrices (more, said by
+        `ended` with what the vibration is known to), NaN where a point failed
     energy_error : (n,) of the energies of a period, input = damping + friction, relative to the
         input; friction by the slip of the contacts; NaN where a point failed
     truncation : (n, m) m, estimate of what the orders above H (and more samples) would change in
-        the vibration of an output, as root mean square over a cycle (see `hbm.curve.truncation`);
-        NaN where a point failed, infinite where its Jacobian is singular, empty where it was not
-        asked for
+        the vibration of an output, as root mean square over a cycle (see
+        `tipdamp.hbm.curve.truncation`); NaN where a point failed, infinite where its Jacobian is
+        singular, empty where it was not asked for
     multipliers : (n, 4) complex, the leading Floquet multipliers of each point, the largest first
-        (see `hbm.stability`); NaN where there are no more, where a point failed, or where the law
-        does not say how its force follows a disturbance; empty where they were not asked for
+        (see `tipdamp.hbm.stability`); NaN where there are no more, where a point failed, or where
+        the law does not say how its force follows a disturbance; empty where they were not asked
+        for
     named_points : where the curve folds, changes its stability, or a contact begins to slip or
         opens (see `named_points`), in the order of the curve; empty where the stability of all
         points was not asked for
@@ -127,7 +129,7 @@ class ForcedResponse(ArrayRecord):
     by contact
     carrying : (P,) bool, the contacts that take part
     force_orders, forces : (k,) int and (k, r) complex, N - the forcing; output_rows : (m, r)
-    orientation : (n,) of the branch at each point (see `hbm.continuation.point`)
+    orientation : (n,) of the branch at each point (see `tipdamp.hbm.continuation.point`)
     jumps : (n,) bool, points to which the branch does not lead from the point before: taken up
     after it was left
     slider_start : (P', nt) m, where the sliders start, if 'given'; samples : of a cycle
@@ -202,8 +204,7 @@ class ForcedResponse(ArrayRecord):
             if self.parameter_name == "frequency"
             else f"{self.over} {f.min():g} to {f.max():g} at {self.frequency[0]:g} Hz"
         )
-        shares = self.share_stick + self.share_slip + self.share_open
-        pairs = int((shares != 0).any(axis=0).sum())
+        pairs = int(tables.in_contact(self.share_stick, self.share_slip, self.share_open).sum())
         moving = len(self.slipping_pairs)
         contacts = f"{moving} of {pairs} pairs slip or open, " if pairs else ""
         return (
@@ -327,8 +328,9 @@ class ForcedResponse(ArrayRecord):
         return tables.as_frame(self, kind, order)
 
     def to_xarray(self) -> "xarray.Dataset":
-        """The arrays of the curve by point, output, harmonic and contact, with their units. Raises
-        InputError where xarray is not installed."""
+        """The arrays of the curve by point, output, harmonic and contact, with their units; shares
+        of the cycle where something is a contact. Raises InputError where xarray is not
+        installed."""
         return tables.as_dataset(self)
 
     def _repr_html_(self) -> str:
@@ -397,9 +399,9 @@ class ForcedResponse(ArrayRecord):
         """Why the largest amplitude of an output is no solved maximum, in words; empty where it is
         one.
 
-        Half peak to peak is solved with the curve; `hbm.curve.peaks.find_peaks` solves the other
-        kinds. The largest amplitude at the border of a frequency band is no resonance; over another
-        parameter it is as good as any.
+        Half peak to peak is solved with the curve; `tipdamp.hbm.curve.peaks.find_peaks` solves the
+        other kinds. The largest amplitude at the border of a frequency band is no resonance; over
+        another parameter it is as good as any.
         """
         a, j = self._amplitudes(name, kind, order), self.column(name)
         if not self.peak_points.size or not np.nanmax(a, initial=0.0) > 0:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,12 +16,10 @@ if TYPE_CHECKING:
     import xarray
     from pandas.core.frame import DataFrame
 
-    from tipdamp.hbm.fitting.result import DampingFit
-    from tipdamp.hbm.following.result import Followed
-    from tipdamp.hbm.modes.result import Backbone
     from tipdamp.hbm.result import ForcedResponse
 
 
+SHARES = ("share_stick", "share_slip", "share_open")  # of the cycle
 UNITS = {
     **dict.fromkeys(("amplitude", "height", "harmonics", "shape"), "m"),
     "frequency": "Hz",
@@ -52,7 +50,7 @@ def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
     """All arrays by point, output, harmonic and contact: see `ForcedResponse.to_xarray`."""
     held = {
         "harmonics": (("point", "output", "harmonic"), "m"),
-        **dict.fromkeys(("share_stick", "share_slip", "share_open"), (("point", "contact"), "1")),
+        **dict.fromkeys(SHARES, (("point", "contact"), "1")),
         "dissipated": (("point", "contact"), "J"),
         "truncation": (("point", "output"), "m"),
         "multipliers": (("point", "multiplier"), "1"),
@@ -72,7 +70,23 @@ def as_dataset(curve: ForcedResponse) -> xarray.Dataset:
     return dataset(data, places, **about)
 
 
-def places_as_dataset(branch: Backbone | Followed) -> xarray.Dataset:
+class Places(Protocol):
+    """What a branch has beside its arrays by place: a Backbone, or what was followed."""
+
+    @property
+    def H(self) -> int:
+        """Harmonics."""
+
+    @property
+    def ended(self) -> str:
+        """Why it ends."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether it has all places that were asked for."""
+
+
+def places_as_dataset(branch: Places) -> xarray.Dataset:
     """All arrays by place, output, harmonic, contact and dof: see `Backbone.to_xarray`."""
     dims = {
         "harmonics": ("place", "output", "harmonic"),
@@ -94,10 +108,21 @@ def dataset(
     places: Mapping[str, Any],
     **about: Any,
 ) -> xarray.Dataset:
-    """{name: (dimensions, values, unit)} by {dimension: its labels}, without what has no values;
-    InputError where xarray is not installed."""
+    """{name: (dimensions, values, unit)} by {dimension: its labels}, without what has no values,
+    and without the shares of the cycle where nothing is a contact; InputError where xarray is not
+    installed."""
+    shares = [data[name][1] for name in SHARES if name in data]
+    if shares and not in_contact(*shares).any():
+        data = {name: of for name, of in data.items() if name not in SHARES}
     held = {name: (dims, a, {"units": unit}) for name, (dims, a, unit) in data.items() if a.size}
     return library("xarray", "to_xarray").Dataset(held, coords=places, attrs=about)
+
+
+def in_contact(stick: np.ndarray, slip: np.ndarray, opened: np.ndarray) -> np.ndarray:
+    """(P,) bool, which are contacts, by the shares of the cycle, each (P,) or (n, P): all are 0 of
+    a force that is none; true where no point is known."""
+    total = np.atleast_2d(stick + slip + opened)
+    return (np.nansum(total, axis=0) != 0) | np.isnan(total).all(axis=0)
 
 
 def notebook_table(caption: str, rows: Mapping[str, str]) -> str:
@@ -108,13 +133,6 @@ def notebook_table(caption: str, rows: Mapping[str, str]) -> str:
         for what, value in rows.items()
     )
     return f"<table><caption><b>{escape(caption)}</b></caption>{body}</table>"
-
-
-def fit_as_frame(fit: DampingFit) -> pandas.DataFrame:
-    """A row for each unknown: see `DampingFit.to_pandas`."""
-    columns: dict[str, Any] = {"unknown": list(fit.names)}
-    columns |= {name: vars(fit)[name] for name in ("values", "low", "high", "start")}
-    return frame(columns, "row")
 
 
 def frame(columns: Mapping[str, ArrayLike], index: str) -> DataFrame:

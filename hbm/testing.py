@@ -61,8 +61,8 @@ def check_force(
     law: ContactLaw, contacts: Contacts | None = None, amplitude: float = 1.0, omega: float = 2.0
 ) -> None:
     """Raise AssertionError with the first point in which a force that is no contact breaks its
-    contract (`hbm.laws.PlainForce`): it depends on the present motion alone, and may prefer a
-    direction.
+    contract (`tipdamp.hbm.laws.PlainForce`): it depends on the present motion alone, and may prefer
+    a direction.
 
     contacts, amplitude, omega : as of `check_law`
 

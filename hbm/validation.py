@@ -261,7 +261,10 @@ def check_settings(settings: Settings | None, progress: Callable | bool | None =
         check_call("progress", progress, "value", "step", "calls")
     settings = DEFAULT if settings is None else settings
     check_kind(
-        "settings", settings, Settings, "replace(hbm.continuation.settings.DEFAULT, max_calls=500)"
+        "settings",
+        settings,
+        Settings,
+        "replace(tipdamp.hbm.continuation.settings.DEFAULT, max_calls=500)",
     )
     check_numbers(settings, MAY_BE_ZERO)
     return settings

@@ -8,8 +8,8 @@ the contact points)
 
 are K-orthogonal to the modes. K^-1 W' lies in the basis, so that W K^-1 f is exact for any load f.
 What is left out, x, is K-orthogonal to all shapes and moves no contact point: W x = (K^-1 W')' K x
-= 0. Springs on contact points do not reach it, and the bound of `modal.truncation` holds as for
-springs on masters.
+= 0. Springs on contact points do not reach it, and the bound of `tipdamp.modal.truncation` holds as
+for springs on masters.
 
 Of thousands of points the forces are tractions, uniform over a cell of the contact each: T' W in
 the place of W, T the shares of the points. What is left out then has no mean motion in a cell, yet

@@ -89,7 +89,7 @@ class Reduction:
         other_materials: dict[str, Material] | None = None,
     ) -> np.ndarray:
         """Stress at every node of the mesh that the body was made of, (n, 6) Pa as in
-        `modal.stress_recovery`, from (b + m,)."""
+        `tipdamp.modal.stress_recovery`, from (b + m,)."""
         if not np.array_equal(mesh.node, self.body.node):
             raise InputError(
                 f"body '{self.body.name}': the mesh {mesh.source} is not the one that it was made "

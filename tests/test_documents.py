@@ -1,10 +1,15 @@
 """Modules, files and links that the documents name are there."""
 
 import ast
+import inspect
+import io
 import re
+import tokenize
 from pathlib import Path
 
 import pytest
+
+import tipdamp
 
 ROOT = Path(__file__).parents[1]
 PAGES = [*sorted((ROOT / "docs").rglob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
@@ -85,3 +90,52 @@ def test_files_and_folders(page):
 def test_links(page):
     for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", _text(page)):
         assert "://" in link or (page.parent / link).exists(), link
+
+
+OURS = r"(?<![\w./-])(hbm|modal|static_contact|meshes)\.([A-Za-z_]\w*)"
+
+
+def _outside(text):
+    """Modules that a text names by their folder, and that nobody can import so."""
+    return [
+        f"{package}.{name}"
+        for package, name in re.findall(OURS, text)
+        if (ROOT / package / name).is_dir() or (ROOT / package / f"{name}.py").exists()
+    ]
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "meshes/README.md"], ids=lambda p: p.name)
+def test_pages_name_modules_as_they_are_imported(page):
+    """`tipdamp.hbm.laws`: the folder hbm is no package of its own."""
+    assert _outside(_text(page)) == []
+
+
+@pytest.mark.parametrize("package", PACKAGES[:-1])
+def test_sources_name_modules_as_they_are_imported(package):
+    """In docstrings, which `help` shows, in messages and in comments."""
+    found = [
+        (source.relative_to(ROOT).as_posix(), name)
+        for source in sorted((ROOT / package).rglob("*.py"))
+        for token in tokenize.generate_tokens(io.StringIO(_text(source)).readline)
+        if token.type in (tokenize.STRING, tokenize.COMMENT)
+        for name in _outside(token.string)
+    ]
+    assert found == []
+
+
+def test_help_names_modules_as_they_are_imported():
+    """Of every public name and its members."""
+    things = [getattr(tipdamp, name) for name in tipdamp.__all__]
+    inside = [
+        thing
+        for owner in things
+        if inspect.isclass(owner)
+        for name, thing in inspect.getmembers(owner)
+        if not name.startswith("_")
+    ]
+    assert [
+        (str(thing), found)
+        for thing in things + inside
+        if (found := _outside(inspect.getdoc(thing) or ""))
+    ] == []
+    assert all(thing.__module__.startswith("tipdamp.") for thing in things)

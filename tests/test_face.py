@@ -5,11 +5,13 @@ import json
 import os
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 import tipdamp
+import tipdamp.hbm.laws
 
 ROOT = Path(__file__).parents[1]
 SCRIPT = """
@@ -22,12 +24,17 @@ duffing.follow_band((0.1, 0.3), outputs={"x": 0}, harmonic=5)
 duffing.add(CubicSpring(1.0))
 curve.peek("x")
 from tipdamp import ForcedRespons
+from tipdamp.hbm.laws import SHIPPED, DryFriction2T, Nonsense
+DryFriction2T(friction=0.5)
+reveal_type(SHIPPED["CubicSpring"]())
 """
 WRONG = {
     7: 'Unexpected keyword argument "harmonic"',
     8: 'Missing positional argument "where"',
     9: '"ForcedResponse" has no attribute "peek"',
     10: 'Module "tipdamp" has no attribute "ForcedRespons"',
+    11: 'Module "tipdamp.hbm.laws" has no attribute "Nonsense"',
+    12: 'Unexpected keyword argument "friction"',
 }
 
 
@@ -36,9 +43,17 @@ def test_public_names_are_there(name):
     assert vars(sys.modules[getattr(tipdamp, name).__module__])[name] is getattr(tipdamp, name)
 
 
-def test_checkers_read_the_same_names_from_the_same_places():
+@pytest.mark.parametrize("name", tipdamp.hbm.laws.__all__)
+def test_names_of_laws_are_there(name):
+    assert name in dir(tipdamp.hbm.laws)
+    found = getattr(tipdamp.hbm.laws, name)
+    assert name == "SHIPPED" or found.__name__ == name
+
+
+@pytest.mark.parametrize("face", [tipdamp, tipdamp.hbm.laws], ids=lambda face: face.__name__)
+def test_checkers_read_the_same_names_from_the_same_places(face):
     """Those that an import gives its own name again: others they take for no part of the face."""
-    tree = ast.parse(Path(tipdamp.__file__).read_text(encoding="utf-8"))
+    tree = ast.parse(Path(face.__file__).read_text(encoding="utf-8"))
     (choice,) = (node for node in tree.body if isinstance(node, ast.If))
     seen = [
         (alias, node.module)
@@ -47,9 +62,9 @@ def test_checkers_read_the_same_names_from_the_same_places():
         for alias in node.names
     ]
     assert all(alias.asname == alias.name for alias, _ in seen)
-    assert {alias.name: home for alias, home in seen} == {
-        name: f"tipdamp.{home}" for name, home in tipdamp._HOME.items()
-    }
+    assert sorted(alias.name for alias, _ in seen) == [n for n in face.__all__ if n != "SHIPPED"]
+    for alias, module in seen:
+        assert vars(import_module(module))[alias.name] is getattr(face, alias.name)
 
 
 def test_unknown_names_are_refused():
@@ -84,6 +99,7 @@ def test_a_checker_sees_wrong_use_in_a_script(tmp_path):
         for line in range(1, SCRIPT.count("\n") + 1)
     }
     assert 'Revealed type is "tipdamp.hbm.result.ForcedResponse"' in told
+    assert 'Revealed type is "tipdamp.hbm.laws.base.ContactLaw"' in told
     assert {line for line, found in lines.items() if found} == set(WRONG), told
     assert all(text in lines[line][0] for line, text in WRONG.items()), told
 

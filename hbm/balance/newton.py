@@ -3,7 +3,7 @@ that slip or lift.
 
 The derivative D of the contact forces g vanishes for contacts that stick through the cycle. With dg
 = D du the system (I + G D) du = -R becomes (I + D G) dg = -D R, which has rows for the active
-components only; those that stay open are taken out of it (`hbm.balance.condensation`).
+components only; those that stay open are taken out of it (`tipdamp.hbm.balance.condensation`).
 """
 
 from collections.abc import Callable
@@ -37,7 +37,7 @@ EPS = np.finfo(float).eps
 @dataclass(frozen=True)
 class Linearisation:
     """Residual at one point with everything that Newton and the outputs need;
-    `hbm.continuation.point.Linearised`.
+    `tipdamp.hbm.continuation.point.Linearised`.
 
     x, residual, by_parameter : (n,), n = P nd nh, contact by contact; by_parameter : derivative of
     the residual

@@ -90,9 +90,9 @@ class ContactProblem(AnyProblem):
     damping_ratio : of the modes of the stuck system, where C is None; contacts that are open at
         rest are closed in it, too
     describe : motion (r,) -> NamedMotion for messages (see
-    `hbm.hold.named_motion.describe_motion`), or None
+    `tipdamp.hbm.hold.named_motion.describe_motion`), or None
     held : rigid motions that springs hold, beside K, or whose mean is held rigidly (see
-    `hbm.hold.spring.held_motions`)
+    `tipdamp.hbm.hold.spring.held_motions`)
     general : C and K need not be symmetric (gyroscopic and circulatory forces), and C may feed
         energy in; damping is then a C
     structural : loss factor eta of K, or (r, r) N/m D: the damping force i D q of every harmonic
@@ -446,13 +446,13 @@ def contact_problem(
 ) -> tuple[ContactProblem, np.ndarray]:
     """(ContactProblem of the carrying pairs, mask (P,) of these in the table).
 
-    model, pairs, law, origin, damping_ratio : as in `hbm.response.forced_response`
+    model, pairs, law, origin, damping_ratio : as in `tipdamp.hbm.response.forced_response`
     static : (r,) N - constant loads: all of them with the unloaded origin, those beside the
     preload's else
     hold : rigid motions of bodies that no contact resists, and that are held
-    (`hbm.hold.spring.Hold`)
+    (`tipdamp.hbm.hold.spring.Hold`)
     Raises InputError on unusable input; warns where the model cannot move along the normal of a
-    pair, and where the table is doubtful beside the model (see `hbm.contact_doubts`).
+    pair, and where the table is doubtful beside the model (see `tipdamp.hbm.contact_doubts`).
 
     >>> model, pairs = two_blades()
     >>> half = pairs.replace(weight=[1, 0])

@@ -3,8 +3,8 @@
     u_k + G(k w) [f_k(u) - K_c u_k] = G-response to the external force,        k = 0..H
 
 G is the receptance of the stuck system at the contacts; in brackets is the deviation of the contact
-forces from the stuck springs (`hbm.laws.records.ContactForces`). Newton's linear system:
-`hbm.balance.newton`.
+forces from the stuck springs (`tipdamp.hbm.laws.records.ContactForces`). Newton's linear system:
+`tipdamp.hbm.balance.newton`.
 """
 
 from collections.abc import Callable
@@ -66,8 +66,8 @@ class HarmonicBalance:
 
     x (P nd nh,) are the real coefficients of the relative motion, contact by contact, component by
     component.
-    start, samples : as in `hbm.curve.options.CurveOptions`. Raises InputError where these do not
-        fit.
+    start, samples : as in `tipdamp.hbm.curve.options.CurveOptions`. Raises InputError where these
+        do not fit.
     """
 
     def __init__(

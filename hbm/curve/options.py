@@ -1,5 +1,5 @@
-"""What may be asked of a curve: the keywords of the functions of `hbm.response`, typed, and their
-checked record."""
+"""What may be asked of a curve: the keywords of the functions of `tipdamp.hbm.response`, typed, and
+their checked record."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
@@ -20,7 +20,8 @@ Function = TypeVar("Function", bound=Callable)
 Options = TypeVar("Options")
 NEEDED = {
     "outputs": (
-        "{name: row that takes the output out of q}, for example "
+        "{name: a dof, two dofs (a, b), or the row that takes the output out of q}, for example "
+        "outputs={'x': 0}; a ReducedModel gives rows: "
         "{'tip': model.displacement_row('blades', 2, [0, 1, 0])}"
     ),
     "band": "(from, to) Hz",
@@ -49,7 +50,7 @@ class CurveKeywords(CommonKeywords, total=False):
 @dataclass(frozen=True)
 class CurveOptions:
     """What may be asked of a curve beside the problem, the forcing and the band: the keywords of
-    `hbm.response`.
+    `tipdamp.hbm.response`.
 
     outputs : {name: a dof, two dofs (a, b) for q_a - q_b, or the (r,) row that takes the output
         out of q}
@@ -95,8 +96,8 @@ class CurveOptions:
         took, and at every 20 calls between points with step 0 and the calls since; None shows a
         line in a terminal or a notebook, once it takes two seconds, False none
     settings : of the continuation: steps, points, budget; None takes
-    `hbm.continuation.settings.DEFAULT`
-    journal : of a curve that may be interrupted, to continue it later (`hbm.curve.journal`)
+    `tipdamp.hbm.continuation.settings.DEFAULT`
+    journal : of a curve that may be interrupted, to continue it later (`tipdamp.hbm.curve.journal`)
 
     >>> blade = Problem(M=[[0.05]], K=[[1e6]], damping_ratio=0.01).force(0, 5.0)
     >>> problem = blade.add(Jenkins1D(), 0, kt=5e5, mu=0.5, preload=40.0).contact_problem

@@ -62,7 +62,8 @@ class Once:
 
 
 class KeptForces(NamedTuple):
-    """What a curve needs of the contact forces of a point: see `hbm.laws.records.ContactForces`."""
+    """What a curve needs of the contact forces of a point: see
+    `tipdamp.hbm.laws.records.ContactForces`."""
 
     g: np.ndarray
     shares: np.ndarray

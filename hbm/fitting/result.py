@@ -1,7 +1,7 @@
 """Measured responses that a fit takes, and what it finds."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -182,7 +182,9 @@ class DampingFit:
     def to_pandas(self) -> "pandas.DataFrame":
         """A row for each unknown: its name, value, the ends of its interval and what it started
         from. Raises InputError where pandas is not installed."""
-        return tables.fit_as_frame(self)
+        columns: dict[str, Any] = {"unknown": list(self.names)}
+        columns |= {name: vars(self)[name] for name in ("values", "low", "high", "start")}
+        return tables.frame(columns, "row")
 
     def _repr_html_(self) -> str:
         rows = self._said() | {"misfit": ", ".join(f"{one:.2%}" for one in self.misfit)}

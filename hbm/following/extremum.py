@@ -135,7 +135,7 @@ class Extremum:
 
 @dataclass(frozen=True)
 class ExtremumLinearisation(Bordered):
-    """Of an Extremum at one point; `hbm.continuation.point.Linearised`.
+    """Of an Extremum at one point; `tipdamp.hbm.continuation.point.Linearised`.
 
     found : Linearisation of the branch by the frequency; by_parameter : the same by the parameter
     tangent : of the branch, sign : of its bordered determinant; metric : arc length there

@@ -9,12 +9,12 @@ have to balance.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tipdamp.hbm.contact import ContactTable, relative_motion
+from tipdamp.hbm.contact import ContactTable, Moves, relative_motion
 from tipdamp.hbm.errors import InputError, nearest
 from tipdamp.hbm.hold.rigid_motion import (
     HOLD,
@@ -29,7 +29,22 @@ from tipdamp.hbm.validation import brief, check_kind, positive
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-    from tipdamp.static_contact.bodies.sparse_bodies import SparseBodies
+
+class Bodies(Moves, Protocol):
+    """What a hold asks of a model beside `Moves`: a ReducedModel, or bodies that are not
+    reduced."""
+
+    @property
+    def body(self) -> np.ndarray:
+        """(r,) of each dof."""
+
+    @property
+    def position(self) -> np.ndarray:
+        """(r, 3) m, of each dof, NaN where that is not known."""
+
+    @property
+    def K(self) -> Any:
+        """(r, r) N/m, dense or sparse."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +105,7 @@ class HeldMotion:
 
 
 def held_motions(
-    model: ReducedModel | Any, pairs: ContactTable, holds: Hold | Sequence[Hold]
+    model: ReducedModel | Bodies, pairs: ContactTable, holds: Hold | Sequence[Hold]
 ) -> tuple[HeldMotion, ...]:
     """The holds on the dofs of a model whose pairs carry.
 
@@ -134,7 +149,7 @@ def springs(held: Sequence[HeldMotion]) -> tuple[HeldMotion, ...]:
     return tuple(replace(one, mean=False) for one in held)
 
 
-def _held(model: "ReducedModel | SparseBodies", pairs: ContactTable, hold: Hold) -> HeldMotion:
+def _held(model: Bodies, pairs: ContactTable, hold: Hold) -> HeldMotion:
     name, unit, coefficients = parse_motion(hold.motion)
     bodies = list(dict.fromkeys(model.body.tolist()))
     if hold.body not in bodies:
@@ -179,9 +194,7 @@ def _held(model: "ReducedModel | SparseBodies", pairs: ContactTable, hold: Hold)
     )
 
 
-def _faced(
-    model: "ReducedModel | SparseBodies", body: str, row: np.ndarray, normals: "sp.spmatrix"
-) -> float:
+def _faced(model: Bodies, body: str, row: np.ndarray, normals: "sp.spmatrix") -> float:
     """How much the normals (P, r) face the rigid motion of a unit of the coordinate `row` that they
     face least, as a share of its size: 0 where the body can do it past them, by other rigid motions
     beside it."""
@@ -193,7 +206,7 @@ def _faced(
     return share_faced(normals, R @ c)
 
 
-def _size(model: "ReducedModel | SparseBodies", body: str) -> float:
+def _size(model: Bodies, body: str) -> float:
     """m, largest extent of the nodes of a body; 0 where it is not known."""
     position = model.position[(model.body == body) & np.isfinite(model.position).all(axis=1)]
     return np.ptp(position, axis=0).max() if len(position) else 0.0
@@ -212,9 +225,7 @@ def _soft_stiffness(B: "sp.spmatrix", pairs: ContactTable, motion: np.ndarray) -
     return HOLD.hold * resisted
 
 
-def _refuse_supported(
-    model: "ReducedModel | SparseBodies", body: str, motion: np.ndarray, stiffness: float
-) -> None:
+def _refuse_supported(model: Bodies, body: str, motion: np.ndarray, stiffness: float) -> None:
     """InputError where K resists the motion by more than the hold would, beyond rounding."""
     own = motion @ (model.K @ motion)
     noise = HOLD.noise * np.finfo(float).eps * (np.abs(motion) @ (abs(model.K) @ np.abs(motion)))

@@ -149,7 +149,7 @@ class ModeEquation:
 
 @dataclass(frozen=True)
 class ModeLinearisation(Bordered):
-    """Residual of a ModeEquation at one point; `hbm.continuation.point.Linearised`.
+    """Residual of a ModeEquation at one point; `tipdamp.hbm.continuation.point.Linearised`.
 
     x, residual : (n,); a : amplitude, m; modal : (H+1, m) coordinates
     forces : of the contacts, without their derivative, which `derivative` computes and `kept` holds
@@ -180,7 +180,7 @@ class ModeLinearisation(Bordered):
         return replace(self, x=self.x + dx, a=self.a + da, modal=Q)
 
     def restoring(self, away: np.ndarray) -> np.ndarray:
-        """As `hbm.balance.newton.Linearisation.restoring`."""
+        """As `tipdamp.hbm.balance.newton.Linearisation.restoring`."""
         of, hb = self.of, self.of.balance
         g = np.zeros((hb.n_components, hb.nh))
         g[:, 0] = hb.regularisation(self.forces) * away[:-2][:: hb.nh]

@@ -33,7 +33,7 @@ class Backbone(ArrayRecord):
     share_stick, share_slip, share_open : (n, P) share of the cycle
     stuck_frequency : Hz, stuck_damping_ratio : of the mode where every contact sticks
     ended : why it ends; complete : it reaches the last amplitude without a failed point
-    unknowns : (n, N) of the equation (`hbm.modes.free_motion`); H : harmonics
+    unknowns : (n, N) of the equation (`tipdamp.hbm.modes.free_motion`); H : harmonics
     output_rows : (m, r) that take the outputs out of q
     seconds : cost
 

@@ -1,9 +1,9 @@
 """The monodromy matrix of a motion whose contacts are linear in a disturbance between instants.
 
 In an interval the disturbance dg of the contact forces, less those of the stuck springs, is
-integrated as in `hbm.time.events`: the poles exactly, dg as the quadratic with its values at both
-ends and its rate at the begin, solved implicitly, and the defect in the rate at the end as a cubic
-term. All columns at once; fourth order in the length of the intervals.
+integrated as in `tipdamp.hbm.time.events`: the poles exactly, dg as the quadratic with its values
+at both ends and its rate at the begin, solved implicitly, and the defect in the rate at the end as
+a cubic term. All columns at once; fourth order in the length of the intervals.
 """
 
 from collections import namedtuple
@@ -14,19 +14,19 @@ from tipdamp.hbm.compiled import njit
 from tipdamp.hbm.time.events import fill_weights
 
 Poles = namedtuple("Poles", "s out into static")
-Poles.__doc__ = """As in `hbm.time.events.System`, at the components that act: s (n,), out (nc, 2n),
-into (2n, nc), static (nc, nc)."""
+Poles.__doc__ = """As in `tipdamp.hbm.time.events.System`, at the components that act: s (n,), out
+(nc, 2n), into (2n, nc), static (nc, nc)."""
 
 Segments = namedtuple("Segments", "place length gamma rate memory captured capture turning")
 Segments.__doc__ = """K intervals of the contacts that act: place (a, nd) of a component among the
-nc that do, -1 of others; length (K,) s; and as in `hbm.laws.variation.CycleTangents`, gamma less
-the stuck springs, rate by time; turning : Carried."""
+nc that do, -1 of others; length (K,) s; and as in `tipdamp.hbm.laws.variation.CycleTangents`, gamma
+less the stuck springs, rate by time; turning : Carried."""
 
 AFRESH = 64  # intervals, after which the tangents are taken from those of the stuck springs again
 
 Carried = namedtuple("Carried", "of memory rate kept follows")
 Carried.__doc__ = (
-    """As `hbm.laws.variation.Turning`, of (q,) among the contacts that act, by time."""
+    """As `tipdamp.hbm.laws.variation.Turning`, of (q,) among the contacts that act, by time."""
 )
 
 

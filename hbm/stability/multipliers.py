@@ -1,9 +1,9 @@
 """Floquet multipliers of the points of a curve.
 
 A disturbance of a periodic motion lives in the slow modes of the stuck system and in the sliders;
-the other modes follow statically (`hbm.time.poles`), and a contact that sticks through the cycle
-adds nothing. The law tells what its forces do with a disturbance between the events of the cycle
-(`hbm.laws.variation`), and the period map follows from that without differences.
+the other modes follow statically (`tipdamp.hbm.time.poles`), and a contact that sticks through the
+cycle adds nothing. The law tells what its forces do with a disturbance between the events of the
+cycle (`tipdamp.hbm.laws.variation`), and the period map follows from that without differences.
 
 A slider that never moves, and a motion that nothing holds, have a multiplier of exactly 1:
 solutions beside each other, no loss of stability. They are left out. A slider that touches its

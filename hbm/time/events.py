@@ -10,7 +10,7 @@ where d is the defect of the quadratic in the rate at the end. The quadratic is 
 the cubic term is added afterwards, and the motion is of fourth order in h; the integrals are the
 phi functions of exponential integrators [Hochbruck, Ostermann 2010]. A step ends at the next event:
 the instant at which a guard of the present state of a contact rises through zero (see
-`hbm.laws.piecewise`). The step is repeated until the guard vanishes at its end.
+`tipdamp.hbm.laws.piecewise`). The step is repeated until the guard vanishes at its end.
 """
 
 from collections import namedtuple

@@ -2,8 +2,8 @@
 solution.
 
 Every change of state of a contact (stick, slip, lift-off, contact) is located, so that the
-integration is of fourth order through all of them. The law comes as a table (`hbm.laws.piecewise`),
-the kernels are in `events`.
+integration is of fourth order through all of them. The law comes as a table
+(`tipdamp.hbm.laws.piecewise`), the kernels are in `events`.
 """
 
 from dataclasses import dataclass

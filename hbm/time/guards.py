@@ -1,5 +1,5 @@
 """The events of piecewise-linear contact laws within a step: which guard of the present state of a
-contact rises through zero first, and what comes after it (see `hbm.laws.piecewise`).
+contact rises through zero first, and what comes after it (see `tipdamp.hbm.laws.piecewise`).
 
 The motion in a step is taken for the cubic with its values and rates at both ends.
 """

@@ -1,1 +1,1 @@
-"""Eigenvalue solvers and factorisations behind modal.eigen."""
+"""Eigenvalue solvers and factorisations behind tipdamp.modal.eigen."""

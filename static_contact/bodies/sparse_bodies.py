@@ -5,7 +5,7 @@ Each body has one sparse Cholesky factor. One that floats is held at six dofs of
 statically determinate: a load that is balanced, as every load with its contact forces is, puts no
 force on them, whatever they are.
 
-`AssembledBodies` is what `hbm.contact.relative_motion` asks of a model.
+`AssembledBodies` is what `tipdamp.hbm.contact.relative_motion` asks of a model.
 
     bodies = SparseBodies.of([blades, damper])
     StaticContact(bodies, pairs, compliance=SparseCompliance).solve(load)
@@ -243,8 +243,8 @@ def pinned(body: Body) -> sp.csr_matrix:
 def elimination(
     K: sp.csr_matrix, node: np.ndarray, position: np.ndarray
 ) -> list[tuple[np.ndarray, int]]:
-    """Dofs in the order of their elimination from K (d, d), as `modal.solvers.multifrontal` takes
-    them; node (d,) index of the node of each, position (d, 3) m."""
+    """Dofs in the order of their elimination from K (d, d), as `tipdamp.modal.solvers.multifrontal`
+    takes them; node (d,) index of the node of each, position (d, 3) m."""
     _, first, node = np.unique(node, return_index=True, return_inverse=True)
     d, n = len(node), len(first)
     of_node = sp.csr_matrix((np.ones(d), (np.arange(d), node)), (d, n))

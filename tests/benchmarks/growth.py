@@ -5,7 +5,7 @@ process for each size.
 
 A clamped block of 8-node hexahedra is reduced onto 62 nodes of its top and 20 fixed-interface
 modes. To build/benchmarks/growth.json go CPU seconds of each part, entries of the Cholesky factor,
-largest resident memory, and what `modal.memory` predicts.
+largest resident memory, and what `tipdamp.modal.memory` predicts.
 """
 
 import argparse

@@ -309,7 +309,7 @@ REFUSED = {
     "settings a dict": (
         {"settings": {"max_calls": 500}},
         r"settings = \{'max_calls': 500\}: must be a Settings, "
-        r"made by replace\(hbm\.continuation\.settings\.DEFAULT",
+        r"made by replace\(tipdamp\.hbm\.continuation\.settings\.DEFAULT",
     ),
     "a step of no number": (
         lambda: {"settings": settings(first_step=np.nan)},

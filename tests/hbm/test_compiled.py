@@ -61,12 +61,12 @@ def test_compilation_is_told_before_it_once(kernels, caplog, tmp_path):
     assert not caplog.text
     again = kernels()
     assert again.product(2, 3) == 8 and again.shifted(1j) == 1 + 1j
-    assert caplog.text.count("compiling the contact kernels") == 1
+    assert caplog.text.count("compiling the kernels of the laws") == 1
     for path in files(tmp_path):
         path.unlink()
     caplog.clear()
     assert kernels().shifted(2.0) == 3.0
-    assert "compiling the contact kernels" in caplog.text
+    assert "compiling the kernels of the laws" in caplog.text
 
 
 def files(folder, kind="nb[ic]"):

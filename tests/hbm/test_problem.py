@@ -86,7 +86,7 @@ def test_forces_are_added_and_have_orders():
 @pytest.mark.parametrize(
     "wrong, said",
     [
-        (lambda p: p.add(CubicSpring(1.0), 3), "dof 3: must be between 0 and 0"),
+        (lambda p: p.add(CubicSpring(1.0), 3), "where = 3: dof 3 must be between 0 and 0"),
         (lambda p: p.add(CubicSpring(1.0), "tip"), "must be a dof 0..0, two dofs"),
         (lambda p: p.add(DryFriction2T(), 0), "moves along t1, t2, n: a list of 3 dofs"),
         (lambda p: p.add("CubicSpring", 0), "CubicSpring"),
@@ -103,6 +103,16 @@ def test_forces_are_added_and_have_orders():
             lambda p: p.add(CubicSpring(1.0), 0).force(0).follow_band(BAND, outputs={"x": [0]}),
             "a row of zeros",
         ),
+        (
+            lambda p: p.force(0).follow_band(BAND, outputs={"x": (0, 5)}),
+            r"output 'x' = \(0, 5\): dof 5 must be between 0 and 0",
+        ),
+        (
+            lambda p: p.force(0).follow_band(BAND, outputs={"x": [1.0, 2.0]}),
+            r"output 'x' = \[1.0, 2.0\]: must be a dof 0..0",
+        ),
+        (lambda p: p.base_motion([1.0, 2.0], 1e-4), r"direction = .*2.* or a row of 1 numbers"),
+        (lambda p: p.travelling_wave([0, 7], 1), "places = 7: dof 7 must be between 0 and 0"),
         (lambda p: Problem([[1.0]]), "K is missing"),
     ],
 )

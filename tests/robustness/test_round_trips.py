@@ -1,8 +1,8 @@
-"""What is written and read again is the same: tables, models, curves, journals, meshes, and numbers
-in other units."""
+"""What is written and read again is the same: tables, models, curves, journals, meshes, measured
+functions, and numbers in other units."""
 
 import io
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -11,12 +11,14 @@ from hypothesis import strategies as st
 
 from tests.conftest import STUDY, changed
 from tests.contact_tables import contact_table
-from tests.modal.blocks import block
+from tests.modal.blocks import block, mixture
+from tests.tipdamp import mesh_texts
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.curve.journal import JournalBlock, packed, unpacked
 from tipdamp.hbm.matrices_out import KINDS, write_model
 from tipdamp.hbm.model import ReducedModel
 from tipdamp.hbm.result import ForcedResponse
+from tipdamp.measured.universal import FrfAt, from_universal, write_universal
 from tipdamp.readers.dispatch import read_mesh
 from tipdamp.study.study import load_study
 
@@ -255,6 +257,104 @@ def test_meshes_that_meshio_writes(tmp_path, end, file_format, unit, mesh):
     if file_format == "abaqus":
         assert again.groups.keys() == sets.keys()
         assert all(np.array_equal(again.group(name), at + 1) for name, at in sets.items())
+
+
+STYLES = {  # of programs that meshio does not write: (writer, end of the name, their precision)
+    "abaqus cae": (mesh_texts.abaqus_cae, ".inp", 1e-15),
+    "ansys": (mesh_texts.ansys, ".cdb", 1e-13),
+    "ansys etblock": (lambda m: mesh_texts.ansys(m, etblock="columns"), ".cdb", 1e-13),
+    "ansys wide": (lambda m: mesh_texts.ansys(m, 10, "blanks"), ".cdb", 1e-13),
+    "nastran small": (mesh_texts.nastran, ".bdf", 1e-3),
+    "nastran large": (lambda m: mesh_texts.nastran(m, "large"), ".bdf", 1e-9),
+    "nastran free": (lambda m: mesh_texts.nastran(m, "free"), ".bdf", 1e-15),
+}
+
+
+@st.composite
+def numbered(draw):
+    """Meshes of one cell type or several, anywhere, with numbers and groups as users have them."""
+    rng, size = np.random.default_rng(draw(SEED)), draw(st.floats(1e-3, 1e3))
+    box = tuple(size * draw(st.floats(1, 5)) for _ in range(3))
+    distort = draw(st.floats(0, 0.1))
+    if draw(st.booleans()):
+        mesh = mixture(draw(st.integers(1, 2)), (2, draw(st.integers(1, 2)), 2), distort, box)
+    else:
+        kind = draw(st.sampled_from([*ORDER, "hexahedron20", "wedge15"]))
+        divisions = (2, *(draw(st.integers(1, 2)) for _ in range(2)))
+        mesh = block(kind, divisions, distort, box)
+    node = numbers(rng, len(mesh.node), draw(st.integers(1, 20)))
+    number, first = {}, 1
+    for kind, cells in mesh.cells.items():
+        number[kind] = first + numbers(rng, len(cells), draw(st.integers(1, 20)))
+        first = int(number[kind][-1]) + 1
+    groups = {
+        name: np.sort(rng.choice(node, rng.integers(1, len(node) + 1), replace=False))
+        for name in ("clamp", "tip")
+    }
+    position = mesh.position + size * rng.normal(size=3)
+    return replace(mesh, position=position, node=node, number=number, groups=groups, cell_groups={})
+
+
+def numbers(rng, count, spread):
+    """(count,) rising numbers from 1 on, with gaps where spread is above 1."""
+    return np.cumsum(rng.integers(1, spread + 1, count))
+
+
+@pytest.mark.parametrize("unit", UNITS["length"])
+@pytest.mark.parametrize("style", STYLES)
+@CASES
+@given(mesh=numbered())
+def test_meshes_of_pre_processors(tmp_path, style, unit, mesh):
+    """Nodes, numbers, places, cells and groups, of nodes and of cells."""
+    (write, end, precision), factor = STYLES[style], UNITS["length"][unit]
+    path = tmp_path / f"mesh{end}"
+    path.write_text(write(replace(mesh, position=mesh.position / factor)))
+    again = read_mesh(path, factor)
+    assert np.array_equal(again.node, mesh.node)
+    largest = np.abs(mesh.position).max()
+    assert np.allclose(again.position, mesh.position, rtol=2 * precision, atol=1e-15 * largest)
+    assert again.cells.keys() == mesh.cells.keys()
+    for kind, cells in mesh.cells.items():
+        order = np.argsort(again.number[kind])
+        assert np.array_equal(again.number[kind][order], mesh.number[kind])
+        assert np.array_equal(again.cells[kind][order], cells)
+    groups = {name.lower(): members for name, members in again.groups.items()}
+    late = mesh.node[len(mesh.node) // 2 :]
+    expected = mesh.groups | {"set_3" if end == ".bdf" else "late": late}
+    assert all(np.array_equal(groups[name], expected[name]) for name in expected)
+    cells = {name.lower().replace(" ", "_"): n for name, n in again.cell_groups.items()}
+    chosen = cells["pid_7" if end == ".bdf" else "some_cells"]
+    assert np.array_equal(chosen, mesh_texts.first_cells(mesh))
+
+
+@st.composite
+def receptances(draw):
+    """Functions of a universal file, over rising frequencies that six digits can tell apart."""
+    rng, count, size = np.random.default_rng(draw(SEED)), draw(st.integers(2, 9)), draw(SIZE)
+    hz = draw(st.floats(1.0, 1e4)) * np.cumsum(rng.uniform(0.01, 1.0, count))
+    return FrfAt(
+        title=draw(st.text("aZ09 :,=", min_size=1, max_size=20).filter(str.strip)),
+        hz=hz,
+        response=size * (rng.normal(size=count) + 1j * rng.normal(size=count)),
+        response_node=draw(st.integers(1, 10**9)),
+        force_node=draw(st.integers(1, 10**9)),
+        direction=draw(st.integers(-3, 3)),
+    )
+
+
+@CASES
+@given(st.lists(receptances(), min_size=1, max_size=3))
+def test_receptances_in_universal_files(tmp_path, functions):
+    pytest.importorskip("pyuff")
+    path = write_universal(tmp_path / "a.unv", functions)
+    for k, one in enumerate(functions, 1):
+        ((quantity, hz, response, _, label, factor),) = from_universal(path, (k,))
+        assert (quantity, label, factor) == ("receptance", "m", 1)
+        assert hz == pytest.approx(one.hz, rel=1e-5)
+        assert np.allclose(response, one.response, rtol=1e-10, atol=0)
+    places = [(f.response_node, f.force_node, f.direction) for f in functions]
+    if len(set(places)) == 1:
+        assert len(from_universal(path, ())) == len(functions)
 
 
 NUMBERS = {  # in the study of the rig: as they stand there in SI, and the units of each

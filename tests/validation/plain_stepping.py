@@ -1,5 +1,5 @@
 """Contact laws written once more, plainly: sample by sample, explicit, no code of the laws or of
-`hbm.fourier`.
+`tipdamp.hbm.fourier`.
 
 N = max(0, preload + kn u_n); the slider w stays where it is unless kt (u - w) is beyond mu N, then
 it is put to the limit: each tangent for itself, or along the resultant (radial return, of first

@@ -91,8 +91,8 @@ class Curves:
 
     force (r,) N for a level of 1 N; rows {name: (r,)} of the outputs; start : of the sliders, and
     samples of a cycle,
-    None for the default; peaks, stability : as in `hbm.curve.options.CurveOptions`; derivatives :
-    whether to keep those of the highest peak of the first group of peaks
+    None for the default; peaks, stability : as in `tipdamp.hbm.curve.options.CurveOptions`;
+    derivatives : whether to keep those of the highest peak of the first group of peaks
     """
 
     problem: ContactProblem
@@ -336,6 +336,6 @@ def _leaves(value: Any) -> Iterator[Any]:
 def compile_kernels(_: Any, law: ContactLaw, __: Any) -> None:
     """Have the kernels of a law compiled and stored, by a short curve of a mass on one contact."""
     nd = len(law.components)
-    one, pairs = np.eye(nd), Contacts([1.0], [1.0], [0.5], [1.0])
+    one, pairs = np.eye(nd), Contacts(*np.array([[1.0], [1.0], [0.5], [1.0]]))
     problem = ContactProblem(one, 0.1 * one, one, one, law, pairs)
     follow_band(problem, np.ones(nd), (0.2, 0.3), harmonics=1, outputs={"x": one[0]})

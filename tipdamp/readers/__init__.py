@@ -1,1 +1,2 @@
-"""Mesh files of pre-processors to `modal.mesh.Mesh`, with the numbers and sets of the user."""
+"""Mesh files of pre-processors to `tipdamp.modal.mesh.Mesh`, with the numbers and sets of the
+user."""

@@ -274,9 +274,9 @@ class MeasuredResult(Result):
 
 
 class Integration(Record):
-    """Time integration from a point of a curve, see `hbm.comparison.Comparison`: difference - of
-    the amplitude; agrees - whether it is periodic and stayed on the orbit; stable - None where that
-    is not known; said - one sentence."""
+    """Time integration from a point of a curve, see `tipdamp.hbm.comparison.Comparison`: difference
+    - of the amplitude; agrees - whether it is periodic and stayed on the orbit; stable - None where
+    that is not known; said - one sentence."""
 
     difference: Number
     agrees: bool

@@ -14,9 +14,8 @@ STIFFNESS = Key(NUMBER, "", low=0, open_low=True)
 
 
 class HoldChoice(BaseModel):
-    """motion - as `hbm.hold.rigid_motion.parse_motion` takes it; stiffness - N/m, of rotations N
-    m/rad,
-    None: the default; mean - whether the mean alone is held."""
+    """motion - as `tipdamp.hbm.hold.rigid_motion.parse_motion` takes it; stiffness - N/m, of
+    rotations N m/rad, None: the default; mean - whether the mean alone is held."""
 
     model_config = ConfigDict(frozen=True)
 

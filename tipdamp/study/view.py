@@ -4,7 +4,7 @@ follows from that."""
 from collections.abc import Iterable, Sequence
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeAlias
 
 from pydantic import BaseModel
 
@@ -131,6 +131,10 @@ class _Keys:
         raise Undeclared(f"{vars(self)['_owner']}.{name} is read, but not declared")
 
 
+Value = float | str | None
+Part: TypeAlias = BaseModel | _Keys | dict[str, Any] | tuple[Any, ...] | Value
+
+
 class View(Study):
     """A study cut down to `reads`: names of parts, such as 'contact' or 'sides', and of keys, such
     as 'respond.patches' or 'sides.blade' (of every side). Where the file is, is always known."""
@@ -201,7 +205,7 @@ def every_key(section: str, but: Iterable[str]) -> list[str]:
     return [f"{section}.{key}" for key in schema.SECTIONS[section].model_fields if key not in but]
 
 
-def _cut(owner: str, part: str, keys: Sequence[str]) -> Any:
+def _cut(owner: str, part: Part, keys: Sequence[str]) -> Part:
     if "" in keys:
         return part
     if isinstance(part, dict):
@@ -209,7 +213,7 @@ def _cut(owner: str, part: str, keys: Sequence[str]) -> Any:
     return _Keys(owner, part, keys)
 
 
-def _plain(part: str) -> dict[str, Any] | list[Any] | float | str | None:
+def _plain(part: Part) -> dict[str, Any] | list[Any] | Value:
     if isinstance(part, dict):
         return [[name, _plain(value)] for name, value in part.items()]  # their order counts
     if isinstance(part, BaseModel):

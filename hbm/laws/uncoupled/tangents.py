@@ -1,5 +1,5 @@
 """What the forces of contacts do with a disturbance between the instants of a cycle, from its
-pieces: `hbm.laws.variation.CycleTangents`."""
+pieces: `tipdamp.hbm.laws.variation.CycleTangents`."""
 
 import numpy as np
 

@@ -235,7 +235,7 @@ BAD = {
         blade().base_motion([1.0], lambda w: "a").add(Jenkins1D(), 0, **STUCK)
     ),
     "direction = 'a': must be a row of 1": lambda: blade().base_motion("a", 1.0),
-    r"where = .*nan.*: must be a dof": lambda: blade().base_motion([np.nan], 1.0),
+    r"direction = .*nan.*: must be a dof": lambda: blade().base_motion([np.nan], 1.0),
     "places = 3: must be a list": lambda: blade().travelling_wave(3, 1),
     "their forces cancel": lambda: blade().travelling_wave([0, 0, 0], 1),
     "harmonics = 3 keeps": lambda: curve_of(

@@ -62,7 +62,7 @@ def test_options_of_curves_are_checked(case):
     problem, force, outputs = case
     with pytest.raises(InputError, match="option harmonic: is unknown; did you mean 'harmonics'"):
         follow_band(problem, force, (850, 950), outputs=outputs, harmonic=3)
-    with pytest.raises(InputError, match="outputs is missing"):
+    with pytest.raises(InputError, match="outputs is missing: .* for example outputs={'x': 0}"):
         solve_at(problem, force, 900.0)
 
 

@@ -333,6 +333,27 @@ def test_dataset_has_names_and_units(rubbed):
         rubbed.harmonics[:, 0, 1]
     )
     assert data.dissipated.attrs["units"] == "J" and data.frequency.attrs["units"] == "Hz"
+    shares = data.share_stick + data.share_slip + data.share_open
+    assert shares.values == pytest.approx(np.ones((len(rubbed), 1)))
+
+
+SHARES = {"share_stick", "share_slip", "share_open"}
+
+
+def test_what_has_no_contacts_is_not_said_to_stick_or_slip(folded, rubbed):
+    """A Duffing oscillator, of whose curve a point failed; of a contact all shares stay, also of a
+    curve without a solved point, of which nothing is known."""
+    pytest.importorskip("xarray")
+    failed = np.zeros(len(folded), dtype=bool)
+    failed[0] = True
+    lost = {name: np.where(failed[:, None], np.nan, vars(folded)[name]) for name in SHARES}
+    for curve in (folded, replace(folded, converged=~failed, **lost)):
+        assert not SHARES & set(curve.to_xarray()) and "pairs" not in repr(curve)
+    assert not SHARES & set(folded[1].to_xarray())
+    nothing = replace(rubbed, **{name: np.nan * vars(rubbed)[name] for name in SHARES})
+    for curve in (rubbed, nothing, rubbed[0]):
+        assert set(curve.to_xarray()) >= SHARES
+    assert "of 1 pairs" in repr(rubbed) and "of 1 pairs" in repr(nothing)
 
 
 def test_notebooks_show_a_table(folded, duffing):

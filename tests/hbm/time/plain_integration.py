@@ -1,5 +1,5 @@
-"""Plain time integration of the planar oscillator, to check `hbm.time` by: it shares no code with
-`hbm`.
+"""Plain time integration of the planar oscillator, to check `tipdamp.hbm.time` by: it shares no
+code with `hbm`.
 
 The state x = (q, q', two sliders, 1, cos w t, sin w t) obeys x' = A x with a constant A as long as
 no contact changes its state, and is propagated by exp(A h). A step in which a guard is violated is
