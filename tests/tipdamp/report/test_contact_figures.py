@@ -250,6 +250,57 @@ def test_what_was_tuned_and_its_target_lie_within_the_axes(tmp_path, target):
     assert high - low < 1.5 * np.ptp(every)
 
 
+def tuned_by_area(files):
+    """Half of one pair is kept, one is not, one was open at rest."""
+    sides = {"left": ("mm2", 50.0, 35.0), "right": ("mm", 40.0, 40.0)}
+    files["tune.json"]["area"] = {
+        "share": 0.7,
+        "hz_per_percent": -2.5,
+        "sides": {
+            name: {"unit": unit, "closed": closed, "kept": kept, "cells": 5, "kept_cells": 4}
+            for name, (unit, closed, kept) in sides.items()
+        },
+        "history": [
+            {"share": 1.0, "hz": 3000.0, "mac": 0.8},
+            {"share": 0.7, "hz": 2801.0, "mac": 0.9},
+        ],
+    }
+    files["tune.json"]["history"] = []
+    weight = np.ones(15)
+    weight[:3] = 0.5, 0.0, 0.0
+    files["kept"] = files["kept"].replace(weight=weight)
+
+
+def test_kept_area_is_mapped_point_by_point(tmp_path):
+    """Each point once, by what became of it; of the right side all is kept."""
+    results = results_of(*artefacts(tmp_path, damage=tuned_by_area))
+    preload = results.whole.preload.copy()
+    preload[2] = -1.0
+    history, figure = tuning.histories(
+        replace(results, whole=results.whole.replace(preload=preload))
+    )
+    left, right = (
+        {marks.name: (sorted(marks.x), marks.filled) for marks in panel.items}
+        for panel in figure.panels
+    )
+    assert left == {
+        "kept": ([30.0, 40.0], True),
+        "kept in part": ([0.0], True),
+        "detached": ([10.0], False),
+        "open at rest": ([20.0], True),
+    }
+    assert right == {"kept": (sorted([0.0, 10.0, 20.0, 30.0, 40.0] * 2), True)}
+    assert "35 of 50 mm² on side 'left' and 40 of 40 mm on side 'right'" in figure.caption
+    hz, mac = history.panels
+    for panel, values in ((hz, [3000.0, 2801.0]), (mac, [0.8, 0.9])):
+        line, marks = panel.items[:2]
+        assert list(line.x) == list(marks.x) == pytest.approx([100.0, 70.0])  # percent
+        assert list(line.y) == list(marks.y) == values
+    (kept,) = [item for item in hz.items if item.name.startswith("kept: 70 %, 2801.0 Hz")]
+    assert (list(kept.x), list(kept.y)) == (pytest.approx([70.0]), [2801.0])
+    assert "a percent of the area is worth 2.5 Hz" in history.caption
+
+
 def test_rounding_makes_no_heights_across_a_side(tmp_path):
     """Points of one row, whose coordinates differ in their last digits: one height, with room."""
     results = results_of(*artefacts(tmp_path))
