@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from tests.tipdamp.comparison.test_peaks import results, two_blades
-from tipdamp.comparison.figures import responses
+from tests.tipdamp.comparison.test_tables import comparison, level
+from tipdamp.comparison.figures import SYMBOLS, optimisation, places, responses
 from tipdamp.comparison.record import ComparedStudies, Computed
 from tipdamp.hbm.drawing.figure import Curve, Marks
 
@@ -37,3 +38,31 @@ def test_responses_stand_per_newton_on_both_blades(tmp_path):
         )
         assert panel.y_label == "amplitude per force (µm/N)"
         assert panel.x_range == (1200.0, 3300.0)
+
+
+def test_curves_join_the_peaks_of_one_mode(tmp_path):
+    """In µm/N over Fc/Fe, and in Hz: parted where another mode begins; all within the axes."""
+    given = comparison(tmp_path)
+    vars(given.computed[1].results.study)["path"] = tmp_path / "stiff.toml"
+    soft = [
+        level("soft", 1.0, 8e-7),
+        level("soft", 2.0, 7e-7, hz=2790.0, mac=0.9),
+        level("soft", 4.0, 4e-7, hz=2200.0, mac=0.1),
+        level("soft", 8.0, 2e-7, hz=2180.0, mac=0.9),
+    ]
+    stiff = [level("stiff", Fe, 3e-7) for Fe in (1.0, 10.0)]
+    given = replace(given, peaks=(*soft, *stiff))
+    (figure,), (found,) = optimisation(given), places(given)
+    heights = [([100, 50], [0.8, 0.7]), ([25, 12.5], [0.4, 0.2]), ([100, 10], [0.3, 0.3])]
+    hertz = [([100, 50], [2800, 2790]), ([25, 12.5], [2200, 2180]), ([100, 10], [2800, 2800])]
+    for panel, expected in ((figure.panels[0], heights), (found.panels[0], hertz)):
+        lines = [item for item in panel.items if isinstance(item, Curve)]
+        assert [one.color for one in lines[:2]] == [lines[0].color] * 2 != [lines[2].color] * 2
+        for line, (x, y) in zip(lines, expected, strict=True):
+            assert (list(line.x), list(line.y)) == (pytest.approx(x), pytest.approx(y))
+        marks = {item.name: item for item in panel.items if isinstance(item, Marks)}
+        assert list(marks["soft"].x) == pytest.approx([12.5, 25, 50, 100])
+        assert marks["soft"].color == lines[0].color and marks["stiff"].color == lines[2].color
+        assert [marks[name].symbol for name in ("soft", "stiff")] == [*SYMBOLS[:2]]
+        assert panel.log_x and panel.x_range == pytest.approx((10 / 1.2, 120))
+    assert figure.panels[0].log_y and figure.panels[0].y_range == pytest.approx((0.2 / 1.2, 0.96))

@@ -31,6 +31,25 @@ def test_left_per_newton_and_right_absolute(tmp_path):
                 assert circle.y == pytest.approx([factor * case.facts.peak_m])
 
 
+def test_the_stuck_response_is_drawn_per_newton_alone(tmp_path):
+    """In µm/N, the larger of the nodes of the patch, dotted; and as a level beside the peaks."""
+    results = results_of(*artefacts(tmp_path))
+    s = results.stuck.hz / 2800
+    for figure in response.families(results):
+        left, right = (
+            [item for item in panel.items if getattr(item, "name", "") == "linear, stuck"]
+            for panel in figure.panels
+        )
+        assert len(left) == 1 and right == [] and left[0].dash == "dot"
+        assert left[0].y == pytest.approx(0.044 / np.abs(1 - s**2 + 0.044j * s))
+    (trend,) = response.trend(results)
+    height, place = ([i for i in p.items if isinstance(i, Line)] for p in trend.panels)
+    assert [(one.axis, one.value, one.label) for one in (*height, *place)] == [
+        ("y", pytest.approx(1.0, rel=1e-3), "linear, stuck 1.00 µm/N"),
+        ("y", 2801.0, "stuck 2801.0 Hz"),
+    ]
+
+
 def found_automatically(files):
     """1 N with H = 1, 20 N with H = 3, which misses the tolerance."""
     low, _, _, high = files["responses"]
