@@ -7,7 +7,7 @@ import pytest
 
 from tests.tipdamp.comparison.test_peaks import results, two_blades
 from tests.tipdamp.comparison.test_tables import comparison, level
-from tipdamp.comparison.figures import SYMBOLS, optimisation, places, responses
+from tipdamp.comparison.figures import AT_LEAST, BEST, SYMBOLS, optimisation, places, responses
 from tipdamp.comparison.record import ComparedStudies, Computed
 from tipdamp.hbm.drawing.figure import Curve, Marks
 
@@ -66,3 +66,24 @@ def test_curves_join_the_peaks_of_one_mode(tmp_path):
         assert [marks[name].symbol for name in ("soft", "stiff")] == [*SYMBOLS[:2]]
         assert panel.log_x and panel.x_range == pytest.approx((10 / 1.2, 120))
     assert figure.panels[0].log_y and figure.panels[0].y_range == pytest.approx((0.2 / 1.2, 0.96))
+
+
+def test_bounds_bars_and_the_least_are_in_the_unit_of_the_curve(tmp_path):
+    """A triangle at what a peak is at least, a bar over the scatter beside its mark, a star at the
+    least: µm/N, and the axes hold them all."""
+    given = comparison(tmp_path)
+    soft = [level("soft", Fe, h) for Fe, h in ((1.0, 8e-7), (10.0, 4e-7), (50.0, 6e-7))]
+    bound = level("soft", 100.0, None, at_least=3e-6, complete=False)
+    spread = [level("soft", 10.0, h, scatter="mu") for h in (1e-7, 9e-7)]
+    given = replace(given, peaks=(*soft, bound, *spread))
+    (figure,) = optimisation(given)
+    items = {item.name: item for item in figure.panels[0].items if item.name}
+    triangle, star = items[AT_LEAST[False]], items[BEST]
+    assert (list(triangle.x), list(triangle.y)) == ([1.0], pytest.approx([3.0]))
+    assert triangle.symbol == "triangle-up" and not triangle.filled
+    assert (list(star.x), list(star.y)) == ([10.0], pytest.approx([0.4]))
+    (bar,) = [item for name, item in items.items() if name.startswith("scatter of")]
+    assert bar.x == pytest.approx([10.0] * 3, rel=0.03)
+    assert bar.y[:2] == pytest.approx([0.1, 0.9]) and np.isnan(bar.y[2])
+    low, high = figure.panels[0].y_range
+    assert low < 0.1 and 3.0 < high < 4.0

@@ -48,6 +48,25 @@ def drawn(tmp_path):
     return results, kept, {figure.name: figure for figure in friction.friction_work(results)}
 
 
+def test_energies_of_a_period_are_in_microjoule(drawn):
+    results, kept, _ = drawn
+    (table,) = friction.energies(results)
+    total = sum(range(len(kept)))
+    assert table.records == [
+        {
+            "H": "3",
+            "Fe (N)": "20",
+            "at (Hz)": "2800.0",
+            "input (µJ)": "1000",
+            "damping (µJ)": "900.0",
+            "ratio": "1.00 %",
+            "friction (µJ)": f"{total:.2f}",
+            "friction share": f"{total / 10:.1f} %",
+            "error": "1\N{MULTIPLICATION SIGN}10⁻⁹",
+        }
+    ]
+
+
 def test_levels_stand_by_their_name_and_colour(drawn):
     """Work of a station is that of its pairs; each level has a colour of its own."""
     results, kept, _ = drawn
@@ -248,6 +267,23 @@ def test_what_was_tuned_and_its_target_lie_within_the_axes(tmp_path, target):
     every = [*(s.hz for s in results.tune.history), target]
     assert low < min(every) and max(every) < high
     assert high - low < 1.5 * np.ptp(every)
+
+
+def test_worth_of_stations_where_they_are(tmp_path):
+    """Kept ones filled, detached ones hollow; mm and Hz."""
+
+    def worth(files):
+        files["tune.json"]["station_worth"] = [
+            {"station": k, "kept": k != 2, "hz": 10.0 + k, "position_m": 0.01 * k} for k in range(5)
+        ]
+
+    results = results_of(*artefacts(tmp_path, damage=worth))
+    _, figure = tuning.histories(results)
+    kept, detached = figure.panels[0].items
+    assert (list(kept.x), list(kept.y)) == (pytest.approx([0, 10, 30, 40]), [10, 11, 13, 14])
+    assert (list(detached.x), list(detached.y)) == (pytest.approx([20]), [12])
+    assert kept.filled and not detached.filled and detached.name.startswith("detached: gained")
+    assert figure.panels[0].y_range[0] == 0 and 14 < figure.panels[0].y_range[1] < 18
 
 
 def tuned_by_area(files):
