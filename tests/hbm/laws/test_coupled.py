@@ -1,6 +1,7 @@
 """Coupled friction in the plane, and a cubic spring, against closed forms and tables."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from tipdamp.hbm.laws.coupled.cycle import paths, room_for
 from tipdamp.hbm.laws.coupled.law import _in_forces
 from tipdamp.hbm.laws.coupled.slip import PIECE, between, keep
 from tipdamp.hbm.laws.sampled import projector
-from tipdamp.hbm.laws.uncoupled.breaks import OPEN, STICK
+from tipdamp.hbm.laws.uncoupled.breaks import FORWARD, OPEN, STICK
 from tipdamp.hbm.laws.uncoupled.law import located
 from tipdamp.hbm.response import follow_band
 from tipdamp.hbm.testing import forces, history, shifted, total_force
@@ -169,6 +170,9 @@ def test_path_that_is_kept_is_that_of_the_force():
         pieces = path[c, : counts[c]]
         assert (pieces[0, 1], pieces[-1, 2]) == (0.0, 2 * np.pi)
         assert (pieces[1:, 1] == pieces[:-1, 2]).all() and (pieces[:, 2] > pieces[:, 1]).all()
+        for before, after in pairwise(pieces):  # an angle goes on where another has ended
+            if {before[0], after[0]} == {FORWARD}:
+                assert after[3] == before[-1] != after[4]
         T = friction_along(pieces, pairs.kt[c] * motion[c, :2], load[c], tau)
         error = np.abs(T @ projector(fourier.basis(tau, 3)) - total[c, :2]).max()
         assert error < 1e-3 * np.abs(total[c, :2]).max(), (c, error)

@@ -3,6 +3,7 @@ light nodes."""
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicHermiteSpline
 
 from tests.hbm.cases import coupled, jenkins, load, solve, unilateral
 from tests.hbm.contact_nodes import with_node
@@ -284,3 +285,25 @@ def test_an_interrupt_is_heard_between_periods(monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         integrator.periods(integrator.at_rest(), 60)
     assert len(calls) == 4
+
+
+def test_error_of_a_step_is_what_the_cubic_adds_to_the_quadratic():
+    """Over the step, by plain evaluation of both: the quadratic through the force at the ends and
+    its rate at the begin, the cubic through the rate at the end, too."""
+    _, _, point, balance = at("A1", 1.05)
+    integrator = ExactIntegrator(balance, 1.05, IntegrationSettings(steps=64))
+    present = integrator._present(integrator.on_orbit(point))
+    system, steps, share = integrator.stuck.system, integrator.steps, np.linspace(0, 1, 1001)
+    guards.freeze(integrator.table, present)
+    present.gamma[:] = -0.7  # in slip, g follows the motion
+    begin, end = np.zeros((2, 4, len(present.a)))
+    push = events.instant(system, present, 0.0, present.z, begin)
+    for level in (0, 1, 2):
+        h = steps.lengths[level]
+        start = events.Instant(0.0, begin, push, level, 0.0)
+        _, z, error = events.step(system, present, steps, start, h, level)
+        events.instant(system, present, h, z, end)
+        (g0, rate0), (g1, rate1) = begin[2:, 0], end[2:, 0]
+        quadratic = g0 + rate0 * h * share + (g1 - g0 - rate0 * h) * share**2
+        cubic = CubicHermiteSpline([0, 1], [g0, g1], [h * rate0, h * rate1])(share)
+        assert error == pytest.approx(np.abs(cubic - quadratic).max(), rel=0.01)

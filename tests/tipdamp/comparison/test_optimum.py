@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tipdamp.comparison.optimum import envelope, lowest_at, optimum, ranks
+from tipdamp.comparison.optimum import envelope, lowest_at, optimum, ranks, within
 from tipdamp.comparison.peaks import ComparedPeak
 
 BEST = 8.0
@@ -109,3 +109,14 @@ def test_ranks_and_where_a_curve_is_lowest():
         }
     )
     assert found == {"falls": (1, 2), "rises": (1, 2)}  # over 10 to 100, where both are known
+
+
+@pytest.mark.parametrize(
+    "low, high, found",
+    [(4.0, 16.0, [4, 8, 16]), (1.0, 8.0, [2, 4, 8]), (3.0, 99.0, [3, 4, 8, 16, 32])],
+)
+def test_part_of_a_curve_reaches_no_further_than_asked_and_known(low, high, found):
+    """A power of Fc/Fe, which stays one between its levels in log-log."""
+    ratio = 2.0 ** np.arange(1, 6)
+    part, height = within((ratio, 1e-7 * ratio**1.5), low, high)
+    assert part.tolist() == found and height == pytest.approx(1e-7 * part**1.5)

@@ -115,6 +115,27 @@ def test_curve_that_stops_has_a_gap_to_the_end(tmp_path):
     assert {p.why for p in peaks} == {"stopped at 2500 Hz"}
 
 
+def test_level_without_a_maximum_of_its_own_leaves_the_others(tmp_path):
+    """At 20 N the blades move against each other alone: the peak in phase has merged there, and at
+    1 N it stands."""
+    whole = results(tmp_path)
+    hz = whole.cases[0].curve.frequency
+    cases = []
+    for case in whole.cases:
+        against = 1e-7 * case.Fe * modal(hz, OUT)
+        harmonics = np.zeros_like(case.curve.harmonics)
+        harmonics[:, :, 1] = against[:, None] * [1.0, 0.9, -1.0, -0.8]
+        curve = replace(case.curve, harmonics=harmonics) if case.Fe == 20 else case.curve
+        cases.append(replace(case, curve=curve))
+    peaks = peaks_of(replace(whole, cases=tuple(cases)))
+    assert {(p.phase, p.Fe) for p in peaks if p.merged} == {("in_phase", 20.0)}
+    assert {(p.phase, p.Fe) for p in peaks if p.m_per_N} == {
+        ("in_phase", 1.0),
+        ("out_of_phase", 1.0),
+        ("out_of_phase", 20.0),
+    }
+
+
 def test_other_way_stands_in_where_it_covers_the_phase(tmp_path):
     """Points fail on the way up and not on the way down: the peak is that of the latter."""
     whole, broken = results(tmp_path), results(tmp_path, change=failed(2700, 2850))

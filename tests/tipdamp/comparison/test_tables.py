@@ -101,6 +101,12 @@ def test_a_least_above_which_the_damper_rolls_needs_no_more_levels(tmp_path):
     peaks = [p for p in given.peaks if (p.study, p.Fe) != ("soft", 50.0)]
     (said,) = introduction(replace(given, peaks=(*peaks, rolls)))
     assert said.endswith("more levels are needed: stiff. Below the least of soft the damper rolls.")
+    (table,) = tables.best(replace(given, peaks=(*peaks, rolls)))
+    pull = "pull for Fe = 10 N (N)"
+    told = {row["study"]: (row["best Fc/Fe"], row[pull]) for row in table.records}
+    assert told["soft"] == ("10.0", "100")
+    (table,) = tables.best(replace(given, peaks=tuple(peaks)))
+    assert table.records[0][pull] == "100 or less"
     (said,) = introduction(replace(given, peaks=(*given.peaks, rolls)))  # there is one between
     assert "rolls" not in said
 

@@ -48,6 +48,25 @@ def drawn(tmp_path):
     return results, kept, {figure.name: figure for figure in friction.friction_work(results)}
 
 
+def test_energies_of_a_period_are_in_microjoule(drawn):
+    results, kept, _ = drawn
+    (table,) = friction.energies(results)
+    total = sum(range(len(kept)))
+    assert table.records == [
+        {
+            "H": "3",
+            "Fe (N)": "20",
+            "at (Hz)": "2800.0",
+            "input (µJ)": "1000",
+            "damping (µJ)": "900.0",
+            "ratio": "1.00 %",
+            "friction (µJ)": f"{total:.2f}",
+            "friction share": f"{total / 10:.1f} %",
+            "error": "1\N{MULTIPLICATION SIGN}10⁻⁹",
+        }
+    ]
+
+
 def test_levels_stand_by_their_name_and_colour(drawn):
     """Work of a station is that of its pairs; each level has a colour of its own."""
     results, kept, _ = drawn
@@ -248,6 +267,74 @@ def test_what_was_tuned_and_its_target_lie_within_the_axes(tmp_path, target):
     every = [*(s.hz for s in results.tune.history), target]
     assert low < min(every) and max(every) < high
     assert high - low < 1.5 * np.ptp(every)
+
+
+def test_worth_of_stations_where_they_are(tmp_path):
+    """Kept ones filled, detached ones hollow; mm and Hz."""
+
+    def worth(files):
+        files["tune.json"]["station_worth"] = [
+            {"station": k, "kept": k != 2, "hz": 10.0 + k, "position_m": 0.01 * k} for k in range(5)
+        ]
+
+    results = results_of(*artefacts(tmp_path, damage=worth))
+    _, figure = tuning.histories(results)
+    kept, detached = figure.panels[0].items
+    assert (list(kept.x), list(kept.y)) == (pytest.approx([0, 10, 30, 40]), [10, 11, 13, 14])
+    assert (list(detached.x), list(detached.y)) == (pytest.approx([20]), [12])
+    assert kept.filled and not detached.filled and detached.name.startswith("detached: gained")
+    assert figure.panels[0].y_range[0] == 0 and 14 < figure.panels[0].y_range[1] < 18
+
+
+def tuned_by_area(files):
+    """Half of one pair is kept, one is not, one was open at rest."""
+    sides = {"left": ("mm2", 50.0, 35.0), "right": ("mm", 40.0, 40.0)}
+    files["tune.json"]["area"] = {
+        "share": 0.7,
+        "hz_per_percent": -2.5,
+        "sides": {
+            name: {"unit": unit, "closed": closed, "kept": kept, "cells": 5, "kept_cells": 4}
+            for name, (unit, closed, kept) in sides.items()
+        },
+        "history": [
+            {"share": 1.0, "hz": 3000.0, "mac": 0.8},
+            {"share": 0.7, "hz": 2801.0, "mac": 0.9},
+        ],
+    }
+    files["tune.json"]["history"] = []
+    weight = np.ones(15)
+    weight[:3] = 0.5, 0.0, 0.0
+    files["kept"] = files["kept"].replace(weight=weight)
+
+
+def test_kept_area_is_mapped_point_by_point(tmp_path):
+    """Each point once, by what became of it; of the right side all is kept."""
+    results = results_of(*artefacts(tmp_path, damage=tuned_by_area))
+    preload = results.whole.preload.copy()
+    preload[2] = -1.0
+    history, figure = tuning.histories(
+        replace(results, whole=results.whole.replace(preload=preload))
+    )
+    left, right = (
+        {marks.name: (sorted(marks.x), marks.filled) for marks in panel.items}
+        for panel in figure.panels
+    )
+    assert left == {
+        "kept": ([30.0, 40.0], True),
+        "kept in part": ([0.0], True),
+        "detached": ([10.0], False),
+        "open at rest": ([20.0], True),
+    }
+    assert right == {"kept": (sorted([0.0, 10.0, 20.0, 30.0, 40.0] * 2), True)}
+    assert "35 of 50 mm² on side 'left' and 40 of 40 mm on side 'right'" in figure.caption
+    hz, mac = history.panels
+    for panel, values in ((hz, [3000.0, 2801.0]), (mac, [0.8, 0.9])):
+        line, marks = panel.items[:2]
+        assert list(line.x) == list(marks.x) == pytest.approx([100.0, 70.0])  # percent
+        assert list(line.y) == list(marks.y) == values
+    (kept,) = [item for item in hz.items if item.name.startswith("kept: 70 %, 2801.0 Hz")]
+    assert (list(kept.x), list(kept.y)) == (pytest.approx([70.0]), [2801.0])
+    assert "a percent of the area is worth 2.5 Hz" in history.caption
 
 
 def test_rounding_makes_no_heights_across_a_side(tmp_path):

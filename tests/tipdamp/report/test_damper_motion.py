@@ -11,11 +11,15 @@ import pytest
 from tests.tipdamp.report.test_scenes import unpacked
 from tipdamp.bodies import DAMPER
 from tipdamp.fields.animation import GAP, SLIP, STICK
+from tipdamp.fields.surface import OuterSurface
 from tipdamp.hbm import fourier
 from tipdamp.report.drawing import plotly_moving
 from tipdamp.report.results import load_results
 from tipdamp.report.subjects import damper_motion
+from tipdamp.report.subjects.modes import drawn_amplitude
 from tipdamp.report.templating import FOLDER
+from tipdamp.results.loops import Loops
+from tipdamp.results.response_results import PeakCycle
 from tipdamp.study.study import load_study
 
 STAGES = ("reduce", "preload", "tune", "respond", "cycles")
@@ -77,6 +81,43 @@ console.log(JSON.stringify({json.dumps(tau.tolist())}.map(frame)));"""
     ratio = np.linalg.norm(moved) / np.linalg.norm(u)
     assert moved == pytest.approx(ratio * u, abs=0.01 * drawn.amplitude)
     assert np.linalg.norm(moved, axis=2).max() < 1.001 * drawn.amplitude
+
+
+def test_every_order_turns_with_its_own_share():
+    """The damper of two nodes moves as its harmonics say, the largest displacement of the period
+    set to 1; an order of no size is not drawn. Contacts at 64 of the instants that the solver
+    left."""
+    rng = np.random.default_rng(5)
+    position = np.array([[0.0, 0.0, 0.0], [0.0, 0.03, 0.04]])
+    surface = OuterSurface(
+        DAMPER,
+        np.array([1, 2]),
+        position,
+        np.empty((0, 3), int),
+        np.empty((0, 2), int),
+        rng.normal(size=(6, 4)).astype(np.float32),
+    )
+    X = 1e-6 * (rng.normal(size=(4, 4)) + 1j * rng.normal(size=(4, 4)))
+    X[:, 0], X[:, 2] = 1.0, 1e-5 * X[:, 2]  # the mean is at rest, and order 2 is not seen
+    n = 128
+    force = np.ones((n + 1, 1, 3))
+    force[n // 4 : n // 2, :, 2] = -1.0  # open in the second quarter
+    loops = Loops(
+        np.arange(n + 1) / n, force, force, np.zeros((n + 1, 1, 2)), ("t1", "t2", "n"), ("a",), X
+    )
+    cycle = PeakCycle.model_construct(Fe_N=20.0, H=3, hz=2800.04)
+    motion = damper_motion._motion(cycle, surface, loops)
+    assert motion.label == "Fe = 20 N, H = 3, 2800.0 Hz" and motion.orders == (1, -1, 3, -3)
+    tau = 2 * np.pi * np.arange(64) / 64
+    parts = [np.cos(h * tau) if h > 0 else -np.sin(-h * tau) for h in motion.orders]
+    drawn = np.tensordot(parts, motion.shapes[DAMPER], (0, 0))
+    turning = np.exp(1j * np.outer(tau, np.arange(1, 4)))
+    u = ((turning @ X[:, 1:].T).real @ surface.recovery.T).reshape(64, 2, 3)
+    largest = np.linalg.norm(u, axis=2).max()
+    assert np.linalg.norm(drawn, axis=2).max() == pytest.approx(1, rel=1e-4)
+    assert drawn == pytest.approx(u / largest, abs=1e-4)
+    assert motion.amplitude == drawn_amplitude([surface])
+    assert motion.states.ravel().tolist() == [STICK] * 16 + [GAP] * 16 + [STICK] * 32
 
 
 def test_no_picture_without_the_mesh_of_the_damper(rig_motion):

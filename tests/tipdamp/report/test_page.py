@@ -208,6 +208,15 @@ def test_lines_stand_on_the_page_wherever_they_are_named():
     assert np.allclose(np.diff(ends, axis=1), np.diff(ends[0]))  # as wide as each other
 
 
+@pytest.mark.parametrize(
+    "names, wide, columns",
+    [([], 7, 1), (["a"] * 3, 7, 3), (["a" * 19] * 9, 8, 4), (["a" * 300] * 2, 7, 1)],
+)
+def test_the_legend_of_a_picture_has_the_columns_that_fit(names, wide, columns):
+    """No more than it has names, and than their lengths leave room for."""
+    assert matplotlib._legend_columns(names, wide) == columns
+
+
 def test_a_name_without_points_in_the_first_panel_stands_in_the_legend():
     """The page draws no entry for a trace of no points; its entry serves the other panels."""
     none, some = np.empty(0), np.ones(1)

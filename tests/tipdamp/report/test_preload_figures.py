@@ -6,8 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tests.contact_tables import contact_table, frames
 from tests.tipdamp.fields.test_line_contact import E_STAR, LENGTH, LOAD, R, flank
 from tipdamp.hbm.contact import ContactTable
+from tipdamp.hbm.drawing.figure import Marks
 from tipdamp.report.subjects import preload
 from tipdamp.report.subjects.axial import PER_LENGTH, PRESSURE
 
@@ -81,3 +83,37 @@ def test_ends_that_carry_nothing_are_no_ratio():
     open_end = table.replace(preload=np.where(table.station == 0, 0.0, table.preload))
     assert "times the middle" in preload._ends(results_with(table), table)
     assert preload._ends(results_with(open_end), open_end) == ""
+
+
+def test_points_of_an_unlike_mesh_by_their_height():
+    """Every point once, where it is and in N/mm², in its third of the side; hollow where open, and
+    a cross at the end of the axis where the gap is wide."""
+    n = 12
+    height = np.tile([0.0, 1e-3, 2e-3], 4)
+    pressure = np.array([4.0, 8.0, 6.0, 3.0, -1.0, 5.0, 2.0, 7.0, -0.5, 1.0, 9.0, -100.0])
+    area = np.linspace(1e-6, 2e-6, n)
+    table = contact_table(
+        frames([[1.0, 0.0, 0.0]] * n),
+        position=np.column_stack([np.zeros(n), 1e-3 * np.arange(n), height]),
+        area=area,
+        preload=1e6 * area * pressure,
+    )
+    (panel,) = preload.panels(results_with(table, None), table)
+    low, top = -0.25 * 9.0, 9.0
+    found = {
+        (marks.name, round(x, 6)): (y, marks.filled)
+        for marks in panel.items
+        if isinstance(marks, Marks)
+        for x, y in zip(marks.x, marks.y, strict=True)
+    }
+    thirds = ["lower third", "middle", "upper third"] * 4
+    words = {4: "middle, open", 8: "upper third, open", 11: "open, below the axis"}
+    expected = {
+        (words.get(k, thirds[k]), 1.0 * k): (max(pressure[k], low), k not in (4, 8))
+        for k in range(n)
+    }
+    assert found.keys() == expected.keys()
+    for place, (y, filled) in expected.items():
+        assert found[place] == (pytest.approx(y), filled), place
+    assert panel.y_label == PRESSURE
+    assert panel.y_range[0] < low and top < panel.y_range[1]

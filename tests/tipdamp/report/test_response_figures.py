@@ -31,6 +31,62 @@ def test_left_per_newton_and_right_absolute(tmp_path):
                 assert circle.y == pytest.approx([factor * case.facts.peak_m])
 
 
+def test_the_stuck_response_is_drawn_per_newton_alone(tmp_path):
+    """In µm/N, the larger of the nodes of the patch, dotted; and as a level beside the peaks."""
+    results = results_of(*artefacts(tmp_path))
+    s = results.stuck.hz / 2800
+    for figure in response.families(results):
+        left, right = (
+            [item for item in panel.items if getattr(item, "name", "") == "linear, stuck"]
+            for panel in figure.panels
+        )
+        assert len(left) == 1 and right == [] and left[0].dash == "dot"
+        assert left[0].y == pytest.approx(0.044 / np.abs(1 - s**2 + 0.044j * s))
+    (trend,) = response.trend(results)
+    height, place = ([i for i in p.items if isinstance(i, Line)] for p in trend.panels)
+    assert [(one.axis, one.value, one.label) for one in (*height, *place)] == [
+        ("y", pytest.approx(1.0, rel=1e-3), "linear, stuck 1.00 µm/N"),
+        ("y", 2801.0, "stuck 2801.0 Hz"),
+    ]
+
+
+def test_levels_are_absolute_and_peaks_per_newton(tmp_path):
+    """From 20 N down: the band over the patch in µm, the stuck response at the force of the level,
+    and the smaller H beside; over the levels the peaks in µm/N."""
+    results = results_of(*artefacts(tmp_path))
+    s = results.cases[0].curve.frequency / 2800
+    one = 0.044 / np.abs(1 - s**2 + 0.044j * s)  # µm/N
+    (levels,) = response.levels(results)
+    assert [panel.title for panel in levels.panels] == ["Fe = 20 N", "Fe = 1 N"]
+    for panel, Fe in zip(levels.panels, (20.0, 1.0), strict=True):
+        (band,) = [item for item in panel.items if isinstance(item, Band)]
+        assert band.high == pytest.approx(Fe * one) and band.low == pytest.approx(0.9 * Fe * one)
+        curves = [item for item in panel.items if isinstance(item, Curve)]
+        drawn = {curve.name: curve.y for curve in curves}
+        assert list(drawn) == ["H = 3, largest and smallest", "", "H = 1, largest", "linear, stuck"]
+        for name, share in zip(drawn, (1.0, 0.9, 1.0, 1.0), strict=True):
+            assert drawn[name] == pytest.approx(share * Fe * one), name
+        assert panel.y_label == "amplitude (µm)" and Fe < panel.y_range[1] < 1.1 * Fe
+    (trend,) = response.trend(results)
+    for panel, value in zip(trend.panels, (1.0, 2798.7), strict=True):
+        drawn = [item for item in panel.items if isinstance(item, Curve | Marks)]
+        assert [item.name for item in drawn] == ["", "H = 1", "", "H = 3"]
+        for item in drawn:
+            assert list(item.x) == [1.0, 20.0] and item.y == pytest.approx([value] * 2, rel=1e-3)
+
+
+def test_peaks_in_the_table_have_their_units(tmp_path):
+    (table,) = peaks.peaks(results_of(*artefacts(tmp_path)))
+    low, high = table.records[:2]
+    for row, Fe in ((low, 1.0), (high, 20.0)):
+        assert float(row["peak (Hz)"]) == pytest.approx(2798.7, abs=0.1)
+        assert float(row["largest (µm)"]) == pytest.approx(Fe, rel=1e-3)
+        assert float(row["smallest (µm)"]) == pytest.approx(0.9 * Fe, rel=1e-3)
+        assert float(row["largest per force (µm/N)"]) == pytest.approx(1.0, rel=1e-3)
+    assert high["slip or open anywhere on the curve"] == "left 0\N{EN DASH}1; right 4"
+    assert low["slip or open anywhere on the curve"] == "none"
+
+
 def found_automatically(files):
     """1 N with H = 1, 20 N with H = 3, which misses the tolerance."""
     low, _, _, high = files["responses"]

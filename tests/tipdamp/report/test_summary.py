@@ -171,6 +171,22 @@ def test_a_peak_of_another_stuck_mode_is_not_set_beside_the_tracked_one(tmp_path
     assert "the peak lies -1.86 % from the nearest stuck mode 1, 672.5 Hz" in told(660.0)[0]
 
 
+def test_a_peak_with_slip_need_not_be_the_stuck_one(tmp_path):
+    """At 20 N pairs slip: the peak may move and the curve differ from the linear one; at 1 N it is
+    told."""
+
+    def moved(files):
+        for one in files["responses"]:
+            one.update(peak_hz=2760.0, back=None)
+
+    study, store = artefacts(tmp_path, damage=moved)
+    content = store.read_json("respond.json")
+    content["stuck_difference"] = {one["file"]: 1.0 for one in content["responses"]}
+    store.write_json("respond.json", content)
+    told = [text for text in warnings_of(results_of(study, store)) if "No pair slips" in text]
+    assert len(told) == 4 and all("Fe = 1 N" in text for text in told)
+
+
 def test_pairs_that_are_open_at_rest_do_not_slip(tmp_path):
     """They are on every curve, at the lowest level too, and say nothing of its damping."""
 
