@@ -102,9 +102,10 @@ class ContactTable:
         if not len(self.area):
             object.__setattr__(self, "area", np.zeros(len(self.side)))
         for name, given in list(vars(self).items()):
-            kind = str if name in _TEXT else np.int64 if name in _WHOLE else float
+            kind = _kind(name)
+            dtype: type = np.int64 if kind is int else kind
             try:
-                object.__setattr__(self, name, np.asarray(given, dtype=kind))
+                object.__setattr__(self, name, np.asarray(given, dtype=dtype))
             except (TypeError, ValueError):
                 raise InputError(
                     f"contact table: {name} = {brief(given)}, must hold a "
@@ -420,4 +421,6 @@ def _text(value: float | str) -> str:
 
 
 def _kind(column: str) -> type:
-    return str if column in _TEXT else int if column in _WHOLE else float
+    if column in _TEXT:
+        return str
+    return int if column in _WHOLE else float

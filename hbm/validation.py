@@ -277,7 +277,11 @@ def check_numbers(
     default is."""
     for one in (field for field in fields(settings) if isinstance(field.default, Real)):
         value, whole = vars(settings)[one.name], isinstance(one.default, int)
-        least = 0 if one.name in may_be_zero else 1 if whole else np.finfo(float).tiny
+        least = float(np.finfo(float).tiny)
+        if one.name in may_be_zero:
+            least = 0
+        elif whole:
+            least = 1
         below = np.nextafter(np.inf, 0) if one.name not in may_be_infinite else np.inf
         if (
             isinstance(value, bool)

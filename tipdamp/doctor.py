@@ -377,5 +377,7 @@ def _import_all(names: list[str]) -> dict[str, dict]:
 
 def _origin(name: str) -> str:
     spec = importlib.util.find_spec(name)
-    places = list(spec.submodule_search_locations or []) if spec else []
-    return str(Path(places[0]).resolve()) if places else (spec.origin or "" if spec else "")
+    if not spec:
+        return ""
+    places = list(spec.submodule_search_locations or [])
+    return str(Path(places[0]).resolve()) if places else spec.origin or ""

@@ -41,7 +41,8 @@ def activity(
     """What acts anywhere in a band (Hz) under force (r,) N of harmonic 1 and the problem's static
     load; start : of the sliders. Where one resonance is near another, what acts at either may act
     at once."""
-    P, nd = len(problem.contacts), len(problem.law.components)
+    P = len(problem.contacts)
+    nd = len(problem.law.components)
     acts = np.zeros((P, nd), dtype=bool)
     for forces in _stuck(problem, force, band, start):
         acts |= forces.active
@@ -63,7 +64,8 @@ def _stuck(
     problem: ContactProblem, force: np.ndarray, band: tuple[float, float], start: str | np.ndarray
 ) -> Iterator[ContactForces]:
     """Contact forces at the stuck response, of a grid of the band and its resonances."""
-    balance, P = HarmonicBalance(problem, {1: force}, 1, start), len(problem.contacts)
+    balance = HarmonicBalance(problem, {1: force}, 1, start)
+    P = len(problem.contacts)
     modes = balance
     if problem.reducible:  # those up to the end of the band are enough
         modes = balance.covering(np.r_[2 * np.pi * max(band), np.zeros(P)])

@@ -88,7 +88,8 @@ class Cycle:
     def repeated(self, contacts: list[Contacts], rest: list[np.ndarray]) -> "Cycle":
         """These contacts several times over, each time with settings and forces at rest of their
         own."""
-        n, at = len(contacts), np.tile(np.arange(len(self.contacts)), len(contacts))
+        n = len(contacts)
+        at = np.tile(np.arange(len(self.contacts)), len(contacts))
         settings = (
             np.concatenate(columns)
             for columns in zip(*(vars(one).values() for one in contacts), strict=True)

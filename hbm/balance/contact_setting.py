@@ -139,7 +139,8 @@ class ContactSetting(Scaling):
             rate = preload[:, None, None] * t.forces.by_preload
             rate[:, :, 0] += balance.own.beyond_rest * self.chosen(problem)[:, None]
             return rate
-        scaled, known = self.scaled(problem, value), None
+        scaled = self.scaled(problem, value)
+        known = None
         if self.setting == "mu":
             known = problem.law.by_friction(scaled, t.u, t.forces)
         elif self.stiffens:
@@ -158,7 +159,8 @@ class ContactSetting(Scaling):
     ) -> np.ndarray | None:
         """(P, nd, nh) derivative of the contact forces by a relative change of kn or kt; None where
         the law does not know it."""
-        law, cycle = balance.problem.law, balance.cycle(contacts)
+        law = balance.problem.law
+        cycle = balance.cycle(contacts)
         if t.forces.by_preload is None:
             return None
         force = t.forces.g + balance.springs[:, :, None] * t.u

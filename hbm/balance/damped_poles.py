@@ -55,7 +55,8 @@ def _poles(period2: np.ndarray, C: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     Left modes are the right ones with -v: products Y'Y - V'V are diagonal, as the receptance takes
     them to be. Those of close poles are mixed by rounding over their distance, and made so.
     """
-    m, heavy = len(period2), np.flatnonzero(period2)
+    m = len(period2)
+    heavy = np.flatnonzero(period2)
     coupling = np.zeros((m, len(heavy)))
     coupling[heavy, np.arange(len(heavy))] = np.sqrt(period2[heavy])
     inverse, state = la.eig(

@@ -83,7 +83,8 @@ def tangents_and_differences(
                 there = ([*given[:k], given[k] + s * along, *given[k + 1 :]] for s in shares)
                 return np.array([stepped(*one) for one in there]) / returned
 
-            found, steps = by[:, :, d], STEP * WIDER[WIDER * own <= sizes.max()]
+            found = by[:, :, d]
+            steps = STEP * WIDER[WIDER * own <= sizes.max()]
             yield said, found, returned * differences(found / returned, moved, steps), 1e-6 * scale
 
 
@@ -159,9 +160,12 @@ def history(
 
     periods : at most; fewer where the force repeats to a share of the largest, by default to
     rounding; change : of the force since the period before"""
-    (u, v), dt = samples_of(x, samples), 2 * np.pi / (omega * samples)
+    u, v = samples_of(x, samples)
+    dt = 2 * np.pi / (omega * samples)
     state = law.initial_state(u[0], aft.slider_start(start, len(contacts), law.sliders), contacts)
-    force, states, change = np.zeros(u.shape), np.zeros((samples, *state.shape)), np.inf
+    force = np.zeros(u.shape)
+    states = np.zeros((samples, *state.shape))
+    change = np.inf
     for _ in range(periods):
         before = force.copy()
         for i in np.r_[1:samples, 0]:
@@ -175,5 +179,6 @@ def history(
 
 def samples_of(x: np.ndarray, n: int) -> list[np.ndarray]:
     """u and du/dtau (n, P, nd) at n samples of a cycle."""
-    tau, H = 2 * np.pi * np.arange(n) / n, (x.shape[2] - 1) // 2
+    tau = 2 * np.pi * np.arange(n) / n
+    H = (x.shape[2] - 1) // 2
     return [(x @ e(tau, H).T).transpose(2, 0, 1) for e in (fourier.basis, fourier.basis_rate)]

@@ -66,7 +66,8 @@ class Equation:
 
     def balance_at(self, p: float) -> tuple[HarmonicBalance, float]:
         """(balance, angular frequency) with the parameter fixed."""
-        b, w = self.balance, self.parameter.angular_frequency(self.w, p)
+        b = self.balance
+        w = self.parameter.angular_frequency(self.w, p)
         problem, forces = self.parameter.rebuild(b.problem, b.forces, p / self.parameter.scale)
         return (b if problem is b.problem and forces is b.forces else b.rebuilt(problem, forces)), w
 

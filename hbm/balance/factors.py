@@ -54,7 +54,8 @@ class BorderedSystem(NamedTuple):
     def product(self, G: np.ndarray, real: type) -> Callable[[np.ndarray], np.ndarray]:
         """What multiplies a vector (n nh + 1,) of a precision by the matrix, which is not made;
         G (K, a nd, n) : the receptance by orders."""
-        places, nh = self.acting.places, 2 * len(G) - 1
+        places = self.acting.places
+        nh = 2 * len(G) - 1
         D = self.acting.D.reshape(len(self.acting.D), self.acting.D.shape[1] * nh, -1)
         G = G.astype(np.result_type(real, np.complex64), copy=False)
         D = D.astype(real, copy=False)
@@ -96,11 +97,14 @@ class IterativeSolver:
     """By GMRES; where it does not converge, by LU factors."""
 
     def __init__(self, system: BorderedSystem) -> None:
-        self._system, G = system, by_orders(system.G)
+        self._system = system
+        G = by_orders(system.G)
         self._factors: DirectSolver | None = None  # many points are kept: only where they must be
         self._roughly = system.product(G, np.float32)
         self._times = system.product(np.moveaxis(system.G, 2, 0), np.float64)  # seldom: no copy
-        D, places, rows = system.acting.D, system.acting.places, system.acting.rows
+        D = system.acting.D
+        places = system.acting.places
+        rows = system.acting.rows
         alone = np.matmul(_each_order(D), G.reshape(len(G), len(D), -1, len(rows)))
         alone = alone.reshape(len(G), -1, len(rows))[:, places] + np.eye(len(rows))
         with np.errstate(all="ignore"):
@@ -182,10 +186,13 @@ def gmres(
     size = float(np.linalg.norm(right))
     if not size:
         return right, np.eye(1), 0.0
-    basis, H = np.empty((most + 1, len(right)), right.dtype), np.zeros((most + 1, most))
-    R, rotations = np.zeros((most, most)), np.zeros((most, 2))
+    basis = np.empty((most + 1, len(right)), right.dtype)
+    H = np.zeros((most + 1, most))
+    R = np.zeros((most, most))
+    rotations = np.zeros((most, 2))
     target = np.zeros(most + 1)
-    basis[0], target[0] = right / size, 1.0
+    basis[0] = right / size
+    target[0] = 1.0
     for m in range(1, most + 1):
         v = times(basis[m - 1])
         for _ in range(2):  # orthogonal to rounding

@@ -63,7 +63,8 @@ def damping_of_free(C: np.ndarray, K: np.ndarray, free: FloatingMotions, modes: 
     them.
     """
     shapes, modal = modes
-    R, scale = free.shapes, units(K)
+    R = free.shapes
+    scale = units(K)
     if not R.shape[1]:
         return Drag(R, np.empty(0), np.empty(0), False)
     damping, turn = la.eigh(R.T @ C @ R)
@@ -93,13 +94,15 @@ def coupled_poles(
     w).
     """
     M, C, K = matrices
-    shift, still = 1 / np.sqrt(slowest), drag.shapes[:, drag.damping == 0]
+    shift = 1 / np.sqrt(slowest)
+    still = drag.shapes[:, drag.damping == 0]
     stiff = with_gauge(M, K, still) + shift * C + shift**2 * M
     shapes, mass = modes_beside(M, stiff, still)
     Z, poles = state_space_modes(shapes, mass, shapes.T @ (C + 2 * shift * M) @ shapes)
     order = np.argsort(np.abs(poles + shift))
     gone, kept = np.split(order, [drag.shapes.shape[1] - still.shape[1]])
-    e, n = still.shape[1], len(gone)
+    e = still.shape[1]
+    n = len(gone)
     return (
         Z[:, kept],
         poles[kept] + shift,

@@ -61,7 +61,8 @@ def _poles(
     period2: np.ndarray, C: np.ndarray, stiff: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(right (m, n), left (m, n), poles (n,)); of no use where poles meet that have one mode."""
-    m, root = len(period2), np.diag(np.sqrt(period2))
+    m = len(period2)
+    root = np.diag(np.sqrt(period2))
     inverse = np.linalg.inv(stiff)
     state = np.block([[inverse @ C, inverse @ root], [-root, np.zeros((m, m))]])
     values, X = la.eig(state, check_finite=False)

@@ -25,7 +25,8 @@ def modal_push(
 def norms(X: np.ndarray, unit: np.ndarray) -> np.ndarray:
     """(n, 2) norms of order 0 and of the others, of X (n, r, H+1) over units (n, r); the largest
     entry is taken out, so that nothing under- or overflows."""
-    found, tiny = np.zeros((len(X), 2)), np.finfo(np.float64).tiny
+    found = np.zeros((len(X), 2))
+    tiny = np.finfo(np.float64).tiny
     for i in range(len(X)):
         largest = tiny
         for r in range(X.shape[1]):
@@ -97,7 +98,8 @@ def border_of(
     """
     D, places, contacts = linear
     given, corner, by_parameter, along = border
-    column, K = applied(D, places, contacts, by_parameter), along.shape[1]
+    column = applied(D, places, contacts, by_parameter)
+    K = along.shape[1]
     row = np.empty_like(column)
     for i in range(len(places)):
         at = i * (2 * K - 1)
@@ -160,7 +162,8 @@ def step_of(
 def added(g: np.ndarray, rows: np.ndarray, dg: np.ndarray) -> np.ndarray:
     """g (P, nd, nh) with dg, flat, added to the components `rows`, counted through."""
     new = g.copy()
-    flat, nh = new.reshape(-1), g.shape[2]
+    flat = new.reshape(-1)
+    nh = g.shape[2]
     for i in range(len(rows)):
         for h in range(nh):
             flat[rows[i] * nh + h] += dg[i * nh + h]
@@ -181,7 +184,8 @@ def condensed(D: np.ndarray, places: np.ndarray, G: np.ndarray, system: np.ndarr
             for column in range(n * nh):
                 system[row, column] = 0.0
             for e in range(nd):
-                left, acts = D[c, d, row - i * nh, e], False
+                left = D[c, d, row - i * nh, e]
+                acts = False
                 for m in range(nh):
                     acts |= left[m] != 0
                 for j in range(n if acts else 0):
@@ -352,7 +356,8 @@ def rotated(column: np.ndarray, rotations: np.ndarray, target: np.ndarray) -> np
     """(m,) the last column (m+1,) of a Hessenberg matrix of m columns, made triangular: by the
     rotations (m-1, 2) of the columns before and its own, which is noted there and applied to the
     target (m+1,)."""
-    column, m = column.copy(), len(column) - 1
+    m = len(column) - 1
+    column = column.copy()
     for i in range(m - 1):
         c, s = rotations[i]
         a, b = column[i], column[i + 1]

@@ -78,7 +78,9 @@ class Linearisation:
 
     def moved(self, dx: np.ndarray, dp: float) -> "Linearisation":
         """This at x + dx, parameter + dp: outputs and forces are linearised, the matrices stay."""
-        b, modal, g = self.forces, self.modal + self.modal_rate * dp, self.forces.g
+        b = self.forces
+        modal = self.modal + self.modal_rate * dp
+        g = b.g
         if len(b.contacts):
             active = self._condensed().active
             dg = applied(active.D, active.places, active.contacts, dx)
@@ -94,7 +96,8 @@ class Linearisation:
         One Newton step with it undoes the part of the way in a mean motion that no force restrains,
         and to the size of the regularisation nothing else.
         """
-        b, hb = self.forces, self.balance
+        b = self.forces
+        hb = self.balance
         push = hb.regularisation(b) * away[:: hb.nh]
         rows = np.flatnonzero(push)
         if not len(rows):
@@ -121,7 +124,8 @@ class Linearisation:
         self, row: np.ndarray, corner: float, value: float, residual: np.ndarray | None = None
     ) -> tuple[np.ndarray, float]:
         """As that of `Linearised`, through the active rows."""
-        hb, R = self.balance, self.residual if residual is None else residual
+        hb = self.balance
+        R = self.residual if residual is None else residual
         acting = self._condensed().acting
         R = self._without_open(R)
         if not len(acting.rows):
@@ -153,7 +157,8 @@ class Linearisation:
         if self.border and self.border[0] is row and self.border[1] == corner:
             return self.border[2:]
         acting, G, left, _ = self._condensed()
-        hb, at = self.balance, self.balance.contact_receptance
+        hb = self.balance
+        at = hb.contact_receptance
         excited = self.factors * at.excited_by(row)
         along = real_times(at.into_of(acting.rows), excited)
         if left:
@@ -185,7 +190,8 @@ class Linearisation:
     def _condensed(self) -> Condensed:
         """The contacts of Newton's system."""
         if not self.parts:
-            at, w = self.balance.contact_receptance, self.w
+            at = self.balance.contact_receptance
+            w = self.w
 
             def between(to: np.ndarray, of: np.ndarray) -> np.ndarray:
                 return at.between(to, of, self.factors, w)
@@ -246,7 +252,8 @@ class Linearisation:
 def _longest(apply: Callable, n: int) -> tuple[float, np.ndarray]:
     """(factor, unit vector) of the direction that a symmetric positive matrix lengthens most, by
     power iteration."""
-    v, size = np.random.default_rng(0).normal(size=n), 0.0
+    v = np.random.default_rng(0).normal(size=n)
+    size = 0.0
     for _ in range(DEFAULT.power_iterations):
         v = v / np.linalg.norm(v)
         v = apply(v)

@@ -48,7 +48,8 @@ class OpenModes(NamedTuple):
 
 def open_modes(problem: ContactProblem, most: int = MOST_LOOKED_AT) -> OpenModes | None:
     """None where no contact is open at rest, or there are more dofs than `most`."""
-    is_open, r = problem.contacts.preload < 0, len(problem.K)
+    is_open = problem.contacts.preload < 0
+    r = len(problem.K)
     known = problem.damping_ratio is not None and problem.preloaded
     if not known or not is_open.any() or r > most:
         return None

@@ -157,10 +157,12 @@ class Frequency(Parameter):
 
     def _rate(self, balance: HarmonicBalance, now: HarmonicBalance, t: Terms) -> np.ndarray:
         """(m, H+1) derivative of the modal q by p, through the forces and matrices that vary."""
-        varying, periods = balance.problem.varying, self.periods
+        varying = balance.problem.varying
+        periods = self.periods
         assert varying is not None, "nothing varies"
         matrices, forces = varying.rate(balance.forces, periods * t.w, periods)
-        push, orders = np.zeros_like(t.push), t.w * np.arange(t.push.shape[1])
+        push = np.zeros_like(t.push)
+        orders = t.w * np.arange(t.push.shape[1])
         for k, F in forces.items():
             push[:, k] += now.receptance.into.T @ F
         q = now.receptance.shapes @ (t.factors * t.push)

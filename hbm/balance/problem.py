@@ -138,7 +138,8 @@ class ContactProblem(AnyProblem):
                 object.__setattr__(self, name, symmetric(name, matrix, NOT_SYMMETRIC[name]))
         check_law(self.law)
         check_kind("contacts", self.contacts, Contacts, "Contacts(kn, kt, mu, preload)")
-        nd, r = len(self.law.components), self.K.shape[0]
+        nd = len(self.law.components)
+        r = self.K.shape[0]
         if any(matrix is not None and matrix.shape != (r, r) for matrix in (self.M, self.C)):
             shapes = ", ".join(f"{name} is {np.shape(vars(self)[name])}" for name in "MCK")
             raise InputError(f"{shapes}: all must have the same size")
@@ -250,11 +251,13 @@ class ContactProblem(AnyProblem):
 
     def with_contact_springs(self, K: np.ndarray, springs: np.ndarray) -> np.ndarray:
         """K (r, r) with springs (P, nd) N/m at the contacts."""
-        k, B = springs.ravel(), sp.csr_matrix(self.B)
+        k = springs.ravel()
+        B = sp.csr_matrix(self.B)
         if 2 * B.nnz > B.shape[0] * B.shape[1]:
             B = B.toarray()
             return K + (B.T * k) @ B
-        added, found = (B.T @ B.multiply(k[:, None])).tocoo(), K.copy()
+        added = (B.T @ B.multiply(k[:, None])).tocoo()
+        found = K.copy()
         found[added.row, added.col] += added.data
         return found
 
@@ -306,7 +309,8 @@ class ContactProblem(AnyProblem):
 
     @cached_property
     def _receptance(self) -> Receptance:
-        stuck, (free, remedy) = self.stuck_stiffness, self._checked_motions
+        stuck = self.stuck_stiffness
+        free, remedy = self._checked_motions
         C = self.C if self.damping_ratio is None else None
         means = [one.row for one in self.held if one.mean]
         if self.has_left_modes:
@@ -344,7 +348,8 @@ class ContactProblem(AnyProblem):
 
     @cached_property
     def _reducible(self) -> StuckMatrices | None:
-        r, by_ratio = len(self.K), self.damping_ratio is not None
+        r = len(self.K)
+        by_ratio = self.damping_ratio is not None
         few = r <= (DEFAULT.few_modes_of_ratio if by_ratio else DEFAULT.few_modes_of_matrix)
         if (
             self.has_left_modes

@@ -130,8 +130,10 @@ class Receptance:
         """(m, m) by which a change of the stiffness, in mass-normalised modes, changes the damping
         that keeps its ratios: divided differences of c = 2 zeta w over w^2."""
         w = np.sqrt(self.stiffness / np.maximum(self.mass, 1e-28 * self.mass.max()))
-        c, sums = 2 * self.ratio * w, np.add.outer(w, w)
-        apart, even = np.subtract.outer(w**2, w**2), np.add.outer(self.ratio, self.ratio)
+        c = 2 * self.ratio * w
+        sums = np.add.outer(w, w)
+        apart = np.subtract.outer(w**2, w**2)
+        even = np.add.outer(self.ratio, self.ratio)
         near = np.abs(apart) <= 1e-9 * np.add.outer(w**2, w**2)
         return np.where(near, even / sums, np.subtract.outer(c, c) / np.where(near, 1.0, apart))
 
@@ -145,7 +147,9 @@ class Receptance:
             return np.concatenate([d, mean]), np.concatenate([rate, 0 * mean])
         if len(d) == self.shapes.shape[1]:
             return d, rate
-        moving, m, c = at != 0, self.free_mass[:, None], self.free_damping[:, None]
+        moving = at != 0
+        m = self.free_mass[:, None]
+        c = self.free_damping[:, None]
         more, more_rate = np.zeros((2, self.shapes.shape[1] - len(d), len(at)), dtype=complex)
         more[: self.free, moving] = met = 1 / (1j * c * at[moving] - m * at[moving] ** 2)
         more_rate[: self.free, moving] = -(met**2) * (1j * c - 2 * m * at[moving])
@@ -204,10 +208,12 @@ def stuck_receptance(
         raise InputError(f"damping: {both} given, exactly one is needed")
     given = ratios(damping_ratio, r) if C is None else np.empty(0)
     free = free or FloatingMotions(np.zeros((r, 0)))
-    gauged, e = with_gauge(M, K, free.shapes), free.shapes.shape[1]
+    gauged = with_gauge(M, K, free.shapes)
+    e = free.shapes.shape[1]
     check_restrained(gauged, describe, remedy=remedy)
     shapes, period2 = modes_beside(M, gauged, free.shapes)
-    modal, drag = None, Drag(free.shapes, np.ones(e), np.zeros(e), False)
+    modal = None
+    drag = Drag(free.shapes, np.ones(e), np.zeros(e), False)
     if C is not None:
         modal = shapes.T @ C @ shapes
         drag = damping_of_free(C, gauged, free, (shapes, modal))
@@ -260,7 +266,8 @@ def of_modes(
     if modal is None:
         return Receptance(shapes, np.ones(len(period2)), period2, ratio)
     own = np.diag(modal)
-    off, least = modal - np.diag(own), 1e-12 * np.abs(modal).max()
+    off = modal - np.diag(own)
+    least = 1e-12 * np.abs(modal).max()
     # no ratio says what damps a mode without mass
     dashpots = (period2 == 0) & (own > least)
     if np.abs(off).max() <= least and not dashpots.any():
@@ -407,7 +414,8 @@ def _linear_response(
     if damping_ratio is not None:
         receptance = free_receptance(model.M, K, damping_ratio)
     else:
-        free, describe = _checked_free(model, K, force, hz), partial(describe_motion, model)
+        free = _checked_free(model, K, force, hz)
+        describe = partial(describe_motion, model)
         receptance = stuck_receptance(model.M, model.C, K, None, describe, free=free)
     return lambda at: receptance.respond(rows, force, 2 * np.pi * at)
 

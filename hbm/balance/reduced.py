@@ -71,7 +71,8 @@ class Space:
     and damping."""
 
     def __init__(self, system: StuckMatrices, b: np.ndarray) -> None:
-        self.system, self.force = system, b
+        self.system = system
+        self.force = b
         self.basis = np.empty((len(b), 0))
         self.matrices = [system.mass] if system.C is None else [system.mass, system.C]
         self.products = [self.basis] * len(self.matrices)
@@ -104,12 +105,14 @@ class Space:
         """(m, n len(w)) coordinates of the response to b at the frequencies w, relative to it and
         to the static one."""
         mass, *damping = self.projected()
-        b, one = self.basis.T @ self.force, np.eye(len(mass))
+        b = self.basis.T @ self.force
+        one = np.eye(len(mass))
         if damping:
             found = [np.linalg.solve(one - v**2 * mass + 1j * v * damping[0], b) for v in w]
         else:
             t, modes = la.eigh(mass)
-            t, b = np.maximum(t, 0.0), modes.T @ b
+            t = np.maximum(t, 0.0)
+            b = modes.T @ b
             found = [
                 modes @ (b / (1 - v**2 * t + 2j * self.system.ratio * v * np.sqrt(t))[:, None])
                 for v in w
@@ -125,7 +128,8 @@ def reduced_receptance(system: StuckMatrices, columns: np.ndarray, top: float) -
     """
     size = np.linalg.norm(columns, axis=0)
     b = system.force(columns[:, size > 0] / size[size > 0])
-    space, w = Space(system, b), top * np.array(DEFAULT.reduced_checks)
+    space = Space(system, b)
+    w = top * np.array(DEFAULT.reduced_checks)
     enough = DEFAULT.reduced_change if system.C is not None else DEFAULT.reduced_change_of_ratio
     space.add(b)
     found = space.response(w)
@@ -160,7 +164,8 @@ def directions(
 def moments(system: StuckMatrices, b: np.ndarray, top: float) -> Iterator[np.ndarray]:
     """Blocks (r, n) of y_{k+1} = -C y_k - M y_{k-1} from y_0 = b, orthonormal as pairs (y_k,
     y_{k-1}) in units of top; without C those of -M alone."""
-    r, C = len(b), system.C
+    r = len(b)
+    C = system.C
     last = known = orthonormal(
         b if C is None else np.vstack([b, 0 * b]), np.empty((r if C is None else 2 * r, 0))
     )

@@ -78,9 +78,14 @@ class HarmonicBalance:
         start: str | np.ndarray = "zero_slider",
         samples: int | None = None,
     ) -> None:
-        law, P = problem.law, len(problem.contacts)
-        self.forces, self.given_start = forces, start
-        self.problem, self.H, self.nh, self.nd = problem, H, fourier.n_real(H), len(law.components)
+        law = problem.law
+        P = len(problem.contacts)
+        self.forces = forces
+        self.given_start = start
+        self.problem = problem
+        self.H = H
+        self.nh = fourier.n_real(H)
+        self.nd = len(law.components)
         self.n_components = P * self.nd
         self.start = aft.slider_start(start, P, law.sliders)._replace(nearest=True)
         self.grid = aft.sample_grid(H, check_samples(samples, H) or law.default_samples(H))
@@ -147,13 +152,15 @@ class HarmonicBalance:
     def circulation(self) -> np.ndarray | None:
         """(m, m) N/m, modal, of the forces of the displacement that do work in a cycle: those of a
         stiffness that is not symmetric, and of structural damping; None where there are none."""
-        skew, shapes = self.problem.circulatory, self.receptance.shapes
+        skew = self.problem.circulatory
+        shapes = self.receptance.shapes
         return None if skew is None else shapes.conj().T @ (skew @ shapes)
 
     @cached_property
     def static(self) -> np.ndarray:
         """(m,) N, modal, constant."""
-        into, static = self.receptance.into, self.problem.static
+        into = self.receptance.into
+        static = self.problem.static
         return np.zeros(into.shape[1]) if static is None else into.T @ static
 
     def covering(self, cover: np.ndarray) -> Self:
@@ -165,7 +172,8 @@ class HarmonicBalance:
         """
         if np.array_equal(cover, self._covering.cover):
             return self._covering
-        other, system = copy(self), self.problem.reducible
+        other = copy(self)
+        system = self.problem.reducible
         for name in (
             "receptance",
             "contact_receptance",
@@ -191,7 +199,8 @@ class HarmonicBalance:
     def _covering_for(self, w: float, acting: np.ndarray, u: np.ndarray | None = None) -> Self:
         """The balance with modes for the contacts `acting` (P,) at w and u, and for those that have
         acted before."""
-        now, top = self._covering, w * max(self.H, 1)
+        now = self._covering
+        top = w * max(self.H, 1)
         before = now.cover if now is not self else np.zeros_like(now.cover)
         if (
             now is self
@@ -210,7 +219,8 @@ class HarmonicBalance:
     def _soon(self, u: np.ndarray, acting: np.ndarray, before: np.ndarray) -> np.ndarray:
         """(P,) bool, `acting` and contacts that are next to slip or lift: some more than before, or
         modes would be sought for one after the other."""
-        law, contacts = self.problem.law, self.problem.contacts
+        law = self.problem.law
+        contacts = self.problem.contacts
         amplitude = np.abs(fourier.to_complex(u)).sum(axis=2)
         known = law.sticks_surely(contacts, 0 * amplitude)
         for factor in DEFAULT.reduced_growth:
@@ -228,11 +238,12 @@ class HarmonicBalance:
     def with_damping(self, factor: float) -> Self:
         """The same balance with the damping times a factor; where it does not couple the modes
         these are kept."""
-        known, by_matrix = self.receptance, self.problem.C is not None
+        known = self.receptance
         floats = known.free_damping.size > 0  # and the shapes behind its modes follow the damping
-        if self.problem.reducible or floats or by_matrix:
+        if self.problem.reducible or floats or self.problem.C is not None:
             return self.rebuilt(self.problem.with_damping(factor), self.forces)
-        other, at = copy(self), self.contact_receptance
+        other = copy(self)
+        at = self.contact_receptance
         damped = known.with_damping(factor)
         vars(other).pop("damping", None)
         other.receptance = damped
@@ -245,7 +256,8 @@ class HarmonicBalance:
         orders = w * np.arange(self.H + 1)
         if self.receptance.ratio.size:
             return 1j * orders * (self.damping[:, None] * modal)
-        problem, q = self.problem, self.receptance.shapes @ modal
+        problem = self.problem
+        q = self.receptance.shapes @ modal
         C: Any = problem.C
         force = 1j * orders * (0.5 * (C + C.T) @ q)
         if problem.structural is not None:

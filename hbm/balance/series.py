@@ -22,7 +22,8 @@ class ContactReceptance:
     def __init__(
         self, receptance: Receptance, shapes: np.ndarray, into: np.ndarray | None = None
     ) -> None:
-        self.receptance, self.shapes = receptance, shapes
+        self.receptance = receptance
+        self.shapes = shapes
         self.into = shapes if into is None else into
         few = len(shapes) <= DEFAULT.few_components
         # that the series is known for
@@ -158,13 +159,16 @@ class ContactReceptance:
         if r.shapes.shape[1] < DEFAULT.few_modes or r.still:
             return slice(None), None
         if not np.isin(rows, self._rows).all():
-            self._rows, self._kept = np.union1d(self._rows, rows), {}
+            self._rows = np.union1d(self._rows, rows)
+            self._kept = {}
         if reach not in self._kept:
             above = reach * DEFAULT.series_reach
             if r.poles.size:
-                high, of = np.abs(r.poles) > above, self._of_poles
+                high = np.abs(r.poles) > above
+                of = self._of_poles
             else:
-                high, of = (np.sqrt(r.mass) * above < 1) & (r.ratio < 0.3), self._of_modes
+                high = (np.sqrt(r.mass) * above < 1) & (r.ratio < 0.3)
+                of = self._of_modes
             far = np.flatnonzero(high)
             self._kept[reach] = np.setdiff1d(np.arange(self.shapes.shape[1]), far), of(far)
         return self._kept[reach]
@@ -183,7 +187,8 @@ class ContactReceptance:
     def _of_poles(self, high: np.ndarray) -> np.ndarray:
         fast = 1 / self.receptance.poles[high]
         P, Q = (part[self._rows][:, high] for part in (self.shapes, self.into))
-        powers, weight = [], -fast
+        powers = []
+        weight = -fast
         for _ in range(DEFAULT.series_terms):
             powers.append(((P * weight) @ Q.T).real)
             weight = weight * fast

@@ -23,7 +23,9 @@ class Symmetry:
     which turn it round or move it by half a period."""
 
     def __init__(self, balance: HarmonicBalance, order: np.ndarray, signs: np.ndarray) -> None:
-        self.order, self.signs, self.shape = order, signs, (len(order), balance.nd, balance.nh)
+        self.order = order
+        self.signs = signs
+        self.shape = (len(order), balance.nd, balance.nh)
 
     def __call__(self, x: np.ndarray) -> np.ndarray:
         """(n,) motion from x (n,)."""
@@ -37,7 +39,9 @@ def symmetries(balance: HarmonicBalance, w: float) -> list[Symmetry]:
     x = np.random.default_rng(0).normal(size=linear.shape) * max(size(linear.ravel()), 1e-300)
     residual = balance.evaluate(x.ravel(), w).residual
     later = (-1.0) ** np.r_[0, np.repeat(np.arange(1, balance.H + 1), 2)]  # by half a period
-    receptance, found, tried = _between_contacts(balance, w), list[Symmetry](), 0
+    receptance = _between_contacts(balance, w)
+    found = list[Symmetry]()
+    tried = 0
     for half, sign in product((False, True), (1.0, -1.0)):
         signs = sign * (later if half else np.ones(balance.nh))
         for order in _places(linear, signs, receptance):
@@ -67,7 +71,9 @@ def kept_by_symmetry(balance: HarmonicBalance, w: float, x: np.ndarray, near: fl
 
 def _between_contacts(balance: HarmonicBalance, w: float) -> np.ndarray:
     """(P, P, 2, nd, nd) receptance between the contacts at rest and at w rad/s."""
-    P, nd, shapes = len(balance.problem.contacts), balance.nd, balance.shapes
+    P = len(balance.problem.contacts)
+    nd = balance.nd
+    shapes = balance.shapes
     factors = balance.receptance.factors(np.array([0.0, w]))[0]
     G = np.array([(shapes * factors[:, k]) @ balance.into.T for k in range(2)])
     return G.reshape(2, P, nd, P, nd).transpose(1, 3, 0, 2, 4)
@@ -76,7 +82,8 @@ def _between_contacts(balance: HarmonicBalance, w: float) -> np.ndarray:
 def _places(linear: np.ndarray, signs: np.ndarray, G: np.ndarray) -> Iterator[np.ndarray]:
     """Orders (P,) of the contacts that, with the signs, leave the response of the stuck system and
     the receptance G between the contacts as they are, one place after the other."""
-    P, image = len(linear), linear * signs
+    P = len(linear)
+    image = linear * signs
     near, alike = SAME * np.abs(G).max(), SAME * np.abs(linear).max()
 
     def extended(order: Sequence[int]) -> Iterator[np.ndarray]:

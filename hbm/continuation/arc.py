@@ -278,8 +278,10 @@ def _share(a: MeasuredPoint, b: MeasuredPoint, apart: float, attempt: int, smoot
     if rise > 0 > fall and attempt % 4 != 3:
         if attempt > 0 and not smooth:
             share = (chord - fall) / (rise - fall)
-            # so that it is enclosed
-            share = 2 * share if share < 0.1 else 2 * share - 1 if share > 0.9 else share
+            if share < 0.1:  # so that it is enclosed
+                share = 2 * share
+            elif share > 0.9:
+                share = 2 * share - 1
         else:
             c2, c3 = 3 * chord - 2 * rise - fall, rise + fall - 2 * chord
             root = np.sqrt(max(c2 * c2 - 3 * c3 * rise, 0.0))

@@ -81,7 +81,8 @@ def _folds_outside(
     fold, _ = _followed(equation, branch, point, outwards, (return_ahead, most), settings)
     if fold is None:
         return ""
-    name, scale = equation.parameter.named, equation.parameter.scale
+    name = equation.parameter.named
+    scale = equation.parameter.scale
     return (
         f"the branch folds outside the band, near {name(fold / scale)}, and comes back to "
         f"{name(point.parameter / scale)}: more solutions may lie inside, and a larger resonance "
@@ -115,7 +116,8 @@ def _at_an_end(
         return "", False
     if any(_alike(other, point, equation.weights) for point in known):
         return "", True
-    fold, looked = None, beyond
+    fold = None
+    looked = beyond
     if beyond is None:
         most = SETTINGS.fold_calls
         fold, looked = _followed(equation, branch, end, outwards, (fold_ahead, most), settings)

@@ -62,7 +62,8 @@ class CheckedInput:
         cls, problem: ContactProblem, forcing: Forcing, options: CurveOptions
     ) -> CheckedInput:
         """The checked input of a problem; InputError where it is of no use."""
-        r, H = problem.K.shape[0], check_harmonics(options.harmonics)
+        r = problem.K.shape[0]
+        H = check_harmonics(options.harmonics)
         periods = check_whole("periods", options.periods, 1)
         forces = {periods * k: F for k, F in check_forcing(forcing, r, MOST_HARMONICS).items()}
         if problem.varying is not None:

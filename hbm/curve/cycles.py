@@ -178,7 +178,10 @@ def _kept(
 
 
 def _cycles(kept: KeptPoints, n: int) -> ContactCycles:
-    balance, law, w, contacts = kept.balance, kept.problem.law, kept.w[0], kept.contacts[0]
+    balance = kept.balance
+    law = kept.problem.law
+    w = kept.w[0]
+    contacts = kept.contacts[0]
     tau = 2 * np.pi * np.arange(n + 1) / n
     u = np.einsum("th,pdh->tpd", fourier.basis(tau, balance.H), kept.u[0])
     v = w * np.einsum("th,pdh->tpd", fourier.basis_rate(tau, balance.H), kept.u[0])
@@ -203,12 +206,14 @@ def _periodic(
     n = len(u) - 1
     dt = 2 * np.pi / (w * n)
     for _ in range(MAX_PERIODS):
-        forces, states = [], [state]
+        forces = []
+        states = [state]
         for i in range(1, n + 1):
             force, new = law.step(Motion(u[i], v[i], dt), states[-1], contacts)
             forces.append(force)
             states.append(new)
-        change, state = np.abs(states[-1] - state).max(initial=0.0), states[-1]
+        change = np.abs(states[-1] - state).max(initial=0.0)
+        state = states[-1]
         if change <= REPEATS * np.abs(state).max(initial=0.0):
             return np.array([forces[-1], *forces]), np.array(states)
     raise InputError(f"the state of a contact does not repeat within {MAX_PERIODS} periods")

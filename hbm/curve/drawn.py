@@ -31,13 +31,15 @@ def refine_drawn(
     it stays as it is.
     marks : (n, m) bool of the points. Returns the marks of the branch as it is afterwards.
     """
-    points, kept = branch.points, list(marks)
+    points = branch.points
+    kept = list(marks)
     values, rates = _drawn(outputs, points)
     scale = np.nanmax(values, axis=0, initial=0.0)
     scale[scale <= outputs.noise(points)] = np.inf
     failed: set[int] = set()  # points behind which none could be solved
     for _ in range(settings.drawn_passes):
-        p, inserted = np.array([point.parameter for point in points]), list[int]()
+        p = np.array([point.parameter for point in points])
+        inserted = list[int]()
         for i, share in reversed(_coarse(p, values / scale, rates / scale, settings.drawn_error)):
             a, b = points[i : i + 2]
             if id(a) in failed or may_fold(a, b, metric_at(a, equation.weights)):

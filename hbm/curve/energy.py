@@ -97,7 +97,8 @@ def energies(
 ) -> list[EnergyBalance]:
     """Of n modal motions (n, m, H+1) at w (n,) rad/s; excited : of `excitation`, of each; friction
     : (n, P) J of each contact."""
-    k, damping = np.arange(balance.H + 1), balance.damping
+    k = np.arange(balance.H + 1)
+    damping = balance.damping
     damped = damping[:, None] * modal if damping.ndim == 1 else damping @ modal
     lost = np.pi * w * (np.einsum("nmk,nmk->nk", modal.conj(), damped).real @ k**2)
     if balance.circulation is not None:

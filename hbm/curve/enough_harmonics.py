@@ -89,7 +89,8 @@ def enough_harmonics(
 def orders_by_points(curve: ForcedResponse, tolerance: float, probing: Probing) -> int | None:
     """H with which the points of a complete curve that miss the tolerance most meet it; the most
     that are tried where none does, None where the curve has as many."""
-    probes, missed = _worst(curve, tolerance), curve.H
+    probes = _worst(curve, tolerance)
+    missed = curve.H
     aim = SETTINGS.aim * tolerance
     tried = [(curve.H, error_of(curve))]
     while (H := next_orders(tried, aim)) is not None:
@@ -97,7 +98,8 @@ def orders_by_points(curve: ForcedResponse, tolerance: float, probing: Probing) 
         error = max((one.error for one in found), default=0.0)
         if error <= aim:
             break
-        probes, missed = [one.probe for one in found], H
+        probes = [one.probe for one in found]
+        missed = H
         tried.append((H, error))
     if H is None:
         return SETTINGS.most if curve.H < SETTINGS.most else None
@@ -147,7 +149,8 @@ def first_orders(force_order: int = 1) -> int:
 def next_orders(tried: Sequence[tuple[int, float]], tolerance: float) -> int | None:
     """H to try after those that miss the tolerance, (H, error) each: at which errors that fall like
     a power of H reach it, an odd number; None where no more are tried."""
-    (H, error), falls = tried[-1], SETTINGS.falls
+    H, error = tried[-1]
+    falls = SETTINGS.falls
     if H >= SETTINGS.most:
         return None
     if len(tried) > 1:

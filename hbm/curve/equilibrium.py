@@ -111,7 +111,8 @@ def doubt(equation: Equation, point: Point) -> float:
     kept = KeptPoints(equation, [point])
     detail = point.detail
     balance = point.detail.balance
-    shapes, orders = balance.receptance.shapes, np.arange(balance.H + 1)
+    shapes = balance.receptance.shapes
+    orders = np.arange(balance.H + 1)
     phase = np.exp(2j * np.pi * np.random.default_rng(0).random((len(shapes), len(orders))))
     forces = kept.defect() + phase * kept.rounding_of_mean()[0]
     moved = balance.receptance.factors(kept.w[0] * orders)[0] * (balance.receptance.into.T @ forces)
@@ -139,7 +140,8 @@ def force_residuals(equation: Equation, points: list[Point]) -> tuple[np.ndarray
     if not solved:
         return found, energy
     motion = np.concatenate([_parts(points[i].detail.modal[None]) for i in solved])
-    share, last = np.zeros(2), len(solved) - 1
+    share = np.zeros(2)
+    last = len(solved) - 1
     for k in {0, last, int(motion[:, 1].argmax())}:
         error = KeptPoints(equation, [points[solved[k]]]).response_error()[0]
         share = np.maximum(share, error / np.maximum(motion[k], TINY))
@@ -156,7 +158,8 @@ def _alike(
 ) -> list[list[int]]:
     """Indices of points, in runs of one balance and no more of them than fit into memory at
     once."""
-    P, r = len(balance.problem.contacts), len(balance.problem.K)
+    P = len(balance.problem.contacts)
+    r = len(balance.problem.K)
     most = max(1, DEFAULT.kept_at_once // max(P * (balance.nd * balance.nh) ** 2, r * balance.nh))
     runs = [[chosen[0]]]
     for i in chosen[1:]:
@@ -179,7 +182,8 @@ class KeptPoints:
     """
 
     def __init__(self, equation: Equation, points: list[Point]) -> None:
-        parameter, whole = equation.parameter, equation.balance
+        parameter = equation.parameter
+        whole = equation.balance
         there = [
             parameter.rebuild(whole.problem, whole.forces, point.parameter / parameter.scale)
             for point in points
@@ -220,10 +224,12 @@ class KeptPoints:
         if first.by_omega is not None:
             found = [first, *map(forces_of, self.u[1:], self.w[1:], self.contacts[1:])]
             return np.array([one.g for one in found]), np.array(list(map(_work, found, self.u)))
-        g, work = first.g[None], _work(first, self.u[0])[None]
+        g = first.g[None]
+        work = _work(first, self.u[0])[None]
         if len(self.w) == 1:
             return g, work
-        of, own = self.contacts[1:], self.balance.own
+        of = self.contacts[1:]
+        own = self.balance.own
         u = self.u[1:].reshape(-1, *self.u.shape[2:])
         rest = [
             own.rest if contacts is self.problem.contacts else self.problem.rest_force(contacts)
@@ -238,7 +244,8 @@ class KeptPoints:
     def response_error(self) -> np.ndarray:
         """(n, 2) size of the residual of the equation of motion under the forces of Newton's
         method."""
-        problem, q = self.problem, self.motion()
+        problem = self.problem
+        q = self.motion()
         stiff = _times(problem.stiffness, q)
         heavy = _times(problem.M, q * self._orders() ** 2)
         return self._size(stiff - heavy + self._other_forces(q))
@@ -246,7 +253,8 @@ class KeptPoints:
     def defect(self) -> np.ndarray:
         """(r, H+1) N, the residual of the first point under the forces of the law, its largest
         terms summed in extended precision."""
-        problem, q = self.problem, self.motion()[:1]
+        problem = self.problem
+        q = self.motion()[:1]
         stiff = _extended(problem.stiffness, q[0])
         heavy = _extended(problem.M, q[0]) * (self._orders()[0].astype(np.longdouble) ** 2)
         changed = self._at_dofs(self.of_law[0][:1] - self.g[:1])[0]
@@ -333,7 +341,8 @@ class KeptPoints:
 
     def damping_force(self, q: np.ndarray) -> np.ndarray:
         """(n, r, H+1) C q; with damping ratios that of the modes."""
-        problem, of = self.problem, self.balance.receptance
+        problem = self.problem
+        of = self.balance.receptance
         if problem.damping_ratio is None:
             return _times(problem.C, q)
         y = (2 * of.ratio * np.sqrt(of.mass * of.stiffness))[:, None] * self.modal[
@@ -465,7 +474,8 @@ def with_residuals(
 
 def _why_unbalanced(equation: Equation, point: Point) -> str:
     at = KeptPoints(equation, [point])
-    problem, contacts = at.problem, at.contacts[0]
+    problem = at.problem
+    contacts = at.contacts[0]
     problem = problem if contacts is problem.contacts else problem.with_contacts(contacts)
     reason = _too_stiff(problem, at.forces[0], at.w[0], at.motion()[0], DEFAULT.equilibrium)
     return reason or "try other harmonics there"

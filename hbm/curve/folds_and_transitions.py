@@ -112,7 +112,9 @@ class _Along:
     def __init__(
         self, curve: ForcedResponse, equation: Equation, points: list[Point], stability: bool
     ) -> None:
-        self.curve, self.equation, self.points = curve, equation, points
+        self.curve = curve
+        self.equation = equation
+        self.points = points
         self.outputs = Outputs(curve.output_rows)
         self.estimate = None
         if stability:
@@ -123,7 +125,8 @@ class _Along:
     def every(self) -> tuple[NamedPoint, ...]:
         """All named points."""
         found = list[tuple[float, NamedPoint]]()
-        before, stored = None, self.curve.multipliers
+        before = None
+        stored = self.curve.multipliers
         if not stored.size:
             stored = np.full((len(self.points), 1), np.nan)
         for i, point in enumerate(self.points):
@@ -155,7 +158,8 @@ class _Along:
         turn = self._fold(a, b, metric)
         # in a hairpin the arc leaves its chord: its sides are looked at one by one
         sides = [(a, b)] if turn is None else [(a, turn), (turn, b)]
-        found, opens = list[tuple[float, NamedPoint]](), list[Point]()
+        found = list[tuple[float, NamedPoint]]()
+        opens = list[Point]()
 
         def named(
             kind: Kind,
@@ -215,7 +219,8 @@ class _Along:
         if not self._differ(a, b) or not most:
             return
         if self._leading(a).beside != self._leading(b).beside:
-            near, ends = self._enclosed(a, b, metric, lambda here: here.beside), False
+            near = self._enclosed(a, b, metric, lambda here: here.beside)
+            ends = False
         elif not folds:
             near = self._enclosed(a, b, metric, lambda here: here.outside)
             ends = self._at_end(near[1], metric)
@@ -318,7 +323,8 @@ class _Along:
         if keeps is None:
             return "branch point"
         v = np.random.default_rng(0).normal(size=len(point.x))
-        zero, here = np.zeros(len(v)), self.equation.evaluate(point.x, point.parameter)
+        zero = np.zeros(len(v))
+        here = self.equation.evaluate(point.x, point.parameter)
         for _ in range(ITERATIONS):
             v = here.solve(zero, 1.0, 0.0, -v)[0]
             v /= size(v)
@@ -335,7 +341,8 @@ class _Along:
     def _named(
         self, kind: Kind, point: Point, within: float, index: int, contact: int, multiplier: complex
     ) -> NamedPoint:
-        parameter, hz = self.equation.parameter, self.equation.hz
+        parameter = self.equation.parameter
+        hz = self.equation.hz
         value = point.parameter / parameter.scale
         return NamedPoint(
             kind,

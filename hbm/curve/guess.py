@@ -23,7 +23,8 @@ def place_and_unknowns(guess: Guess, first: float, last: float) -> tuple[float, 
     """(value, (n,) unknowns); a guess without a value is one for `first`. InputError for anything
     else, and outside the band."""
     allowed = "must be (n,) finite unknowns in m, or the tuple (value, these)"
-    value, x = first, guess
+    value = first
+    x = guess
     if isinstance(guess, tuple):
         if len(guess) != 2 or np.ndim(guess[1]) != 1:
             raise InputError(f"guess: is a tuple of {len(guess)}, {allowed}")
@@ -81,8 +82,10 @@ def solved(equation: Equation, x: np.ndarray, value: float, settings: Settings) 
 
     Raises InputError where Newton's method finds none; warns where it lies far from the guess, and
     where it repeats earlier than after the periods that were asked for."""
-    x, named = with_orders(x, equation.balance), equation.parameter.named(value)
-    p, weights = equation.parameter.scale * value, equation.weights
+    x = with_orders(x, equation.balance)
+    named = equation.parameter.named(value)
+    p = equation.parameter.scale * value
+    weights = equation.weights
     point = solve_fixed(equation.evaluate, x, p, weights, settings, settings.start_calls)
     if not point.converged:
         raise InputError(
@@ -103,14 +106,16 @@ def _far(point: Point, x: np.ndarray, weights: np.ndarray) -> str:
 def repeats(point: Point, equation: Equation) -> str:
     """That the motion repeats after fewer periods of the excitation than those of the equation, in
     words; empty where it does not."""
-    lasts, periods = periods_of(point, equation), equation.periods
+    lasts = periods_of(point, equation)
+    periods = equation.periods
     return f"repeats after {lasts} of {periods} periods of the excitation" * (lasts < periods)
 
 
 def periods_of(point: Point, equation: Equation) -> int:
     """Periods of the excitation after which the motion repeats: those of the equation, or fewer."""
     u = np.abs(fourier.to_complex(point.x.reshape(equation.balance.n_components, -1)))
-    orders, periods = np.arange(u.shape[1]), equation.periods
+    orders = np.arange(u.shape[1])
+    periods = equation.periods
     for times in (d for d in range(periods, 1, -1) if periods % d == 0):
         if u[:, orders % times != 0].max(initial=0.0) <= SHORTER * u[:, 1:].max(initial=0.0):
             return periods // times

@@ -123,7 +123,9 @@ def _followed(
 ) -> tuple[Equation, list[Point]]:
     """The equation with the stiffer springs and the points there, in so many steps of the
     stiffness."""
-    problem, there, found = equation.balance.problem, equation, list(points)
+    problem = equation.balance.problem
+    there = equation
+    found = list(points)
     for factor in np.geomspace(1.0, HOLD.stiffer, steps + 1)[1:]:
         before = there.balance.problem
         there = replace(

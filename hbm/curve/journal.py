@@ -48,7 +48,9 @@ class Journal:
         blocks: Iterable[JournalBlock] = (),
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self.keep, self.clock, self.due = keep, clock, clock() + self.every
+        self.keep = keep
+        self.clock = clock
+        self.due = clock() + self.every
         self.known = chain.from_iterable(map(unpacked, blocks))
         self.fresh: list[tuple[int, tuple[np.ndarray, ...]]] = []
 
@@ -74,7 +76,8 @@ class Journal:
         """Hand over what is not yet."""
         if self.fresh:
             self.keep(packed(self.fresh))
-        self.fresh, self.due = [], self.clock() + self.every
+        self.fresh = []
+        self.due = self.clock() + self.every
 
 
 def packed(steps: Iterable[tuple[int, tuple[np.ndarray, ...]]]) -> JournalBlock:
@@ -94,7 +97,9 @@ def unpacked(block: JournalBlock) -> Iterator[tuple[int, tuple[np.ndarray, ...]]
     try:
         if block.numbers.dtype != float or block.layout.dtype.kind != "i" or block.layout.ndim != 1:
             raise ValueError
-        numbers, layout, at = block.numbers, map(int, block.layout), 0
+        numbers = block.numbers
+        layout = map(int, block.layout)
+        at = 0
         for mark in layout:
             arrays = []
             for _ in range(next(layout)):

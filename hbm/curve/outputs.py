@@ -17,13 +17,15 @@ class ModalRows:
     """rows (m, r) of outputs as rows (m, modes) of the modes of a balance, made once a balance."""
 
     def __init__(self, rows: np.ndarray) -> None:
-        self.rows, self._made = rows, rows
+        self.rows = rows
+        self._made = rows
         self._balance: HarmonicBalance | None = None
 
     def of(self, balance: HarmonicBalance) -> np.ndarray:
         """(m, modes) of a balance; those of the last one are kept."""
         if balance is not self._balance:
-            self._balance, self._made = balance, self.rows @ balance.receptance.shapes
+            self._made = self.rows @ balance.receptance.shapes
+            self._balance = balance
         return self._made
 
 
@@ -32,7 +34,9 @@ class Outputs:
     for each point."""
 
     def __init__(self, rows: np.ndarray, kind: str = KINDS[0], orders: Sequence[int] = ()) -> None:
-        self.rows, self.kind, self.orders = rows, kind, list(orders)
+        self.rows = rows
+        self.kind = kind
+        self.orders = list(orders)
         self._modal_rows = ModalRows(rows)
         # X and its change along the tangent (2, m, H+1)
         self._known: dict[int, tuple[Point, np.ndarray]] = {}

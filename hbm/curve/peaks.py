@@ -178,7 +178,8 @@ class Output:
     def at_most(self, j: int, value: float) -> float:
         """What the largest maximum of output j does not exceed, where it is concave about its
         highest points; its highest point, where that is well below a value."""
-        heights, points = self._heights(j), self.branch.points
+        heights = self._heights(j)
+        points = self.branch.points
         high = self._high(heights)
         top = points[int(np.nanargmax(heights))]
         least = self.at_least(j)

@@ -73,7 +73,8 @@ def probed(
     found = []
     for value, unknowns in probes:
         x, p = with_orders(unknowns, balance), parameter.scale * value
-        weights, calls = equation.weights, SETTINGS.calls
+        weights = equation.weights
+        calls = SETTINGS.calls
         point = solve_fixed(equation.evaluate, x, p, weights, case.settings, calls)
         if callable(options.progress):
             options.progress(value, 0.0, point.iterations)

@@ -53,7 +53,8 @@ class Once:
     """A linearisation that is made when it is first asked for."""
 
     def __init__(self, make: Callable[[], Linearisation]) -> None:
-        self.make, self.made = make, list[Linearisation]()
+        self.make = make
+        self.made = list[Linearisation]()
 
     def __call__(self) -> Linearisation:
         if not self.made:
@@ -75,7 +76,10 @@ class Recorded:
     def __init__(
         self, balance: RecordedBalance, x: np.ndarray, residual: np.ndarray, real: Once
     ) -> None:
-        self.balance, self.x, self.residual, self.real = balance, x, residual, real
+        self.balance = balance
+        self.x = x
+        self.residual = residual
+        self.real = real
         self.known: tuple = ()  # modal, forces
         self.border: tuple = ()  # row and corner of the last system for a direction
 

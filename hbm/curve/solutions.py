@@ -202,7 +202,9 @@ def _parameter_of(curve: ForcedResponse, given: Parameter | None) -> Parameter:
 
 def _check_fits(curve: ForcedResponse, whole: ContactProblem) -> None:
     """InputError where a curve is of another number of contacts or dofs, or holds no unknowns."""
-    r, P, kept = whole.K.shape[0], len(whole.contacts), int(curve.carrying.sum())
+    r = whole.K.shape[0]
+    P = len(whole.contacts)
+    kept = int(curve.carrying.sum())
     if not curve.unknowns.size:
         raise InputError("the curve holds no unknowns: it was measured, or made by another program")
     if kept != P or curve.forces.shape[1] != r:
@@ -234,7 +236,8 @@ def _places(
 ) -> Iterator[tuple[int, int | None, Point]]:
     """(place in the curve, index where the curve holds it or None, point) of every solution at a
     value."""
-    f, unit = curve.parameter, equation.parameter.unit
+    f = curve.parameter
+    unit = equation.parameter.unit
     if np.shape(numbers("value", value, "must be one number")):
         raise InputError(f"value = {brief(value)}: must be one number")
     low, high = f.min(), f.max()

@@ -92,7 +92,8 @@ def _integrate(
     no_motion = problem.structural is not None  # in time
     if no_motion or problem.law.piecewise_linear(problem.contacts) is None:
         return None, 0
-    usual, motions = IntegrationSettings(), len(balance.problem.contacts) * balance.nd
+    usual = IntegrationSettings()
+    motions = len(balance.problem.contacts) * balance.nd
     steps = max(1, min(usual.max_steps, int(settings.start_steps * (100 / motions) ** 2)))
     integrator = ExactIntegrator(balance, w, replace(usual, tolerance=1e-4, max_steps=steps))
     cycle = integrator.periods(integrator.at_rest(), 60)

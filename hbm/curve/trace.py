@@ -176,7 +176,9 @@ def record(
     """ForcedResponse of a branch; named : (names, outputs); contact : whether to keep the contact
     forces;
     checked : peak_points, and what stiffer holds change: (held_change, held_reaction_change)."""
-    balance, parameter, (names, outputs) = equation.balance, equation.parameter, named
+    balance = equation.balance
+    parameter = equation.parameter
+    names, outputs = named
     found: dict[str, Any] = of_contacts(branch.points, equation, contact)
     values = np.array([p.parameter for p in branch.points]) / parameter.scale
     start = balance.given_start
@@ -223,9 +225,12 @@ def of_contacts(
 ) -> dict[str, np.ndarray]:
     """{field of the curve: values at the points} of contacts and holds, NaN where a point failed;
     contact : whether with the contact forces."""
-    balance, parameter = equation.balance, equation.parameter
-    n, P = len(points), len(balance.problem.contacts)
-    shares, work = np.full((n, P, 3), np.nan), np.full((n, P), np.nan)
+    balance = equation.balance
+    parameter = equation.parameter
+    n = len(points)
+    P = len(balance.problem.contacts)
+    shares = np.full((n, P, 3), np.nan)
+    work = np.full((n, P), np.nan)
     reaction = np.full((n, len(balance.problem.held), balance.H + 1), np.nan, dtype=complex)
     of_force = (n, P, balance.nd, balance.H + 1) if contact else (0, 0, 0, 0)
     force = np.full(of_force, np.nan, dtype=complex)
@@ -300,7 +305,8 @@ def explain(branch: Branch, parameter: Parameter) -> str:
 def _ended(branch: Branch, equation: Equation) -> str:
     """As `explain`, with the mean motion in which a branch drifts at its end, where it does so with
     more orders, too."""
-    problem, parameter = equation.balance.problem, equation.parameter
+    problem = equation.balance.problem
+    parameter = equation.parameter
     good = [point for point in branch.points if point.converged]
     if branch.end == "drift" and not _of_the_mean(good, equation.balance.nh):
         branch.end = "upright"

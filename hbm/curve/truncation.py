@@ -54,7 +54,9 @@ class TruncationEstimate:
         self, equation: Equation, rows: np.ndarray, stability: Stability | None = None
     ) -> None:
         balance = equation.balance
-        self.rows, self.equation, self.stability = rows, equation, stability
+        self.rows = rows
+        self.equation = equation
+        self.stability = stability
         self._low, self._high = ModalRows(rows), ModalRows(rows)
         self._wide = wider(balance)
         self._known: dict[int, tuple[Any, np.ndarray]] = {}
@@ -103,7 +105,9 @@ class TruncationEstimate:
     def change(self, here: Linearisation, point: Point) -> tuple[np.ndarray, np.ndarray]:
         """(m, H'+1) complex, m: the estimated change of the outputs at a solved point, linearised
         `here`; and (P, nd, nh') m, the motion of the contacts with it."""
-        H, P, nd = here.balance.H, len(here.balance.problem.contacts), here.balance.nd
+        H = here.balance.H
+        P = len(here.balance.problem.contacts)
+        nd = here.balance.nd
         found = np.zeros((len(self.rows), 2 * H + 2), dtype=complex)
         motion = self._wide.padded(here.x).reshape(P, nd, -1)
         if not here.forces.g.any():  # all stick: what the forces hold is the motion
@@ -165,14 +169,16 @@ def peak_multipliers(
 
 def wider(balance: HarmonicBalance) -> HarmonicBalance:
     """With orders up to 2 H + 1, and twice the samples: a quarter of their error is left."""
-    H, own = 2 * balance.H + 1, balance.grid.samples
+    H = 2 * balance.H + 1
+    own = balance.grid.samples
     samples = min(max(2 * own, balance.problem.law.default_samples(H)), MOST_SAMPLES)
     return HarmonicBalance(balance.problem, balance.forces, H, balance.given_start, samples)
 
 
 def _higher_orders(hb: HarmonicBalance, b: ContactForces, w: float, H: int) -> _High:
     """The orders above H, each by itself: u = -G (g + D u)."""
-    orders, into = np.arange(H + 1, hb.H + 1), hb.contact_receptance.into_of
+    orders = np.arange(H + 1, hb.H + 1)
+    into = hb.contact_receptance.into_of
     factors = hb.receptance.factors(w * orders)[0]
     g = fourier.to_complex(b.g[:, :, 2 * H :].reshape(b.g.shape[0] * hb.nd, -1))[:, 1:]
     rows = np.flatnonzero(g.any(axis=1))
@@ -199,7 +205,9 @@ def _higher_orders(hb: HarmonicBalance, b: ContactForces, w: float, H: int) -> _
 
 def _orders_apart(acting: ActiveContacts, G: np.ndarray, u: np.ndarray, H: int) -> np.ndarray:
     """As `kernels.orders_apart`, by LAPACK where the systems are large."""
-    n, (D, places) = len(acting.rows), (acting.D, acting.places)
+    n = len(acting.rows)
+    D = acting.D
+    places = acting.places
     if n <= FEW:
         return orders_apart(D, places, G, u, H)
     y = np.empty((n, u.shape[1]), dtype=complex)

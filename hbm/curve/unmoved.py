@@ -18,7 +18,8 @@ from tipdamp.hbm.continuation.settings import Settings
 
 def moves_contacts(balance: HarmonicBalance) -> bool:
     """Whether a mode that the vibrating forces excite reaches a contact, beyond rounding."""
-    shapes, force = np.abs(balance.shapes), np.abs(balance.force)
+    shapes = np.abs(balance.shapes)
+    force = np.abs(balance.force)
     reached = shapes.max(axis=0, initial=0.0)[:, None] * force
     return bool(
         reached.max(initial=0.0)
@@ -51,9 +52,11 @@ def follow_unmoved(
 def _around_resonances(balance: HarmonicBalance, low: float, high: float) -> np.ndarray:
     """Angular frequencies inside the band, in rising order, close where a forced mode is at its
     resonance."""
-    R, force = balance.receptance, np.abs(balance.force)
+    R = balance.receptance
+    force = np.abs(balance.force)
     if R.poles.size:
-        own, ratio = np.abs(R.poles), -R.poles.real / np.abs(R.poles)
+        own = np.abs(R.poles)
+        ratio = -R.poles.real / own
     else:
         own = np.sqrt(R.stiffness / np.maximum(R.mass, DEFAULT.light * R.mass.max()))
         ratio = R.ratio

@@ -50,7 +50,9 @@ class Finishing:
     `progress(value, 0.0, calls)` with the value at its end."""
 
     def __init__(self, progress: Progress | None, value: float) -> None:
-        self.progress, self.value, self.calls = progress, value, 0
+        self.progress = progress
+        self.value = value
+        self.calls = 0
 
     def __call__(self) -> None:
         self.calls += 1
@@ -65,10 +67,14 @@ class _ProgressLine:
     def __init__(
         self, stream: TextIO, first: float, last: float, unit: str, by_factors: bool = False
     ) -> None:
-        self.stream, self.unit, self.by_factors = stream, unit, by_factors
+        self.stream = stream
+        self.unit = unit
+        self.by_factors = by_factors
         self.first, self.last = self._place(first), self._place(last)
         self.began = time.monotonic()
-        self.next, self.points, self.width = self.began + PATIENCE, 0, 0
+        self.next = self.began + PATIENCE
+        self.points = 0
+        self.width = 0
         self.share = 0.0
 
     def __call__(self, value: float, step: float, calls: int) -> None:

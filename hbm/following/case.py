@@ -124,7 +124,9 @@ class Case:
         """Of the logarithm of what is extreme."""
         if self.what == "fold":
             return lambda found, tangent, length: tangent[1] / (found.w * length)
-        modal, orders, kind = ModalRows(self.rows[[column]]), self.orders, self.kind
+        modal = ModalRows(self.rows[[column]])
+        orders = self.orders
+        kind = self.kind
 
         def of_height(
             found: Linearisation, tangent: tuple[np.ndarray, float], length: float
@@ -149,13 +151,15 @@ class Case:
     def highest_at(self, value: float) -> tuple[Extreme | None, str]:
         """(the highest peak of the whole curve at a value, why it has none in words)."""
         curve, problem = self.curve(value)
-        top, whole = self._highest(curve, problem), curve.complete
+        top = self._highest(curve, problem)
+        whole = curve.complete
         return top, "" if whole or top else f"the curve has no peak, it {curve.ended}"
 
     def again(self, top: Extreme, value: float) -> Extreme | None:
         """A peak at another value, on the piece of the curve around it: no derivative is asked
         for."""
-        hz, settings = top.w / (2 * np.pi), replace(self.settings, parameter_share=SHARE)
+        hz = top.w / (2 * np.pi)
+        settings = replace(self.settings, parameter_share=SHARE)
         for wider in WIDER:
             side = AROUND * wider * hz
             try:

@@ -111,7 +111,8 @@ class Extremum:
     def _share(self, there: "ExtremumLinearisation") -> float:
         """Of e that counts beside R: less than all of it where rounding of the frequency alone
         moves it by more than the tolerance, as at a resonance of next to no damping."""
-        rounding, tolerance = ROUNDING * there.found.w, self.settings.tolerance
+        rounding = ROUNDING * there.found.w
+        tolerance = self.settings.tolerance
         way = there.metric.norm(*there.tangent) / max(abs(there.tangent[1]), 1e-300)
         if rounding * way <= tolerance:  # along the branch it does not, and no more across it
             return 1.0
@@ -130,7 +131,8 @@ class Extremum:
 
     def look_along(self, tangent: tuple[np.ndarray, float]) -> None:
         """Take a tangent for the way forward."""
-        self.along, self.recent = self.metric.border(*tangent), None
+        self.along = self.metric.border(*tangent)
+        self.recent = None
 
 
 @dataclass(frozen=True)
@@ -230,7 +232,8 @@ def metric_at(weights: np.ndarray, x: np.ndarray, w: float) -> Metric:
 
 def by_frequency(found: Linearisation) -> Linearisation:
     """The same point with the derivative by the frequency in place of that by a parameter."""
-    hb, orders = found.balance, np.arange(found.factors.shape[1])
+    hb = found.balance
+    orders = np.arange(found.factors.shape[1])
     rates = hb.receptance.factors(found.w * orders)[1]
     known = np.where(found.factors == 0, 1.0, found.factors)
     rate = orders * rates * (found.modal / known)

@@ -81,8 +81,10 @@ def follow_peak(
     """
     began = time.perf_counter()
     case, given, ends = _checked("peak", problem, forcing, parameter, between, options)
-    columns, kind = _columns(output, case.names), one_of("kind", kind, KINDS)
-    unit, shown = case.parameter.unit, interval("between", between)
+    columns = _columns(output, case.names)
+    kind = one_of("kind", kind, KINDS)
+    unit = case.parameter.unit
+    shown = interval("between", between)
     with watched(given.progress, *shown, unit, by_factors=True) as progress:
         case = replace(case, columns=columns, kind=kind, progress=progress)
         path = highest(case, _first(case, ends[0], None), ends)
@@ -115,7 +117,8 @@ def follow_fold(
     """
     began = time.perf_counter()
     case, given, ends = _checked("fold", problem, forcing, parameter, between, options)
-    unit, shown = case.parameter.unit, interval("between", between)
+    unit = case.parameter.unit
+    shown = interval("between", between)
     with watched(given.progress, *shown, unit, by_factors=True) as progress:
         case = replace(case, progress=progress)
         run = run_from(case, _first(case, ends[0], near), ends)
@@ -138,7 +141,8 @@ def _checked(
 ) -> tuple[Case, FollowOptions, tuple[float, float]]:
     """(case of the first output, options, values at both ends in units of the branch)."""
     given = given_options(FollowOptions, options, ("outputs",))
-    whole, problem = problem, contact_problem_of(problem)
+    whole = problem
+    problem = contact_problem_of(problem)
     if problem.varying is not None:
         raise InputError(
             "forces or matrices that depend on the frequency: a peak of theirs is not followed; "

@@ -24,7 +24,9 @@ from tipdamp.hbm.following.taken_up import (
 
 def highest(case: Case, top: Extreme, ends: tuple[float, float]) -> Path:
     """The highest peak from a top at the first of two values, in units of the branch."""
-    path, value, back = Path(case, ends), ends[0], None
+    path = Path(case, ends)
+    value = ends[0]
+    back = None
     for _ in range(MOST_TAKEN_UP):
         _add_forward(path, top, value, back)
         run = path.runs[-1]
@@ -70,7 +72,9 @@ def _add_forward(path: Path, top: Extreme, value: float, back: Run | None) -> No
 def _other(path: Path) -> tuple[Extreme | None, float]:
     """(the highest peak of the whole curve beyond the last run, the value there); None where it is
     that of the run, or none is left."""
-    case, run, last = path.case, path.runs[-1], path.ends[1]
+    case = path.case
+    run = path.runs[-1]
+    last = path.ends[1]
     end = run.points[-1].parameter
     known = case.heights(run.points[-1].detail.found)
     value = end if path.complete or run.enough else end + path.beyond

@@ -116,7 +116,8 @@ class Followed(ArrayRecord):
         Returns the axes. Raises InputError where matplotlib is not installed.
         """
         y = pictures.factor_of(unit) * self.height
-        color, runs = pictures.free_color(ax), np.cumsum(self.jumps)
+        color = pictures.free_color(ax)
+        runs = np.cumsum(self.jumps)
         lines = tuple(
             Curve(self.parameter[runs == k], y[runs == k], self.output * (not k), color)
             for k in np.unique(runs)

@@ -28,7 +28,8 @@ ASIDE = 0.5
 SHORT = 1e-4  # arc length of a chord that is rounding beside the tangents
 FIRST = 40  # evaluations within which a top is solved, or not at all
 LOWER = 1e-3  # of a height: by more a solution is a smooth maximum beside a top that is a kink
-SECANTS, AT_BORDER = 8, 1e-6  # to the border of the band; of its frequency
+SECANTS = 8  # to the border of the band
+AT_BORDER = 1e-6  # of the frequency of that border
 CRAWLS = 20  # steps in a row as short as that: a kink ends the branch
 LEAST = 1e-4  # arc length of a step over a peak: where none is that long it stands at a kink
 MET = {
@@ -121,7 +122,8 @@ def equation_of(case: Case, top: Extreme) -> Extremum:
     forward = np.zeros(len(top.x)), 1.0
     if case.what == "fold":  # there the frequency is no way forward
         forward = metric.border(top.x / metric.size, 0.0)
-    slope, grows = case.slope(top.column), case.what == "peak"
+    slope = case.slope(top.column)
+    grows = case.what == "peak"
     return Extremum(
         balance, case.parameter, slope, metric, top.w, forward, case.settings, grows=grows
     )
@@ -157,7 +159,8 @@ def run_from(
     left = watch.is_outside(branch.points[-1])
     if left:
         _to_the_border(case, equation, branch)
-    last, whole = branch.points[-1], len(branch.points)
+    last = branch.points[-1]
+    whole = len(branch.points)
     branch.points = branch.points[: _first_jump(equation, branch.points)]
     cut = len(branch.points) < whole or watch.short == CRAWLS
     enough = not (met or cut or left or branch.complete) and len(branch.points) > 1 and found(last)
@@ -171,7 +174,8 @@ def run_from(
 def _ended(run: Run, branch: Branch, watch: "_Watch", *, left: bool, met: bool, cut: bool) -> Run:
     """With the words on why it ends short of the value; left : it left the band; met : an extremum
     of the other kind; cut : where it jumps or crawls."""
-    case, last = watch.case, branch.points[-1]
+    case = watch.case
+    last = branch.points[-1]
     place = case.named(last.parameter)
     if left:
         return replace(run, why=f"at {place} the peak leaves the band")
@@ -205,10 +209,14 @@ class _Watch:
         found: Callable[[Point], bool],
         settings: Settings,
     ) -> None:
-        self.case, self.equation, self.found = case, equation, found
+        self.case = case
+        self.equation = equation
+        self.found = found
         first = begin.parameter / case.parameter.scale
         self.budget = Budget(settings, case.progress, first, len(equation.weights))
-        self.sign, self.short, self.refused = np.sign(begin.detail.curvature), 0, ""
+        self.sign = np.sign(begin.detail.curvature)
+        self.short = 0
+        self.refused = ""
 
     def evaluate(self, y: np.ndarray, p: float) -> ExtremumLinearisation:
         """As that of the equation."""
@@ -251,7 +259,8 @@ def begin_at(case: Case, top: Extreme, p: float) -> tuple[Extremum, Point | None
     y = equation.unknowns(top.x, top.w)
     begin = solve_fixed(equation.evaluate, y, p, equation.weights, case.settings, FIRST)
     if not begin.converged:  # once more with derivatives of every place, where they change fast
-        equation.near, equation.recent = 0.0, None
+        equation.near = 0.0
+        equation.recent = None
         begin = solve_fixed(equation.evaluate, y, p, equation.weights, case.settings, FIRST)
         equation.near = NEAR_DERIVATIVES
     if not begin.converged or case.what == "fold":
@@ -275,7 +284,8 @@ def near(found: Linearisation, x: np.ndarray, w: float) -> bool:
 def _to_the_meeting(equation: Extremum, branch: Branch, sense: float, settings: Settings) -> None:
     """End the branch where the parameter turns back: there maximum and minimum are one."""
     a, b = branch.points[-2:]
-    equation.near, equation.recent = 0.0, None
+    equation.near = 0.0
+    equation.recent = None
     metric = arc.metric_at(a, equation.weights)
 
     def measure(point: Point) -> arc.MeasuredPoint:

@@ -17,7 +17,8 @@ def highest_peak(
 ) -> tuple[np.ndarray, float, float] | None:
     """(x (n,), rad/s, amplitude) of the highest maximum of an output inside the band; None where
     there is none."""
-    j, heights = curve.column(name), curve.amplitude(kind)[:, curve.column(name)]
+    j = curve.column(name)
+    heights = curve.amplitude(kind)[:, j]
     maxima = local_maxima(heights, curve.jumps)
     if not maxima:
         return None
@@ -35,7 +36,8 @@ def highest_peak(
 
 def folds(curve: ForcedResponse) -> list[tuple[np.ndarray, float]]:
     """[(x (n,), rad/s)] of the points at which a curve turns back, in their order."""
-    f, good = curve.frequency, curve.converged & ~curve.jumps
+    f = curve.frequency
+    good = curve.converged & ~curve.jumps
     return [
         (curve.unknowns[i], 2 * np.pi * f[i])
         for i in range(1, len(f) - 1)

@@ -76,7 +76,9 @@ def stretch(
 ) -> Run:
     """The run from a top at the first of two values towards the second; where a kink stands at the
     peak, one of fitted places up to its end, or until `found`."""
-    case, (value, end), column = path.case, ends, top.column
+    case = path.case
+    value, end = ends
+    column = top.column
     if value == end:
         equation, begin = begin_at(case, top, value)
         if begin is not None:
@@ -98,7 +100,9 @@ def _past_a_kink(
 ) -> Run:
     """The run of fitted places of `stretch`, up to the first beside which the equation is solved
     again."""
-    case, (value, end), column = path.case, ends, top.column
+    case = path.case
+    value, end = ends
+    column = top.column
     points = [_fitted(equation, top, value)]
     way = np.sign(end - value)
     while value != end and not found(points[-1]):
@@ -137,7 +141,8 @@ def past_kinks(
 def _past(path: Path, run: Run, end: float) -> tuple[Extreme, tuple[float, float]] | None:
     """(the peak beyond the kink that ends a run, (its value, end)); None where the same peak is not
     found beside it."""
-    case, last = path.case, run.points[-1]
+    case = path.case
+    last = run.points[-1]
     if not run.kink:
         return None
     way = abs(path.beyond) * np.sign(end - last.parameter)
@@ -181,7 +186,8 @@ def continues(run: Run, top: Extreme) -> bool:
 def take_up(path: Path, top: Extreme, value: float) -> Run:
     """Follow another peak back to where it is as high as the runs, which end there; its run that
     ends at the top."""
-    why, end = path.runs[-1].why, path.runs[-1].points[-1].parameter
+    why = path.runs[-1].why
+    end = path.runs[-1].points[-1].parameter
     back, known = _back(path, top, value)
     crosses = _as_high(path, back[0])
     at = _on_the_curve(path, back[0], crosses)
@@ -231,7 +237,8 @@ def _back(path: Path, top: Extreme, value: float) -> tuple[list[Run], bool]:
 
     Where a run ends before, a whole curve tells the highest peak beyond its end, as on the way
     forward."""
-    case, first = path.case, path.ends[0]
+    case = path.case
+    first = path.ends[0]
 
     def until_lower(point: Point) -> bool:
         known = path.height(point.parameter)
@@ -255,7 +262,8 @@ def _back(path: Path, top: Extreme, value: float) -> tuple[list[Run], bool]:
         again = case.begin(value / case.parameter.scale)
         if again is None:
             break
-        height, more = path.height(value), HIGHER if exact else ABOUT
+        height = path.height(value)
+        more = HIGHER if exact else ABOUT
         if height is not None and height_of(case, again, value) <= (1 + more) * height:
             return runs, True
         top = again
@@ -265,7 +273,8 @@ def _back(path: Path, top: Extreme, value: float) -> tuple[list[Run], bool]:
 def _doubt(path: Path, known: bool) -> str:
     if known:
         return ""
-    path.doubtful, case = True, path.case
+    path.doubtful = True
+    case = path.case
     low, high = path.ends[0], path.runs[-1].values[0]
     if len(path.runs) > 1:
         low = path.runs[-2].values[0]
@@ -308,7 +317,8 @@ def _apart(path: Path, crosses: float, at: float) -> str:
 
 
 def _said(path: Path, at: float) -> str:
-    case, (a, b) = path.case, path.runs[-2:] if len(path.runs) > 1 else path.runs * 2
+    case = path.case
+    a, b = path.runs[-2:] if len(path.runs) > 1 else path.runs * 2
     low, high = (run.points[i].detail.found.w / (2 * np.pi) for run, i in ((a, -1), (b, 0)))
     if a.column != b.column:
         names = case.names[a.column], case.names[b.column]
@@ -325,7 +335,8 @@ def _said(path: Path, at: float) -> str:
 def _as_high(path: Path, back: Run) -> float:
     """The value from which on a run is higher than those of the path; solved there where it is
     between two places of both."""
-    case, sense = path.case, path.sense
+    case = path.case
+    sense = path.sense
     for _ in range(SECANTS):
         low, high, run = _enclosed(path, back)
         if run is None:

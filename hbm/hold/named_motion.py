@@ -66,7 +66,11 @@ def describe_motion(model: "ReducedModel", motion: np.ndarray) -> NamedMotion:
     words = ", ".join(f"{round(v, 2) + 0.0:.2f}" for v in vector)
     k = int(np.abs(vector).argmax())
     oblique = np.abs(np.delete(vector, k)).max() > HOLD.rigid
-    name = f"'about {'xyz'[k]}'" if turns else f"[{words}]" if oblique else f"'{'xyz'[k]}'"
+    name = f"'{'xyz'[k]}'"
+    if turns:
+        name = f"'about {'xyz'[k]}'"
+    elif oblique:
+        name = f"[{words}]"
     axis = f" through {_through(model.position[rows].mean(axis=0), part / size)}" if turns else ""
     return NamedMotion(
         f"body '{body}' {verb} ({words}){axis}", body, bool(left < HOLD.rigid), turns, name

@@ -43,7 +43,8 @@ UNSEEN = 1e-9
 LOWER = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6)  # times the first amplitude: where everything sticks
 # times the amplitude: steps of a tenth of it at most, so that slip does not begin in a wide one
 WIDEST = 4.0
-HALVINGS, CLOSE = 12, 1e-4  # of the way on which the first contact leaves; of the amplitude there
+HALVINGS = 12  # of the way on which the first contact leaves
+CLOSE = 1e-4  # of the amplitude at which it leaves
 # of the stuck frequency: a mode that is slower is no vibration any more
 SLOWEST = 1e-2
 
@@ -88,7 +89,8 @@ def backbone(
     >>> print(f"{mode.damping_ratio[0]:.1%} stuck, {mode.damping_ratio.max():.1%} at most")
     0.0% stuck, 6.5% at most
     """
-    began, at = time.perf_counter(), _check_amplitudes(amplitudes)
+    began = time.perf_counter()
+    at = _check_amplitudes(amplitudes)
     equation, rows, names = mode_equation(
         problem, mode, outputs, check_harmonics(harmonics), samples
     )
@@ -211,7 +213,8 @@ def _record(
     missed: Sequence[Any],
     made: tuple[int, float],
 ) -> Backbone:
-    (names, rows), (mode, seconds) = named, made
+    names, rows = named
+    mode, seconds = made
     points = [p for p in branch.points if p.converged]
     Q = np.array([p.detail.modal for p in points])
     shapes = equation.modes.shapes

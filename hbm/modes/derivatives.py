@@ -37,9 +37,11 @@ from tipdamp.hbm.validation import check_whole
 
 # of the half width of the peak, by the curvature of its top: distance of the points beside it
 BESIDE = 0.005
-# arc lengths: aside of the top for its curvature, and where that is not made anew, and where it is
+# arc lengths from the top: aside of it for its curvature, where that is not made anew, where it is
 # reached
-ASIDE, CLOSE, ON_TOP = 1e-3, 1e-5, 1e-10
+ASIDE = 1e-3
+CLOSE = 1e-5
+ON_TOP = 1e-10
 TOP_STEPS = 20  # at most, of the secant to the top
 COMMON = ("damping", "level")  # to all contacts
 EVERY = (*SETTINGS, *COMMON)
@@ -126,7 +128,8 @@ def point_derivatives(
         raise InputError(
             f"which = {which}: the curve has {len(found)} solutions at {value:g} Hz, from 0"
         )
-    evaluate, p = at.equation.evaluate, at.equation.parameter.scale * value
+    evaluate = at.equation.evaluate
+    p = at.equation.parameter.scale * value
     point = solve_fixed(evaluate, found[which].x, p, at.equation.weights)
     held = np.zeros(len(point.x)), 1.0
     by = {name: np.array([one[0] for one in at.by(point, held, name)]) for name in at.settings}
@@ -183,7 +186,8 @@ def _settings(problem: ContactProblem) -> list[str]:
 def springs_by(problem: ContactProblem, setting: str) -> np.ndarray:
     """(P, nd) N/m of the stuck springs by a relative change of a setting, in which they are
     linear."""
-    stiffness, none = problem.law.stuck_stiffness, ContactSetting(setting).scaled(problem, 0.0)
+    stiffness = problem.law.stuck_stiffness
+    none = ContactSetting(setting).scaled(problem, 0.0)
     return stiffness(problem.contacts) - stiffness(none)
 
 
@@ -191,19 +195,23 @@ class _AlongBranch:
     """Points of the branch on planes across it, at places z from a point of it."""
 
     def __init__(self, at: "_At", point: Point, metric: arc.Metric) -> None:
-        self.at, evaluate = at, at.equation.evaluate
+        self.at = at
+        evaluate = at.equation.evaluate
         here = evaluate(point.x, point.parameter)
         along = here.direction(*metric.border(np.zeros(len(point.x)), 1.0))[:2]
         if point.tangent is not None:
             along = point.tangent
         unit = metric.norm(*along)
-        self.point, self.along = point, (along[0] / unit, along[1] / unit)
+        self.point = point
+        self.along = (along[0] / unit, along[1] / unit)
         self.across = metric.border(*self.along)
 
     def solved(self, z: float) -> Point:
         """The point at z, with its tangent there."""
-        (dx, dp), (row, corner) = self.along, self.across
-        evaluate, weights = self.at.equation.evaluate, self.at.equation.weights
+        dx, dp = self.along
+        row, corner = self.across
+        evaluate = self.at.equation.evaluate
+        weights = self.at.equation.weights
         plane = Plane(self.point.x + z * dx, self.point.parameter + z * dp, row, corner)
         strict = replace(DEFAULT, tolerance=1e-3 * DEFAULT.tolerance)
         found = damped(evaluate, plane, weights, strict, 30)
@@ -251,7 +259,8 @@ class _At:
         measure: tuple[str, int | None],
         parameters: Sequence[ModelParameter],
     ) -> None:
-        problem, (kind, order) = contact_problem_of(problem), measure
+        problem = contact_problem_of(problem)
+        kind, order = measure
         if problem.reducible:
             problem.receptance()  # modes that hold for every contact
         self.equation, self.points = restored(curve, problem)
@@ -260,7 +269,8 @@ class _At:
                 f"derivatives: the curve runs over {curve.parameter_name}, must run over the "
                 "frequency"
             )
-        j, orders = curve.column(name), orders_of(kind, order, curve.H, curve.force_orders)
+        j = curve.column(name)
+        orders = orders_of(kind, order, curve.H, curve.force_orders)
         self.heights = np.where(curve.converged, curve.amplitude(kind, order)[:, j], np.nan)
         self.outputs = Outputs(curve.output_rows[[j]], kind, orders)
         self.rates = rates_of(problem, parameters, EVERY)
@@ -270,9 +280,11 @@ class _At:
         """At the top of the branch along a line."""
         z, height, curvature = line.top()
         h = BESIDE * np.sqrt(abs(height / curvature))
-        top, points = line.solved(z), [line.solved(z + h * s) for s in STENCIL]
+        top = line.solved(z)
+        points = [line.solved(z + h * s) for s in STENCIL]
         bend = SLOPES @ [line.slope(one)[1] for one in points] / h
-        scale, (_, dp) = self.equation.parameter.scale, top.tangent
+        scale = self.equation.parameter.scale
+        _, dp = top.tangent
         amplitude_by, frequency_by = {}, {}
         for name in self.settings:
             here = np.array(list(self.by(top, line.across, name))).reshape(-1, 2)
@@ -287,7 +299,8 @@ class _At:
     ) -> Iterator[tuple[float, float]]:
         """(amplitude, parameter) by a relative change of a setting, of one contact after the other,
         on a plane across the branch or at the parameter held."""
-        here, outputs = point.detail, self.outputs
+        here = point.detail
+        outputs = self.outputs
         X = outputs.at(here)
         own = self.rates.get(name)
         for modal in by_setting(here, name) if own is None else [-here.factors * own.push(here)]:
@@ -341,7 +354,9 @@ def by_factor(
 
 
 def _by_contacts(here: Linearisation, name: str) -> Iterator[np.ndarray]:
-    balance, P, nd = here.balance, len(here.balance.problem.contacts), here.balance.nd
+    balance = here.balance
+    P = len(balance.problem.contacts)
+    nd = balance.nd
     rates = ContactSetting(name).force_rate(balance, _terms(here), 1.0)
     springs = _springs(balance, name)
     further = _ratios_follow(here, springs) if springs.any() else None
@@ -351,7 +366,8 @@ def _by_contacts(here: Linearisation, name: str) -> Iterator[np.ndarray]:
 
 
 def _terms(here: Linearisation) -> Terms:
-    balance, none = here.balance, np.zeros_like(here.modal)
+    balance = here.balance
+    none = np.zeros_like(here.modal)
     u = here.x.reshape(-1, balance.nd, balance.nh)
     return Terms(u, here.w, here.whole_forces(), none, here.factors, none)
 
@@ -378,7 +394,8 @@ def _ratios_follow(here: Linearisation, springs: np.ndarray) -> np.ndarray:
 
     A function of a matrix changes by its divided differences [Daleckii, Krein 1965]:
     `Receptance.damping_shares`."""
-    balance, K = here.balance, here.balance.H + 1
+    balance = here.balance
+    K = balance.H + 1
     at = np.flatnonzero(springs)
     P = _normal_modes(balance)[at]
     m = P.shape[1]

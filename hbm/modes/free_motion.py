@@ -56,7 +56,8 @@ class ModeEquation:
     @property
     def damping_ratio(self) -> float:
         """Of the stuck mode."""
-        m, damping = self.modes, self.modes.damping
+        m = self.modes
+        damping = m.damping
         own = damping[self.mode] if damping.ndim == 1 else damping[self.mode, self.mode]
         return float(0.5 * own / np.sqrt(m.stiffness[self.mode] * m.mass[self.mode]))
 
@@ -129,9 +130,11 @@ class ModeEquation:
     def coordinates(self, flexibility: np.ndarray, force: np.ndarray, a: complex) -> np.ndarray:
         """(H+1, m) under modal forces, with the amplitude a in place of the equation of the
         mode."""
-        force, j = force.copy(), self.mode
+        force = force.copy()
+        j = self.mode
         force[1, j] = 0.0
-        Q, free = times(flexibility, force), self.along(flexibility)
+        Q = times(flexibility, force)
+        free = self.along(flexibility)
         Q[1] += (a - self.row @ Q[1]) / (self.row @ free) * free
         return Q
 
@@ -171,7 +174,8 @@ class ModeLinearisation(Bordered):
 
     def moved(self, dx: np.ndarray, da: float) -> "ModeLinearisation":
         """This at x + dx, amplitude + da, linearised."""
-        of, step = self.of, self.of.frequency * dx[-2]
+        of = self.of
+        step = of.frequency * dx[-2]
         du = self.a * of.unit * dx[:-2] + of.unit * self.x[:-2] * da
         dg = np.zeros(len(du)).reshape(-1, of.balance.nh)
         dg[self._rows] = self._derivative(du).reshape(-1, of.balance.nh)
@@ -181,7 +185,8 @@ class ModeLinearisation(Bordered):
 
     def restoring(self, away: np.ndarray) -> np.ndarray:
         """As `tipdamp.hbm.balance.newton.Linearisation.restoring`."""
-        of, hb = self.of, self.of.balance
+        of = self.of
+        hb = of.balance
         g = np.zeros((hb.n_components, hb.nh))
         g[:, 0] = hb.regularisation(self.forces) * away[:-2][:: hb.nh]
         if not g.any():
@@ -208,7 +213,8 @@ class ModeLinearisation(Bordered):
     @cached_property
     def _rows(self) -> np.ndarray:
         """Components whose force changes."""
-        forces, nd = self.forces, self.of.balance.nd
+        forces = self.forces
+        nd = self.of.balance.nd
         components = forces.contacts[:, None] * nd + np.arange(nd)
         return components[forces.active[forces.contacts]]
 
@@ -234,7 +240,9 @@ class ModeLinearisation(Bordered):
         of the contacts (nc nh, 3) and force on the mode (2, 3)."""
         if self.parts:
             return self.parts
-        of, hb, n = self.of, self.of.balance, len(self._rows) * self.of.balance.nh
+        of = self.of
+        hb = of.balance
+        n = len(self._rows) * hb.nh
         system = np.empty((n, n))
         if n:
             components = (self.forces.contacts[:, None] * hb.nd + np.arange(hb.nd)).ravel()
@@ -260,7 +268,8 @@ class ModeLinearisation(Bordered):
 
     def _receptance(self, to: np.ndarray, at: np.ndarray) -> np.ndarray:
         """(len(to), len(at), H+1) complex between components, the amplitude kept."""
-        of, A = self.of, self.flexibility
+        of = self.of
+        A = self.flexibility
         left, right = of.modes.at_contacts[to], of.modes.at_contacts[at]
         if A.ndim == 2:
             G = (left[None] * A[:, None]) @ right.T
@@ -268,7 +277,8 @@ class ModeLinearisation(Bordered):
         else:
             G = left @ (A @ right.T)
             first = A[1] @ right.T
-        free, own = of.along(A), first.copy()
+        free = of.along(A)
+        own = first.copy()
         # the force on the mode itself does not enter its coordinate
         own -= np.outer(free, right[:, of.mode])
         own -= np.outer(free, of.row @ own) / (of.row @ free)
@@ -293,7 +303,9 @@ class ModeLinearisation(Bordered):
     def _bordered(
         self, R: np.ndarray, row: np.ndarray, corner: float, value: float
     ) -> tuple[np.ndarray, float, float]:
-        of, a, size = self.of, self.a, self.a * self.of.unit
+        of = self.of
+        a = self.a
+        size = a * of.unit
         _, _, sign, columns, by_mode = self._factorised()
         if not sign:
             return np.full_like(R, np.nan), np.nan, 0.0

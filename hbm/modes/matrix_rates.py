@@ -29,7 +29,8 @@ class MatrixRates:
 
     def push(self, here: Linearisation) -> np.ndarray:
         """(m, H+1) modal force that a motion resists more."""
-        q, w = here.displacement(), here.w * np.arange(here.balance.H + 1)
+        q = here.displacement()
+        w = here.w * np.arange(here.balance.H + 1)
         push = (
             self.K @ q + 1j * w * (self.C @ q) - w**2 * (self.M @ q) + 1j * (self.D @ q) * (w > 0)
         )

@@ -44,7 +44,8 @@ class StuckModalSystem:
         own = self.stiffness - (W**2 + 2j * W * zeta * w) * self.mass
         if self.damping.ndim == 1:
             return own + 1j * W * self.damping
-        coupled, every = 1j * W[:, :, None] * self.damping, np.arange(len(self.mass))
+        coupled = 1j * W[:, :, None] * self.damping
+        every = np.arange(len(self.mass))
         coupled[:, every, every] += own
         return coupled
 
@@ -92,7 +93,8 @@ def stuck_modes(problem: ContactProblem) -> StuckModalSystem:
     """Of a problem; InputError where a damping matrix stands beside motions that are free or held
     in the mean."""
     known = problem.receptance()
-    held, e = len(known.constraint_forces), known.free
+    held = len(known.constraint_forces)
+    e = known.free
     if not known.poles.size:
         m = len(known.mass)
         moves = np.ones((2, m + e + held), dtype=bool)

@@ -42,7 +42,8 @@ if TYPE_CHECKING:
 
 FINER = 20  # places between two points of the backbone
 NEARER = 0.5 ** np.arange(1, 12)  # of the last way to the peak: places on it
-NEWTON, SOLVED = 20, 1e-9  # steps for a frequency; what is left of W / w0
+NEWTON = 20  # steps for a frequency
+SOLVED = 1e-9  # what is left of W / w0
 SLOW = 1e-9  # of a contact force: less of it does not depend on the speed
 SAME = 1e-6  # of a stuck frequency: by more it is another problem
 SOLVES = 1e-3  # residual of a free motion, whose samples are not known: by more likewise
@@ -89,7 +90,8 @@ class Synthesis(ArrayRecord):
     said: str
 
     def __repr__(self) -> str:
-        name, hz = str(self.output_names[0]), self.frequency
+        name = str(self.output_names[0])
+        hz = self.frequency
         top = "{1:.4g} m at {0:.6g} Hz".format(*self.peak(name)) if self.peak_reached else "none"
         said = f"; {self.said}" if self.said else ""
         return (
@@ -230,7 +232,8 @@ class _OverAmplitude:
 
     @classmethod
     def of(cls, mode: Backbone, problem: ContactProblem) -> "_OverAmplitude":
-        s, a = np.arange(len(mode.amplitude)), mode.amplitude
+        s = np.arange(len(mode.amplitude))
+        a = mode.amplitude
         structure = _ratios_of_structure(mode, problem)
         columns = {
             "amplitude": np.log(a),
@@ -305,7 +308,8 @@ def _excited_at(pull: np.ndarray, zeta: Sequence[np.ndarray], side: float) -> np
     |D|^2 - least = (v - v0)^2 (v^2 + 2 v0 v + 3 v0^2 - 2 c), which Newton's method solves from the
     solution without damping of the contacts."""
     v0, least = _least(*zeta)
-    rest, c = np.sqrt(np.maximum(pull**2 - least, 0.0)), 1 - 2 * zeta[0] ** 2
+    rest = np.sqrt(np.maximum(pull**2 - least, 0.0))
+    c = 1 - 2 * zeta[0] ** 2
     v = np.sqrt(np.maximum(v0**2 + side * rest, 0.0))
     for _ in range(NEWTON):
         h = np.maximum(v**2 + 2 * v0 * v + 3 * v0**2 - 2 * c, 1e-300)
@@ -319,7 +323,8 @@ def _excited_at(pull: np.ndarray, zeta: Sequence[np.ndarray], side: float) -> np
 def _ratios_of_structure(mode: Backbone, problem: ContactProblem) -> np.ndarray:
     """(n,) damping ratio of a backbone that is not the contacts': all of it where a law depends on
     the speed of the motion, as a dashpot does."""
-    psi, w0 = mode.shape, 2 * np.pi * mode.frequency
+    psi = mode.shape
+    w0 = 2 * np.pi * mode.frequency
     if _by_speed(problem, psi[-1], w0[-1]):
         return mode.damping_ratio
     if problem.C is not None:
@@ -356,7 +361,8 @@ def _same_equation(mode: Backbone, problem: ContactProblem) -> ModeEquation:
     free motions none with the contacts of the problem."""
     fits = mode.shape.shape[1] == len(problem.K)
     if fits:
-        modes, j = stuck_modes(problem), mode.mode - 1
+        modes = stuck_modes(problem)
+        j = mode.mode - 1
         hz = np.sqrt(modes.stiffness[j] / modes.mass[j]) / (2 * np.pi)
         fits = abs(hz / mode.stuck_frequency - 1) < SAME
     if not fits:
@@ -393,17 +399,21 @@ def _others_in_motion(
     """Share of an output that is of the other modes, at most, where every contact has the stiffness
     and damping that it has in harmonic 1 of free motion i: with slip the modes lie elsewhere than
     stuck."""
-    here, modes = equation.evaluate(mode.unknowns[i], mode.amplitude[i]), equation.modes
+    here = equation.evaluate(mode.unknowns[i], mode.amplitude[i])
+    modes = equation.modes
     vibrates = modes.moves[1]
-    shapes, S = modes.shapes[:, vibrates], modes.at_contacts[:, vibrates]
-    psi, Z = here.modal[1, vibrates], modes.impedance(W, 0.0, 1)[1]
+    shapes = modes.shapes[:, vibrates]
+    S = modes.at_contacts[:, vibrates]
+    psi = here.modal[1, vibrates]
+    Z = modes.impedance(W, 0.0, 1)[1]
     Z = np.diag(Z[vibrates]) if Z.ndim == 1 else Z[np.ix_(vibrates, vibrates)]
     u = S @ psi
     g = fourier.to_complex(here.forces.g.reshape(len(u), -1))[:, 1]
     moves = np.abs(u) > STILL * np.abs(u).max()
     springs = np.where(moves, g, 0.0) / np.where(moves, u, 1.0)
     Z = Z + (S.T * springs) @ S
-    push, rows = shapes.T @ F, mode.output_rows @ shapes
+    push = shapes.T @ F
+    rows = mode.output_rows @ shapes
     own = psi * (psi.conj() @ push) / (psi.conj() @ Z @ psi)
     whole = np.linalg.solve(Z, push)
     return float((np.abs(rows @ (whole - own)) / np.maximum(np.abs(rows @ whole), 1e-300)).max())
@@ -436,7 +446,8 @@ def _solved(
     x = fourier.to_real(u).reshape(len(W), -1)
     size = np.linalg.norm(balance.weights * x, axis=1).max()
     metric = Metric(balance.weights, size, NEARBY * W.max())
-    found, where = [], np.zeros(len(W), dtype=bool)
+    found = []
+    where = np.zeros(len(W), dtype=bool)
     for i in range(len(W)):
         before, after = max(i - 1, 0), min(i + 1, len(W) - 1)
         across = metric.border(x[after] - x[before], W[after] - W[before])

@@ -34,7 +34,9 @@ def require(
         )
     above = number > low if open_low else number >= low
     if not np.all(np.isfinite(number) & above & (number <= high)):
-        lower = f"{'>' if open_low else '>='} {low:g}" if np.isfinite(low) else "finite numbers"
+        lower = "finite numbers"
+        if np.isfinite(low):
+            lower = f"{'>' if open_low else '>='} {low:g}"
         upper = f" and <= {high:g}" if np.isfinite(high) else ""
         raise InputError(
             f"{name} = {value!r} is out of range: allowed "

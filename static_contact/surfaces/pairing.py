@@ -144,14 +144,11 @@ def _match(
     worst = max(distance.max(), back.max())
     if unmatched or len(np.unique(nearest)) < len(nearest):
         shared = len(nearest) - len(np.unique(nearest))
-        advice = (
-            f"{shared} share their nearest partner with another: the two surfaces need the same "
-            "nodes"
-            if shared
-            else "the two surfaces need the same nodes"
-            if len(blade) != len(damper)
-            else f"tolerance = {shown(1.1 * worst)} would match them"
-        )
+        advice = "the two surfaces need the same nodes"
+        if shared:
+            advice = f"{shared} share their nearest partner with another: {advice}"
+        elif len(blade) == len(damper):
+            advice = f"tolerance = {shown(1.1 * worst)} would match them"
         advice += (
             '; unlike meshes meet as surfaces: [contact] method = "auto" or "surfaces" with '
             "kn_per_area, "

@@ -293,9 +293,9 @@ def _last_way(
 ) -> str:
     """What is done to a model, or how the stiffness is given; '' where neither."""
     if one.model == "given":
-        return "given " + (
-            "per area" if side.kn_per_area else "in total" if side.kn_total else "per node"
-        )
+        if side.kn_per_area:
+            return "given per area"
+        return "given in total" if side.kn_total else "given per node"
     if contact.fit_hz is not None:
         return f"fitted to {contact.fit_hz:g} Hz, factor {fitted:.4g}"
     return f"declared factor {one.scale:g}" if one.scale != 1 else ""

@@ -123,11 +123,9 @@ def _loose_pieces(study: Study, name: str, mesh: Mesh) -> Iterator[str]:
     )
     if pieces > 1 and (idle or name == DAMPER):
         sizes = sorted(np.bincount(label).tolist(), reverse=True)
-        said = (
-            f"{len(idle)} of them {'is' if len(idle) == 1 else 'are'} {how}"
-            if idle
-            else "each floats by itself"
-        )
+        said = "each floats by itself"
+        if idle:
+            said = f"{len(idle)} of them {'is' if len(idle) == 1 else 'are'} {how}"
         yield (
             f"{name}: the mesh consists of {pieces} pieces that share no node (of "
             f"{', '.join(map(str, sizes[:5]))}{', ...' if pieces > 5 else ''} nodes); {said}"

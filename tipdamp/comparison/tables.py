@@ -124,7 +124,7 @@ def _best(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
         if name not in optima:
             continue
         one, stated = optima[name], results.study.reference.get(f"{phase}_rank")
-        none = "none" if one.idle else "any" if one.flat else ""
+        none = _no_best(one)
         first, common = lowest.get(name, (0, 0))
         yield {
             "phase": in_words(phase),
@@ -139,6 +139,13 @@ def _best(comparison: ComparedStudies, phase: Phase) -> Iterator[Row]:
             "lowest": f"{first} of {common}" if common else NOTHING,
             "paper": NOTHING if stated is None else f"{stated:g}",
         }
+
+
+def _no_best(one: Optimum) -> str:
+    """The word in the place of a best Fc/Fe that is none; '' where there is one."""
+    if one.idle:
+        return "none"
+    return "any" if one.flat else ""
 
 
 def _rank(rank: dict[str, int], name: str) -> str:

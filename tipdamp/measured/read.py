@@ -77,11 +77,12 @@ def _from_universal(
             f"{', '.join(map(repr, QUANTITIES))}"
         )
     places = tuple(f"point {k}" for k in range(1, len(hz) + 1))
-    factor, per_newton = (
-        _unit(settings, quantity)
-        if settings.unit
-        else (_labelled(label, quantity, source) if label else to_si, True)
-    )
+    factor = to_si
+    per_newton = True
+    if settings.unit:
+        factor, per_newton = _unit(settings, quantity)
+    elif label:
+        factor = _labelled(label, quantity, source)
     if not per_newton:
         raise InputError(
             f"{source}: a frequency response function is per newton; unit = '{settings.unit}/N'"

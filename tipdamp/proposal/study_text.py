@@ -225,7 +225,9 @@ def _stiffness(side: SmoothSide, found: Proposal) -> list[str]:
         if side.area
         else (side.pairs, " of each node", f"N/{length}")
     )
-    factor = 1.0 if length == "m" else 1e-9 if side.area else 1e-3
+    factor = 1.0
+    if length != "m":
+        factor = 1e-9 if side.area else 1e-3
     kn, kt = factor * side.kn / per, factor * side.kt / per
     return [
         f"# half-spaces of {made_of(found)}: kn{what} = {kn:.2g}, kt{what} = {kt:.2g} {unit}; "

@@ -26,13 +26,11 @@ def group_comment(found: Proposal, body: str, meaning: str, wanted: bool) -> str
 
 def group_names(groups: Sequence[str]) -> str:
     """A group, a list of several, or the mark where there is none."""
-    return (
-        ASK
-        if not groups
-        else quoted(groups[0])
-        if len(groups) == 1
-        else f"[{', '.join(map(quoted, groups))}]"
-    )
+    if not groups:
+        return ASK
+    if len(groups) == 1:
+        return quoted(groups[0])
+    return f"[{', '.join(map(quoted, groups))}]"
 
 
 def command_again(files: Iterable[str], pull: float | None) -> str:

@@ -206,9 +206,11 @@ def _elements(f: AbaqusFile, options: dict[str, str], data: Sequence[str], where
             "each): cut off or damaged"
         )
     rows = whole(found, where).reshape(-1, per + 1)
-    f.scope.elements.append((per if solid else -1 if line else 0, rows[:, 0], rows[:, 1:]))
+    mark = per
     if not solid:
+        mark = -1 if line else 0
         f.sheets[kind] = f.sheets.get(kind, 0) + len(rows)
+    f.scope.elements.append((mark, rows[:, 0], rows[:, 1:]))
     if "ELSET" in options:
         f.scope.add("ELSET", options["ELSET"], rows[:, 0])
 

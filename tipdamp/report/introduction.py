@@ -38,23 +38,22 @@ def _preload(results: Results) -> Iterator[str]:
         yield f"{load} presses the damper against the blades with {forces}."
 
 
+def _what_keeps(tune: TuneResult) -> str:
+    if tune.table:
+        return f"its table {tune.table} keeps"
+    if not tune.target_hz:
+        return "the study keeps"
+    detached = "area" if tune.area else "stations"
+    return f"detaching {detached} (target {tune.target_hz:g} Hz) leaves"
+
+
 def _kept(results: Results) -> Iterator[str]:
     tune = results.tune
     if tune is not None:
-        how = (
-            f"its table {tune.table} keeps"
-            if tune.table
-            else "the study keeps"
-            if not tune.target_hz
-            else (
-                f"detaching {'area' if tune.area else 'stations'} (target {tune.target_hz:g} Hz) "
-                "leaves"
-            )
-        )
         whole, kept = _likest(tune, words_of(results.study.tune.follow))
         yield (
             f"With all pairs stuck {whole} at {hertz(tune.stuck_hz.full_area)} Hz; "
-            f"{how} {tune.kept_in_words.replace('mm2', 'mm²')}, with which {kept} at "
+            f"{_what_keeps(tune)} {tune.kept_in_words.replace('mm2', 'mm²')}, with which {kept} at "
             f"{hertz(tune.stuck_hz.tuned)} Hz."
         )
 

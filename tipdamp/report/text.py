@@ -93,9 +93,9 @@ def sentence(warning: str) -> str:
 def listing(parts: Iterable) -> str:
     """'a, b and c'."""
     parts = [str(p) for p in parts]
-    return (
-        parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}" if parts else ""
-    )
+    if len(parts) < 2:
+        return "".join(parts)
+    return f"{', '.join(parts[:-1])} and {parts[-1]}"
 
 
 def names_of_pairs(names: Iterable[str]) -> str:

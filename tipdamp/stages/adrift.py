@@ -27,8 +27,11 @@ def adrift(
 
     contact - the model and its kept pairs; force (r,) N for a level of 1 N
     """
-    (model, kept), settings = contact, study.respond
-    closed, level, hold = kept.select(kept.preload > 0), max(settings.levels), damper_hold(study)
+    model, kept = contact
+    settings = study.respond
+    closed = kept.select(kept.preload > 0)
+    level = max(settings.levels)
+    hold = damper_hold(study)
     if not free or hold.motions or not len(closed):
         return
     rows = {str(i): row for i, row in enumerate(relative_motion(model, closed).toarray())}
@@ -41,7 +44,8 @@ def adrift(
         rows,
     ).reshape(-1, len(closed), 3)
     needed = (np.linalg.norm(u[:, :, :2], axis=2) * closed.kt * closed.weight).sum(axis=1).max()
-    given, motions = (closed.mu * closed.preload).sum(), [one.name for one in free]
+    given = (closed.mu * closed.preload).sum()
+    motions = [one.name for one in free]
     if needed > given:
         yield (
             f"{only_friction.said(motions)}, and at {level:g} N its contacts would need "

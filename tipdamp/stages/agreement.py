@@ -114,7 +114,8 @@ def _half_power(hz: np.ndarray, values: Sequence[np.ndarray]) -> MeasuredDamping
 
 def _zeta(study: Study, store: Store) -> float:
     """MeasuredDamping ratio of the stuck mode nearest to the tracked frequency."""
-    zeta, tune = study.respond.damping_ratio, TuneResult.load(store)
+    zeta = study.respond.damping_ratio
+    tune = TuneResult.load(store)
     mode = int(np.abs(np.array(tune.stuck_modes_hz.tuned) - tune.stuck_hz.tuned).argmin())
     return zeta[min(mode, len(zeta) - 1)]
 

@@ -95,7 +95,8 @@ class Assembly:
         dict[str, np.ndarray],
     ]:
         closed = self.kept.select(self.kept.preload > 0)
-        force, zeta = level * self.curves.force, ratio(settings.damping_ratio)
+        force = level * self.curves.force
+        zeta = ratio(settings.damping_ratio)
         if self.open_modes is not None and len(self.open_modes.own) == self.vibrating.size:
             zeta = self.open_modes.own
         return self.vibrating, closed, force, hz, zeta, self.curves.rows
@@ -116,20 +117,25 @@ def assembled(study: Study, store: Store, responded: bool = False) -> Assembly:
     model = ReducedModel.load(store.path("model.npz"))
     table = ContactTable.load(store.path("kept.csv"))
     model = with_springs(model, table, declared_springs(study, table, table.preload > 0))
-    kept, law = table.select(table.carrying), study.respond.law.make()
+    kept = table.select(table.carrying)
+    law = study.respond.law.make()
     force = excitation(study, model)
     rest = _friction_at_rest(study, store, model, table, law)
-    rows, held = outputs(study, model), damper_hold(study).on(model, kept)
+    rows = outputs(study, model)
+    held = damper_hold(study).on(model, kept)
     if responded:
         shapes = kept_shapes(store, held)
     else:
         largest = max(study.respond.levels) * force
         loads = [largest] if rest.static is None else [largest, rest.static]
         shapes = shapes_of(study, model, kept, loads, held)
-    small, there, static = model, held, rest.static
+    small = model
+    there = held
+    static = rest.static
     if shapes is not None:
         small, there = shapes.model, shapes.held
-        force, rows = force @ shapes.basis, {name: r @ shapes.basis for name, r in rows.items()}
+        force = force @ shapes.basis
+        rows = {name: r @ shapes.basis for name, r in rows.items()}
         static = None if static is None else static @ shapes.basis
     problem, _, doubts = doubted_problem(
         small, kept, law, ("preloaded", static, ratio(study.respond.damping_ratio), ())

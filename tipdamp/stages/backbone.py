@@ -51,8 +51,10 @@ FILES = "backbone.npz", "backbone.csv"  # where it was
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def backbone(study: Study, store: Store, tick: Tick) -> list[str]:
     """The mode that [backbone] asks for, with the kept pairs in the model."""
-    curves, patch = assembled(study, store, responded=True).curves, shown_patch(study)
-    asked, finest = study.backbone, families(RespondResult.load(store).responses)[-1]
+    curves = assembled(study, store, responded=True).curves
+    patch = shown_patch(study)
+    asked = study.backbone
+    finest = families(RespondResult.load(store).responses)[-1]
     peaks = {one.Fe_N: one.patches[patch] for one in finest}
     modes, rest = stuck_modes(curves.problem), modes_at_rest(curves.problem)
     number = _number(study, store, modes, rest)
@@ -104,7 +106,8 @@ def _followed(
     amplitudes: Sequence[float],
 ) -> Backbone:
     """The mode of that number from the first amplitude to the last, m, of the first output."""
-    way, orders = np.log(amplitudes[-1] / amplitudes[0]), named_orders(study.respond.harmonics)
+    way = np.log(amplitudes[-1] / amplitudes[0])
+    orders = named_orders(study.respond.harmonics)
 
     def progress(amplitude: float, step: float, calls: int) -> None:
         share = float(np.log(amplitude / amplitudes[0]) / way)
@@ -153,7 +156,8 @@ def modes_at_rest(problem: ContactProblem) -> ModesAtRest | None:
 
 
 def _number(study: Study, store: Store, modes: StuckModalSystem, rest: ModesAtRest | None) -> int:
-    asked, hz = study.backbone, modes.frequencies / (2 * np.pi)
+    asked = study.backbone
+    hz = modes.frequencies / (2 * np.pi)
     if asked.mode is None:
         near = asked.near_hz or TuneResult.load(store).stuck_hz.tuned
         if rest is None or asked.near_hz:

@@ -48,7 +48,8 @@ def curve_result(
     ways : the curve, and where it was followed back, that too; beside : {file: curve} found beside
     it
     """
-    (curve, *back), held = ways, problem.held
+    curve, *back = ways
+    held = problem.held
     patches = {
         patch: peak_of(curve, in_patch(curve.output_names, patch)) for patch in settings.patches
     }
@@ -208,7 +209,8 @@ def peak_of(curve: ForcedResponse, outputs: np.ndarray) -> Peak:
         peaks = np.array([curve.peak(n) for n in names])
     if np.isfinite(peaks).all():
         most = _first_solved(curve, names, peaks[:, 1])
-        (hz, top), largest = peaks[most], names[most]
+        hz, top = peaks[most]
+        largest = names[most]
         if not curve.at_border(largest):
             return Peak(
                 peak_hz=hz,

@@ -45,7 +45,8 @@ def cycles(study: Study, store: Store, tick: Tick) -> list[str]:
     half_widths = {
         name: one.half_width_m for name, one in PreloadResult.load(store).stiffness.items()
     }
-    found, said = list[PeakCycle](), list[str]()
+    found = list[PeakCycle]()
+    said = list[str]()
     slid: list[tuple[Slide, CurveResult]] = []
     files: list[str] = []
     finest = families(respond.responses)[-1]

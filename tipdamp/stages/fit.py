@@ -33,7 +33,8 @@ HARMONICS = 3  # where the study leaves their number to be found
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def fit(study: Study, store: Store, tick: Tick) -> list[str]:
     """Fit what [fit] asks for to its measured curves, with the kept pairs in the model."""
-    settings, facts = study.fit, MeasuredResult.load(store).curves
+    settings = study.fit
+    facts = MeasuredResult.load(store).curves
     names = settings.curves or tuple(facts)
     for name in names:
         _check_fits(study, name, facts)
@@ -41,7 +42,8 @@ def fit(study: Study, store: Store, tick: Tick) -> list[str]:
     runs = []
     for name in names:
         hz, mean, *_ = load_band(store.path(facts[name].file))
-        level, rows = facts[name].level_N, _rows(study, name, curves.rows)
+        level = facts[name].level_N
+        rows = _rows(study, name, curves.rows)
         runs.append(MeasuredResponse(hz, level * mean, rows, level))
     tick(None, f"{len(names)} curves")
     with python_warnings.catch_warnings():
@@ -107,7 +109,8 @@ def result(found: DampingFit, names: Sequence[str], facts: Sequence[MeasuredFact
 
 def _rows(study: Study, name: str, rows: Mapping[str, np.ndarray]) -> np.ndarray:
     """(m, r) outputs at the place that was measured."""
-    place, names = study.measured[name].response or study.respond.patches[0], list(rows)
+    place = study.measured[name].response or study.respond.patches[0]
+    names = list(rows)
     mine = in_patch(names, place) | (np.array(names) == place)
     if not mine.any():
         raise InputError(f"[measured.{name}] response = '{place}': {nearest(place, names)}")

@@ -39,7 +39,8 @@ def fit_factor(
     The preload is solved again for every factor, without friction: pairs that are open at rest do
     not stick. Raises InputError where no factor reaches the frequency.
     """
-    assembly, goal = StuckAssembly(model), study.contact.fit_hz or 0.0
+    assembly = StuckAssembly(model)
+    goal = study.contact.fit_hz or 0.0
     follow = free_shapes(study, model)[study.tune.follow]
     damper = damper.factored_once()
 

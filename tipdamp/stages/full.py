@@ -87,7 +87,8 @@ def _solved(study: Study, pairs: ContactTable, comm: Any, tick: Tick) -> tuple[F
     """The solution, the same on every rank, and the dofs of the full model."""
     if study.contact.normal == "hard":
         pairs = pairs.replace(kn=np.full(len(pairs), np.inf))
-    meshes, extra = read_meshes(study), int(np.isinf(pairs.kn[pairs.carrying]).sum())
+    meshes = read_meshes(study)
+    extra = int(np.isinf(pairs.kn[pairs.carrying]).sum())
     bodies = (
         assemble_bodies(study, meshes, tick)
         if comm.size == 1
@@ -119,7 +120,8 @@ def _distributed(study: Study, meshes: dict[str, Mesh], comm: Any, extra: int) -
         parts.append(
             Part(mesh, material, name, clamp=clamp, free=name == DAMPER, other_materials=others)
         )
-    bodies, met = distributed_bodies(parts, comm, extra), surface_points(study, meshes)
+    bodies = distributed_bodies(parts, comm, extra)
+    met = surface_points(study, meshes)
     return (
         bodies
         if met is None

@@ -133,7 +133,8 @@ def _of_pairs(study: Study, pairs: ContactTable, angles: np.ndarray | None = Non
 def _of_place(study: Study, mesh: Mesh, pairs: ContactTable) -> list[str]:
     """Where the pull alone turns the damper about what no contact resists, which `preload`
     refuses."""
-    direction, held = study.driver.pull_direction, loads.damper_hold(study).directions(pairs)
+    direction = study.driver.pull_direction
+    held = loads.damper_hold(study).directions(pairs)
     if study.loads or pair_checks.pull_warnings(pairs, direction, held):
         return []
     nodes, forces = loads.pulled(study, mesh)
@@ -190,7 +191,8 @@ def _weighed(
     figures = _by_meshes(study, meshes, counts) or _by_matrices(
         study, meshes, contact, counts, tick
     )
-    found, warnings = {}, []
+    found = {}
+    warnings = []
     for name, of_body in figures.items():
         whole = moving_mass(
             meshes[name],

@@ -42,7 +42,8 @@ def keep(
 
     tune = study.tune
     load = np.ones(len(line)) if options.load is None else options.load
-    area, found = np.zeros(len(line)), patches(line, study.contact.normal == "hard")
+    area = np.zeros(len(line))
+    found = patches(line, study.contact.normal == "hard")
     for patch in found:
         area[patch.rows] = patch.loaded
     mirrors = mirrors_of(line, area, load, study.driver.axis, study.driver.pull_direction)

@@ -210,7 +210,8 @@ def _check_held(study: Study, kept: ContactTable, balance: Balance) -> None:
 def _resolved(contact: ContactAtRest, whole: WholeAtRest) -> KeptPreload:
     """Static contact solved again on the kept pairs alone."""
     damper = contact.damper
-    balance, friction = damper.loads.balance, damper.friction
+    balance = damper.loads.balance
+    friction = damper.friction
     if friction is None:
         result = contact.solve(damper.loads.at_rest, constrain=True)
         return KeptPreload(
@@ -236,7 +237,8 @@ def _resolved(contact: ContactAtRest, whole: WholeAtRest) -> KeptPreload:
 def _scaled(whole: WholeAtRest, line: ContactTable) -> KeptPreload:
     """The whole map's part on the kept stations, scaled to the side forces of equilibrium."""
     carrying = np.flatnonzero(line.carrying)
-    kept, tangential = line.select(carrying), whole.tangential
+    kept = line.select(carrying)
+    tangential = whole.tangential
     if tangential is None:
         forces = whole.balance.equilibrium(whole.pairs)
     else:
@@ -245,7 +247,9 @@ def _scaled(whole: WholeAtRest, line: ContactTable) -> KeptPreload:
     done = redistribute(whole.pairs, kept, forces)
     preload = line.preload.copy()
     preload[carrying] = done.pairs.preload
-    moved, along, moment = None, np.zeros((len(kept), 2)), done.moment
+    moved = None
+    along = np.zeros((len(kept), 2))
+    moment = done.moment
     if tangential is not None:
         along = redistribute_friction(whole.pairs, tangential, done)
         moment = done.with_friction(whole.pairs, tangential, along)

@@ -57,7 +57,8 @@ def target(study: Study, store: Store) -> Target | None:
             raise InputError(
                 f"[tune] target_from = '{name}': the measured curve has no peak that can be trusted"
             )
-        hz, spread = curve.peak_hz, DEVIATIONS * (curve.peak_hz_deviation or 0.0)
+        hz = curve.peak_hz
+        spread = DEVIATIONS * (curve.peak_hz_deviation or 0.0)
         scatter = spread if scatter is None else scatter
     return None if hz is None else Target(hz, scatter or 0.0)
 
@@ -110,7 +111,10 @@ class KeptSearch:
         def report(step: Step, share: float) -> None:
             tick(0.8 * share, f"{step.front} + {step.back} stations  {step.hz:.0f} Hz")
 
-        study, assembly, line, options = self.study, self.assembly, self.line, self.options
+        study = self.study
+        assembly = self.assembly
+        line = self.line
+        options = self.options
         hz = self.goal.hz if self.goal else None
         if study.tune.kept:
             found = self._of_table(follow)
@@ -124,7 +128,8 @@ class KeptSearch:
 
     def _of_table(self, follow: np.ndarray) -> Detachment:
         """The pairs of the user's own table."""
-        own, touching = kept_table.read(self.study, self.line), self.options.load
+        own = kept_table.read(self.study, self.line)
+        touching = self.options.load
         if self.study.tune.preload == "table":
             touching = own.preload
         whole = own.replace(weight=np.where(own.weight > 0, 1.0, self.line.weight))

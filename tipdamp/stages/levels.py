@@ -66,7 +66,9 @@ def _tried(
 ) -> tuple[tuple[TriedHarmonics, ...], tuple[CurveCase, ...], bool]:
     """What the finished curves of more and more harmonics came to; all curves, of which the last
     may have to be made; whether the last meets the tolerance."""
-    tried, cases, within = list[TriedHarmonics](), list[CurveCase](), False
+    tried = list[TriedHarmonics]()
+    cases = list[CurveCase]()
+    within = False
     further: int | None = first_orders()
     while further is not None:
         case = CurveCase(Fe, further, settings.band, tolerance=settings.tolerance)

@@ -17,7 +17,8 @@ from tipdamp.study.view import Study
 
 def measured(study: Study, store: Store, tick: Tick) -> list[str]:
     """Read every measured curve, and write its mean and band as CSV."""
-    facts, said = {}, []
+    facts = {}
+    said = []
     for k, (name, settings) in enumerate(study.measured.items()):
         tick(k / len(study.measured), name)
         try:

@@ -57,7 +57,8 @@ class WholePatch:
 
     def lines(self, pulled: ContactTable) -> list[LineContact]:
         """The cylinders that touch along a line under the preload of these pairs."""
-        damper, E_star = self.contact.damper, {n: one.E_star_Pa for n, one in self.made.items()}
+        damper = self.contact.damper
+        E_star = {n: one.E_star_Pa for n, one in self.made.items()}
         return narrow_lines(pulled, damper.axis, damper.radius, E_star)
 
 
@@ -76,12 +77,14 @@ class PatchAtRest:
 def preload(study: Study, store: Store, tick: Tick) -> list[str]:
     """Unilateral static contact of the whole patch under the pull, or the case in its place: the
     preload map."""
-    model, reduced = ReducedModel.load(store.path("model.npz")), ReduceResult.load(store)
+    model = ReducedModel.load(store.path("model.npz"))
+    reduced = ReduceResult.load(store)
     damper = damper_at_rest(study, model, reduced.reduction)
     pairs, made, doubts = _with_stiffness(study, store, model, damper, reduced.side_materials)
     tick(0.2, f"{len(pairs)} pairs on {damper.bodies.model.size} dofs")
     patch = WholePatch(ContactAtRest(damper, pairs), made, doubts)
-    found, cases = _solved(store, patch.contact), _load_cases(store, patch.contact)
+    found = _solved(store, patch.contact)
+    cases = _load_cases(store, patch.contact)
     _result(patch, found, cases).save(store)
     files = ["preload_friction.csv"] if damper.friction else []
     files += [case.file for case in cases.values()]
@@ -100,7 +103,8 @@ def _with_stiffness(
     """The pairs with kn, kt, mu and gap, what the stiffness of each side was made from, and
     warnings of a fit."""
     pairs = ContactTable.load(store.path("pairs.csv"))
-    balance, fitted = damper.loads.balance, 1.0
+    balance = damper.loads.balance
+    fitted = 1.0
     doubts: list[str] = []
 
     def scaled(factor: float) -> ContactTable:
@@ -127,8 +131,10 @@ def _solved(store: Store, contact: ContactAtRest) -> PatchAtRest:
 def _result(
     patch: WholePatch, rest: PatchAtRest, cases: dict[str, LoadCasePreload]
 ) -> PreloadResult:
-    contact, found = patch.contact, rest.solution
-    pairs, pulled = contact.pairs, preload_map(found, contact.pairs)
+    contact = patch.contact
+    found = rest.solution
+    pairs = contact.pairs
+    pulled = preload_map(found, contact.pairs)
     slides = contact.rounds.slides(found.displacement, found.force)
     reactions = {
         "the pull": rest.facts.get("reactions", {}),
@@ -195,7 +201,8 @@ def _frictionless(contact: ContactAtRest) -> PatchAtRest:
 
 def _with_friction(store: Store, contact: ContactAtRest, friction: Friction) -> PatchAtRest:
     """The state at the end of the history; writes preload_friction.csv."""
-    damper, pairs = contact.damper, contact.pairs
+    damper = contact.damper
+    pairs = contact.pairs
     state = friction_history.solve(contact, friction, damper.loads.history)
     with store.writing("preload_friction.csv") as path:
         friction_history.save(path, pairs, state.tangential, state.slider, state.slips)

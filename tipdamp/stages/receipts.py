@@ -76,7 +76,8 @@ def find(asked: Asked) -> Receipt | None:
         folder, mark = read_from(asked)
         with _held(folder):
             kept = json.loads(_fitting(folder / ".stages" / _name(asked)).read_bytes())
-            state, receipt = _state(asked.verb, folder, mark), Receipt(*kept["receipt"])
+            state = _state(asked.verb, folder, mark)
+            receipt = Receipt(*kept["receipt"])
             if kept["state"] != state or kept["check"] != _hash([state, receipt]):
                 return None
             return receipt if receipt.needs_bytes <= available_bytes() else None
@@ -95,7 +96,8 @@ def keep(asked: Asked | None, before: tuple[Path, str] | None, receipt: Receipt)
         return
     folder, mark = before
     with suppress(*UNUSABLE):
-        name, state = _name(asked), _state(asked.verb, folder, mark)
+        name = _name(asked)
+        state = _state(asked.verb, folder, mark)
         content = {"receipt": receipt, "state": state, "check": _hash([state, receipt])}
         aside = folder / ".stages" / f".tmp-{os.getpid()}-{name}"
         aside.unlink(missing_ok=True)

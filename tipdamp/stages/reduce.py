@@ -74,7 +74,8 @@ def _free(study: Study, blades: ReducedModel) -> dict[str, Any]:
 def free_response(study: Study, blades: ReducedModel, limits: tuple[float, float]) -> FreeResponse:
     """Linear response without damper, per newton: largest over each patch.          [Zucca 2016,
     figure 2]"""
-    rows, force = outputs(study, blades), excitation(study, blades)
+    rows = outputs(study, blades)
+    force = excitation(study, blades)
     hz, x = linear_response_with_peaks(
         blades, None, force, np.linspace(*limits, 801), ratio(study.free.damping_ratio), rows
     )

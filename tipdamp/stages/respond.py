@@ -52,8 +52,10 @@ from tipdamp.study.view import Study
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def respond(study: Study, store: Store, tick: Ticker, workers: Workers) -> list[str]:
     """Forced response of the kept pairs at every excitation level and every number of harmonics."""
-    settings, assembly = study.respond, assembled(study, store)
-    curves, kept = assembly.curves, assembly.kept
+    settings = study.respond
+    assembly = assembled(study, store)
+    curves = assembly.curves
+    kept = assembly.kept
     free = PreloadResult.load(store).free_motions
     for text in adrift(study, free, (assembly.vibrating, kept), curves.force):
         # before the curves: the first point may not be found
@@ -85,13 +87,17 @@ def _judged(
 ) -> tuple[list[CurveResult], dict[str, float]]:
     """The results of the curves, each with its ways, and {file: how far it is off the linear
     response} of those on which nothing slips."""
-    curves, kept = assembly.curves, assembly.kept
-    found, shapes, difference = list[CurveResult](), [], {}
+    curves = assembly.curves
+    kept = assembly.kept
+    found = list[CurveResult]()
+    shapes = []
+    difference = {}
     # the damping is that of all kept pairs stuck: the linear response is the same where none is
     # open at rest
     alike = curves.problem.law.components == ALL_SPRINGS and (kept.preload > 0).all()
     for level, cases in asked:
-        there, curve = cases[0], curves.load(cases[0])
+        there = cases[0]
+        curve = curves.load(cases[0])
         ways = curve, *map(curves.load, cases[1:])
         one = curve_result(settings, kept, curves.problem, there, ways, curves.beside(there))
         one = one.model_copy(update={"tried": level.tried, "within_tolerance": level.within})
@@ -217,7 +223,8 @@ def _look_beside(
     missing = [case for case in search.cases if not curves.finished(case)]
     branches = level_branches(curves, search) if missing else []
     following = [(case, branches) for case in missing]
-    total, done = len(branches) + len(following), 0
+    total = len(branches) + len(following)
+    done = 0
     for work, tasks in ((cross_levels, branches), (follow_further, following)):
         before = done
 
@@ -258,7 +265,8 @@ def stuck_difference(
 def line(store: Store) -> str:
     """Numbers of curves, of their points, and of what is missing."""
     found = RespondResult.load(store)
-    (partial, curves), points = incomplete(found), sum(c.points for c in found.responses)
+    partial, curves = incomplete(found)
+    points = sum(c.points for c in found.responses)
     failed = sum(c.failed_points for c in both_ways(found))
     back = f" ({curves} with those followed back)" if curves > len(found.responses) else ""
     missing = f", {peakless} without a peak" if (peakless := without_peak(found)) else ""

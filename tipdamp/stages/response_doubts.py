@@ -244,10 +244,12 @@ def _not_the_tracked(found: Sequence[CurveResult], store: Store) -> Iterator[str
     to stuck: the level at which that is first so."""
     if store.record("tune") is None or store.record("reduce") is None:
         return
-    tune, free = TuneResult.load(store), ReduceResult.load(store).free_hz
+    tune = TuneResult.load(store)
+    free = ReduceResult.load(store).free_hz
     ends = [tune.stuck_hz.tuned, *(hz for name, hz in free.items() if name not in tune.other_modes)]
     low, high = (1 - LIMITS.near) * min(ends), (1 + LIMITS.near) * max(ends)
-    modes, tuned = np.array(tune.stuck_modes_hz.tuned), tune.stuck_hz.tuned
+    modes = np.array(tune.stuck_modes_hz.tuned)
+    tuned = tune.stuck_hz.tuned
 
     def is_of_it(hz: float) -> bool:
         """Between its ends, or softened by slip and still nearer to it than to another one."""

@@ -73,7 +73,8 @@ def run_stage(
             return "skipped"
         if force:
             stage.forget(store)
-        began, processes = time.perf_counter(), (workers or Workers(),) * stage.parallel
+        began = time.perf_counter()
+        processes = (workers or Workers(),) * stage.parallel
         with store.running(name) as before, _named(study):
             with progress(name, quiet=quiet) as tick:
                 more = stage.work(_view(name, study), store, tick, *processes)

@@ -67,7 +67,8 @@ def stress(study: Study, store: Store, tick: Tick) -> list[str]:
         point = highest_point(case, curve)
         if point is not None:
             q = motion_of_bodies(assembly, curve, point)
-            hz, model = float(curve.frequency[point]), assembly.model
+            hz = float(curve.frequency[point])
+            model = assembly.model
             each = [_vibration(study, one, q[model.body == one.name], hz) for one in bodies]
             found.append(_at_peak(store, case, hz, each))
     unbalanced = {one.name: one.unbalanced for one in bodies if one.stressed.whole.body.free}
@@ -86,7 +87,8 @@ class Vibration(NamedTuple):
 
     def place(self, node: int) -> StressPlace:
         """What is known at the node of an index."""
-        mesh, fields = self.body.stressed.on_mesh.mesh, self.fields
+        mesh = self.body.stressed.on_mesh.mesh
+        fields = self.fields
         return StressPlace(
             body=self.body.name,
             node=mesh.node[node],
@@ -105,10 +107,14 @@ def _vibration(study: Study, one: BodyAtRest, q: np.ndarray, hz: float) -> Vibra
 
 def _at_peak(store: Store, case: CurveResult, hz: float, each: Sequence[Vibration]) -> PeakStress:
     """The places of the largest stress and the least safety; writes vibration_*.vtu."""
-    files, stem = list[str](), case.file.rpartition("/")[2].removesuffix(".npz")
-    places, least = list[StressPlace](), list[StressPlace]()
+    files = list[str]()
+    stem = case.file.rpartition("/")[2].removesuffix(".npz")
+    places = list[StressPlace]()
+    least = list[StressPlace]()
     for one in each:
-        mesh, fields, safety = one.body.stressed.on_mesh.mesh, one.fields, one.safety
+        mesh = one.body.stressed.on_mesh.mesh
+        fields = one.fields
+        safety = one.safety
         known = np.isfinite(safety).any()
         shown = {
             "mean von Mises stress (Pa)": fields.mean,

@@ -52,8 +52,10 @@ def tune(study: Study, store: Store, tick: Tick) -> list[str]:
     """Detach stations until the stuck frequency meets the target; the kept pairs carry the pull."""
     model = ReducedModel.load(store.path("model.npz"))
     whole = WholeAtRest.load(study, store, model)
-    line, assembly = inputs.line_of(study, whole.pairs), StuckAssembly(model)
-    shapes, goal = free_shapes(study, model), target(study, store)
+    line = inputs.line_of(study, whole.pairs)
+    assembly = StuckAssembly(model)
+    shapes = free_shapes(study, model)
+    goal = target(study, store)
     follow = shapes.pop(study.tune.follow)
     options = detachment(study, whole, line, goal)
     search = KeptSearch(study, assembly, line, goal, options)
@@ -106,7 +108,8 @@ def tracked_modes(study: Study, store: Store) -> dict[str, StuckModes]:
     model alone."""
     model = ReducedModel.load(store.path("model.npz"))
     whole = ContactTable.load(store.path("preload.csv"))
-    assembly, closed = StuckAssembly(model), whole.preload > 0
+    assembly = StuckAssembly(model)
+    closed = whole.preload > 0
     return {
         name: Stuck.of(study, assembly, shape, whole, closed, above_hz=SHOWN_BELOW_HZ).modes
         for name, shape in free_shapes(study, model).items()

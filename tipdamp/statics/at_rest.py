@@ -79,7 +79,8 @@ class ContactAtRest:
     @cached_property
     def frictionless(self) -> StaticContact:
         """On the springs kn, or with hard contact where the study says so."""
-        bodies, pairs = self.damper.bodies, self.pairs
+        bodies = self.damper.bodies
+        pairs = self.pairs
         return StaticContact(
             bodies.model,
             pairs.replace(kn=np.full(len(pairs), np.inf)) if self.damper.hard else pairs,

@@ -41,7 +41,8 @@ def solve(
     Raises InputError where the history ends before the last.
     """
     names, loads = zip(*through, strict=True)
-    bodies, pairs = contact.damper.bodies, contact.frictionless.pairs
+    bodies = contact.damper.bodies
+    pairs = contact.frictionless.pairs
     slipping = FrictionalContact(bodies.model, pairs, friction=friction.limit, stuck=bodies.stuck)
 
     def after_each_load(gaps: np.ndarray) -> list[FrictionState]:

@@ -49,7 +49,8 @@ def keep_stress(
 ) -> list[str]:
     """stress_blades.vtu and stress_damper.vtu of the displacements (n, 3) m at rest; the names of
     what was written."""
-    files, what = list[str](), load.name.removeprefix("the ")
+    files = list[str]()
+    what = load.name.removeprefix("the ")
     for i, (one, shape) in enumerate(shapes):
         name = one.body.name
         tick(0.4 + 0.3 * i, f"stresses of the {name}")
@@ -172,15 +173,19 @@ class WholeBody:
 
         A free body is held where it takes no force; what is not balanced is taken up by its inertia
         (inertia relief)."""
-        body, b, R = self.body, len(self.boundary), self.rigid
-        held, lost = np.empty(0, dtype=int), 0.0
+        body = self.body
+        b = len(self.boundary)
+        R = self.rigid
+        held = np.empty(0, dtype=int)
+        lost = 0.0
         if R.shape[1]:
             lost = _unbalanced(R, force)
             force = force - body.M @ (R @ np.linalg.solve(R.T @ (body.M @ R), R.T @ force))
             held = sl.qr(R[self.boundary].T, mode="r", pivoting=True)[1][: R.shape[1]]
         inside = self.factor.solve(force[self.interior])
         condensed = (force - body.K[:, self.interior] @ inside)[self.boundary]
-        q, moves = np.zeros((b + len(self.omega), 1)), np.setdiff1d(np.arange(b), held)
+        q = np.zeros((b + len(self.omega), 1))
+        moves = np.setdiff1d(np.arange(b), held)
         q[moves, 0] = sl.solve(self.S[np.ix_(moves, moves)], condensed[moves], assume_a="pos")
         u = self.recover(q)
         u[self.interior, 0] += inside
@@ -232,7 +237,8 @@ class Stressed:
 def whole_bodies(study: Study, store: Store, tick: Tick) -> list[Stressed]:
     """The bodies, assembled again, with the modes that `reduce` kept of them and the stiffness of
     its model, to which no springs are added."""
-    model, found = ReducedModel.load(store.path("model.npz")), []
+    model = ReducedModel.load(store.path("model.npz"))
+    found = []
     with open_npz(store.path(KEPT)) as kept:
         for one in meshed_bodies(study, tick):
             body = one.body

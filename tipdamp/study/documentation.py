@@ -189,6 +189,8 @@ def _default(section: type[StudySection], name: str) -> str:
 
 
 def _range(key: Key) -> str:
-    low = f"{'>' if key.open_low else '≥'} {key.low:g}" if np.isfinite(key.low) else ""
+    low = ""
+    if np.isfinite(key.low):
+        low = f"{'>' if key.open_low else '≥'} {key.low:g}"
     high = f"≤ {key.high:g}" if np.isfinite(key.high) else ""
     return ", ".join(part for part in (low, high) if part)

@@ -251,11 +251,9 @@ def _ranged(schema: dict, key: Key) -> dict:
     """The schema with the range of the key on every number; None, which TOML does not know, is left
     out."""
     if schema.get("type") in ("number", "integer"):
-        low = (
-            {"exclusiveMinimum" if key.open_low else "minimum": key.low}
-            if np.isfinite(key.low)
-            else {}
-        )
+        low = {}
+        if np.isfinite(key.low):
+            low = {"exclusiveMinimum" if key.open_low else "minimum": key.low}
         return {**schema, **low, **({"maximum": key.high} if np.isfinite(key.high) else {})}
     if "anyOf" in schema:
         found = [_ranged(one, key) for one in schema["anyOf"] if one.get("type") != "null"]

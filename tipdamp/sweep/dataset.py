@@ -164,7 +164,9 @@ def _column(cases: Sequence[Case], key: str) -> np.ndarray:
 
 
 def _written(value: Any) -> str:
-    return "" if value is None else value if isinstance(value, str) else json.dumps(value)
+    if isinstance(value, str):
+        return value
+    return "" if value is None else json.dumps(value)
 
 
 def _written_out(name: str, value: Any) -> Any:

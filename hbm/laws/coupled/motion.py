@@ -71,8 +71,10 @@ def motion(c: np.ndarray, t: float, e: np.ndarray, at: np.ndarray) -> None:
 @njit(cache=True)
 def basis_rate(e: np.ndarray, m: int) -> float:
     """Rate of term m of the basis e (nh,) of an instant."""
+    if m == 0:
+        return 0.0
     k = (m + 1) // 2
-    return 0.0 if m == 0 else k * (e[m + 1] if m % 2 else -e[m - 1])
+    return k * (e[m + 1] if m % 2 else -e[m - 1])
 
 
 @njit(cache=True)

@@ -106,7 +106,11 @@ def one_period(contact: Contact, r: np.ndarray, panel: Panel, sums: Sums) -> tup
             begin = t
             t, psi, h, stops, done = slip_through(contact, t, stop, psi, h, limit, panel, sums)
             slid, work = slid + t - begin, work + done
-            state = STICK if stops else (OPEN if t >= stop else SLIP)
+            state = SLIP
+            if stops:
+                state = STICK
+            elif t >= stop:
+                state = OPEN
             motion(contact.c, t, e, at)
             limit = at[LIMIT]
             r[0], r[1] = at[P1] - at[LIMIT] * np.cos(psi), at[P2] - at[LIMIT] * np.sin(psi)

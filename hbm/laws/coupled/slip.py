@@ -310,7 +310,11 @@ def slip_through(
         left = stop - t
         if left <= SETTINGS.narrowest:
             return stop, psi, h, False, work
-        width = left if left <= h else (0.5 * left if left < 2 * h else h)
+        width = h
+        if left <= h:
+            width = left
+        elif left < 2 * h:
+            width = 0.5 * left
         error = collocate(contact, t, width, psi, panel)
         growth = 0.8 * (SETTINGS.degree / max(error, 1e-300)) ** (1 / STAGES)
         if error > SETTINGS.degree and width > SETTINGS.narrowest:

@@ -218,7 +218,11 @@ def after_contact(
     """(state, slider) of a contact that closes at break i: pushed only where the opening interval
     overtakes it, so that at rest u' is at most mu/kt N'."""
     marks = breaks.marks
-    state = FORWARD if marks[i, RATES] > 0 else (BACKWARD if marks[i, RATES + 1] < 0 else STICK)
+    state = STICK
+    if marks[i, RATES] > 0:
+        state = FORWARD
+    elif marks[i, RATES + 1] < 0:
+        state = BACKWARD
     w, u_rate, _ = series(u, marks[i, AT])
     if state == STICK:
         closing = series(N, marks[i, AT])[1]

@@ -149,7 +149,11 @@ def tangent_deviation(
             add_integrals(pieces[q, BEGIN], pieces[q, END], C[state - 1], S[state - 1])
     for state in (FORWARD, BACKWARD, OPEN):
         if C[state - 1, 0] != 0:
-            pushed = mu if state == FORWARD else (-mu if state == BACKWARD else 0.0)
+            pushed = 0.0
+            if state == FORWARD:
+                pushed = mu
+            elif state == BACKWARD:
+                pushed = -mu
             moving = kt, kn, pushed, preload
             work += add_moving(into, u, un, moving, C[state - 1], S[state - 1])
     return work

@@ -77,7 +77,11 @@ def _slid(
         gamma[:, k, p, d, d] = kt if sticks else 0.0
         memory[k, p, d] = -kt if sticks else 0.0
         if law.normal:
-            away = slope if state == FORWARD else -slope if state == BACKWARD else 0.0
+            away = 0.0
+            if state == FORWARD:
+                away = slope
+            elif state == BACKWARD:
+                away = -slope
             gamma[:, k, p, d, law.count] = away
 
 

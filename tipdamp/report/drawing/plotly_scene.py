@@ -64,10 +64,13 @@ def figure_of(scene: Scene) -> Any:
 
 def _visible(scene: Scene, case: str) -> list[bool | str]:
     """Of each item while a case is chosen: what belongs to none always is."""
-    return [
-        ("legendonly" if i.name in scene.hidden else True) if i.case in ("", case) else False
-        for i in scene.items
-    ]
+    found: list[bool | str] = []
+    for item in scene.items:
+        if item.case not in ("", case):
+            found.append(False)
+        else:
+            found.append("legendonly" if item.name in scene.hidden else True)
+    return found
 
 
 def space(box: np.ndarray, eye: tuple, up: tuple) -> dict:

@@ -60,11 +60,9 @@ def _load(results: Results) -> Iterator[tuple[str, str]]:
         )
     for hold in drive.hold:
         name, unit, _ = parse_motion(hold.motion)
-        spring = (
-            "1e-5 of what sticking pairs resist it with"
-            if hold.stiffness is None
-            else f"{hold.stiffness:g} {unit}/{'m' if unit == 'N' else 'rad'}"
-        )
+        spring = "1e-5 of what sticking pairs resist it with"
+        if hold.stiffness is not None:
+            spring = f"{hold.stiffness:g} {unit}/{'m' if unit == 'N' else 'rad'}"
         yield (
             f"held: {name} of the damper",
             (
@@ -158,6 +156,14 @@ def _stiffness(made: SideStiffness) -> str:
     return ", ".join(parts)
 
 
+def _what_moves_it(tune: TuneResult) -> str:
+    if tune.area:
+        return "a part of the area is detached"
+    if tune.line_is_whole:
+        return "stations are detached"
+    return "the force of each station is moved to its kept row"
+
+
 def _kept(results: Results, tune: TuneResult) -> Iterator[tuple[str, str]]:
     if tune.roll_stiffness_Nm_per_rad or not tune.line_is_whole:
         yield (
@@ -178,14 +184,7 @@ def _kept(results: Results, tune: TuneResult) -> Iterator[tuple[str, str]]:
         yield "preload of what is kept", f"scaled to the whole load: {scale}"
         yield (
             "moment balanced by a constraint in the static solution",
-            f"{moment(done, results.axis)}: "
-            + (
-                "a part of the area is detached"
-                if tune.area
-                else "stations are detached"
-                if tune.line_is_whole
-                else "the force of each station is moved to its kept row"
-            ),
+            f"{moment(done, results.axis)}: {_what_moves_it(tune)}",
         )
     else:
         yield (
