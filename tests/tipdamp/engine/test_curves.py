@@ -35,7 +35,7 @@ from tipdamp.hbm.result import ForcedResponse
 from tipdamp.hbm.search.beside import Search
 from tipdamp.report.results import ReportedCurve, Results
 from tipdamp.report.subjects import peaks, response
-from tipdamp.stages import respond
+from tipdamp.stages import response_doubts
 from tipdamp.stages.curve_facts import curve_result
 from tipdamp.study.schema import Respond
 
@@ -194,7 +194,7 @@ def test_curves_that_are_found_beside_one(tmp_path, made):
     assert found.closed and found.complete
     assert found.highest_m > 18 * facts.peak_m
     assert found.from_hz < 0.93 * HZ < found.to_hz
-    (said,) = respond._beside(facts)
+    (said,) = response_doubts._beside(facts)
     assert "lies a further curve, detached, over 0.1153 to 0.1542 Hz" in said
     reported = ReportedCurve(facts, curve, tuple(beside.values()))
     assert peaks._trusted(Results(study=None), reported)["beside"] == "1"
