@@ -52,7 +52,7 @@ def _none(*shape: int, dtype: type = float) -> Any:
     return field(default_factory=lambda: np.empty(shape, dtype))
 
 
-def _of_point(known: np.ndarray, i: int) -> np.ndarray:
+def _row_if_known(known: np.ndarray, i: int) -> np.ndarray:
     """What is known of a point; empty where it is of none."""
     return known[i] if known.size else np.empty(0, known.dtype)
 
@@ -234,8 +234,10 @@ class ForcedResponse(ArrayRecord):
         i = range(len(self))[index(i)]
         P = len(self.carrying)
         forces = self.contact_force[i] if self.contact_force.size else np.empty((P, 0, self.H + 1))
-        of_point: dict[str, Any] = {name: getattr(self, name)[i] for name in OF_POINT}
-        of_point |= {name: _of_point(vars(self)[name], i) for name in ("truncation", "multipliers")}
+        at_point: dict[str, Any] = {name: getattr(self, name)[i] for name in OF_POINT}
+        at_point |= {
+            name: _row_if_known(vars(self)[name], i) for name in ("truncation", "multipliers")
+        }
         return PeriodicSolution(
             frequency=float(self.frequency[i]),
             output_names=tuple(self.output_names.tolist()),
@@ -249,7 +251,7 @@ class ForcedResponse(ArrayRecord):
             periods=self.periods,
             stable=bool(self.stable[i]),
             unstable=bool(self.unstable[i]),
-            **of_point,
+            **at_point,
         )
 
     def __iter__(self) -> Iterator["PeriodicSolution"]:

@@ -70,12 +70,11 @@ def overlap(damper: Surface, blade: Surface, reach: float = DEFAULT.reach) -> Ov
     corners = Corners.of(kinds)
     sums = Sums(corners.first[-1], len(damper.mesh.node), len(blade.mesh.node))
     covers = []
+    gap = reach_of(damper.mesh, reach)
     for one, first in zip(mine, corners.first, strict=False):
         covers.append(_Cover(one.facets))
         for other in theirs:
-            for points, *pieces in _pieces(
-                one, other, (first, corners.first[-1]), reach_of(damper.mesh, reach)
-            ):
+            for points, *pieces in _pieces(one, other, (first, corners.first[-1]), gap):
                 sums.add(points)
                 covers[-1].add(*pieces)
     return _with_covers(

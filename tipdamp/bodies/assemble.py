@@ -1,6 +1,7 @@
 """The finite-element bodies of a study: materials, supports, and the nodes that they are reduced
 onto."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -65,10 +66,12 @@ class MeshedBody:
         return nodal_stress(self.mesh, self.material, u, self.others)
 
 
-def meshed_bodies(study: Study, tick: Tick = lambda *_: None) -> list[MeshedBody]:
-    """[blades, damper] of the study, read and assembled."""
+def meshed_bodies(
+    study: Study, cases: Iterable[str] | None = None, tick: Tick = lambda *_: None
+) -> list[MeshedBody]:
+    """[blades, damper] of the study, read and assembled, with `loads` as of `with_loads`."""
     meshes = read_meshes(study)
-    bodies = with_loads(study, assemble_bodies(study, meshes, tick), meshes)
+    bodies = with_loads(study, assemble_bodies(study, meshes, tick), meshes, cases)
     return [
         MeshedBody(body, meshes[body.name], *materials(study, meshes[body.name])) for body in bodies
     ]

@@ -1,7 +1,7 @@
 """Loads of a study: the pull, the further load cases ([loads.NAME]), and the blades at speed
 ([rotation])."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -38,6 +38,11 @@ class RestLoad(NamedTuple):
     def name(self) -> str:
         """What it is called."""
         return f"the load case '{self.case}'" if self.case else "the pull"
+
+    @property
+    def cases(self) -> tuple[str, ...]:
+        """Of the study that it takes."""
+        return (self.case,) if self.case else ()
 
     def on(self, body: Body) -> np.ndarray:
         """(d,) N on the free dofs of a body with its loads."""
@@ -150,12 +155,18 @@ def case_forces(study: Study, case: str, body: Body, mesh: Mesh) -> np.ndarray:
     return force
 
 
-def with_loads(study: Study, bodies: Sequence[Body], meshes: dict[str, Mesh]) -> list[Body]:
-    """The bodies with their part of every load case and the pull of 1 N as `loads`, (d,) N on their
-    free dofs."""
+def with_loads(
+    study: Study,
+    bodies: Sequence[Body],
+    meshes: Mapping[str, Mesh],
+    cases: Iterable[str] | None = None,
+) -> list[Body]:
+    """The bodies with their part of the load cases, of all without `cases`, and of the pull of 1 N
+    as `loads`, (d,) N on their free dofs."""
+    wanted = list(study.loads if cases is None else cases)
     found = []
     for body in bodies:
-        forces = {case: case_forces(study, case, body, meshes[body.name]) for case in study.loads}
+        forces = {case: case_forces(study, case, body, meshes[body.name]) for case in wanted}
         if body.name == DAMPER:
             forces[PULL] = unit_pull(study, body, meshes[DAMPER]).force
         found.append(replace(body, loads=forces))

@@ -58,7 +58,7 @@ def curve_result(
         file=case.file,
         Fe_N=case.Fe_N,
         H=case.H,
-        **dict(_way(curve, held, first)),
+        **dict(_way(curve, patches[settings.patches[0]], held, first)),
         **dict(_trust(curve, kept, first)),
         patches=patches,
         points=len(curve.frequency),
@@ -73,16 +73,18 @@ def curve_result(
         origin=curve.origin,
         start=curve.start,
         alike_backwards=curve.alike_backwards,
-        back=_way(back[0], held, first) if back else None,
+        back=_way(back[0], peak_of(back[0], first), held, first) if back else None,
         held_change=curve.held_change,
         held_reaction_change=curve.held_reaction_change,
         hold_doubts=tuple(hold_in_words(curve, problem)),
     )
 
 
-def _way(curve: ForcedResponse, held: Sequence[HeldMotion], outputs: np.ndarray) -> FollowedWay:
+def _way(
+    curve: ForcedResponse, peak: Peak, held: Sequence[HeldMotion], outputs: np.ndarray
+) -> FollowedWay:
     return FollowedWay(
-        **dict(peak_of(curve, outputs)),
+        **dict(peak),
         complete=curve.complete,
         ended=curve.ended,
         further=curve.further,

@@ -95,7 +95,7 @@ def _solved(study: Study, pairs: ContactTable, comm: Any, tick: Tick) -> tuple[F
         else _distributed(study, meshes, comm, extra)
     )
     rest = loads.rest_load(study)
-    forces = [rest.on(body) for body in loads.with_loads(study, bodies, meshes)]
+    forces = [rest.on(body) for body in loads.with_loads(study, bodies, meshes, rest.cases)]
     dofs = sum(body.dofs for body in bodies)
     low, high = own_rows(comm, dofs + extra)
     f = np.zeros(dofs)  # inertia forces are whole in the rank's own rows alone

@@ -14,6 +14,7 @@ import numpy as np
 
 from tipdamp.bodies import BLADES, DAMPER
 from tipdamp.bodies.assemble import MeshedBody, meshed_bodies
+from tipdamp.bodies.loads import rest_load
 from tipdamp.bodies.read import BODY_READS
 from tipdamp.hbm.contact import ContactTable
 from tipdamp.hbm.errors import InputError
@@ -104,7 +105,11 @@ def static_bodies(study: Study, model: ReducedModel, reduction: ReductionFacts) 
         model,
         Compliance,
         stuck_bodies,
-        partial(whole_body.condensed_shapes, partial(meshed_bodies, study), model),
+        partial(
+            whole_body.condensed_shapes,
+            partial(meshed_bodies, study, rest_load(study).cases),
+            model,
+        ),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg as sl
 
 from tipdamp.bodies.assemble import MeshedBody, meshed_bodies
-from tipdamp.bodies.loads import RestLoad
+from tipdamp.bodies.loads import RestLoad, rest_load
 from tipdamp.engine.progress import Tick
 from tipdamp.engine.store import Store
 from tipdamp.fields.visualization import write_shapes
@@ -240,7 +240,7 @@ def whole_bodies(study: Study, store: Store, tick: Tick) -> list[Stressed]:
     model = ReducedModel.load(store.path("model.npz"))
     found = []
     with open_npz(store.path(KEPT)) as kept:
-        for one in meshed_bodies(study, tick):
+        for one in meshed_bodies(study, rest_load(study).cases, tick):
             body = one.body
             tick(0.5, f"the {body.name} inside of its masters")
             boundary, Phi, omega = (kept[f"{body.name}.{name}"] for name in KEPT_OF_EACH)

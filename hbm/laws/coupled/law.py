@@ -71,10 +71,21 @@ class IsotropicFriction(CoulombFriction, tested=True):
         changes = [one[1:, 1][np.diff(one[:, 0]) != 0] for one in pieces]
         edges = [opened[p, : times[p], (BEGIN, END)].ravel() for p in range(len(contacts))]
         happens = np.concatenate([np.empty(0), *changes, *edges])
+        carries = np.array([len(one) > 0 for one in pieces])
+        moving = np.flatnonzero([(one[:, 0] != STICK).any() for one in pieces])
+        least = SETTINGS.on_limit * np.abs(c[:, 2]).sum(axis=1)
 
         def between(instants: np.ndarray) -> CycleTangents:
             along = _of_normal(law, found, instants)
-            return _with_slip(along, c, pieces, contacts, instants)
+            for d in range(2):
+                along.gamma[..., d, d] = np.where(carries, contacts.kt, 0.0)
+            turning = Turning.none(moving, len(instants) - 1, 3)
+            for q, p in enumerate(moving):
+                blocks = along.gamma[:, :, p], along.rate[:, :, p]
+                settings = contacts.kt[p], contacts.mu[p] * contacts.kn[p], least[p]
+                into = *blocks, *(one[..., q, :, :] for one in turning[1:])
+                fill(c[p], pieces[p], instants, settings, into)
+            return along._replace(turning=turning)
 
         return Variation(2 * (nh - 1), happens[(happens > 0) & (happens < TWO_PI)], between)
 
@@ -134,29 +145,6 @@ def _of_normal(law: Sliders, found: tuple, instants: np.ndarray) -> CycleTangent
     own = along.gamma, along.memory, along.captured, along.capture
     fill_uncoupled(normal, np.arange(P), *found[:2], instants, *own)
     return CycleTangents.none(len(instants) - 1, P, 3).put(np.arange(P), [2], along)
-
-
-def _with_slip(
-    tangents: CycleTangents,
-    c: np.ndarray,
-    pieces: list[np.ndarray],
-    contacts: Contacts,
-    instants: np.ndarray,
-) -> CycleTangents:
-    """With those of the tangential components, which the pieces of the cycle tell; c (P, 3, nh) :
-    the motion in forces."""
-    carries = np.array([len(one) > 0 for one in pieces])
-    for d in range(2):
-        tangents.gamma[..., d, d] = np.where(carries, contacts.kt, 0.0)
-    moving = np.flatnonzero([(one[:, 0] != STICK).any() for one in pieces])
-    turning = Turning.none(moving, len(instants) - 1, 3)
-    least = SETTINGS.on_limit * np.abs(c[:, 2]).sum(axis=1)
-    for q, p in enumerate(moving):
-        blocks = tangents.gamma[:, :, p], tangents.rate[:, :, p]
-        settings = contacts.kt[p], contacts.mu[p] * contacts.kn[p], least[p]
-        into = *blocks, *(one[..., q, :, :] for one in turning[1:])
-        fill(c[p], pieces[p], instants, settings, into)
-    return tangents._replace(turning=turning)
 
 
 def _opened(
